@@ -1,0 +1,87 @@
+//! Contact manifolds: the poses at which a tool can touch a fixture, and how far a pose is from touching.
+
+use crate::se3::{Pose, Twist};
+
+/// Most rows any manifold's residual or envelope has.
+pub const MAX_ROWS: usize = 6;
+
+/// A residual of up to [`MAX_ROWS`] rows with its derivative, held in place so that evaluating a contact allocates nothing.
+///
+/// `jacobian[k]` is `∂value[k]/∂ξ` for the right perturbation `fixture_from_tool · Exp(ξ)`, ordered `[v; ω]`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Rows {
+    len: usize,
+    value: [f64; MAX_ROWS],
+    jacobian: [Twist; MAX_ROWS],
+}
+
+impl Rows {
+    /// No rows.
+    pub fn new() -> Self {
+        Rows { len: 0, value: [0.0; MAX_ROWS], jacobian: [Twist::zeros(); MAX_ROWS] }
+    }
+
+    /// Forgets all rows.
+    pub fn clear(&mut self) {
+        self.len = 0;
+    }
+
+    /// Appends a row. Rows beyond [`MAX_ROWS`] are a mistake of the manifold and are ignored in release builds.
+    pub fn push(&mut self, value: f64, jacobian: Twist) {
+        debug_assert!(self.len < MAX_ROWS, "a manifold pushed more than {MAX_ROWS} rows");
+        if self.len < MAX_ROWS {
+            self.value[self.len] = value;
+            self.jacobian[self.len] = jacobian;
+            self.len += 1;
+        }
+    }
+
+    /// Number of rows.
+    pub fn len(&self) -> usize {
+        self.len
+    }
+
+    /// Whether there are no rows.
+    pub fn is_empty(&self) -> bool {
+        self.len == 0
+    }
+
+    /// Residual values.
+    pub fn values(&self) -> &[f64] {
+        &self.value[..self.len]
+    }
+
+    /// Derivatives, a twist-row for each value.
+    pub fn jacobian(&self) -> &[Twist] {
+        &self.jacobian[..self.len]
+    }
+}
+
+impl Default for Rows {
+    fn default() -> Self {
+        Rows::new()
+    }
+}
+
+/// One kind of touch: all that the estimator knows of a tool and a fixture.
+///
+/// Poses are `fixture_from_tool`, the tool's pose in the fixture's frame. Values are in metres.
+pub trait ContactManifold: Send + Sync + std::fmt::Debug {
+    /// What touches what, in words for people: "ball in socket".
+    fn name(&self) -> &'static str;
+
+    /// How far the pose is from touching: zero on the manifold.
+    fn residual(&self, fixture_from_tool: &Pose, rows: &mut Rows);
+
+    /// How far the pose lies outside the region in which contacts happen, each row divided by that row's scale.
+    /// Nearly convex in the pose, so the coarse stage converges from afar.
+    fn envelope(&self, fixture_from_tool: &Pose, rows: &mut Rows) {
+        self.residual(fixture_from_tool, rows);
+    }
+
+    /// Components of a fixture twist `[v; ω]` that move the manifold: a socket is a point, a plane has no place along itself.
+    fn fixture_directions(&self) -> &'static [usize];
+
+    /// Components of a tool twist `[v; ω]` that the contact can feel.
+    fn tool_directions(&self) -> &'static [usize];
+}
