@@ -1,6 +1,7 @@
 //! Calibrate a robot arm by touch.
-#![forbid(unsafe_code)]
 
+pub mod contact;
+pub mod estimate;
 pub mod geometry;
 pub mod manifold;
 pub mod robot;

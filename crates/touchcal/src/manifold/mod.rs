@@ -1,5 +1,11 @@
 //! Contact manifolds: the poses at which a tool can touch a fixture, and how far a pose is from touching.
 
+mod ball_in_socket;
+mod plane;
+
+pub use ball_in_socket::BallInSocket;
+pub use plane::Plane;
+
 use crate::se3::{Pose, Twist};
 
 /// Most rows any manifold's residual or envelope has.

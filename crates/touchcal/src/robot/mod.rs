@@ -1,0 +1,12 @@
+//! The arm: a serial chain of joints, the parameters that may be wrong in it, and its kinematics with their derivatives.
+
+pub mod builtin;
+mod chain;
+mod kinematics;
+mod parameters;
+mod segments;
+
+pub use chain::{Joint, JointKind, Limits, Robot, RobotError};
+pub use kinematics::{Kinematics, Scratch};
+pub use parameters::{Block, Column, Parameter, Unit, joint_offset, joint_origin, segment_strain, strain};
+pub use segments::{Segment, segments};

@@ -1,0 +1,102 @@
+//! Contacts: joint positions at which the tool touched a fixture, each with where it was read from.
+
+mod detection;
+
+pub use detection::{Detector, Wrench};
+
+/// Where a contact was read: a file and a row of it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Source {
+    /// Index into [`ContactLog::files`].
+    pub file: u32,
+    /// Line of the file, 1 for the first.
+    pub line: u64,
+}
+
+/// Joint positions in contact, in one flat array.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ContactLog {
+    dof: usize,
+    q: Vec<f64>,
+    fixture: Vec<u32>,
+    source: Vec<Source>,
+    files: Vec<String>,
+    rows_read: u64,
+}
+
+impl ContactLog {
+    /// An empty log of an arm with `dof` moving joints.
+    pub fn new(dof: usize) -> Self {
+        ContactLog { dof, ..ContactLog::default() }
+    }
+
+    /// Registers a file and returns its index for [`Source::file`].
+    pub fn add_file(&mut self, name: impl Into<String>) -> u32 {
+        self.files.push(name.into());
+        (self.files.len() - 1) as u32
+    }
+
+    /// Counts rows that were read, in contact or not.
+    pub fn count_rows(&mut self, rows: u64) {
+        self.rows_read += rows;
+    }
+
+    /// Appends a contact: measured joint positions `q` (rad or m) while touching fixture number `fixture`.
+    /// Positions beyond [`ContactLog::dof`] are ignored; missing ones make the contact ignored as a whole.
+    pub fn push(&mut self, q: &[f64], fixture: usize, source: Source) {
+        if let Some(q) = q.get(..self.dof) {
+            self.q.extend_from_slice(q);
+            self.fixture.push(fixture as u32);
+            self.source.push(source);
+        }
+    }
+
+    /// Number of moving joints.
+    pub fn dof(&self) -> usize {
+        self.dof
+    }
+
+    /// Number of contacts.
+    pub fn len(&self) -> usize {
+        self.fixture.len()
+    }
+
+    /// Whether there are no contacts.
+    pub fn is_empty(&self) -> bool {
+        self.fixture.is_empty()
+    }
+
+    /// Measured joint positions of contact `i` (rad or m).
+    pub fn q(&self, i: usize) -> &[f64] {
+        &self.q[i * self.dof..(i + 1) * self.dof]
+    }
+
+    /// The fixture touched in contact `i`.
+    pub fn fixture(&self, i: usize) -> usize {
+        self.fixture[i] as usize
+    }
+
+    /// Where contact `i` was read.
+    pub fn source(&self, i: usize) -> Source {
+        self.source[i]
+    }
+
+    /// Names of the files read.
+    pub fn files(&self) -> &[String] {
+        &self.files
+    }
+
+    /// Rows read, in contact or not.
+    pub fn rows_read(&self) -> u64 {
+        self.rows_read
+    }
+
+    /// The contacts for which `keep(i)` holds, in order.
+    pub fn filtered(&self, mut keep: impl FnMut(usize) -> bool) -> ContactLog {
+        let mut log = ContactLog { files: self.files.clone(), rows_read: self.rows_read, ..ContactLog::new(self.dof) };
+        for i in (0..self.len()).filter(|&i| keep(i)) {
+            log.push(self.q(i), self.fixture(i), self.source(i));
+        }
+        log
+    }
+}

@@ -1,0 +1,45 @@
+//! A ball that sits in a socket: their centres coincide.
+
+use super::{ContactManifold, Rows};
+use crate::se3::{self, Pose};
+
+/// Ball centre minus socket centre, in the fixture's frame (3 rows, m).
+///
+/// Tool frame: origin at the ball's centre. Fixture frame: origin at the socket's centre.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct BallInSocket;
+
+/// Distance (m) that one unit of envelope stands for.
+const ENVELOPE_LENGTH: f64 = 0.5e-3;
+
+impl ContactManifold for BallInSocket {
+    fn name(&self) -> &'static str {
+        "ball in socket"
+    }
+
+    fn residual(&self, fixture_from_tool: &Pose, rows: &mut Rows) {
+        push_centre(fixture_from_tool, 1.0, rows);
+    }
+
+    fn envelope(&self, fixture_from_tool: &Pose, rows: &mut Rows) {
+        push_centre(fixture_from_tool, 1.0 / ENVELOPE_LENGTH, rows);
+    }
+
+    fn fixture_directions(&self) -> &'static [usize] {
+        &[0, 1, 2]
+    }
+
+    fn tool_directions(&self) -> &'static [usize] {
+        &[0, 1, 2]
+    }
+}
+
+/// `p(T · Exp(ξ)) ≈ p + R v`, so row k of the derivative is row k of R.
+fn push_centre(fixture_from_tool: &Pose, scale: f64, rows: &mut Rows) {
+    rows.clear();
+    let rotation = fixture_from_tool.rotation.to_rotation_matrix();
+    for k in 0..3 {
+        let row = rotation.matrix().row(k).transpose() * scale;
+        rows.push(fixture_from_tool.translation.vector[k] * scale, se3::twist(&row, &nalgebra::Vector3::zeros()));
+    }
+}

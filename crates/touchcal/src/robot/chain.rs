@@ -1,0 +1,142 @@
+//! A serial chain from base to tip, as data.
+
+use nalgebra::{Unit as UnitVector, Vector3};
+
+use crate::se3::Pose;
+
+/// How a joint moves.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum JointKind {
+    /// Does not move.
+    Fixed,
+    /// Turns about its axis between limits (rad).
+    Revolute,
+    /// Turns about its axis without limits (rad).
+    Continuous,
+    /// Slides along its axis (m).
+    Prismatic,
+}
+
+/// Joint limits: radians, or metres for a prismatic joint.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Limits {
+    /// Least position.
+    pub lower: f64,
+    /// Greatest position.
+    pub upper: f64,
+}
+
+/// A joint and the link it carries.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Joint {
+    /// Name of the joint.
+    pub name: String,
+    /// Name of the link that the joint carries.
+    pub child_link: String,
+    /// How it moves.
+    pub kind: JointKind,
+    /// Pose of the joint's frame, at position zero, in the frame of the link that carries it.
+    pub parent_from_joint: Pose,
+    /// Axis in the joint's frame; without meaning for a fixed joint.
+    pub axis: UnitVector<Vector3<f64>>,
+    /// Range of positions, where one is declared.
+    pub limits: Option<Limits>,
+}
+
+/// What is wrong with a chain.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum RobotError {
+    /// No joint of the chain moves.
+    #[error("expected at least one moving joint between base `{base}` and tip `{tip}`, found none")]
+    NoMovingJoint {
+        /// Base link.
+        base: String,
+        /// Tip link.
+        tip: String,
+    },
+    /// Two joints carry the same name.
+    #[error("expected distinct joint names, found `{name}` twice")]
+    RepeatedName {
+        /// The name.
+        name: String,
+    },
+    /// A number that is not finite.
+    #[error("joint `{name}`: expected a finite origin and axis, found NaN or infinity")]
+    NotFinite {
+        /// The joint.
+        name: String,
+    },
+}
+
+/// A serial chain of joints from a base link to a tip link. Immutable: calibration makes a new one.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Robot {
+    name: String,
+    base: String,
+    joints: Vec<Joint>,
+}
+
+impl Robot {
+    /// A chain from `base` through `joints`, base first; the last joint's child is the tip.
+    ///
+    /// # Errors
+    /// If no joint moves, a name repeats, or a number is not finite.
+    pub fn new(name: impl Into<String>, base: impl Into<String>, joints: Vec<Joint>) -> Result<Self, RobotError> {
+        let robot = Robot { name: name.into(), base: base.into(), joints };
+        if robot.moving().next().is_none() {
+            return Err(RobotError::NoMovingJoint { base: robot.base.clone(), tip: robot.tip().to_owned() });
+        }
+        for (i, joint) in robot.joints.iter().enumerate() {
+            if robot.joints[..i].iter().any(|earlier| earlier.name == joint.name) {
+                return Err(RobotError::RepeatedName { name: joint.name.clone() });
+            }
+            let origin = &joint.parent_from_joint;
+            let finite = origin.translation.vector.iter().all(|v| v.is_finite())
+                && origin.rotation.coords.iter().all(|v| v.is_finite())
+                && joint.axis.iter().all(|v| v.is_finite());
+            if !finite {
+                return Err(RobotError::NotFinite { name: joint.name.clone() });
+            }
+        }
+        Ok(robot)
+    }
+
+    /// Name of the robot.
+    pub fn name(&self) -> &str {
+        &self.name
+    }
+
+    /// Name of the base link.
+    pub fn base(&self) -> &str {
+        &self.base
+    }
+
+    /// Name of the tip link.
+    pub fn tip(&self) -> &str {
+        self.joints.last().map_or(&self.base, |joint| &joint.child_link)
+    }
+
+    /// All joints from base to tip, fixed ones too.
+    pub fn joints(&self) -> &[Joint] {
+        &self.joints
+    }
+
+    /// The joints that move, in order: joint positions have this order and length everywhere.
+    pub fn moving(&self) -> impl Iterator<Item = &Joint> {
+        self.joints.iter().filter(|joint| joint.kind != JointKind::Fixed)
+    }
+
+    /// Number of joints that move.
+    pub fn dof(&self) -> usize {
+        self.moving().count()
+    }
+
+    /// The same chain with other joint origins: `origins[i]` replaces `parent_from_joint` of `joints()[i]`.
+    pub(crate) fn with_origins(&self, origins: impl IntoIterator<Item = Pose>) -> Robot {
+        let mut robot = self.clone();
+        for (joint, origin) in robot.joints.iter_mut().zip(origins) {
+            joint.parent_from_joint = origin;
+        }
+        robot
+    }
+}

@@ -1,0 +1,319 @@
+//! Forward kinematics of an arm with wrong parameters, and the derivative of the tool pose with respect to them.
+
+use nalgebra::{Matrix3, Matrix6, Rotation3, UnitQuaternion, Vector3};
+
+use super::chain::{JointKind, Robot};
+use super::parameters::Column;
+use super::segments::segments;
+use crate::se3::{self, Pose, Twist};
+
+/// One moving joint with the fixed joints before it, the current parameters applied.
+#[derive(Clone, Debug)]
+struct Stage {
+    /// Merged origin without parameters.
+    nominal: Pose,
+    /// Merged origin, strained and twisted.
+    origin_rotation: Matrix3<f64>,
+    origin_translation: Vector3<f64>,
+    axis: Vector3<f64>,
+    prismatic: bool,
+    /// Encoder bias.
+    offset: f64,
+    /// Local twist on the origin.
+    twist: Twist,
+    /// `Jr` of that twist.
+    right_jacobian: Matrix6<f64>,
+    /// For each segment with a part here: its index and its share of the translation, in the previous stage's frame.
+    shares: Vec<(usize, Vector3<f64>)>,
+}
+
+/// Kinematics of one arm at one value of its parameters.
+///
+/// `base_from_tool(q) = ∏ᵢ [Oᵢ(r) · Exp(ξᵢ) · Motion(axisᵢ, qᵢ − bᵢ)] · O_tip(r) · tip_from_tool · Exp(ξ_tool)`, where `Oᵢ(r)` has
+/// its translation scaled by `1 + r + r_segment`. [`Column::Fixture`] and [`Column::Interference`] columns are left zero: they
+/// belong to what the tool touches.
+#[derive(Clone, Debug)]
+pub struct Kinematics {
+    columns: Vec<Column>,
+    stages: Vec<Stage>,
+    tip: Stage,
+    tip_from_tool: Pose,
+    tool_rotation: Matrix3<f64>,
+    tool_translation: Vector3<f64>,
+    tool_jacobian: Matrix6<f64>,
+}
+
+/// Room for the results of [`Kinematics::pose_and_jacobian`], reused from contact to contact.
+#[derive(Clone, Debug)]
+pub struct Scratch {
+    rotation: Vec<Matrix3<f64>>,
+    position: Vec<Vector3<f64>>,
+    /// Rotation of the frame that each stage's translation is given in, the tip's last.
+    parent: Vec<Matrix3<f64>>,
+    /// `∂/∂qᵢ` of the tool pose, right twists in the tool frame (moving joints).
+    pub joints: Vec<Twist>,
+    /// `∂/∂θₖ` of the tool pose, right twists in the tool frame, in the order of the columns.
+    pub columns: Vec<Twist>,
+}
+
+impl Stage {
+    fn at(nominal: Pose, axis: Vector3<f64>, prismatic: bool, shares: Vec<(usize, Vector3<f64>)>) -> Stage {
+        Stage {
+            origin_rotation: *nominal.rotation.to_rotation_matrix().matrix(),
+            origin_translation: nominal.translation.vector,
+            nominal,
+            axis,
+            prismatic,
+            offset: 0.0,
+            twist: Twist::zeros(),
+            right_jacobian: Matrix6::identity(),
+            shares,
+        }
+    }
+
+    fn apply(&mut self, strain: f64, segment_strain: &[f64]) {
+        let mut origin = self.nominal;
+        origin.translation.vector *= 1.0 + strain;
+        for (segment, share) in &self.shares {
+            origin.translation.vector += share * segment_strain.get(*segment).copied().unwrap_or(0.0);
+        }
+        let origin = origin * se3::exp(&self.twist);
+        self.origin_rotation = *origin.rotation.to_rotation_matrix().matrix();
+        self.origin_translation = origin.translation.vector;
+        self.right_jacobian = se3::right_jacobian(&self.twist);
+    }
+}
+
+impl Kinematics {
+    /// Kinematics with all parameters at zero. `columns` says which parameters exist, in which order.
+    pub fn new(robot: &Robot, columns: &[Column], tip_from_tool: Pose) -> Self {
+        let segment_of = segment_of_each_joint(robot);
+        let mut stages = Vec::with_capacity(robot.dof());
+        let mut origin = Pose::identity();
+        let mut shares: Vec<(usize, Vector3<f64>)> = Vec::new();
+        for (index, joint) in robot.joints().iter().enumerate() {
+            if let Some(segment) = segment_of[index] {
+                shares.push((segment, origin.rotation * joint.parent_from_joint.translation.vector));
+            }
+            origin *= joint.parent_from_joint;
+            if joint.kind != JointKind::Fixed {
+                let prismatic = joint.kind == JointKind::Prismatic;
+                stages.push(Stage::at(origin, joint.axis.into_inner(), prismatic, std::mem::take(&mut shares)));
+                origin = Pose::identity();
+            }
+        }
+        let tip = Stage::at(origin, Vector3::z(), false, shares);
+        let mut kinematics = Kinematics {
+            columns: columns.to_vec(),
+            stages,
+            tip,
+            tip_from_tool,
+            tool_rotation: Matrix3::identity(),
+            tool_translation: Vector3::zeros(),
+            tool_jacobian: Matrix6::identity(),
+        };
+        kinematics.set(&vec![0.0; columns.len()]);
+        kinematics
+    }
+
+    /// Takes over parameter values, one for each column.
+    pub fn set(&mut self, theta: &[f64]) {
+        let mut strain = 0.0;
+        let mut segment_strain: Vec<f64> = Vec::new();
+        let mut tool = Twist::zeros();
+        for (&column, &value) in self.columns.iter().zip(theta) {
+            match column {
+                Column::Strain => strain = value,
+                Column::SegmentStrain(k) => {
+                    segment_strain.resize(segment_strain.len().max(k + 1), 0.0);
+                    segment_strain[k] = value;
+                }
+                Column::JointOffset(i) => self.stages[i].offset = value,
+                Column::JointOrigin(i, k) => self.stages[i].twist[k] = value,
+                Column::Tool(k) => tool[k] = value,
+                Column::Fixture(..) | Column::Interference(_) => {}
+            }
+        }
+        for stage in self.stages.iter_mut().chain(std::iter::once(&mut self.tip)) {
+            stage.apply(strain, &segment_strain);
+        }
+        let tip_from_tool = self.tip_from_tool * se3::exp(&tool);
+        self.tool_rotation = *tip_from_tool.rotation.to_rotation_matrix().matrix();
+        self.tool_translation = tip_from_tool.translation.vector;
+        self.tool_jacobian = se3::right_jacobian(&tool);
+    }
+
+    /// Number of moving joints.
+    pub fn dof(&self) -> usize {
+        self.stages.len()
+    }
+
+    /// Room for results.
+    pub fn scratch(&self) -> Scratch {
+        let n = self.stages.len();
+        Scratch {
+            rotation: vec![Matrix3::identity(); n],
+            position: vec![Vector3::zeros(); n],
+            parent: vec![Matrix3::identity(); n + 1],
+            joints: vec![Twist::zeros(); n],
+            columns: vec![Twist::zeros(); self.columns.len()],
+        }
+    }
+
+    /// The tool's pose in base at measured joint positions `q` (rad or m).
+    pub fn pose(&self, q: &[f64]) -> Pose {
+        let (rotation, position) = self.walk(q, |_, _, _, _| {});
+        to_pose(&rotation, position)
+    }
+
+    /// The tool's pose in base, and its derivatives with respect to joint positions and parameters, left in `scratch`.
+    pub fn pose_and_jacobian(&self, q: &[f64], scratch: &mut Scratch) -> Pose {
+        let (rotation, tool) = self.walk(q, |i, parent, joint, at| {
+            scratch.parent[i] = parent;
+            if i < self.stages.len() {
+                scratch.rotation[i] = joint;
+                scratch.position[i] = at;
+            }
+        });
+        let into_tool = rotation.transpose();
+        for (i, stage) in self.stages.iter().enumerate() {
+            let axis = scratch.rotation[i] * stage.axis;
+            scratch.joints[i] = if stage.prismatic {
+                se3::twist(&(into_tool * axis), &Vector3::zeros())
+            } else {
+                se3::twist(&(into_tool * axis.cross(&(tool - scratch.position[i]))), &(into_tool * axis))
+            };
+        }
+        for (k, &column) in self.columns.iter().enumerate() {
+            scratch.columns[k] = self.column(column, scratch, &into_tool, &tool);
+        }
+        to_pose(&rotation, tool)
+    }
+
+    /// Walks from base to tool. `visit(i, parent rotation, joint rotation before its motion, joint position)` sees every
+    /// stage, the tip last.
+    fn walk(
+        &self,
+        q: &[f64],
+        mut visit: impl FnMut(usize, Matrix3<f64>, Matrix3<f64>, Vector3<f64>),
+    ) -> (Matrix3<f64>, Vector3<f64>) {
+        let mut rotation = Matrix3::identity();
+        let mut position = Vector3::zeros();
+        for (i, (stage, &q)) in self.stages.iter().zip(q).enumerate() {
+            let parent = rotation;
+            position += rotation * stage.origin_translation;
+            rotation *= stage.origin_rotation;
+            visit(i, parent, rotation, position);
+            let motion = q - stage.offset;
+            if stage.prismatic {
+                position += rotation * stage.axis * motion;
+            } else {
+                rotation *= rotation_about(&stage.axis, motion);
+            }
+        }
+        let parent = rotation;
+        position += rotation * self.tip.origin_translation;
+        rotation *= self.tip.origin_rotation;
+        visit(self.stages.len(), parent, rotation, position);
+        (rotation * self.tool_rotation, position + rotation * self.tool_translation)
+    }
+
+    fn column(&self, column: Column, at: &Scratch, into_tool: &Matrix3<f64>, tool: &Vector3<f64>) -> Twist {
+        match column {
+            Column::Strain => {
+                let moved = self.all_stages().zip(&at.parent).map(|(stage, parent)| parent * stage.nominal.translation.vector);
+                se3::twist(&(into_tool * moved.sum::<Vector3<f64>>()), &Vector3::zeros())
+            }
+            Column::SegmentStrain(k) => {
+                let moved = self.all_stages().zip(&at.parent).flat_map(|(stage, parent)| {
+                    let shares = stage.shares.iter().filter(move |(segment, _)| *segment == k);
+                    shares.map(move |(_, share)| parent * share)
+                });
+                se3::twist(&(into_tool * moved.sum::<Vector3<f64>>()), &Vector3::zeros())
+            }
+            Column::JointOffset(i) => -at.joints[i],
+            Column::JointOrigin(i, k) => {
+                let local: Twist = self.stages[i].right_jacobian.column(k).into();
+                let w = at.rotation[i] * se3::angular(&local);
+                let v = at.rotation[i] * se3::linear(&local) + w.cross(&(tool - at.position[i]));
+                se3::twist(&(into_tool * v), &(into_tool * w))
+            }
+            Column::Tool(k) => self.tool_jacobian.column(k).into(),
+            Column::Fixture(..) | Column::Interference(_) => Twist::zeros(),
+        }
+    }
+
+    fn all_stages(&self) -> impl Iterator<Item = &Stage> {
+        self.stages.iter().chain(std::iter::once(&self.tip))
+    }
+}
+
+impl Robot {
+    /// The calibrated chain: every parameter of the arm folded into its joint origins.
+    ///
+    /// An encoder bias folds exactly: `Rot(axis, q − b) = Rot(axis, −b) · Rot(axis, q)`. Tool, fixture and interference
+    /// parameters are not the arm's and are left out.
+    pub fn calibrated(&self, columns: &[Column], theta: &[f64]) -> Robot {
+        let segment_of = segment_of_each_joint(self);
+        let sum = |wanted: &dyn Fn(Column) -> bool| -> f64 {
+            columns.iter().zip(theta).filter(|(column, _)| wanted(**column)).map(|(_, value)| *value).sum()
+        };
+        let mut moving = 0;
+        let origins = self.joints().iter().zip(segment_of).map(|(joint, segment)| {
+            let strain = sum(&|column| match column {
+                Column::Strain => true,
+                Column::SegmentStrain(k) => segment == Some(k),
+                _ => false,
+            });
+            let mut origin = joint.parent_from_joint;
+            origin.translation.vector *= 1.0 + strain;
+            if joint.kind == JointKind::Fixed {
+                return origin;
+            }
+            let twist = Twist::from_fn(|k, _| sum(&|column| column == Column::JointOrigin(moving, k)));
+            let offset = sum(&|column| column == Column::JointOffset(moving));
+            moving += 1;
+            let bias = if joint.kind == JointKind::Prismatic {
+                Pose::translation(-offset * joint.axis.x, -offset * joint.axis.y, -offset * joint.axis.z)
+            } else {
+                Pose::from_parts(Vector3::zeros().into(), UnitQuaternion::from_axis_angle(&joint.axis, -offset))
+            };
+            origin * se3::exp(&twist) * bias
+        });
+        let origins: Vec<Pose> = origins.collect();
+        self.with_origins(origins)
+    }
+}
+
+fn segment_of_each_joint(robot: &Robot) -> Vec<Option<usize>> {
+    let mut of = vec![None; robot.joints().len()];
+    for (k, segment) in segments(robot).iter().enumerate() {
+        for &joint in &segment.joints {
+            of[joint] = Some(k);
+        }
+    }
+    of
+}
+
+/// Rodrigues' formula for a unit axis.
+fn rotation_about(axis: &Vector3<f64>, angle: f64) -> Matrix3<f64> {
+    let (sin, cos) = angle.sin_cos();
+    let t = 1.0 - cos;
+    let (x, y, z) = (axis.x, axis.y, axis.z);
+    Matrix3::new(
+        t * x * x + cos,
+        t * x * y - sin * z,
+        t * x * z + sin * y,
+        t * x * y + sin * z,
+        t * y * y + cos,
+        t * y * z - sin * x,
+        t * x * z - sin * y,
+        t * y * z + sin * x,
+        t * z * z + cos,
+    )
+}
+
+fn to_pose(rotation: &Matrix3<f64>, position: Vector3<f64>) -> Pose {
+    let rotation = UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(*rotation));
+    Pose::from_parts(position.into(), rotation)
+}

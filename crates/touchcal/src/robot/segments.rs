@@ -1,0 +1,68 @@
+//! Which joint origins can be told apart by their lengths.
+
+use nalgebra::Vector3;
+
+use super::chain::{JointKind, Robot};
+use crate::se3::Pose;
+
+/// Directions closer than this (sine of the angle between them) count as parallel: 0.06°, below what a link's drawing holds.
+const PARALLEL: f64 = 1e-3;
+/// A translation shorter than this (m) is no length to strain.
+const SHORTEST: f64 = 1e-6;
+
+/// A run of joint origins whose translations lie on one line in every configuration, so that only their sum shows.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Segment {
+    /// Names the joints at whose origins the run begins and ends: `joint_a1..joint_a2`.
+    pub name: String,
+    /// Length of the run (m).
+    pub length: f64,
+    /// Indices into [`Robot::joints`] of the origins it is made of.
+    pub joints: Vec<usize>,
+}
+
+/// The segments of a chain, base first.
+///
+/// Translations merge across a joint exactly when both lie along its axis (an iiwa's 0.1575 + 0.2025 m), or when no joint
+/// moves between them. Joint origins without a translation belong to no segment.
+pub fn segments(robot: &Robot) -> Vec<Segment> {
+    let mut found: Vec<Segment> = Vec::new();
+    // The open segment's vector in the current frame, while nothing has yet turned it away from what follows.
+    let mut open: Option<Vector3<f64>> = None;
+    for (index, joint) in robot.joints().iter().enumerate() {
+        let Pose { translation, rotation } = joint.parent_from_joint;
+        let step = translation.vector;
+        if step.norm() > SHORTEST {
+            // Between fixed joints everything is one rigid body, whatever the directions.
+            let rigid = index > 0 && robot.joints()[index - 1].kind == JointKind::Fixed && open.is_some();
+            let run = open.filter(|run| rigid || parallel(run, &step));
+            open = match (run, found.last_mut()) {
+                (Some(run), Some(last)) => {
+                    let sum = run + step;
+                    last.length = sum.norm();
+                    last.name = format!("{}..{}", first_name(robot, last), joint.name);
+                    last.joints.push(index);
+                    Some(sum)
+                }
+                _ => {
+                    found.push(Segment { name: joint.name.clone(), length: step.norm(), joints: vec![index] });
+                    Some(step)
+                }
+            };
+        }
+        open = open.map(|run| rotation.inverse() * run).filter(|run| match joint.kind {
+            JointKind::Fixed => true,
+            JointKind::Revolute | JointKind::Continuous => parallel(run, &joint.axis),
+            JointKind::Prismatic => false,
+        });
+    }
+    found
+}
+
+fn first_name<'r>(robot: &'r Robot, segment: &Segment) -> &'r str {
+    segment.joints.first().map_or("", |&first| &robot.joints()[first].name)
+}
+
+fn parallel(a: &Vector3<f64>, b: &Vector3<f64>) -> bool {
+    a.cross(b).norm() <= PARALLEL * a.norm() * b.norm()
+}
