@@ -46,6 +46,35 @@ impl Loss {
         }
     }
 
+    /// ρ″(s), the slope of the weight.
+    pub fn weight_slope(self, s: f64) -> f64 {
+        match self {
+            Loss::Squared => 0.0,
+            Loss::Huber(k) if s <= k * k => 0.0,
+            Loss::Huber(k) => -0.5 * k * s.powf(-1.5),
+            Loss::Cauchy(k) => -1.0 / (k * k * (1.0 + s / (k * k)).powi(2)),
+            Loss::GemanMcClure(k) => -2.0 * k.powi(4) / (k * k + s).powi(3),
+        }
+    }
+
+    /// `E[ψ²]/E[ψ′]²` of `dimension` standard normal rows sharing one weight: the variance of an estimate with this loss over that
+    /// of least squares, when there is nothing to be robust against (Huber 1981, section 4.4).
+    pub fn gaussian_variance(self, dimension: usize) -> f64 {
+        const STEP: f64 = 0.01;
+        let d = dimension.max(1) as f64;
+        let (mut total, mut slope, mut square) = (0.0, 0.0, 0.0);
+        for k in 0..1200 {
+            let r = (k as f64 + 0.5) * STEP;
+            let s = r * r;
+            let density = r.powf(d - 1.0) * (-0.5 * s).exp();
+            let weight = self.weight(s);
+            total += density;
+            slope += density * (weight + 2.0 * s * self.weight_slope(s) / d);
+            square += density * weight * weight * s / d;
+        }
+        square * total / (slope * slope)
+    }
+
     /// The same loss with its scale multiplied: a larger one is nearer to least squares.
     pub fn widened(self, factor: f64) -> Loss {
         match self {
@@ -61,7 +90,12 @@ impl Loss {
 mod tests {
     use super::*;
 
-    const LOSSES: [Loss; 4] = [Loss::Squared, Loss::Huber(1.5), Loss::Cauchy(2.0), Loss::GemanMcClure(3.0)];
+    const LOSSES: [Loss; 4] = [
+        Loss::Squared,
+        Loss::Huber(1.5),
+        Loss::Cauchy(2.0),
+        Loss::GemanMcClure(3.0),
+    ];
 
     #[test]
     fn weight_is_the_derivative_of_the_cost() {
@@ -69,9 +103,21 @@ mod tests {
             for s in [1e-3, 0.5, 2.0, 2.5, 9.0, 400.0] {
                 let h = 1e-5 * s;
                 let slope = (loss.cost(s + h) - loss.cost(s - h)) / (2.0 * h);
-                assert!((slope - loss.weight(s)).abs() < 1e-8, "{loss:?} at {s}: {slope}");
+                assert!(
+                    (slope - loss.weight(s)).abs() < 1e-8,
+                    "{loss:?} at {s}: {slope}"
+                );
             }
         }
+    }
+
+    #[test]
+    fn gaussian_variance_matches_known_efficiencies() {
+        // Huber at 1.345 and Cauchy at 2.385 are 95 % efficient in one dimension (Zhang 1997).
+        assert!((Loss::Squared.gaussian_variance(1) - 1.0).abs() < 1e-6);
+        assert!((Loss::Squared.gaussian_variance(3) - 1.0).abs() < 1e-6);
+        assert!((1.0 / Loss::Huber(1.345).gaussian_variance(1) - 0.95).abs() < 1e-3);
+        assert!((1.0 / Loss::Cauchy(2.3849).gaussian_variance(1) - 0.95).abs() < 1e-3);
     }
 
     #[test]

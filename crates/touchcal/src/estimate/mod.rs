@@ -1,7 +1,22 @@
 //! The estimator: from a problem to parameters, their covariance, and what the data cannot determine.
 
+mod calibrate;
+mod identifiability;
+mod levenberg_marquardt;
 mod loss;
+mod normal;
+mod outcome;
 mod problem;
+mod score;
+mod system;
+mod workspace;
 
+pub use calibrate::calibrate;
+pub use identifiability::{Identifiability, NullDirection};
 pub use loss::Loss;
+pub use outcome::{
+    ContactCount, Estimate, Estimated, Progress, Stage, Status, StopReason, Termination, Verdict,
+    Warning,
+};
 pub use problem::{Distance, Fixture, Freedom, Noise, Problem, Tool};
+pub use score::{Score, Spread};

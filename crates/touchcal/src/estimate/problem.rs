@@ -1,7 +1,7 @@
 //! What is to be solved: an arm, what touches, what is touched, the contacts, and what may be wrong.
 
-use crate::contact::ContactLog;
 use super::loss::Loss;
+use crate::contact::ContactLog;
 use crate::manifold::ContactManifold;
 use crate::robot::{Parameter, Robot};
 use crate::se3::Pose;

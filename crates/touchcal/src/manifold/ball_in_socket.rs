@@ -32,6 +32,10 @@ impl ContactManifold for BallInSocket {
     fn tool_directions(&self) -> &'static [usize] {
         &[0, 1, 2]
     }
+
+    fn is_point(&self) -> bool {
+        true
+    }
 }
 
 /// `p(T · Exp(ξ)) ≈ p + R v`, so row k of the derivative is row k of R.
@@ -40,6 +44,9 @@ fn push_centre(fixture_from_tool: &Pose, scale: f64, rows: &mut Rows) {
     let rotation = fixture_from_tool.rotation.to_rotation_matrix();
     for k in 0..3 {
         let row = rotation.matrix().row(k).transpose() * scale;
-        rows.push(fixture_from_tool.translation.vector[k] * scale, se3::twist(&row, &nalgebra::Vector3::zeros()));
+        rows.push(
+            fixture_from_tool.translation.vector[k] * scale,
+            se3::twist(&row, &nalgebra::Vector3::zeros()),
+        );
     }
 }

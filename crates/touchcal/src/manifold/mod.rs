@@ -24,7 +24,11 @@ pub struct Rows {
 impl Rows {
     /// No rows.
     pub fn new() -> Self {
-        Rows { len: 0, value: [0.0; MAX_ROWS], jacobian: [Twist::zeros(); MAX_ROWS] }
+        Rows {
+            len: 0,
+            value: [0.0; MAX_ROWS],
+            jacobian: [Twist::zeros(); MAX_ROWS],
+        }
     }
 
     /// Forgets all rows.
@@ -34,7 +38,10 @@ impl Rows {
 
     /// Appends a row. Rows beyond [`MAX_ROWS`] are a mistake of the manifold and are ignored in release builds.
     pub fn push(&mut self, value: f64, jacobian: Twist) {
-        debug_assert!(self.len < MAX_ROWS, "a manifold pushed more than {MAX_ROWS} rows");
+        debug_assert!(
+            self.len < MAX_ROWS,
+            "a manifold pushed more than {MAX_ROWS} rows"
+        );
         if self.len < MAX_ROWS {
             self.value[self.len] = value;
             self.jacobian[self.len] = jacobian;
@@ -90,4 +97,16 @@ pub trait ContactManifold: Send + Sync + std::fmt::Debug {
 
     /// Components of a tool twist `[v; ω]` that the contact can feel.
     fn tool_directions(&self) -> &'static [usize];
+
+    /// Whether the residual is the least of many gaps. The least of noisy gaps is negative on average even at the true pose, and
+    /// real contacts press parts into each other; the estimator then fits the mean gap at contact as a nuisance.
+    fn has_interference(&self) -> bool {
+        false
+    }
+
+    /// Whether the manifold is one point, so that its residual is an offset from it and its place may be unknown: contacts are
+    /// then scored by their distance from their mean.
+    fn is_point(&self) -> bool {
+        false
+    }
 }

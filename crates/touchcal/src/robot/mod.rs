@@ -8,5 +8,7 @@ mod segments;
 
 pub use chain::{Joint, JointKind, Limits, Robot, RobotError};
 pub use kinematics::{Kinematics, Scratch};
-pub use parameters::{Block, Column, Parameter, Unit, joint_offset, joint_origin, segment_strain, strain};
+pub use parameters::{
+    Block, Column, Parameter, Unit, joint_offset, joint_origin, segment_strain, strain,
+};
 pub use segments::{Segment, segments};

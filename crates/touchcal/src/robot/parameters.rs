@@ -119,9 +119,50 @@ pub(crate) const LENGTH_SCALE: f64 = 0.01;
 impl Parameter {
     /// Component `k` of a twist, named `{prefix}.{x|y|z|rx|ry|rz}`.
     pub fn twist(prefix: &str, column: Column, k: usize) -> Self {
-        let (unit, scale) = if k < 3 { (Unit::Meter, LENGTH_SCALE) } else { (Unit::Radian, ANGLE_SCALE) };
+        let (unit, scale) = if k < 3 {
+            (Unit::Meter, LENGTH_SCALE)
+        } else {
+            (Unit::Radian, ANGLE_SCALE)
+        };
         let name = format!("{prefix}.{}", TWIST_NAMES[k.min(5)]);
-        Parameter { name, column, unit, prior_sigma: None, scale }
+        Parameter {
+            name,
+            column,
+            unit,
+            prior_sigma: None,
+            scale,
+        }
+    }
+
+    /// Mean penetration (m) of contacts with fixture number `fixture`.
+    pub fn interference(name: &str, fixture: usize) -> Self {
+        let column = Column::Interference(fixture);
+        Parameter {
+            name: format!("interference.{name}"),
+            column,
+            unit: Unit::Meter,
+            prior_sigma: None,
+            scale: LENGTH_SCALE,
+        }
+    }
+
+    /// The parameter in words, for people: "offset of joint_a1", "hole's yaw".
+    pub fn words(&self) -> String {
+        const DIRECTIONS: [&str; 6] = ["x", "y", "z", "roll", "pitch", "yaw"];
+        let rest = self
+            .name
+            .split_once('.')
+            .map_or(self.name.as_str(), |(_, rest)| rest);
+        let owner = rest.rsplit_once('.').map_or(rest, |(owner, _)| owner);
+        match self.column {
+            Column::Strain => "the common strain".to_owned(),
+            Column::SegmentStrain(_) => format!("the strain of segment {rest}"),
+            Column::JointOffset(_) => format!("the offset of {rest}"),
+            Column::JointOrigin(_, k) => format!("the origin {} of {owner}", DIRECTIONS[k.min(5)]),
+            Column::Tool(k) => format!("the tool's {}", DIRECTIONS[k.min(5)]),
+            Column::Fixture(_, k) => format!("the {} of fixture {owner}", DIRECTIONS[k.min(5)]),
+            Column::Interference(_) => format!("the interference of fixture {rest}"),
+        }
     }
 
     /// The same parameter with a Gaussian prior of this standard deviation about zero.
@@ -164,7 +205,13 @@ pub fn joint_offset(robot: &Robot) -> Vec<Parameter> {
             _ => (Unit::Radian, ANGLE_SCALE),
         };
         let name = format!("joint_offset.{}", joint.name);
-        Parameter { name, column: Column::JointOffset(i), unit, prior_sigma: None, scale }
+        Parameter {
+            name,
+            column: Column::JointOffset(i),
+            unit,
+            prior_sigma: None,
+            scale,
+        }
     })
     .collect()
 }

@@ -1,0 +1,119 @@
+//! Levenberg–Marquardt on normal equations.
+//!
+//! The damping is Levenberg's, in units of each parameter's scale, so that directions the data cannot see stay where they are;
+//! its update follows Madsen, Nielsen & Tingleff, *Methods for non-linear least squares problems* (2004), section 3.2.
+
+use std::ops::ControlFlow;
+
+use nalgebra::DVector;
+
+use super::normal::NormalEquations;
+use super::outcome::{Progress, Stage, StopReason, Termination};
+
+/// When to stop.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Limits {
+    /// Most linearizations.
+    pub iterations: usize,
+    /// Newton decrement `gᵀH⁻¹g` (in units of the cost) below which the minimum is reached: 1e-8 is a ten-thousandth of
+    /// a standard deviation.
+    pub decrement: f64,
+}
+
+/// Smallest and largest damping, relative to the largest entry of the scaled information.
+const LEAST_DAMPING: f64 = 1e-14;
+const MOST_DAMPING: f64 = 1e6;
+
+/// A minimisation's end.
+pub(crate) struct Minimum {
+    pub theta: DVector<f64>,
+    pub normal: NormalEquations,
+    pub termination: Termination,
+}
+
+/// Minimises a cost given by its normal equations from `theta`. Parameters with `scale` 0 are held.
+pub(crate) fn minimise(
+    mut linearize: impl FnMut(&DVector<f64>) -> NormalEquations,
+    mut theta: DVector<f64>,
+    scale: &DVector<f64>,
+    limits: Limits,
+    observe: &mut dyn FnMut(usize, f64) -> ControlFlow<()>,
+) -> Minimum {
+    let mut normal = linearize(&theta);
+    let largest = normal
+        .scaled_information(scale)
+        .diagonal()
+        .max()
+        .max(f64::MIN_POSITIVE);
+    let mut damping = 1e-9;
+    let mut growth = 4.0;
+    let mut decrement = f64::INFINITY;
+    let mut iterations = 1;
+    let reason = loop {
+        if observe(iterations, normal.cost).is_break() {
+            break StopReason::Interrupted;
+        }
+        if !normal.cost.is_finite() {
+            break StopReason::NotFinite;
+        }
+        let step = normal.damped_step(scale, damping * largest);
+        let predicted = step.as_ref().map_or(0.0, |step| -normal.gradient.dot(step));
+        if step.is_some() {
+            decrement = predicted;
+            if decrement <= limits.decrement {
+                break StopReason::Converged;
+            }
+        }
+        if iterations >= limits.iterations {
+            break StopReason::IterationLimit;
+        }
+        if let Some(step) = step {
+            iterations += 1;
+            let candidate = &theta + &step;
+            let next = linearize(&candidate);
+            let gain = (normal.cost - next.cost) / predicted;
+            if next.cost.is_finite() && gain > 0.0 {
+                theta = candidate;
+                normal = next;
+                damping =
+                    (damping * (1.0 - (2.0 * gain - 1.0).powi(3)).max(0.1)).max(LEAST_DAMPING);
+                growth = 4.0;
+                continue;
+            }
+            // No descent within rounding: what is left to gain is lost in the sum of all contacts.
+            if predicted <= 1e-12 * normal.cost {
+                break StopReason::Converged;
+            }
+        }
+        damping *= growth;
+        growth *= 2.0;
+        if damping > MOST_DAMPING {
+            break StopReason::NoDescent;
+        }
+    };
+    let termination = Termination {
+        reason,
+        measured: decrement,
+        threshold: limits.decrement,
+        iterations,
+    };
+    Minimum {
+        theta,
+        normal,
+        termination,
+    }
+}
+
+/// Reports progress of one stage to the caller's observer.
+pub(crate) fn observer<'o>(
+    stage: Stage,
+    observe: &'o mut dyn FnMut(&Progress) -> ControlFlow<()>,
+) -> impl FnMut(usize, f64) -> ControlFlow<()> + 'o {
+    move |iteration, cost| {
+        observe(&Progress {
+            stage,
+            iteration,
+            cost,
+        })
+    }
+}

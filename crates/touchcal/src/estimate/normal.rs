@@ -1,0 +1,73 @@
+//! Normal equations, accumulated contact by contact.
+
+use nalgebra::{Cholesky, DMatrix, DVector};
+
+/// `H = Σ w JᵀJ`, `g = Σ w Jᵀr` and the cost `Σ ρ` of a set of whitened rows.
+///
+/// The information starts at zero: a prior is a row like any other.
+#[derive(Clone, Debug)]
+pub(crate) struct NormalEquations {
+    /// `H`; the upper triangle while accumulating, symmetric after [`NormalEquations::complete`].
+    pub information: DMatrix<f64>,
+    /// `g`, half the gradient of the cost.
+    pub gradient: DVector<f64>,
+    /// `Σ ρ`.
+    pub cost: f64,
+}
+
+impl NormalEquations {
+    pub fn new(size: usize) -> Self {
+        NormalEquations {
+            information: DMatrix::zeros(size, size),
+            gradient: DVector::zeros(size),
+            cost: 0.0,
+        }
+    }
+
+    /// Adds one row: `weight · (residual + Σ jacobian[k] δ[index[k]])²`, indices ascending. The cost is the caller's.
+    pub fn add_row(&mut self, index: &[usize], jacobian: &[f64], residual: f64, weight: f64) {
+        for (b, (&column, &right)) in index.iter().zip(jacobian).enumerate() {
+            let weighted = weight * right;
+            if weighted == 0.0 {
+                continue;
+            }
+            self.gradient[column] += weighted * residual;
+            let mut target = self.information.column_mut(column);
+            for (&row, &left) in index[..=b].iter().zip(jacobian) {
+                target[row] += weighted * left;
+            }
+        }
+    }
+
+    /// Adds another set of rows.
+    pub fn add(&mut self, other: &NormalEquations) {
+        self.information += &other.information;
+        self.gradient += &other.gradient;
+        self.cost += other.cost;
+    }
+
+    /// Fills the lower triangle.
+    pub fn complete(mut self) -> Self {
+        self.information.fill_lower_triangle_with_upper_triangle();
+        self
+    }
+
+    /// The step `δ` of `(S H S + λ I) S⁻¹δ = −S g`, `S = diag(scale)`; parameters with scale 0 are held.
+    /// `None` where the damped matrix is not positive definite in floating point.
+    pub fn damped_step(&self, scale: &DVector<f64>, damping: f64) -> Option<DVector<f64>> {
+        let mut scaled = self.scaled_information(scale);
+        for k in 0..scaled.nrows() {
+            scaled[(k, k)] += if scale[k] == 0.0 { 1.0 } else { damping };
+        }
+        let right = -self.gradient.component_mul(scale);
+        let step = Cholesky::new(scaled)?.solve(&right);
+        Some(step.component_mul(scale))
+    }
+
+    /// `S H S`.
+    pub fn scaled_information(&self, scale: &DVector<f64>) -> DMatrix<f64> {
+        DMatrix::from_fn(scale.len(), scale.len(), |i, j| {
+            scale[i] * self.information[(i, j)] * scale[j]
+        })
+    }
+}

@@ -1,0 +1,259 @@
+//! What an estimation ends with: values, never log text.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::identifiability::Identifiability;
+use super::score::Score;
+use crate::robot::{Parameter, Robot};
+
+/// A stage of the estimator.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Stage {
+    /// Towards the manifolds' envelopes, from afar.
+    Coarse,
+    /// Onto the manifolds.
+    Fine,
+}
+
+/// Where a running estimation stands.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Progress {
+    /// Current stage.
+    pub stage: Stage,
+    /// Linearizations so far in this stage.
+    pub iteration: usize,
+    /// Current cost.
+    pub cost: f64,
+}
+
+/// Why a minimisation stopped.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum StopReason {
+    /// The Newton decrement fell below its threshold.
+    Converged,
+    /// The iteration limit came first.
+    IterationLimit,
+    /// No step, however short, lowered the cost.
+    NoDescent,
+    /// The cost became NaN or infinite.
+    NotFinite,
+    /// The caller asked to stop.
+    Interrupted,
+}
+
+impl StopReason {
+    /// Name in files.
+    pub fn name(self) -> &'static str {
+        match self {
+            StopReason::Converged => "converged",
+            StopReason::IterationLimit => "iteration_limit",
+            StopReason::NoDescent => "no_descent",
+            StopReason::NotFinite => "not_finite",
+            StopReason::Interrupted => "interrupted",
+        }
+    }
+}
+
+/// Why and where a minimisation stopped.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Termination {
+    /// Why.
+    pub reason: StopReason,
+    /// Newton decrement of the last step.
+    pub measured: f64,
+    /// What it had to fall below.
+    pub threshold: f64,
+    /// Linearizations of both stages.
+    pub iterations: usize,
+}
+
+/// What may be done with an estimate.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Status {
+    /// Use it.
+    Converged,
+    /// The minimisation did not end: do not use it.
+    NotConverged,
+    /// It ended, but the data do not determine the arm: do not use it.
+    NotUsable,
+}
+
+impl Status {
+    /// Name in files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Status::Converged => "converged",
+            Status::NotConverged => "not_converged",
+            Status::NotUsable => "not_usable",
+        }
+    }
+}
+
+/// What became of one contact in the fine stage.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Verdict {
+    /// It counted with this weight, 0 to 1.
+    Used {
+        /// Robust weight.
+        weight: f64,
+    },
+    /// It lay too far off the manifold to count.
+    Rejected {
+        /// Distance from the manifold in standard deviations.
+        deviations: f64,
+    },
+}
+
+/// Something a user should know, with advice.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum Warning {
+    /// Fewer measured rows than parameters without a prior.
+    TooFewContacts {
+        /// Rows.
+        rows: usize,
+        /// Parameters.
+        parameters: usize,
+    },
+    /// Parameters that the data cannot determine were held at zero.
+    Held {
+        /// Their names.
+        names: Vec<String>,
+    },
+    /// Even together with their priors the data leave the arm's geometry about as uncertain as it was.
+    ArmUndetermined {
+        /// Uncertainty left of distances between tool positions, as a share of the uncertainty before.
+        left: f64,
+    },
+    /// Contacts scatter more than the declared noise explains; the uncertainties are widened accordingly.
+    NoiseExceeded {
+        /// Measured over declared standard deviation.
+        factor: f64,
+    },
+    /// Many contacts do not lie on their manifold.
+    ManyRejected {
+        /// Share of contacts, 0 to 1.
+        share: f64,
+    },
+    /// A joint hardly moved, so errors on both sides of it look alike.
+    JointHardlyMoved {
+        /// Name of the joint.
+        joint: String,
+        /// Range of its positions (rad or m).
+        range: f64,
+    },
+    /// A parameter ended far outside its prior.
+    FarFromPrior {
+        /// Name of the parameter.
+        name: String,
+        /// Distance in prior standard deviations.
+        deviations: f64,
+    },
+}
+
+impl std::fmt::Display for Warning {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        match self {
+            Warning::TooFewContacts { rows, parameters } => write!(
+                f,
+                "{rows} measured rows cannot determine {parameters} parameters: record more contacts, or estimate fewer parameters"
+            ),
+            Warning::Held { names } => write!(
+                f,
+                "held at zero because the data cannot determine them: {}; touch more fixtures or from other elbow positions, or give a prior",
+                names.join(", ")
+            ),
+            Warning::ArmUndetermined { left } => write!(
+                f,
+                "these contacts leave {:.0} % of the arm's uncertainty: do not use the result; touch more places, other kinds of fixtures, or fixtures whose place or spacing is known",
+                100.0 * left
+            ),
+            Warning::NoiseExceeded { factor } => write!(
+                f,
+                "contacts scatter {factor:.1} times more than [noise] declares; uncertainties were widened by that factor; check the noise values, the parts' shapes, and whether more parameters should be free"
+            ),
+            Warning::ManyRejected { share } => write!(
+                f,
+                "{:.0} % of the contacts do not fit and were rejected; check the force threshold and the fixtures' places",
+                100.0 * share
+            ),
+            Warning::JointHardlyMoved { joint, range } => write!(
+                f,
+                "joint `{joint}` moved only {:.2}° in all contacts; move it more to tell its errors from its neighbours'",
+                range.to_degrees()
+            ),
+            Warning::FarFromPrior { name, deviations } => write!(
+                f,
+                "`{name}` ended {deviations:.1} prior standard deviations from zero; check the nominal model or widen its prior"
+            ),
+        }
+    }
+}
+
+/// An estimated parameter.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Estimated {
+    /// Which parameter.
+    pub parameter: Parameter,
+    /// Its estimate (SI).
+    pub value: f64,
+    /// Its standard deviation; none where neither data nor prior bound it.
+    pub sigma: Option<f64>,
+    /// Whether the data determine it.
+    pub identifiable: bool,
+}
+
+/// Contacts in and out.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ContactCount {
+    /// Rows read, in contact or not.
+    pub read: u64,
+    /// Contacts that counted.
+    pub used: usize,
+    /// Contacts rejected by the robust loss.
+    pub rejected: usize,
+}
+
+/// The result of [`calibrate`](super::calibrate).
+#[derive(Clone, Debug)]
+pub struct Estimate {
+    /// Whether it may be used.
+    pub status: Status,
+    /// Every parameter, in order.
+    pub parameters: Vec<Estimated>,
+    /// Covariance of the parameters (SI); rows and columns of held parameters are zero.
+    pub covariance: DMatrix<f64>,
+    /// What the data determine and what they do not.
+    pub identifiability: Identifiability,
+    /// Residuals of the nominal arm.
+    pub prefit: Score,
+    /// Residuals of the calibrated arm.
+    pub postfit: Score,
+    /// How many contacts counted.
+    pub contacts: ContactCount,
+    /// One for each contact.
+    pub verdicts: Vec<Verdict>,
+    /// Why the minimisation stopped.
+    pub termination: Termination,
+    /// What a user should know.
+    pub warnings: Vec<Warning>,
+    /// Measured over declared standard deviation of the contacts.
+    pub noise_factor: f64,
+    /// The calibrated arm.
+    pub robot: Robot,
+}
+
+impl Estimate {
+    /// Parameter values (SI), in order.
+    pub fn values(&self) -> DVector<f64> {
+        DVector::from_iterator(
+            self.parameters.len(),
+            self.parameters.iter().map(|p| p.value),
+        )
+    }
+
+    /// The parameter of this name.
+    pub fn parameter(&self, name: &str) -> Option<&Estimated> {
+        self.parameters.iter().find(|p| p.parameter.name == name)
+    }
+}
