@@ -44,10 +44,7 @@ pub fn twist(v: &Vector3<f64>, w: &Vector3<f64>) -> Twist {
 pub fn exp(xi: &Twist) -> Pose {
     let w = angular(xi);
     let translation = so3_left_jacobian(&w) * linear(xi);
-    Pose::from_parts(
-        Translation3::from(translation),
-        UnitQuaternion::from_scaled_axis(w),
-    )
+    Pose::from_parts(Translation3::from(translation), UnitQuaternion::from_scaled_axis(w))
 }
 
 /// `Log: SE(3) → ℝ⁶`, the inverse of [`exp`] for rotation angles up to π (Solà et al. 2018, eq. 173).
@@ -63,8 +60,7 @@ pub fn adjoint(pose: &Pose) -> Matrix6<f64> {
     let mut ad = Matrix6::zeros();
     ad.fixed_view_mut::<3, 3>(0, 0).copy_from(&r);
     ad.fixed_view_mut::<3, 3>(3, 3).copy_from(&r);
-    ad.fixed_view_mut::<3, 3>(0, 3)
-        .copy_from(&(skew(&pose.translation.vector) * r));
+    ad.fixed_view_mut::<3, 3>(0, 3).copy_from(&(skew(&pose.translation.vector) * r));
     ad
 }
 
@@ -76,20 +72,14 @@ pub fn right_jacobian(xi: &Twist) -> Matrix6<f64> {
     let mut jacobian = Matrix6::zeros();
     jacobian.fixed_view_mut::<3, 3>(0, 0).copy_from(&j);
     jacobian.fixed_view_mut::<3, 3>(3, 3).copy_from(&j);
-    jacobian
-        .fixed_view_mut::<3, 3>(0, 3)
-        .copy_from(&coupling(&v, &w));
+    jacobian.fixed_view_mut::<3, 3>(0, 3).copy_from(&coupling(&v, &w));
     jacobian
 }
 
 /// Logarithm of a rotation (rad), the shorter way round; exact up to π.
 fn so3_log(rotation: &UnitQuaternion<f64>) -> Vector3<f64> {
     let q = rotation.quaternion();
-    let (vector, scalar) = if q.w < 0.0 {
-        (-q.imag(), -q.w)
-    } else {
-        (q.imag(), q.w)
-    };
+    let (vector, scalar) = if q.w < 0.0 { (-q.imag(), -q.w) } else { (q.imag(), q.w) };
     let sine = vector.norm();
     if sine < 1e-9 {
         return vector * 2.0;
@@ -147,10 +137,7 @@ fn coupling(v: &Vector3<f64>, w: &Vector3<f64>) -> Matrix3<f64> {
         )
     } else {
         let (sin, cos) = angle.sin_cos();
-        (
-            (a2 + 2.0 * cos - 2.0) / (2.0 * a2 * a2),
-            (2.0 * angle - 3.0 * sin + angle * cos) / (2.0 * a2 * a2 * angle),
-        )
+        ((a2 + 2.0 * cos - 2.0) / (2.0 * a2 * a2), (2.0 * angle - 3.0 * sin + angle * cos) / (2.0 * a2 * a2 * angle))
     };
     let p = skew(v);
     let s = skew(w);

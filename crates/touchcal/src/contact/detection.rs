@@ -20,23 +20,13 @@ impl Detector {
     /// A detector with force threshold and release (N) and debounce (rows, at least 1).
     /// A release above the threshold is taken as the threshold: then there is no hysteresis.
     pub fn new(threshold: f64, release: f64, debounce: usize) -> Self {
-        Detector {
-            threshold,
-            release: release.min(threshold),
-            debounce: debounce.max(1),
-            touching: false,
-            pending: 0,
-        }
+        Detector { threshold, release: release.min(threshold), debounce: debounce.max(1), touching: false, pending: 0 }
     }
 
     /// Takes the next row's wrench; says whether the tool is touching.
     pub fn update(&mut self, wrench: &Wrench) -> bool {
         let force = (wrench[0].powi(2) + wrench[1].powi(2) + wrench[2].powi(2)).sqrt();
-        let changes = if self.touching {
-            force < self.release
-        } else {
-            force > self.threshold
-        };
+        let changes = if self.touching { force < self.release } else { force > self.threshold };
         self.pending = if changes { self.pending + 1 } else { 0 };
         if self.pending >= self.debounce {
             self.touching = !self.touching;
@@ -51,35 +41,23 @@ mod tests {
     use super::*;
 
     fn flags(detector: &mut Detector, forces: &[f64]) -> Vec<bool> {
-        forces
-            .iter()
-            .map(|&f| detector.update(&[0.0, f, 0.0, 9.0, 9.0, 9.0]))
-            .collect()
+        forces.iter().map(|&f| detector.update(&[0.0, f, 0.0, 9.0, 9.0, 9.0])).collect()
     }
 
     #[test]
     fn threshold_is_exclusive_and_torque_is_ignored() {
-        assert_eq!(
-            flags(&mut Detector::new(3.0, 3.0, 1), &[0.0, 3.0, 3.1, 2.9]),
-            [false, false, true, false]
-        );
+        assert_eq!(flags(&mut Detector::new(3.0, 3.0, 1), &[0.0, 3.0, 3.1, 2.9]), [false, false, true, false]);
     }
 
     #[test]
     fn hysteresis_holds_contact_between_release_and_threshold() {
-        let seen = flags(
-            &mut Detector::new(3.0, 2.0, 1),
-            &[2.5, 3.5, 2.5, 2.0, 1.9, 2.5],
-        );
+        let seen = flags(&mut Detector::new(3.0, 2.0, 1), &[2.5, 3.5, 2.5, 2.0, 1.9, 2.5]);
         assert_eq!(seen, [false, true, true, true, false, false]);
     }
 
     #[test]
     fn debounce_ignores_short_spikes_either_way() {
-        let seen = flags(
-            &mut Detector::new(3.0, 2.0, 2),
-            &[4.0, 0.0, 4.0, 4.0, 0.0, 4.0, 0.0, 0.0],
-        );
+        let seen = flags(&mut Detector::new(3.0, 2.0, 2), &[4.0, 0.0, 4.0, 4.0, 0.0, 4.0, 0.0, 0.0]);
         assert_eq!(seen, [false, false, false, true, true, true, true, false]);
     }
 }

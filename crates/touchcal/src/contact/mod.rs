@@ -27,10 +27,7 @@ pub struct ContactLog {
 impl ContactLog {
     /// An empty log of an arm with `dof` moving joints.
     pub fn new(dof: usize) -> Self {
-        ContactLog {
-            dof,
-            ..ContactLog::default()
-        }
+        ContactLog { dof, ..ContactLog::default() }
     }
 
     /// Registers a file and returns its index for [`Source::file`].
@@ -96,11 +93,7 @@ impl ContactLog {
 
     /// The contacts for which `keep(i)` holds, in order.
     pub fn filtered(&self, mut keep: impl FnMut(usize) -> bool) -> ContactLog {
-        let mut log = ContactLog {
-            files: self.files.clone(),
-            rows_read: self.rows_read,
-            ..ContactLog::new(self.dof)
-        };
+        let mut log = ContactLog { files: self.files.clone(), rows_read: self.rows_read, ..ContactLog::new(self.dof) };
         for i in (0..self.len()).filter(|&i| keep(i)) {
             log.push(self.q(i), self.fixture(i), self.source(i));
         }

@@ -5,11 +5,11 @@ use std::ops::ControlFlow;
 use nalgebra::{Cholesky, DMatrix, DVector};
 
 use super::identifiability::{Held, Identifiability, held};
+use super::learn::learn;
 use super::levenberg_marquardt::{Limits, Minimum, minimise, observer};
 use super::loss::Loss;
 use super::outcome::{
-    ContactCount, Estimate, Estimated, Progress, Stage, Status, StopReason, Termination, Verdict,
-    Warning,
+    ContactCount, Estimate, Estimated, Progress, Stage, Status, StopReason, Termination, Verdict, Warning,
 };
 use super::problem::Problem;
 use super::score::score;
@@ -36,18 +36,9 @@ const USABLE_BELOW: f64 = 0.5;
 /// Prior standard deviations that deserve a warning.
 const FAR_FROM_PRIOR: f64 = 4.0;
 
-const COARSE: Limits = Limits {
-    iterations: 100,
-    decrement: 1e-3,
-};
-const NARROW: Limits = Limits {
-    iterations: 3,
-    decrement: 1e-2,
-};
-const FINE: Limits = Limits {
-    iterations: 60,
-    decrement: 1e-8,
-};
+const COARSE: Limits = Limits { iterations: 100, decrement: 1e-3 };
+const NARROW: Limits = Limits { iterations: 3, decrement: 1e-2 };
+const FINE: Limits = Limits { iterations: 60, decrement: 1e-8 };
 
 type Observe<'o> = &'o mut dyn FnMut(&Progress) -> ControlFlow<()>;
 
@@ -61,9 +52,18 @@ type Observe<'o> = &'o mut dyn FnMut(&Progress) -> ControlFlow<()>;
 /// The covariance is that of an M-estimator (Huber 1981, section 7.6): `(A²/B · Σ JᵀJ + Λ)⁻¹` with `A` the mean of ψ′, `B` that of ψ² over all contacts and
 /// `Λ` the priors; noise above the declared one widens it.
 pub fn calibrate(problem: &Problem, observe: Observe<'_>) -> Estimate {
-    let system = System::new(problem);
+    let mut system = System::new(problem);
     let mut scale = system.scale();
     let mut minimum = solve(&system, &scale, observe);
+    if system.learns() && minimum.termination.reason != StopReason::Interrupted {
+        let before = minimum.termination.iterations;
+        let learned = learn(&mut system, minimum.theta);
+        let mut look = observer(Stage::Fine, observe);
+        let rung = Rung::Residual(problem.loss);
+        scale = system.scale();
+        minimum = minimise(|theta| system.linearize(theta, rung, 1), learned.theta, &scale, FINE, &mut look);
+        minimum.termination.iterations += before + learned.linearizations;
+    }
     let mut found = Found::new(&system, &minimum.theta);
     let mut holding = found.held(&system, &scale);
     let pivots = holding.pivots.clone();
@@ -85,13 +85,7 @@ fn solve(system: &System<'_>, scale: &DVector<f64>, observe: Observe<'_>) -> Min
     let stride = (system.problem.contacts.len() / GLANCE).max(1);
     let start = DVector::zeros(scale.len());
     let mut look = observer(Stage::Coarse, observe);
-    let coarse = minimise(
-        |theta| system.linearize(theta, Rung::Envelope, stride),
-        start,
-        scale,
-        COARSE,
-        &mut look,
-    );
+    let coarse = minimise(|theta| system.linearize(theta, Rung::Envelope, stride), start, scale, COARSE, &mut look);
     drop(look);
     let mut iterations = coarse.termination.iterations;
     let mut theta = coarse.theta;
@@ -99,13 +93,7 @@ fn solve(system: &System<'_>, scale: &DVector<f64>, observe: Observe<'_>) -> Min
     let mut widening = system.widening(&theta, stride);
     while widening > 1.0 && coarse.termination.reason != StopReason::Interrupted {
         let rung = Rung::Residual(system.problem.loss.widened(widening));
-        let step = minimise(
-            |theta| system.linearize(theta, rung, stride),
-            theta,
-            scale,
-            NARROW,
-            &mut look,
-        );
+        let step = minimise(|theta| system.linearize(theta, rung, stride), theta, scale, NARROW, &mut look);
         iterations += step.termination.iterations;
         theta = step.theta;
         if step.termination.reason == StopReason::Interrupted {
@@ -114,13 +102,7 @@ fn solve(system: &System<'_>, scale: &DVector<f64>, observe: Observe<'_>) -> Min
         widening /= NARROWING;
     }
     let rung = Rung::Residual(system.problem.loss);
-    let mut fine = minimise(
-        |theta| system.linearize(theta, rung, 1),
-        theta,
-        scale,
-        FINE,
-        &mut look,
-    );
+    let mut fine = minimise(|theta| system.linearize(theta, rung, 1), theta, scale, FINE, &mut look);
     fine.termination.iterations += iterations;
     fine
 }
@@ -135,17 +117,10 @@ impl System<'_> {
         let at = self.at(theta);
         let mut rows = at.rows();
         let each = (0..self.problem.contacts.len()).step_by(stride);
-        let mut deviations: Vec<f64> = each
-            .map(|i| {
-                at.contact(i, Rung::Residual(Loss::Squared), &mut rows)
-                    .sqrt()
-            })
-            .collect();
+        let mut deviations: Vec<f64> =
+            each.map(|i| at.contact(i, Rung::Residual(Loss::Squared), &mut rows).sqrt()).collect();
         deviations.sort_unstable_by(f64::total_cmp);
-        let ninth = deviations
-            .get(deviations.len() * 9 / 10)
-            .copied()
-            .unwrap_or(0.0);
+        let ninth = deviations.get(deviations.len() * 9 / 10).copied().unwrap_or(0.0);
         (ninth / k).max(1.0)
     }
 }
@@ -176,9 +151,7 @@ impl Found {
             slope += dimension as f64 * weight + 2.0 * squared * loss.weight_slope(squared);
             square += weight * weight * squared;
             verdicts.push(if weight < REJECTED_BELOW {
-                Verdict::Rejected {
-                    deviations: squared.sqrt(),
-                }
+                Verdict::Rejected { deviations: squared.sqrt() }
             } else {
                 Verdict::Used { weight }
             });
@@ -191,12 +164,7 @@ impl Found {
         // Declared noise is a floor: a lucky sample makes nothing more certain.
         let share = 1.0 / (expected * noise_factor.max(1.0).powi(2));
         let data = system.information(theta, share);
-        Found {
-            data,
-            verdicts,
-            noise_factor,
-            rows: count,
-        }
+        Found { data, verdicts, noise_factor, rows: count }
     }
 
     fn held(&self, system: &System<'_>, scale: &DVector<f64>) -> Held {
@@ -205,21 +173,12 @@ impl Found {
 }
 
 fn priors(system: &System<'_>) -> DMatrix<f64> {
-    let each = system
-        .parameters
-        .iter()
-        .map(|p| p.prior_sigma.map_or(0.0, |sigma| sigma.powi(-2)));
+    let each = system.parameters.iter().map(|p| p.prior_sigma.map_or(0.0, |sigma| sigma.powi(-2)));
     DMatrix::from_diagonal(&DVector::from_iterator(system.parameters.len(), each))
 }
 
 /// Puts the outcome together.
-fn conclude(
-    system: &System<'_>,
-    scale: &DVector<f64>,
-    minimum: &Minimum,
-    found: &Found,
-    holding: &Held,
-) -> Estimate {
+fn conclude(system: &System<'_>, scale: &DVector<f64>, minimum: &Minimum, found: &Found, holding: &Held) -> Estimate {
     let problem = system.problem;
     let covariance = covariance(&(&found.data + priors(system)), scale);
     let plausible = system.scale();
@@ -235,27 +194,15 @@ fn conclude(
         }
     });
     let parameters: Vec<Estimated> = estimated.collect();
-    let columns: Vec<Column> = system
-        .parameters
-        .iter()
-        .map(|parameter| parameter.column)
-        .collect();
-    let rejected = found
-        .verdicts
-        .iter()
-        .filter(|verdict| matches!(verdict, Verdict::Rejected { .. }))
-        .count();
+    let columns: Vec<Column> = system.parameters.iter().map(|parameter| parameter.column).collect();
+    let rejected = found.verdicts.iter().filter(|verdict| matches!(verdict, Verdict::Rejected { .. })).count();
     let mut estimate = Estimate {
         status: Status::Converged,
         covariance,
         identifiability: Identifiability::new(&found.data, &system.parameters, &plausible),
         prefit: score(problem, &system.at(&DVector::zeros(scale.len()))),
         postfit: score(problem, &system.at(&minimum.theta)),
-        contacts: ContactCount {
-            read: problem.contacts.rows_read(),
-            used: found.verdicts.len() - rejected,
-            rejected,
-        },
+        contacts: ContactCount { read: problem.contacts.rows_read(), used: found.verdicts.len() - rejected, rejected },
         verdicts: found.verdicts.clone(),
         termination: minimum.termination,
         warnings: Vec::new(),
@@ -270,12 +217,8 @@ fn conclude(
 }
 
 fn status(termination: &Termination, warnings: &[Warning]) -> Status {
-    let unusable = |warning: &Warning| {
-        matches!(
-            warning,
-            Warning::TooFewContacts { .. } | Warning::ArmUndetermined { .. }
-        )
-    };
+    let unusable =
+        |warning: &Warning| matches!(warning, Warning::TooFewContacts { .. } | Warning::ArmUndetermined { .. });
     match termination.reason {
         _ if warnings.iter().any(unusable) => Status::NotUsable,
         StopReason::Converged => Status::Converged,
@@ -283,41 +226,22 @@ fn status(termination: &Termination, warnings: &[Warning]) -> Status {
     }
 }
 
-fn warnings(
-    system: &System<'_>,
-    found: &Found,
-    holding: &Held,
-    estimate: &Estimate,
-    left: f64,
-) -> Vec<Warning> {
+fn warnings(system: &System<'_>, found: &Found, holding: &Held, estimate: &Estimate, left: f64) -> Vec<Warning> {
     let mut warnings = Vec::new();
-    let without_prior = system
-        .parameters
-        .iter()
-        .filter(|parameter| parameter.prior_sigma.is_none())
-        .count();
+    let without_prior = system.parameters.iter().filter(|parameter| parameter.prior_sigma.is_none()).count();
     let rows = found.rows + system.problem.distances.len();
     if found.verdicts.is_empty() || rows < without_prior {
-        warnings.push(Warning::TooFewContacts {
-            rows,
-            parameters: without_prior,
-        });
+        warnings.push(Warning::TooFewContacts { rows, parameters: without_prior });
     }
     if left > USABLE_BELOW {
         warnings.push(Warning::ArmUndetermined { left });
     }
     if !holding.pivots.is_empty() {
-        let names = holding
-            .pivots
-            .iter()
-            .map(|&k| system.parameters[k].name.clone())
-            .collect();
+        let names = holding.pivots.iter().map(|&k| system.parameters[k].name.clone()).collect();
         warnings.push(Warning::Held { names });
     }
     if found.noise_factor > NOISE_EXCEEDED {
-        warnings.push(Warning::NoiseExceeded {
-            factor: found.noise_factor,
-        });
+        warnings.push(Warning::NoiseExceeded { factor: found.noise_factor });
     }
     let share = estimate.contacts.rejected as f64 / found.verdicts.len().max(1) as f64;
     if share > MANY_REJECTED {
@@ -328,20 +252,14 @@ fn warnings(
         let positions = (0..contacts.len()).map(|c| contacts.q(c)[i]);
         let (least, most) = positions.fold((f64::MAX, f64::MIN), |(a, b), q| (a.min(q), b.max(q)));
         if most - least < HARDLY_MOVED && !contacts.is_empty() {
-            warnings.push(Warning::JointHardlyMoved {
-                joint: joint.name.clone(),
-                range: most - least,
-            });
+            warnings.push(Warning::JointHardlyMoved { joint: joint.name.clone(), range: most - least });
         }
     }
     for estimated in &estimate.parameters {
         if let Some(sigma) = estimated.parameter.prior_sigma {
             let deviations = estimated.value.abs() / sigma;
             if deviations > FAR_FROM_PRIOR {
-                warnings.push(Warning::FarFromPrior {
-                    name: estimated.parameter.name.clone(),
-                    deviations,
-                });
+                warnings.push(Warning::FarFromPrior { name: estimated.parameter.name.clone(), deviations });
             }
         }
     }
@@ -353,16 +271,10 @@ fn covariance(information: &DMatrix<f64>, scale: &DVector<f64>) -> DMatrix<f64> 
     let size = scale.len();
     let scaled = DMatrix::from_fn(size, size, |i, j| {
         let held = scale[i] == 0.0 || scale[j] == 0.0;
-        if held {
-            f64::from(u8::from(i == j))
-        } else {
-            scale[i] * information[(i, j)] * scale[j]
-        }
+        if held { f64::from(u8::from(i == j)) } else { scale[i] * information[(i, j)] * scale[j] }
     });
     let inverse = Cholesky::new(scaled.clone()).map(|cholesky| cholesky.inverse());
-    let inverse = inverse
-        .or_else(|| scaled.pseudo_inverse(1e-14).ok())
-        .unwrap_or_else(|| DMatrix::zeros(size, size));
+    let inverse = inverse.or_else(|| scaled.pseudo_inverse(1e-14).ok()).unwrap_or_else(|| DMatrix::zeros(size, size));
     DMatrix::from_fn(size, size, |i, j| scale[i] * inverse[(i, j)] * scale[j])
 }
 

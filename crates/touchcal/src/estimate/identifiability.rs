@@ -51,26 +51,11 @@ impl Identifiability {
             0 => f64::INFINITY,
             _ => singular_values[0] / singular_values[rank - 1],
         };
-        let reduced = reduced_basis(
-            &basis.columns(rank, free.len() - rank).into_owned(),
-            |row| {
-                if is_nuisance(&parameters[free[row]]) {
-                    0.5
-                } else {
-                    1.0
-                }
-            },
-        );
-        let null_space = reduced
-            .iter()
-            .map(|part| named(part, &free, parameters))
-            .collect();
-        Identifiability {
-            singular_values,
-            rank,
-            condition,
-            null_space,
-        }
+        let reduced = reduced_basis(&basis.columns(rank, free.len() - rank).into_owned(), |row| {
+            if is_nuisance(&parameters[free[row]]) { 0.5 } else { 1.0 }
+        });
+        let null_space = reduced.iter().map(|part| named(part, &free, parameters)).collect();
+        Identifiability { singular_values, rank, condition, null_space }
     }
 
     /// The observability indices O1 to O5 of the singular values of the determined directions.
@@ -103,11 +88,7 @@ pub(crate) struct Held {
 }
 
 /// Finds what must be held, from data and priors together.
-pub(crate) fn held(
-    information: &DMatrix<f64>,
-    parameters: &[Parameter],
-    scale: &DVector<f64>,
-) -> Held {
+pub(crate) fn held(information: &DMatrix<f64>, parameters: &[Parameter], scale: &DVector<f64>) -> Held {
     let free: Vec<usize> = (0..scale.len()).filter(|&k| scale[k] > 0.0).collect();
     let (singular_values, basis) = spectrum(information, scale, &free);
     let rank = determined(&singular_values);
@@ -117,10 +98,7 @@ pub(crate) fn held(
         parameter if is_nuisance(parameter) => 0.2,
         _ => 1.0,
     };
-    let mut result = Held {
-        pivots: Vec::new(),
-        participants: Vec::new(),
-    };
+    let mut result = Held { pivots: Vec::new(), participants: Vec::new() };
     for part in reduced_basis(&null, preference) {
         result.pivots.push(free[part.pivot]);
         let takes_part = (0..part.vector.len()).filter(|&row| part.vector[row].abs() > 1e-3);
@@ -130,42 +108,25 @@ pub(crate) fn held(
 }
 
 fn is_nuisance(parameter: &Parameter) -> bool {
-    matches!(
-        parameter.column.block(),
-        Block::Tool | Block::Fixture | Block::Interference
-    )
+    matches!(parameter.column.block(), Block::Tool | Block::Fixture | Block::Interference | Block::JointDrift)
 }
 
 /// Scaled singular values, largest first, and the directions they belong to as columns.
-fn spectrum(
-    information: &DMatrix<f64>,
-    scale: &DVector<f64>,
-    free: &[usize],
-) -> (Vec<f64>, DMatrix<f64>) {
+fn spectrum(information: &DMatrix<f64>, scale: &DVector<f64>, free: &[usize]) -> (Vec<f64>, DMatrix<f64>) {
     let scaled = DMatrix::from_fn(free.len(), free.len(), |i, j| {
         scale[free[i]] * information[(free[i], free[j])] * scale[free[j]]
     });
     let eigen = SymmetricEigen::new(scaled);
     let mut order: Vec<usize> = (0..free.len()).collect();
     order.sort_by(|&a, &b| eigen.eigenvalues[b].total_cmp(&eigen.eigenvalues[a]));
-    let values = order
-        .iter()
-        .map(|&k| eigen.eigenvalues[k].max(0.0).sqrt())
-        .collect();
-    let basis = DMatrix::from_fn(free.len(), free.len(), |i, j| {
-        eigen.eigenvectors[(i, order[j])]
-    });
+    let values = order.iter().map(|&k| eigen.eigenvalues[k].max(0.0).sqrt()).collect();
+    let basis = DMatrix::from_fn(free.len(), free.len(), |i, j| eigen.eigenvectors[(i, order[j])]);
     (values, basis)
 }
 
 fn determined(singular_values: &[f64]) -> usize {
-    let least = singular_values
-        .first()
-        .map_or(NULL_BELOW, |largest| NULL_BELOW.max(ROUNDING * largest));
-    singular_values
-        .iter()
-        .take_while(|&&value| value >= least)
-        .count()
+    let least = singular_values.first().map_or(NULL_BELOW, |largest| NULL_BELOW.max(ROUNDING * largest));
+    singular_values.iter().take_while(|&&value| value >= least).count()
 }
 
 struct ReducedDirection {
@@ -176,10 +137,7 @@ struct ReducedDirection {
 /// A basis of the same space in reduced echelon form: each direction has a pivot coordinate that no other one has, so that
 /// few coordinates take part in each. Pivots go to large coordinates, weighted by `preference`.
 fn reduced_basis(basis: &DMatrix<f64>, preference: impl Fn(usize) -> f64) -> Vec<ReducedDirection> {
-    let mut vectors: Vec<DVector<f64>> = basis
-        .column_iter()
-        .map(|column| column.into_owned())
-        .collect();
+    let mut vectors: Vec<DVector<f64>> = basis.column_iter().map(|column| column.into_owned()).collect();
     let mut reduced: Vec<ReducedDirection> = Vec::new();
     while !vectors.is_empty() {
         let mut best = (0, 0, 0.0);
@@ -197,10 +155,7 @@ fn reduced_basis(basis: &DMatrix<f64>, preference: impl Fn(usize) -> f64) -> Vec
             continue;
         }
         let vector = &vector / vector[pivot];
-        for other in vectors
-            .iter_mut()
-            .chain(reduced.iter_mut().map(|direction| &mut direction.vector))
-        {
+        for other in vectors.iter_mut().chain(reduced.iter_mut().map(|direction| &mut direction.vector)) {
             let part = other[pivot];
             other.axpy(-part, &vector, 1.0);
         }
@@ -211,30 +166,19 @@ fn reduced_basis(basis: &DMatrix<f64>, preference: impl Fn(usize) -> f64) -> Vec
 
 fn named(part: &ReducedDirection, free: &[usize], parameters: &[Parameter]) -> NullDirection {
     let vector = &part.vector / part.vector.amax().max(f64::MIN_POSITIVE);
-    let mut rows: Vec<usize> = (0..vector.len())
-        .filter(|&row| vector[row].abs() > 1e-3)
-        .collect();
+    let mut rows: Vec<usize> = (0..vector.len()).filter(|&row| vector[row].abs() > 1e-3).collect();
     rows.sort_by(|&a, &b| vector[b].abs().total_cmp(&vector[a].abs()));
-    let large = rows
-        .iter()
-        .filter(|&&row| vector[row].abs() >= NAMED_FROM && row != part.pivot);
+    let large = rows.iter().filter(|&&row| vector[row].abs() >= NAMED_FROM && row != part.pivot);
     let others: Vec<String> = large.map(|&row| parameters[free[row]].words()).collect();
     let first = parameters[free[part.pivot]].words();
     let words = match others.len() {
         0 => format!("nothing in the data depends on {first}"),
         n if n > MOST_NAMED => {
-            format!(
-                "{first} cannot be told from {} and {} more",
-                others[..MOST_NAMED].join(", "),
-                n - MOST_NAMED
-            )
+            format!("{first} cannot be told from {} and {} more", others[..MOST_NAMED].join(", "), n - MOST_NAMED)
         }
         _ => format!("{first} cannot be told from {}", joined(&others)),
     };
-    NullDirection {
-        words,
-        direction: rows.iter().map(|&row| (free[row], vector[row])).collect(),
-    }
+    NullDirection { words, direction: rows.iter().map(|&row| (free[row], vector[row])).collect() }
 }
 
 fn joined(names: &[String]) -> String {

@@ -27,7 +27,6 @@ const MOST_DAMPING: f64 = 1e6;
 /// A minimisation's end.
 pub(crate) struct Minimum {
     pub theta: DVector<f64>,
-    pub normal: NormalEquations,
     pub termination: Termination,
 }
 
@@ -40,11 +39,7 @@ pub(crate) fn minimise(
     observe: &mut dyn FnMut(usize, f64) -> ControlFlow<()>,
 ) -> Minimum {
     let mut normal = linearize(&theta);
-    let largest = normal
-        .scaled_information(scale)
-        .diagonal()
-        .max()
-        .max(f64::MIN_POSITIVE);
+    let largest = normal.scaled_information(scale).diagonal().max().max(f64::MIN_POSITIVE);
     let mut damping = 1e-9;
     let mut growth = 4.0;
     let mut decrement = f64::INFINITY;
@@ -75,8 +70,7 @@ pub(crate) fn minimise(
             if next.cost.is_finite() && gain > 0.0 {
                 theta = candidate;
                 normal = next;
-                damping =
-                    (damping * (1.0 - (2.0 * gain - 1.0).powi(3)).max(0.1)).max(LEAST_DAMPING);
+                damping = (damping * (1.0 - (2.0 * gain - 1.0).powi(3)).max(0.1)).max(LEAST_DAMPING);
                 growth = 4.0;
                 continue;
             }
@@ -91,17 +85,8 @@ pub(crate) fn minimise(
             break StopReason::NoDescent;
         }
     };
-    let termination = Termination {
-        reason,
-        measured: decrement,
-        threshold: limits.decrement,
-        iterations,
-    };
-    Minimum {
-        theta,
-        normal,
-        termination,
-    }
+    let termination = Termination { reason, measured: decrement, threshold: limits.decrement, iterations };
+    Minimum { theta, termination }
 }
 
 /// Reports progress of one stage to the caller's observer.
@@ -109,11 +94,5 @@ pub(crate) fn observer<'o>(
     stage: Stage,
     observe: &'o mut dyn FnMut(&Progress) -> ControlFlow<()>,
 ) -> impl FnMut(usize, f64) -> ControlFlow<()> + 'o {
-    move |iteration, cost| {
-        observe(&Progress {
-            stage,
-            iteration,
-            cost,
-        })
-    }
+    move |iteration, cost| observe(&Progress { stage, iteration, cost })
 }

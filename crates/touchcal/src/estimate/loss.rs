@@ -90,12 +90,7 @@ impl Loss {
 mod tests {
     use super::*;
 
-    const LOSSES: [Loss; 4] = [
-        Loss::Squared,
-        Loss::Huber(1.5),
-        Loss::Cauchy(2.0),
-        Loss::GemanMcClure(3.0),
-    ];
+    const LOSSES: [Loss; 4] = [Loss::Squared, Loss::Huber(1.5), Loss::Cauchy(2.0), Loss::GemanMcClure(3.0)];
 
     #[test]
     fn weight_is_the_derivative_of_the_cost() {
@@ -103,10 +98,7 @@ mod tests {
             for s in [1e-3, 0.5, 2.0, 2.5, 9.0, 400.0] {
                 let h = 1e-5 * s;
                 let slope = (loss.cost(s + h) - loss.cost(s - h)) / (2.0 * h);
-                assert!(
-                    (slope - loss.weight(s)).abs() < 1e-8,
-                    "{loss:?} at {s}: {slope}"
-                );
+                assert!((slope - loss.weight(s)).abs() < 1e-8, "{loss:?} at {s}: {slope}");
             }
         }
     }

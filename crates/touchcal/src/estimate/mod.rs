@@ -2,6 +2,7 @@
 
 mod calibrate;
 mod identifiability;
+mod learn;
 mod levenberg_marquardt;
 mod loss;
 mod normal;
@@ -15,8 +16,7 @@ pub use calibrate::calibrate;
 pub use identifiability::{Identifiability, NullDirection};
 pub use loss::Loss;
 pub use outcome::{
-    ContactCount, Estimate, Estimated, Progress, Stage, Status, StopReason, Termination, Verdict,
-    Warning,
+    ContactCount, Estimate, Estimated, Progress, Stage, Status, StopReason, Termination, Verdict, Warning,
 };
 pub use problem::{Distance, Fixture, Freedom, Noise, Problem, Tool};
 pub use score::{Score, Spread};

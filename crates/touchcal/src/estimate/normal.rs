@@ -13,6 +13,10 @@ pub(crate) struct NormalEquations {
     pub gradient: DVector<f64>,
     /// `Σ ρ`.
     pub cost: f64,
+    /// `Σ w ‖r‖²` of the contacts.
+    pub squares: f64,
+    /// `Σ w · rows` of the contacts.
+    pub rows: f64,
 }
 
 impl NormalEquations {
@@ -21,6 +25,8 @@ impl NormalEquations {
             information: DMatrix::zeros(size, size),
             gradient: DVector::zeros(size),
             cost: 0.0,
+            squares: 0.0,
+            rows: 0.0,
         }
     }
 
@@ -44,6 +50,8 @@ impl NormalEquations {
         self.information += &other.information;
         self.gradient += &other.gradient;
         self.cost += other.cost;
+        self.squares += other.squares;
+        self.rows += other.rows;
     }
 
     /// Fills the lower triangle.
@@ -66,8 +74,6 @@ impl NormalEquations {
 
     /// `S H S`.
     pub fn scaled_information(&self, scale: &DVector<f64>) -> DMatrix<f64> {
-        DMatrix::from_fn(scale.len(), scale.len(), |i, j| {
-            scale[i] * self.information[(i, j)] * scale[j]
-        })
+        DMatrix::from_fn(scale.len(), scale.len(), |i, j| scale[i] * self.information[(i, j)] * scale[j])
     }
 }

@@ -246,10 +246,7 @@ pub struct Estimate {
 impl Estimate {
     /// Parameter values (SI), in order.
     pub fn values(&self) -> DVector<f64> {
-        DVector::from_iterator(
-            self.parameters.len(),
-            self.parameters.iter().map(|p| p.value),
-        )
+        DVector::from_iterator(self.parameters.len(), self.parameters.iter().map(|p| p.value))
     }
 
     /// The parameter of this name.

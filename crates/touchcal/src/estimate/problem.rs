@@ -42,6 +42,8 @@ pub struct Fixture {
     pub base_from_fixture: Option<Pose>,
     /// How well that is known.
     pub freedom: Freedom,
+    /// Fixtures that were touched in one go, with the same drifts of the joints, share this name.
+    pub placement: String,
 }
 
 /// A known distance between the origins of two fixtures.
@@ -62,6 +64,8 @@ pub struct Noise {
     pub encoder: f64,
     /// Standard deviation of what the contact itself adds (m): deflection, form errors, detection.
     pub contact: f64,
+    /// Whether these are only a start, and one factor common to both is learned from the data.
+    pub learned: bool,
 }
 
 /// A calibration problem.
@@ -81,6 +85,8 @@ pub struct Problem {
     pub noise: Noise,
     /// Parameters of the arm to estimate; those of tool and fixtures follow from their [`Freedom`].
     pub parameters: Vec<Parameter>,
+    /// Whether the joints' zeros may differ a little from placement to placement; takes effect with two placements or more.
+    pub joint_drift: bool,
     /// Loss of the fine stage.
     pub loss: Loss,
 }

@@ -44,9 +44,7 @@ impl Spread {
 /// Distances (m) of all contacts at `at`, in order.
 pub(crate) fn distances(problem: &Problem, at: &At<'_>) -> Vec<f64> {
     let mut rows = at.rows();
-    let values: Vec<Vector3<f64>> = (0..problem.contacts.len())
-        .map(|i| at.residual_vector(i, &mut rows))
-        .collect();
+    let values: Vec<Vector3<f64>> = (0..problem.contacts.len()).map(|i| at.residual_vector(i, &mut rows)).collect();
     let mut mean = vec![(Vector3::zeros(), 0usize); problem.fixtures.len()];
     for (i, value) in values.iter().enumerate() {
         let f = problem.contacts.fixture(i);
@@ -65,10 +63,7 @@ pub(crate) fn distances(problem: &Problem, at: &At<'_>) -> Vec<f64> {
 /// The score of a problem's contacts at `at`.
 pub(crate) fn score(problem: &Problem, at: &At<'_>) -> Score {
     let distances = distances(problem, at);
-    let mut score = Score {
-        all: Spread::default(),
-        per_fixture: vec![Spread::default(); problem.fixtures.len()],
-    };
+    let mut score = Score { all: Spread::default(), per_fixture: vec![Spread::default(); problem.fixtures.len()] };
     for (i, distance) in distances.into_iter().enumerate() {
         score.all.add(distance);
         score.per_fixture[problem.contacts.fixture(i)].add(distance);

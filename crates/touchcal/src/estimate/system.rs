@@ -7,7 +7,7 @@ use super::loss::Loss;
 use super::normal::NormalEquations;
 use super::problem::{Freedom, Problem};
 use crate::manifold::{MAX_ROWS, Rows};
-use crate::robot::{Column, JointKind, Kinematics, Parameter, Scratch};
+use crate::robot::{Column, JointKind, Kinematics, Parameter, Scratch, joint_drift};
 use crate::se3::{self, Pose, Twist};
 
 /// Contacts are summed in this many chunks, whatever the number of threads: the result does not depend on it.
@@ -35,6 +35,10 @@ pub(crate) struct System<'p> {
     /// Variance of each joint's measurement.
     joint_variance: Vec<f64>,
     kinematics: Kinematics,
+    /// Measured over declared standard deviation of the noise.
+    pub noise_factor: f64,
+    /// Index of each fixture's placement.
+    placement: Vec<usize>,
     /// For each fixture, the indices of all parameters that its contacts see, ascending.
     seen: Vec<Vec<usize>>,
 }
@@ -44,6 +48,8 @@ pub(crate) struct At<'s> {
     system: &'s System<'s>,
     kinematics: Kinematics,
     fixtures: Vec<FixtureAt>,
+    /// Drift of each joint in each placement (rad), one placement after the other.
+    drift: Vec<f64>,
 }
 
 struct FixtureAt {
@@ -55,6 +61,7 @@ struct FixtureAt {
 
 /// One contact's whitened rows, in place.
 pub(crate) struct ContactRows {
+    q: Vec<f64>,
     scratch: Scratch,
     rows: Rows,
     /// Whitened derivatives, `MAX_ROWS` rows of as many columns as parameters are seen.
@@ -64,15 +71,11 @@ pub(crate) struct ContactRows {
 
 impl<'p> System<'p> {
     pub fn new(problem: &'p Problem) -> Self {
-        let parameters = all_parameters(problem);
-        let columns: Vec<Column> = parameters
-            .iter()
-            .map(|parameter| parameter.column)
-            .collect();
+        let (placement_names, placement) = placements(problem);
+        let parameters = all_parameters(problem, &placement_names);
+        let columns: Vec<Column> = parameters.iter().map(|parameter| parameter.column).collect();
         let kinematics = Kinematics::new(&problem.robot, &columns, problem.tool.tip_from_tool);
-        let seen = (0..problem.fixtures.len())
-            .map(|fixture| seen_by(&columns, fixture))
-            .collect();
+        let seen = (0..problem.fixtures.len()).map(|fixture| seen_by(&columns, fixture, placement[fixture])).collect();
         let joint_variance = problem.robot.moving().map(|joint| match joint.kind {
             // An encoder of a slide is rated in metres; the declared angle is what a revolute joint has.
             JointKind::Prismatic => 0.0,
@@ -86,27 +89,29 @@ impl<'p> System<'p> {
             base_from_fixture,
             joint_variance,
             kinematics,
+            noise_factor: 1.0,
+            placement,
             seen,
         }
     }
 
     /// Scale of every parameter: its prior's standard deviation, else its plausible size.
     pub fn scale(&self) -> DVector<f64> {
-        let each = self
-            .parameters
-            .iter()
-            .map(|parameter| parameter.prior_sigma.unwrap_or(parameter.scale));
+        let each = self.parameters.iter().map(|parameter| parameter.prior_sigma.unwrap_or(parameter.scale));
         DVector::from_iterator(self.parameters.len(), each)
     }
 
     /// The system at parameters `theta`.
-    pub fn at(&'p self, theta: &DVector<f64>) -> At<'p> {
+    pub fn at(&self, theta: &DVector<f64>) -> At<'_> {
         let mut kinematics = self.kinematics.clone();
         kinematics.set(theta.as_slice());
         let mut twists = vec![Twist::zeros(); self.base_from_fixture.len()];
         let mut interference = vec![0.0; self.base_from_fixture.len()];
+        let dof = self.kinematics.dof();
+        let mut drift = vec![0.0; dof * (1 + self.placement.iter().max().copied().unwrap_or(0))];
         for (parameter, &value) in self.parameters.iter().zip(theta.iter()) {
             match parameter.column {
+                Column::JointDrift(placement, i) => drift[placement * dof + i] = value,
                 Column::Fixture(f, k) => twists[f][k] = value,
                 Column::Interference(f) => interference[f] = value,
                 _ => {}
@@ -122,11 +127,7 @@ impl<'p> System<'p> {
                 interference,
             }
         });
-        At {
-            system: self,
-            kinematics,
-            fixtures: fixtures.collect(),
-        }
+        At { system: self, kinematics, fixtures: fixtures.collect(), drift }
     }
 
     /// Normal equations at `theta` of every `stride`-th contact (weighted to stand for all), known distances and priors.
@@ -140,7 +141,7 @@ impl<'p> System<'p> {
     }
 
     /// Normal equations of the contacts alone, upper triangle.
-    fn contacts(&self, theta: &DVector<f64>, rung: Rung, stride: usize) -> NormalEquations {
+    pub fn contacts(&self, theta: &DVector<f64>, rung: Rung, stride: usize) -> NormalEquations {
         let at = self.at(theta);
         let size = self.parameters.len();
         let count = self.problem.contacts.len().div_ceil(stride);
@@ -172,7 +173,7 @@ impl<'p> System<'p> {
         total.complete().information
     }
 
-    fn add_priors(&self, theta: &DVector<f64>, normal: &mut NormalEquations) {
+    pub fn add_priors(&self, theta: &DVector<f64>, normal: &mut NormalEquations) {
         for (k, parameter) in self.parameters.iter().enumerate() {
             if let Some(sigma) = parameter.prior_sigma {
                 let residual = theta[k] / sigma;
@@ -195,6 +196,7 @@ impl At<'_> {
     pub fn rows(&self) -> ContactRows {
         let columns = self.system.parameters.len();
         ContactRows {
+            q: vec![0.0; self.kinematics.dof()],
             scratch: self.kinematics.scratch(),
             rows: Rows::new(),
             jacobian: vec![0.0; MAX_ROWS * columns],
@@ -202,7 +204,7 @@ impl At<'_> {
         }
     }
 
-    /// The tool's pose in the frame of the fixture that contact `i` touches.
+    /// The tool's pose in the frame of the fixture that contact `i` touches; drifts, which pass, are left out.
     pub fn fixture_from_tool(&self, i: usize) -> Pose {
         let contacts = &self.system.problem.contacts;
         self.fixtures[contacts.fixture(i)].fixture_from_base * self.kinematics.pose(contacts.q(i))
@@ -211,9 +213,7 @@ impl At<'_> {
     /// Residual of contact `i` (m), at most three rows of it, less the mean penetration.
     pub fn residual_vector(&self, i: usize, into: &mut ContactRows) -> Vector3<f64> {
         let f = self.system.problem.contacts.fixture(i);
-        self.system.problem.fixtures[f]
-            .manifold
-            .residual(&self.fixture_from_tool(i), &mut into.rows);
+        self.system.problem.fixtures[f].manifold.residual(&self.fixture_from_tool(i), &mut into.rows);
         let value = |k: usize| into.rows.values().get(k).copied().unwrap_or(0.0);
         Vector3::new(value(0) - self.fixtures[f].interference, value(1), value(2))
     }
@@ -225,9 +225,11 @@ impl At<'_> {
         let f = contacts.fixture(i);
         let fixture = &self.fixtures[f];
         let manifold = &system.problem.fixtures[f].manifold;
-        let base_from_tool = self
-            .kinematics
-            .pose_and_jacobian(contacts.q(i), &mut into.scratch);
+        let drift = &self.drift[system.placement[f] * contacts.dof()..];
+        for (q, (measured, drift)) in into.q.iter_mut().zip(contacts.q(i).iter().zip(drift)) {
+            *q = measured - drift;
+        }
+        let base_from_tool = self.kinematics.pose_and_jacobian(&into.q, &mut into.scratch);
         let fixture_from_tool = fixture.fixture_from_base * base_from_tool;
         let whiten = match rung {
             Rung::Envelope => {
@@ -250,9 +252,10 @@ impl At<'_> {
             let jacobian = &mut into.jacobian[r * seen.len()..(r + 1) * seen.len()];
             for (entry, &k) in jacobian.iter_mut().zip(seen) {
                 *entry = match system.parameters[k].column {
-                    Column::Fixture(_, component) => fixture_motion
-                        .as_ref()
-                        .map_or(0.0, |motion| row.dot(&motion.column(component))),
+                    Column::Fixture(_, component) => {
+                        fixture_motion.as_ref().map_or(0.0, |motion| row.dot(&motion.column(component)))
+                    }
+                    Column::JointDrift(_, joint) => -row.dot(&into.scratch.joints[joint]),
                     Column::Interference(_) => {
                         if whiten {
                             into.residual[r] -= fixture.interference;
@@ -275,30 +278,24 @@ impl At<'_> {
     /// `N (J Σ_q Jᵀ) Nᵀ + σ_c² I`: encoder noise reaches the residual through the arm.
     fn whiten(&self, width: usize, into: &mut ContactRows) {
         let len = into.rows.len();
+        let factor = self.system.noise_factor.powi(2);
         let contact_variance = self.system.problem.noise.contact.powi(2);
         let mut covariance = SMatrix::<f64, MAX_ROWS, MAX_ROWS>::identity();
         for a in 0..len {
             for b in 0..=a {
                 let (row_a, row_b) = (&into.rows.jacobian()[a], &into.rows.jacobian()[b]);
                 let joints = into.scratch.joints.iter().zip(&self.system.joint_variance);
-                let encoder: f64 = joints
-                    .map(|(joint, variance)| row_a.dot(joint) * row_b.dot(joint) * variance)
-                    .sum();
-                covariance[(a, b)] = encoder + if a == b { contact_variance } else { 0.0 };
+                let encoder: f64 = joints.map(|(joint, variance)| row_a.dot(joint) * row_b.dot(joint) * variance).sum();
+                covariance[(a, b)] = factor * (encoder + if a == b { contact_variance } else { 0.0 });
             }
         }
         // Cholesky and forward substitution in place, lower triangle only.
         for a in 0..len {
             for b in 0..=a {
-                let dot: f64 = (0..b)
-                    .map(|k| covariance[(a, k)] * covariance[(b, k)])
-                    .sum();
+                let dot: f64 = (0..b).map(|k| covariance[(a, k)] * covariance[(b, k)]).sum();
                 let rest = covariance[(a, b)] - dot;
-                covariance[(a, b)] = if a == b {
-                    rest.max(f64::MIN_POSITIVE).sqrt()
-                } else {
-                    rest / covariance[(b, b)]
-                };
+                covariance[(a, b)] =
+                    if a == b { rest.max(f64::MIN_POSITIVE).sqrt() } else { rest / covariance[(b, b)] };
             }
         }
         for a in 0..len {
@@ -306,29 +303,17 @@ impl At<'_> {
                 let factor = covariance[(a, b)];
                 into.residual[a] -= factor * into.residual[b];
                 let (before, after) = into.jacobian.split_at_mut(a * width);
-                for (entry, earlier) in after[..width]
-                    .iter_mut()
-                    .zip(&before[b * width..(b + 1) * width])
-                {
+                for (entry, earlier) in after[..width].iter_mut().zip(&before[b * width..(b + 1) * width]) {
                     *entry -= factor * earlier;
                 }
             }
             let scale = 1.0 / covariance[(a, a)];
             into.residual[a] *= scale;
-            into.jacobian[a * width..(a + 1) * width]
-                .iter_mut()
-                .for_each(|entry| *entry *= scale);
+            into.jacobian[a * width..(a + 1) * width].iter_mut().for_each(|entry| *entry *= scale);
         }
     }
 
-    fn add_contact(
-        &self,
-        i: usize,
-        rung: Rung,
-        share: f64,
-        rows: &mut ContactRows,
-        normal: &mut NormalEquations,
-    ) {
+    fn add_contact(&self, i: usize, rung: Rung, share: f64, rows: &mut ContactRows, normal: &mut NormalEquations) {
         let squared = self.contact(i, rung, rows);
         let loss = match rung {
             Rung::Envelope => Loss::Squared,
@@ -341,10 +326,12 @@ impl At<'_> {
             normal.add_row(seen, jacobian, rows.residual[r], weight);
         }
         normal.cost += share * loss.cost(squared);
+        normal.squares += weight * squared;
+        normal.rows += weight * rows.rows.len() as f64;
     }
 
     /// Known distances between fixtures' origins.
-    fn add_distances(&self, normal: &mut NormalEquations) {
+    pub fn add_distances(&self, normal: &mut NormalEquations) {
         for distance in &self.system.problem.distances {
             let (a, b) = distance.between;
             let span = self.fixtures[b].base_from_fixture.translation.vector
@@ -361,8 +348,7 @@ impl At<'_> {
                     let local: Twist = fixture.right_jacobian.column(component).into();
                     let moved = fixture.base_from_fixture.rotation * se3::linear(&local);
                     index.push(k);
-                    jacobian
-                        .push(along.dot(&moved) * if f == b { 1.0 } else { -1.0 } / distance.sigma);
+                    jacobian.push(along.dot(&moved) * if f == b { 1.0 } else { -1.0 } / distance.sigma);
                 }
             }
             let residual = (length - distance.distance) / distance.sigma;
@@ -372,34 +358,42 @@ impl At<'_> {
     }
 }
 
+/// Names of the placements in the order of their first fixture, and the placement of each fixture.
+fn placements(problem: &Problem) -> (Vec<&str>, Vec<usize>) {
+    let mut names: Vec<&str> = Vec::new();
+    let mut index = Vec::with_capacity(problem.fixtures.len());
+    for fixture in &problem.fixtures {
+        let known = names.iter().position(|name| *name == fixture.placement);
+        index.push(known.unwrap_or(names.len()));
+        if known.is_none() {
+            names.push(&fixture.placement);
+        }
+    }
+    (names, index)
+}
+
 /// The arm's parameters, then the tool's, each fixture's and each interference.
-fn all_parameters(problem: &Problem) -> Vec<Parameter> {
+fn all_parameters(problem: &Problem, placements: &[&str]) -> Vec<Parameter> {
     let mut parameters = problem.parameters.clone();
-    let mut tool_directions: Vec<usize> = problem
-        .fixtures
-        .iter()
-        .flat_map(|fixture| fixture.manifold.tool_directions().iter().copied())
-        .collect();
+    // One placement's drift cannot be told from the offsets.
+    if problem.joint_drift && placements.len() > 1 {
+        for (p, name) in placements.iter().enumerate() {
+            parameters.extend(joint_drift(&problem.robot, p, name));
+        }
+    }
+    let mut tool_directions: Vec<usize> =
+        problem.fixtures.iter().flat_map(|fixture| fixture.manifold.tool_directions().iter().copied()).collect();
     tool_directions.sort_unstable();
     tool_directions.dedup();
-    add_place(
-        &mut parameters,
-        "tool",
-        problem.tool.freedom,
-        &tool_directions,
-        Column::Tool,
-    );
+    add_place(&mut parameters, "tool", problem.tool.freedom, &tool_directions, Column::Tool);
     for (f, fixture) in problem.fixtures.iter().enumerate() {
         let prefix = format!("fixture.{}", fixture.name);
         let directions = fixture.manifold.fixture_directions();
-        add_place(&mut parameters, &prefix, fixture.freedom, directions, |k| {
-            Column::Fixture(f, k)
-        });
+        add_place(&mut parameters, &prefix, fixture.freedom, directions, |k| Column::Fixture(f, k));
     }
     for (f, fixture) in problem.fixtures.iter().enumerate() {
         if fixture.manifold.has_interference() {
-            parameters
-                .push(Parameter::interference(&fixture.name, f).with_prior(INTERFERENCE_SIGMA));
+            parameters.push(Parameter::interference(&fixture.name, f).with_prior(INTERFERENCE_SIGMA));
         }
     }
     parameters
@@ -427,9 +421,10 @@ fn add_place(
     }
 }
 
-fn seen_by(columns: &[Column], fixture: usize) -> Vec<usize> {
+fn seen_by(columns: &[Column], fixture: usize, placement: usize) -> Vec<usize> {
     let sees = |column: Column| match column {
         Column::Fixture(f, _) | Column::Interference(f) => f == fixture,
+        Column::JointDrift(p, _) => p == placement,
         _ => true,
     };
     (0..columns.len()).filter(|&k| sees(columns[k])).collect()
@@ -440,10 +435,7 @@ fn nominal_places(problem: &Problem, kinematics: &Kinematics) -> Vec<Pose> {
     let mut sums = vec![(Vector3::zeros(), 0usize); problem.fixtures.len()];
     for i in 0..problem.contacts.len() {
         let (sum, count) = &mut sums[problem.contacts.fixture(i)];
-        if problem.fixtures[problem.contacts.fixture(i)]
-            .base_from_fixture
-            .is_none()
-        {
+        if problem.fixtures[problem.contacts.fixture(i)].base_from_fixture.is_none() {
             *sum += kinematics.pose(problem.contacts.q(i)).translation.vector;
             *count += 1;
         }
@@ -451,12 +443,7 @@ fn nominal_places(problem: &Problem, kinematics: &Kinematics) -> Vec<Pose> {
     let declared = problem.fixtures.iter().zip(sums);
     declared
         .map(|(fixture, (sum, count))| {
-            let mean = || {
-                Pose::from_parts(
-                    (sum / count.max(1) as f64).into(),
-                    nalgebra::UnitQuaternion::identity(),
-                )
-            };
+            let mean = || Pose::from_parts((sum / count.max(1) as f64).into(), nalgebra::UnitQuaternion::identity());
             fixture.base_from_fixture.unwrap_or_else(mean)
         })
         .collect()

@@ -20,25 +20,15 @@ pub(crate) fn arm_uncertainty_left(
     posterior: &DMatrix<f64>,
     scale: &DVector<f64>,
 ) -> f64 {
-    let of_arm = |parameter: &Parameter| {
-        !matches!(
-            parameter.column.block(),
-            Block::Fixture | Block::Interference
-        )
-    };
-    let arm: Vec<usize> = (0..parameters.len())
-        .filter(|&k| of_arm(&parameters[k]))
-        .collect();
+    let of_arm = |parameter: &Parameter| !matches!(parameter.column.block(), Block::Fixture | Block::Interference);
+    let arm: Vec<usize> = (0..parameters.len()).filter(|&k| of_arm(&parameters[k])).collect();
     let columns: Vec<Column> = arm.iter().map(|&k| parameters[k].column).collect();
     let kinematics = Kinematics::new(&problem.robot, &columns, problem.tool.tip_from_tool);
     let mut scratch = kinematics.scratch();
     let mut tool = |index: usize| {
         let pose = kinematics.pose_and_jacobian(&configuration(problem, index), &mut scratch);
-        let moved: Vec<Vector3<f64>> = scratch
-            .columns
-            .iter()
-            .map(|column| pose.rotation * se3::linear(column))
-            .collect();
+        let moved: Vec<Vector3<f64>> =
+            scratch.columns.iter().map(|column| pose.rotation * se3::linear(column)).collect();
         (pose.translation.vector, moved)
     };
     let (mut before, mut after) = (0.0, 0.0);
@@ -46,11 +36,7 @@ pub(crate) fn arm_uncertainty_left(
         let (first, first_moved) = tool(2 * pair + 1);
         let (second, second_moved) = tool(2 * pair + 2);
         let along = (second - first).normalize();
-        let slope: Vec<f64> = first_moved
-            .iter()
-            .zip(&second_moved)
-            .map(|(a, b)| along.dot(&(b - a)))
-            .collect();
+        let slope: Vec<f64> = first_moved.iter().zip(&second_moved).map(|(a, b)| along.dot(&(b - a))).collect();
         for (a, &i) in arm.iter().enumerate() {
             before += (slope[a] * scale[i]).powi(2);
             for (b, &j) in arm.iter().enumerate() {
@@ -58,11 +44,7 @@ pub(crate) fn arm_uncertainty_left(
             }
         }
     }
-    if before > 0.0 {
-        (after.max(0.0) / before).sqrt()
-    } else {
-        0.0
-    }
+    if before > 0.0 { (after.max(0.0) / before).sqrt() } else { 0.0 }
 }
 
 /// Configuration number `index` of a sequence that fills the joint limits evenly (Halton 1960).
@@ -74,8 +56,7 @@ fn configuration(problem: &Problem, index: usize) -> Vec<f64> {
             (None, JointKind::Prismatic) => (-0.5, 0.5),
             (None, _) => (-std::f64::consts::PI, std::f64::consts::PI),
         };
-        lower
-            + (upper - lower) * radical_inverse(index + i / PRIMES.len(), PRIMES[i % PRIMES.len()])
+        lower + (upper - lower) * radical_inverse(index + i / PRIMES.len(), PRIMES[i % PRIMES.len()])
     });
     each.collect()
 }

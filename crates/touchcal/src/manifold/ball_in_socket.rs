@@ -44,9 +44,6 @@ fn push_centre(fixture_from_tool: &Pose, scale: f64, rows: &mut Rows) {
     let rotation = fixture_from_tool.rotation.to_rotation_matrix();
     for k in 0..3 {
         let row = rotation.matrix().row(k).transpose() * scale;
-        rows.push(
-            fixture_from_tool.translation.vector[k] * scale,
-            se3::twist(&row, &nalgebra::Vector3::zeros()),
-        );
+        rows.push(fixture_from_tool.translation.vector[k] * scale, se3::twist(&row, &nalgebra::Vector3::zeros()));
     }
 }

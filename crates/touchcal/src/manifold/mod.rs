@@ -24,11 +24,7 @@ pub struct Rows {
 impl Rows {
     /// No rows.
     pub fn new() -> Self {
-        Rows {
-            len: 0,
-            value: [0.0; MAX_ROWS],
-            jacobian: [Twist::zeros(); MAX_ROWS],
-        }
+        Rows { len: 0, value: [0.0; MAX_ROWS], jacobian: [Twist::zeros(); MAX_ROWS] }
     }
 
     /// Forgets all rows.
@@ -38,10 +34,7 @@ impl Rows {
 
     /// Appends a row. Rows beyond [`MAX_ROWS`] are a mistake of the manifold and are ignored in release builds.
     pub fn push(&mut self, value: f64, jacobian: Twist) {
-        debug_assert!(
-            self.len < MAX_ROWS,
-            "a manifold pushed more than {MAX_ROWS} rows"
-        );
+        debug_assert!(self.len < MAX_ROWS, "a manifold pushed more than {MAX_ROWS} rows");
         if self.len < MAX_ROWS {
             self.value[self.len] = value;
             self.jacobian[self.len] = jacobian;

@@ -22,11 +22,7 @@ const ENVELOPE_LENGTH: f64 = 0.5e-3;
 impl Plane {
     /// A tool made of points in the tool frame (m), grown by a radius (m). No points means the tool's origin.
     pub fn new(points: Vec<Point3<f64>>, radius: f64) -> Self {
-        let points = if points.is_empty() {
-            vec![Point3::origin()]
-        } else {
-            points
-        };
+        let points = if points.is_empty() { vec![Point3::origin()] } else { points };
         Plane { points, radius }
     }
 
@@ -48,10 +44,7 @@ impl Plane {
         let (height, point_in_tool) = nearest;
         let distance = plane_from_tool.translation.z + height - self.radius;
         // d(T·Exp(ξ)) = d + n·(v + ω × p)
-        let row = se3::twist(
-            &normal_in_tool,
-            &point_in_tool.coords.cross(&normal_in_tool),
-        );
+        let row = se3::twist(&normal_in_tool, &point_in_tool.coords.cross(&normal_in_tool));
         rows.push(distance * scale, row * scale);
     }
 }
@@ -74,10 +67,6 @@ impl ContactManifold for Plane {
     }
 
     fn tool_directions(&self) -> &'static [usize] {
-        if self.points.len() == 1 && self.points[0] == Point3::origin() {
-            &[0, 1, 2]
-        } else {
-            &[0, 1, 2, 3, 4, 5]
-        }
+        if self.points.len() == 1 && self.points[0] == Point3::origin() { &[0, 1, 2] } else { &[0, 1, 2, 3, 4, 5] }
     }
 }

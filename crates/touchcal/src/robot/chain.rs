@@ -81,39 +81,21 @@ impl Robot {
     ///
     /// # Errors
     /// If no joint moves, a name repeats, or a number is not finite.
-    pub fn new(
-        name: impl Into<String>,
-        base: impl Into<String>,
-        joints: Vec<Joint>,
-    ) -> Result<Self, RobotError> {
-        let robot = Robot {
-            name: name.into(),
-            base: base.into(),
-            joints,
-        };
+    pub fn new(name: impl Into<String>, base: impl Into<String>, joints: Vec<Joint>) -> Result<Self, RobotError> {
+        let robot = Robot { name: name.into(), base: base.into(), joints };
         if robot.moving().next().is_none() {
-            return Err(RobotError::NoMovingJoint {
-                base: robot.base.clone(),
-                tip: robot.tip().to_owned(),
-            });
+            return Err(RobotError::NoMovingJoint { base: robot.base.clone(), tip: robot.tip().to_owned() });
         }
         for (i, joint) in robot.joints.iter().enumerate() {
-            if robot.joints[..i]
-                .iter()
-                .any(|earlier| earlier.name == joint.name)
-            {
-                return Err(RobotError::RepeatedName {
-                    name: joint.name.clone(),
-                });
+            if robot.joints[..i].iter().any(|earlier| earlier.name == joint.name) {
+                return Err(RobotError::RepeatedName { name: joint.name.clone() });
             }
             let origin = &joint.parent_from_joint;
             let finite = origin.translation.vector.iter().all(|v| v.is_finite())
                 && origin.rotation.coords.iter().all(|v| v.is_finite())
                 && joint.axis.iter().all(|v| v.is_finite());
             if !finite {
-                return Err(RobotError::NotFinite {
-                    name: joint.name.clone(),
-                });
+                return Err(RobotError::NotFinite { name: joint.name.clone() });
             }
         }
         Ok(robot)
@@ -131,9 +113,7 @@ impl Robot {
 
     /// Name of the tip link.
     pub fn tip(&self) -> &str {
-        self.joints
-            .last()
-            .map_or(&self.base, |joint| &joint.child_link)
+        self.joints.last().map_or(&self.base, |joint| &joint.child_link)
     }
 
     /// All joints from base to tip, fixed ones too.
@@ -143,9 +123,7 @@ impl Robot {
 
     /// The joints that move, in order: joint positions have this order and length everywhere.
     pub fn moving(&self) -> impl Iterator<Item = &Joint> {
-        self.joints
-            .iter()
-            .filter(|joint| joint.kind != JointKind::Fixed)
+        self.joints.iter().filter(|joint| joint.kind != JointKind::Fixed)
     }
 
     /// Number of joints that move.

@@ -30,8 +30,8 @@ struct Stage {
 /// Kinematics of one arm at one value of its parameters.
 ///
 /// `base_from_tool(q) = ∏ᵢ [Oᵢ(r) · Exp(ξᵢ) · Motion(axisᵢ, qᵢ − bᵢ)] · O_tip(r) · tip_from_tool · Exp(ξ_tool)`, where `Oᵢ(r)` has
-/// its translation scaled by `1 + r + r_segment`. [`Column::Fixture`] and [`Column::Interference`] columns are left zero: they
-/// belong to what the tool touches.
+/// its translation scaled by `1 + r + r_segment`. [`Column::JointDrift`], [`Column::Fixture`] and
+/// [`Column::Interference`] columns are left zero: they belong to single placements and to what the tool touches.
 #[derive(Clone, Debug)]
 pub struct Kinematics {
     columns: Vec<Column>,
@@ -57,12 +57,7 @@ pub struct Scratch {
 }
 
 impl Stage {
-    fn at(
-        nominal: Pose,
-        axis: Vector3<f64>,
-        prismatic: bool,
-        shares: Vec<(usize, Vector3<f64>)>,
-    ) -> Stage {
+    fn at(nominal: Pose, axis: Vector3<f64>, prismatic: bool, shares: Vec<(usize, Vector3<f64>)>) -> Stage {
         Stage {
             origin_rotation: *nominal.rotation.to_rotation_matrix().matrix(),
             origin_translation: nominal.translation.vector,
@@ -80,8 +75,7 @@ impl Stage {
         let mut origin = self.nominal;
         origin.translation.vector *= 1.0 + strain;
         for (segment, share) in &self.shares {
-            origin.translation.vector +=
-                share * segment_strain.get(*segment).copied().unwrap_or(0.0);
+            origin.translation.vector += share * segment_strain.get(*segment).copied().unwrap_or(0.0);
         }
         let origin = origin * se3::exp(&self.twist);
         self.origin_rotation = *origin.rotation.to_rotation_matrix().matrix();
@@ -99,20 +93,12 @@ impl Kinematics {
         let mut shares: Vec<(usize, Vector3<f64>)> = Vec::new();
         for (index, joint) in robot.joints().iter().enumerate() {
             if let Some(segment) = segment_of[index] {
-                shares.push((
-                    segment,
-                    origin.rotation * joint.parent_from_joint.translation.vector,
-                ));
+                shares.push((segment, origin.rotation * joint.parent_from_joint.translation.vector));
             }
             origin *= joint.parent_from_joint;
             if joint.kind != JointKind::Fixed {
                 let prismatic = joint.kind == JointKind::Prismatic;
-                stages.push(Stage::at(
-                    origin,
-                    joint.axis.into_inner(),
-                    prismatic,
-                    std::mem::take(&mut shares),
-                ));
+                stages.push(Stage::at(origin, joint.axis.into_inner(), prismatic, std::mem::take(&mut shares)));
                 origin = Pose::identity();
             }
         }
@@ -145,7 +131,7 @@ impl Kinematics {
                 Column::JointOffset(i) => self.stages[i].offset = value,
                 Column::JointOrigin(i, k) => self.stages[i].twist[k] = value,
                 Column::Tool(k) => tool[k] = value,
-                Column::Fixture(..) | Column::Interference(_) => {}
+                Column::JointDrift(..) | Column::Fixture(..) | Column::Interference(_) => {}
             }
         }
         for stage in self.stages.iter_mut().chain(std::iter::once(&mut self.tip)) {
@@ -195,10 +181,7 @@ impl Kinematics {
             scratch.joints[i] = if stage.prismatic {
                 se3::twist(&(into_tool * axis), &Vector3::zeros())
             } else {
-                se3::twist(
-                    &(into_tool * axis.cross(&(tool - scratch.position[i]))),
-                    &(into_tool * axis),
-                )
+                se3::twist(&(into_tool * axis.cross(&(tool - scratch.position[i]))), &(into_tool * axis))
             };
         }
         for (k, &column) in self.columns.iter().enumerate() {
@@ -232,45 +215,22 @@ impl Kinematics {
         position += rotation * self.tip.origin_translation;
         rotation *= self.tip.origin_rotation;
         visit(self.stages.len(), parent, rotation, position);
-        (
-            rotation * self.tool_rotation,
-            position + rotation * self.tool_translation,
-        )
+        (rotation * self.tool_rotation, position + rotation * self.tool_translation)
     }
 
-    fn column(
-        &self,
-        column: Column,
-        at: &Scratch,
-        into_tool: &Matrix3<f64>,
-        tool: &Vector3<f64>,
-    ) -> Twist {
+    fn column(&self, column: Column, at: &Scratch, into_tool: &Matrix3<f64>, tool: &Vector3<f64>) -> Twist {
         match column {
             Column::Strain => {
-                let moved = self
-                    .all_stages()
-                    .zip(&at.parent)
-                    .map(|(stage, parent)| parent * stage.nominal.translation.vector);
-                se3::twist(
-                    &(into_tool * moved.sum::<Vector3<f64>>()),
-                    &Vector3::zeros(),
-                )
+                let moved =
+                    self.all_stages().zip(&at.parent).map(|(stage, parent)| parent * stage.nominal.translation.vector);
+                se3::twist(&(into_tool * moved.sum::<Vector3<f64>>()), &Vector3::zeros())
             }
             Column::SegmentStrain(k) => {
-                let moved = self
-                    .all_stages()
-                    .zip(&at.parent)
-                    .flat_map(|(stage, parent)| {
-                        let shares = stage
-                            .shares
-                            .iter()
-                            .filter(move |(segment, _)| *segment == k);
-                        shares.map(move |(_, share)| parent * share)
-                    });
-                se3::twist(
-                    &(into_tool * moved.sum::<Vector3<f64>>()),
-                    &Vector3::zeros(),
-                )
+                let moved = self.all_stages().zip(&at.parent).flat_map(|(stage, parent)| {
+                    let shares = stage.shares.iter().filter(move |(segment, _)| *segment == k);
+                    shares.map(move |(_, share)| parent * share)
+                });
+                se3::twist(&(into_tool * moved.sum::<Vector3<f64>>()), &Vector3::zeros())
             }
             Column::JointOffset(i) => -at.joints[i],
             Column::JointOrigin(i, k) => {
@@ -280,7 +240,7 @@ impl Kinematics {
                 se3::twist(&(into_tool * v), &(into_tool * w))
             }
             Column::Tool(k) => self.tool_jacobian.column(k).into(),
-            Column::Fixture(..) | Column::Interference(_) => Twist::zeros(),
+            Column::JointDrift(..) | Column::Fixture(..) | Column::Interference(_) => Twist::zeros(),
         }
     }
 
@@ -297,47 +257,30 @@ impl Robot {
     pub fn calibrated(&self, columns: &[Column], theta: &[f64]) -> Robot {
         let segment_of = segment_of_each_joint(self);
         let sum = |wanted: &dyn Fn(Column) -> bool| -> f64 {
-            columns
-                .iter()
-                .zip(theta)
-                .filter(|(column, _)| wanted(**column))
-                .map(|(_, value)| *value)
-                .sum()
+            columns.iter().zip(theta).filter(|(column, _)| wanted(**column)).map(|(_, value)| *value).sum()
         };
         let mut moving = 0;
-        let origins = self
-            .joints()
-            .iter()
-            .zip(segment_of)
-            .map(|(joint, segment)| {
-                let strain = sum(&|column| match column {
-                    Column::Strain => true,
-                    Column::SegmentStrain(k) => segment == Some(k),
-                    _ => false,
-                });
-                let mut origin = joint.parent_from_joint;
-                origin.translation.vector *= 1.0 + strain;
-                if joint.kind == JointKind::Fixed {
-                    return origin;
-                }
-                let twist =
-                    Twist::from_fn(|k, _| sum(&|column| column == Column::JointOrigin(moving, k)));
-                let offset = sum(&|column| column == Column::JointOffset(moving));
-                moving += 1;
-                let bias = if joint.kind == JointKind::Prismatic {
-                    Pose::translation(
-                        -offset * joint.axis.x,
-                        -offset * joint.axis.y,
-                        -offset * joint.axis.z,
-                    )
-                } else {
-                    Pose::from_parts(
-                        Vector3::zeros().into(),
-                        UnitQuaternion::from_axis_angle(&joint.axis, -offset),
-                    )
-                };
-                origin * se3::exp(&twist) * bias
+        let origins = self.joints().iter().zip(segment_of).map(|(joint, segment)| {
+            let strain = sum(&|column| match column {
+                Column::Strain => true,
+                Column::SegmentStrain(k) => segment == Some(k),
+                _ => false,
             });
+            let mut origin = joint.parent_from_joint;
+            origin.translation.vector *= 1.0 + strain;
+            if joint.kind == JointKind::Fixed {
+                return origin;
+            }
+            let twist = Twist::from_fn(|k, _| sum(&|column| column == Column::JointOrigin(moving, k)));
+            let offset = sum(&|column| column == Column::JointOffset(moving));
+            moving += 1;
+            let bias = if joint.kind == JointKind::Prismatic {
+                Pose::translation(-offset * joint.axis.x, -offset * joint.axis.y, -offset * joint.axis.z)
+            } else {
+                Pose::from_parts(Vector3::zeros().into(), UnitQuaternion::from_axis_angle(&joint.axis, -offset))
+            };
+            origin * se3::exp(&twist) * bias
+        });
         let origins: Vec<Pose> = origins.collect();
         self.with_origins(origins)
     }
@@ -372,7 +315,6 @@ fn rotation_about(axis: &Vector3<f64>, angle: f64) -> Matrix3<f64> {
 }
 
 fn to_pose(rotation: &Matrix3<f64>, position: Vector3<f64>) -> Pose {
-    let rotation =
-        UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(*rotation));
+    let rotation = UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(*rotation));
     Pose::from_parts(position.into(), rotation)
 }

@@ -9,6 +9,6 @@ mod segments;
 pub use chain::{Joint, JointKind, Limits, Robot, RobotError};
 pub use kinematics::{Kinematics, Scratch};
 pub use parameters::{
-    Block, Column, Parameter, Unit, joint_offset, joint_origin, segment_strain, strain,
+    Block, Column, Learned, Parameter, Unit, joint_drift, joint_offset, joint_origin, segment_strain, strain,
 };
 pub use segments::{Segment, segments};

@@ -34,6 +34,8 @@ pub enum Column {
     SegmentStrain(usize),
     /// Encoder bias of moving joint `i`: true position = measured − offset.
     JointOffset(usize),
+    /// Passing bias of moving joint `i` in placement `p`, on top of its offset: a nuisance that is not part of the calibrated arm.
+    JointDrift(usize, usize),
     /// Component `k` of the local twist on moving joint `i`'s origin: `origin · Exp(ξ)`.
     JointOrigin(usize, usize),
     /// Component `k` of the local twist on the tool's pose on the tip.
@@ -53,6 +55,8 @@ pub enum Block {
     SegmentStrain,
     /// An encoder bias per joint.
     JointOffset,
+    /// A bias per joint that changes from placement to placement, a nuisance.
+    JointDrift,
     /// Six numbers per joint origin.
     JointOrigin,
     /// Where the tool sits on the tip.
@@ -70,6 +74,7 @@ impl Block {
             Block::Strain => "strain",
             Block::SegmentStrain => "segment_strain",
             Block::JointOffset => "joint_offset",
+            Block::JointDrift => "joint_drift",
             Block::JointOrigin => "joint_origin",
             Block::Tool => "tool",
             Block::Fixture => "fixture",
@@ -85,12 +90,23 @@ impl Column {
             Column::Strain => Block::Strain,
             Column::SegmentStrain(_) => Block::SegmentStrain,
             Column::JointOffset(_) => Block::JointOffset,
+            Column::JointDrift(..) => Block::JointDrift,
             Column::JointOrigin(..) => Block::JointOrigin,
             Column::Tool(_) => Block::Tool,
             Column::Fixture(..) => Block::Fixture,
             Column::Interference(_) => Block::Interference,
         }
     }
+}
+
+/// A prior whose standard deviation is learned: it starts at the parameter's `prior_sigma`, which counts as much as `strength`
+/// observed values of that size.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Learned {
+    /// Parameters of one group share their standard deviation.
+    pub group: &'static str,
+    /// Weight of the start, in number of values.
+    pub strength: f64,
 }
 
 /// One number to estimate. It starts at zero, which is also the mean of its prior.
@@ -104,6 +120,8 @@ pub struct Parameter {
     pub unit: Unit,
     /// Standard deviation of its Gaussian prior; none: the data alone decide.
     pub prior_sigma: Option<f64>,
+    /// Whether the standard deviation of the prior is itself learned from the data, together with the others of its group.
+    pub learned: Option<Learned>,
     /// Size of a large but plausible value, in its unit: makes parameters of different units comparable.
     pub scale: f64,
 }
@@ -116,22 +134,21 @@ const STRAIN_SCALE: f64 = 0.05;
 pub(crate) const ANGLE_SCALE: f64 = 5.0 * std::f64::consts::PI / 180.0;
 pub(crate) const LENGTH_SCALE: f64 = 0.01;
 
+/// Priors of the full geometric model, see [`joint_origin`].
+const ORIGIN_LENGTH_PRIOR: f64 = 0.5e-3;
+const ORIGIN_ANGLE_PRIOR: f64 = 0.1 * std::f64::consts::PI / 180.0;
+const ORIGIN_ZERO_PRIOR: f64 = 0.5 * std::f64::consts::PI / 180.0;
+/// Start of the learned prior of drifts.
+const DRIFT_PRIOR: f64 = 0.05 * std::f64::consts::PI / 180.0;
+/// A learned prior's start counts as one observed value.
+const LEARNED_STRENGTH: f64 = 1.0;
+
 impl Parameter {
     /// Component `k` of a twist, named `{prefix}.{x|y|z|rx|ry|rz}`.
     pub fn twist(prefix: &str, column: Column, k: usize) -> Self {
-        let (unit, scale) = if k < 3 {
-            (Unit::Meter, LENGTH_SCALE)
-        } else {
-            (Unit::Radian, ANGLE_SCALE)
-        };
+        let (unit, scale) = if k < 3 { (Unit::Meter, LENGTH_SCALE) } else { (Unit::Radian, ANGLE_SCALE) };
         let name = format!("{prefix}.{}", TWIST_NAMES[k.min(5)]);
-        Parameter {
-            name,
-            column,
-            unit,
-            prior_sigma: None,
-            scale,
-        }
+        Parameter { name, column, unit, prior_sigma: None, learned: None, scale }
     }
 
     /// Mean penetration (m) of contacts with fixture number `fixture`.
@@ -142,6 +159,7 @@ impl Parameter {
             column,
             unit: Unit::Meter,
             prior_sigma: None,
+            learned: None,
             scale: LENGTH_SCALE,
         }
     }
@@ -149,15 +167,13 @@ impl Parameter {
     /// The parameter in words, for people: "offset of joint_a1", "hole's yaw".
     pub fn words(&self) -> String {
         const DIRECTIONS: [&str; 6] = ["x", "y", "z", "roll", "pitch", "yaw"];
-        let rest = self
-            .name
-            .split_once('.')
-            .map_or(self.name.as_str(), |(_, rest)| rest);
+        let rest = self.name.split_once('.').map_or(self.name.as_str(), |(_, rest)| rest);
         let owner = rest.rsplit_once('.').map_or(rest, |(owner, _)| owner);
         match self.column {
             Column::Strain => "the common strain".to_owned(),
             Column::SegmentStrain(_) => format!("the strain of segment {rest}"),
             Column::JointOffset(_) => format!("the offset of {rest}"),
+            Column::JointDrift(..) => format!("the drift of {rest}"),
             Column::JointOrigin(_, k) => format!("the origin {} of {owner}", DIRECTIONS[k.min(5)]),
             Column::Tool(k) => format!("the tool's {}", DIRECTIONS[k.min(5)]),
             Column::Fixture(_, k) => format!("the {} of fixture {owner}", DIRECTIONS[k.min(5)]),
@@ -170,6 +186,13 @@ impl Parameter {
         self.prior_sigma = Some(sigma);
         self
     }
+
+    /// The same parameter with a Gaussian prior whose standard deviation is learned, starting from `sigma`.
+    pub fn with_learned_prior(mut self, sigma: f64, group: &'static str) -> Self {
+        self.prior_sigma = Some(sigma);
+        self.learned = Some(Learned { group, strength: LEARNED_STRENGTH });
+        self
+    }
 }
 
 /// The one common strain.
@@ -179,6 +202,7 @@ pub fn strain() -> Parameter {
         column: Column::Strain,
         unit: Unit::One,
         prior_sigma: None,
+        learned: None,
         scale: STRAIN_SCALE,
     }
 }
@@ -191,6 +215,7 @@ pub fn segment_strain(robot: &Robot) -> Vec<Parameter> {
         column: Column::SegmentStrain(k),
         unit: Unit::One,
         prior_sigma: None,
+        learned: None,
         scale: STRAIN_SCALE,
     })
     .collect()
@@ -205,23 +230,46 @@ pub fn joint_offset(robot: &Robot) -> Vec<Parameter> {
             _ => (Unit::Radian, ANGLE_SCALE),
         };
         let name = format!("joint_offset.{}", joint.name);
-        Parameter {
-            name,
-            column: Column::JointOffset(i),
-            unit,
-            prior_sigma: None,
-            scale,
-        }
+        Parameter { name, column: Column::JointOffset(i), unit, prior_sigma: None, learned: None, scale }
     })
     .collect()
 }
 
+/// A drift for each moving joint in placement number `placement`, with a learned prior.
+pub fn joint_drift(robot: &Robot, placement: usize, placement_name: &str) -> Vec<Parameter> {
+    let turning = robot.moving().enumerate().filter(|(_, joint)| joint.kind != JointKind::Prismatic);
+    let each = turning.map(|(i, joint)| {
+        Parameter {
+            name: format!("joint_drift.{}.{placement_name}", joint.name),
+            column: Column::JointDrift(placement, i),
+            unit: Unit::Radian,
+            prior_sigma: None,
+            learned: None,
+            scale: ANGLE_SCALE,
+        }
+        .with_learned_prior(DRIFT_PRIOR, "joint_drift")
+    });
+    each.collect()
+}
+
 /// Six numbers for each moving joint's origin: the full geometric model.
+///
+/// Their priors say what arms are like: links are made to about half a millimetre and a tenth of a degree, while the zero of
+/// an encoder, the rotation about the joint's own axis, is off by about half a degree, how much being learned from the data. Without priors about half of
+/// the directions would be undetermined: neighbouring origins can trade places.
 pub fn joint_origin(robot: &Robot) -> Vec<Parameter> {
     let each = robot.moving().enumerate();
     each.flat_map(|(i, joint)| {
         let prefix = format!("joint_origin.{}", joint.name);
-        (0..6).map(move |k| Parameter::twist(&prefix, Column::JointOrigin(i, k), k))
+        let along = |k: usize| if joint.kind == JointKind::Prismatic { 0.0 } else { joint.axis[k % 3].abs() };
+        (0..6).map(move |k| {
+            let parameter = Parameter::twist(&prefix, Column::JointOrigin(i, k), k);
+            match k {
+                0..3 => parameter.with_prior(ORIGIN_LENGTH_PRIOR),
+                _ if along(k) > 0.5 => parameter.with_learned_prior(ORIGIN_ZERO_PRIOR, "joint_origin about the axis"),
+                _ => parameter.with_prior(ORIGIN_ANGLE_PRIOR),
+            }
+        })
     })
     .collect()
 }

@@ -30,15 +30,11 @@ pub fn segments(robot: &Robot) -> Vec<Segment> {
     // The open segment's vector in the current frame, while nothing has yet turned it away from what follows.
     let mut open: Option<Vector3<f64>> = None;
     for (index, joint) in robot.joints().iter().enumerate() {
-        let Pose {
-            translation,
-            rotation,
-        } = joint.parent_from_joint;
+        let Pose { translation, rotation } = joint.parent_from_joint;
         let step = translation.vector;
         if step.norm() > SHORTEST {
             // Between fixed joints everything is one rigid body, whatever the directions.
-            let rigid =
-                index > 0 && robot.joints()[index - 1].kind == JointKind::Fixed && open.is_some();
+            let rigid = index > 0 && robot.joints()[index - 1].kind == JointKind::Fixed && open.is_some();
             let run = open.filter(|run| rigid || parallel(run, &step));
             open = match (run, found.last_mut()) {
                 (Some(run), Some(last)) => {
@@ -49,31 +45,22 @@ pub fn segments(robot: &Robot) -> Vec<Segment> {
                     Some(sum)
                 }
                 _ => {
-                    found.push(Segment {
-                        name: joint.name.clone(),
-                        length: step.norm(),
-                        joints: vec![index],
-                    });
+                    found.push(Segment { name: joint.name.clone(), length: step.norm(), joints: vec![index] });
                     Some(step)
                 }
             };
         }
-        open = open
-            .map(|run| rotation.inverse() * run)
-            .filter(|run| match joint.kind {
-                JointKind::Fixed => true,
-                JointKind::Revolute | JointKind::Continuous => parallel(run, &joint.axis),
-                JointKind::Prismatic => false,
-            });
+        open = open.map(|run| rotation.inverse() * run).filter(|run| match joint.kind {
+            JointKind::Fixed => true,
+            JointKind::Revolute | JointKind::Continuous => parallel(run, &joint.axis),
+            JointKind::Prismatic => false,
+        });
     }
     found
 }
 
 fn first_name<'r>(robot: &'r Robot, segment: &Segment) -> &'r str {
-    segment
-        .joints
-        .first()
-        .map_or("", |&first| &robot.joints()[first].name)
+    segment.joints.first().map_or("", |&first| &robot.joints()[first].name)
 }
 
 fn parallel(a: &Vector3<f64>, b: &Vector3<f64>) -> bool {

@@ -1,0 +1,120 @@
+//! Kinematics and their derivatives: against central differences, and against the folded chain that is exported.
+
+use touchcal::io::urdf;
+use touchcal::robot::{self, Column, Kinematics, Parameter, Robot};
+use touchcal::se3::{self, Pose, Twist};
+
+fn all_columns(robot: &Robot) -> Vec<Column> {
+    let mut parameters: Vec<Parameter> = vec![robot::strain()];
+    parameters.extend(robot::segment_strain(robot));
+    parameters.extend(robot::joint_offset(robot));
+    parameters.extend(robot::joint_origin(robot));
+    let mut columns: Vec<Column> = parameters.iter().map(|parameter| parameter.column).collect();
+    columns.extend((0..6).map(Column::Tool));
+    columns
+}
+
+/// Numbers spread over (−1, 1), the same at every call.
+fn spread(count: usize, seed: u64) -> Vec<f64> {
+    let mut state = seed;
+    (0..count)
+        .map(|_| {
+            state = state.wrapping_mul(6364136223846793005).wrapping_add(1442695040888963407);
+            (state >> 11) as f64 / (1u64 << 52) as f64 - 1.0
+        })
+        .collect()
+}
+
+fn tip_from_tool() -> Pose {
+    se3::exp(&Twist::new(0.03, -0.02, 0.15, 0.3, 2.5, -0.4))
+}
+
+/// A lift, a bracket and a turntable: prismatic, fixed and continuous joints with skew axes.
+const SLIDER: &str = r#"<robot name="slider"><link name="a"/><link name="b"/><link name="c"/><link name="d"/>
+<joint name="lift" type="prismatic"><origin xyz="0.1 0 0.2" rpy="0.1 0.2 0.3"/><parent link="a"/><child link="b"/>
+<axis xyz="1 2 2"/><limit lower="0" upper="1"/></joint>
+<joint name="mount" type="fixed"><origin xyz="0 0.1 0.3" rpy="1 0 0"/><parent link="b"/><child link="c"/></joint>
+<joint name="turn" type="continuous"><origin xyz="0.2 0 0"/><parent link="c"/><child link="d"/><axis xyz="0 3 4"/></joint>
+</robot>"#;
+
+fn robots() -> Vec<Robot> {
+    let slider = urdf::read(SLIDER, None, None).expect("a valid chain");
+    ["iiwa14", "panda"].iter().map(|name| urdf::read_builtin(name).expect("built in")).chain([slider]).collect()
+}
+
+/// Every column of the one-pass Jacobian against central differences on the manifold; the error must fall as h².
+#[test]
+fn jacobian_matches_central_differences() {
+    for robot in robots() {
+        let columns = all_columns(&robot);
+        let mut kinematics = Kinematics::new(&robot, &columns, tip_from_tool());
+        let theta: Vec<f64> = spread(columns.len(), 3).iter().map(|v| v * 0.1).collect();
+        let q: Vec<f64> = spread(robot.dof(), 4).iter().map(|v| v * 2.0).collect();
+        kinematics.set(&theta);
+        let mut scratch = kinematics.scratch();
+        let pose = kinematics.pose_and_jacobian(&q, &mut scratch);
+        assert!((pose.to_homogeneous() - kinematics.pose(&q).to_homogeneous()).amax() < 1e-15);
+        for (k, column) in columns.iter().enumerate() {
+            let mut slope = |h: f64| {
+                let mut at = |sign: f64| {
+                    let mut moved = theta.clone();
+                    moved[k] += sign * h;
+                    kinematics.set(&moved);
+                    se3::log(&(pose.inverse() * kinematics.pose(&q)))
+                };
+                (at(1.0) - at(-1.0)) / (2.0 * h)
+            };
+            let (coarse, fine) = (slope(2e-3), slope(1e-3));
+            let (error, half) = ((coarse - scratch.columns[k]).amax(), (fine - scratch.columns[k]).amax());
+            assert!(half < 0.3 * error || error < 1e-10, "{} {column:?}: {error} {half}", robot.name());
+            let richardson = (fine * 4.0 - coarse) / 3.0;
+            assert!((richardson - scratch.columns[k]).amax() < 1e-9, "{} {column:?}", robot.name());
+        }
+        kinematics.set(&theta);
+        for i in 0..robot.dof() {
+            let slope = |h: f64| {
+                let at = |sign: f64| {
+                    let mut moved = q.clone();
+                    moved[i] += sign * h;
+                    se3::log(&(pose.inverse() * kinematics.pose(&moved)))
+                };
+                (at(1.0) - at(-1.0)) / (2.0 * h)
+            };
+            let richardson = (slope(1e-3) * 4.0 - slope(2e-3)) / 3.0;
+            assert!((richardson - scratch.joints[i]).amax() < 1e-9, "{} joint {i}", robot.name());
+        }
+    }
+}
+
+/// The exported chain, driven with measured positions, does what the parameterised one does.
+#[test]
+fn calibrated_chain_folds_all_parameters_of_the_arm() {
+    for robot in robots() {
+        let columns = all_columns(&robot);
+        let arm: Vec<Column> = columns.into_iter().filter(|column| !matches!(column, Column::Tool(_))).collect();
+        let theta: Vec<f64> = spread(arm.len(), 5).iter().map(|v| v * 0.1).collect();
+        let mut kinematics = Kinematics::new(&robot, &arm, tip_from_tool());
+        kinematics.set(&theta);
+        let folded = Kinematics::new(&robot.calibrated(&arm, &theta), &[], tip_from_tool());
+        for seed in 0..20 {
+            let q: Vec<f64> = spread(robot.dof(), seed).iter().map(|v| v * 3.0).collect();
+            let difference = kinematics.pose(&q).to_homogeneous() - folded.pose(&q).to_homogeneous();
+            assert!(difference.amax() < 1e-14, "{}: {}", robot.name(), difference.amax());
+        }
+    }
+}
+
+/// However many links a maker's file cuts them into, an iiwa has four lengths that can be told apart.
+#[test]
+fn collinear_links_merge_into_segments() {
+    let iiwa = urdf::read_builtin("iiwa14").expect("built in");
+    let segments = robot::segments(&iiwa);
+    let lengths: Vec<f64> = segments.iter().map(|segment| segment.length).collect();
+    let expected = [0.360, 0.420, 0.400, 0.126];
+    assert_eq!(lengths.len(), 4, "{segments:?}");
+    assert!(lengths.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-12), "{lengths:?}");
+    let names: Vec<&str> = segments.iter().map(|segment| segment.name.as_str()).collect();
+    assert_eq!(names, ["joint_a1..joint_a2", "joint_a3..joint_a4", "joint_a5..joint_a6", "joint_a7..flange_joint"]);
+    let panda = urdf::read_builtin("panda").expect("built in");
+    assert_eq!(robot::segments(&panda).len(), 6);
+}
