@@ -52,6 +52,10 @@ impl Reference {
         Reference { peg, hole }
     }
 
+    fn small_square_in_slots() -> Self {
+        Reference { peg: turned(&[[-4.0, 4.0, -4.0, 4.0]], (0.0, LENGTH)), hole: Reference::extrusion25().hole }
+    }
+
     /// Distance between peg and hole, 0 where they overlap.
     fn distance(&self, hole_from_peg: &Pose) -> f64 {
         let q = hole_from_peg.rotation.coords;
@@ -80,9 +84,9 @@ fn model(outline: Profile) -> PegAndHole {
     PegAndHole::new(outline, LENGTH, hole, DEPTH).unwrap()
 }
 
-fn square() -> PegAndHole {
+fn square(half: f64) -> Profile {
     let corners = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)];
-    model(Profile::new(corners.iter().map(|&(x, y)| Point2::new(12.5e-3 * x, 12.5e-3 * y)).collect()).unwrap())
+    Profile::new(corners.iter().map(|&(x, y)| Point2::new(half * x, half * y)).collect()).unwrap()
 }
 
 /// A region of poses: translation and rotation vector drawn uniformly within ± `spread` of `centre`.
@@ -96,7 +100,8 @@ const fn region(name: &'static str, z: (f64, f64), xy: f64, tilt: f64, yaw: f64)
     Region { name, centre: [0.0, 0.0, (z.0 + z.1) / 2.0, 0.0, 0.0, 0.0], spread: [xy, xy, (z.1 - z.0) / 2.0, tilt, tilt, yaw] }
 }
 
-const REGIONS: [Region; 9] = [
+const REGIONS: [Region; 10] = [
+    region("inside, loose", (-0.03, -0.005), 3e-3, 0.1, 3.0),
     region("seated", (-0.03, -0.005), 0.4e-3, 0.015, 0.02),
     region("near seated, wider", (-0.03, -0.001), 1e-3, 0.03, 0.05),
     region("at the rim", (-0.002, 0.002), 1e-3, 0.05, 0.05),
@@ -161,5 +166,13 @@ fn extrusion25_agrees_with_boxes() {
 
 #[test]
 fn square_agrees_with_boxes() {
-    assert_eq!(compare("square", &square(), &Reference::square(), 20000), 0);
+    assert_eq!(compare("square", &model(square(12.5e-3)), &Reference::square(), 20000), 0);
+}
+
+/// A peg that can turn in its hole: corner against corner, longitudinal edges against wall corners.
+#[test]
+fn small_square_in_slots_agrees_with_boxes() {
+    let hole = Profile::extrusion25().offset_mitred(0.5e-3).unwrap();
+    let model = PegAndHole::new(square(4e-3), LENGTH, hole, DEPTH).unwrap();
+    assert_eq!(compare("small square", &model, &Reference::small_square_in_slots(), 20000), 0);
 }

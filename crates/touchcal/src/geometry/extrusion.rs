@@ -132,6 +132,8 @@ pub struct PegAndHole {
     pub(super) peg_clearance: Vec<f64>,
     /// Signed distance (m) of each hole vertex from the peg when aligned, positive outside the peg.
     pub(super) hole_clearance: Vec<f64>,
+    /// Distance (m) of each peg vertex from the nearest wall corner when aligned.
+    pub(super) corner_clearance: Vec<f64>,
 }
 
 impl PegAndHole {
@@ -152,10 +154,17 @@ impl PegAndHole {
             peg.vertices().iter().enumerate().map(|(i, p)| clearance(hole.contains(p), peg_to_hole.closest(i))).collect();
         let hole_clearance =
             hole.vertices().iter().enumerate().map(|(i, p)| clearance(!peg.contains(p), hole_to_peg.closest(i))).collect();
-        let pick = |profile: &Profile, convex: bool| (0..profile.len()).filter(|&i| profile.is_convex_at(i) == convex).collect();
+        let pick = |profile: &Profile, convex: bool| (0..profile.len()).filter(|&i| profile.is_convex_at(i) == convex).collect::<Vec<_>>();
+        let wall_corners: Vec<usize> = pick(&hole, false);
+        let corner_clearance = peg
+            .vertices()
+            .iter()
+            .map(|p| wall_corners.iter().map(|&u| (hole.vertices()[u] - p).norm()).fold(f64::INFINITY, f64::min))
+            .collect();
         Ok(PegAndHole {
             peg_corners: pick(&peg, true),
-            wall_corners: pick(&hole, false),
+            wall_corners,
+            corner_clearance,
             hole_hull: pick(&hole, true),
             peg,
             length,

@@ -228,6 +228,7 @@ impl<'a> Scan<'a> {
         }
         self.rim_corners(sink);
         self.side_edges(sink);
+        self.crossing_corners(sink);
     }
 
     /// Least and greatest height of an end of the peg in the hole frame.
@@ -419,6 +420,79 @@ impl<'a> Scan<'a> {
         }
     }
 
+    /// Longitudinal edges of the peg against wall corners.
+    fn crossing_corners<S: Sink>(&self, sink: &mut S) {
+        let pair = self.pair;
+        let axis: Vector3<f64> = self.rotation.column(2).into_owned();
+        for &i in &pair.peg_corners {
+            let aligned = lift(&pair.peg.vertices()[i].coords, 0.0);
+            let tip = self.rotation * aligned + self.translation;
+            let far = tip + axis * pair.length;
+            if tip.z.min(far.z) >= 0.0 {
+                continue;
+            }
+            // Between tip and top face the edge strays no more than at one of the two.
+            let moved = if axis.z > 0.3 {
+                let through = tip - axis * (tip.z / axis.z);
+                (tip - aligned).xy().norm_squared().max((through - aligned).xy().norm_squared()).sqrt()
+            } else {
+                f64::INFINITY
+            };
+            if pair.corner_clearance[i] - moved >= sink.reach() {
+                continue;
+            }
+            for &u in &pair.wall_corners {
+                if let Some(candidate) = self.crossing((tip, far), i, u) {
+                    if candidate.value < sink.reach() {
+                        sink.take(candidate);
+                    }
+                }
+            }
+        }
+    }
+
+    /// A longitudinal edge against a wall corner, if they are nearest at inner points and face each other.
+    fn crossing(&self, (tip, far): (Vector3<f64>, Vector3<f64>), i: usize, u: usize) -> Option<Candidate> {
+        let (peg, hole) = (&self.pair.peg, &self.pair.hole);
+        let corner = hole.vertices()[u].coords;
+        let along = (far - tip).xy();
+        let t = (corner - tip.xy()).dot(&along) / along.norm_squared();
+        let point = tip + (far - tip) * t;
+        // Not for parallel edges: t is then not a number.
+        if !(t > 0.0 && t < 1.0 && point.z > -self.pair.depth && point.z < 0.0) {
+            return None;
+        }
+        let before = if u == 0 { hole.len() - 1 } else { u - 1 };
+        let (to_wall, to_next) = (-hole.outward(before), -hole.outward(u));
+        let across = Vector2::new(-along.y, along.x).normalize();
+        let normal = across * across.dot(&(to_wall + to_next)).signum();
+        let in_peg = self.rotation.tr_mul(&lift(&normal, 0.0)).xy();
+        let n = peg.len();
+        let here = peg.vertices()[i];
+        let into_peg = (peg.vertices()[(i + 1) % n] - here).dot(&in_peg).min((peg.vertices()[(i + n - 1) % n] - here).dot(&in_peg));
+        if normal.dot(&to_wall).min(normal.dot(&to_next)) < -CONE_SLACK || into_peg < 0.0 {
+            return None;
+        }
+        let value = normal.dot(&(point.xy() - corner));
+        if value < 0.0 && !(self.pierces_wall(&tip, &far, before) && self.pierces_wall(&tip, &far, u)) {
+            return None;
+        }
+        let feature = Feature::SideEdgeWallCorner { peg_vertex: i, hole_vertex: u };
+        Some(Candidate { value, point, normal: lift(&normal, 0.0), in_peg: false, feature })
+    }
+
+    /// Whether the segment passes through a wall.
+    fn pierces_wall(&self, a: &Vector3<f64>, b: &Vector3<f64>, wall: usize) -> bool {
+        let (r, s) = self.pair.hole.edge(wall);
+        let (side_a, side_b) = ((s - r).perp(&(a.xy() - r.coords)), (s - r).perp(&(b.xy() - r.coords)));
+        if side_a * side_b >= 0.0 {
+            return false;
+        }
+        let through = a + (b - a) * (side_a / (side_a - side_b));
+        let along = (through.xy() - r.coords).dot(&(s - r)) / (s - r).norm_squared();
+        (0.0..=1.0).contains(&along) && through.z < 0.0 && through.z > -self.pair.depth
+    }
+
     /// Edges of a peg end against the rim.
     fn end_edges<S: Sink>(&self, end: f64, sink: &mut S) {
         let pair = self.pair;
@@ -429,6 +503,9 @@ impl<'a> Scan<'a> {
             let (low, high) = (a.z.min(b.z), a.z.max(b.z));
             if low >= sink.reach().max(0.0) || high <= -sink.reach().max(RIM_DEPTH) {
                 continue;
+            }
+            if low < 0.0 && high > 0.0 {
+                self.pierced_top((a, b), k, sink);
             }
             for j in 0..pair.hole.len() {
                 let reach = sink.reach();
@@ -445,6 +522,38 @@ impl<'a> Scan<'a> {
                     }
                 }
             }
+        }
+    }
+
+    /// An edge of a peg end that passes through the top face: how far to the nearest point of the rim, or to lift its lower end.
+    /// Overlap near the corners of the hole that [`Scan::edge_rim`] does not see, and never more than that where it does.
+    fn pierced_top<S: Sink>(&self, (a, b): (Vector3<f64>, Vector3<f64>), k: usize, sink: &mut S) {
+        let pair = self.pair;
+        let e = b - a;
+        let through = a - e * (a.z / e.z);
+        if pair.hole.contains(&through.xy().into()) {
+            return;
+        }
+        let mut best = Candidate::none();
+        for j in 0..pair.hole.len() {
+            let (r, s) = pair.hole.edge(j);
+            let (r, s) = (lift(&r.coords, 0.0), lift(&s.coords, 0.0));
+            let (point, on_rim) = nearest_points((a, b), (r, s));
+            let out = on_rim - point;
+            let distance = out.norm();
+            if distance < -best.value || best.value > 0.0 {
+                let normal = if distance > 0.0 { out / distance } else { Vector3::z() };
+                let feature = Feature::EndEdgeRim { peg_edge: k, hole_edge: j };
+                best = Candidate { value: -distance, point, normal, in_peg: false, feature };
+            }
+        }
+        let (lower, vertex) = if a.z < b.z { (a, k) } else { (b, (k + 1) % pair.peg.len()) };
+        if lower.z > best.value {
+            let feature = Feature::CornerTop { peg_vertex: vertex };
+            best = Candidate { value: lower.z, point: lower, normal: Vector3::z(), in_peg: false, feature };
+        }
+        if best.value < sink.reach() {
+            sink.take(best);
         }
     }
 
@@ -544,6 +653,17 @@ fn deep_offsets<S: Sink>(offsets: (Offset, Option<Offset>), sink: &mut S, candid
             sink.take(candidate(&offset));
         }
     }
+}
+
+/// The points of two segments nearest to each other (Ericson, *Real-Time Collision Detection*, 2005, section 5.1.9).
+fn nearest_points((a, b): (Vector3<f64>, Vector3<f64>), (r, s): (Vector3<f64>, Vector3<f64>)) -> (Vector3<f64>, Vector3<f64>) {
+    let (e, f, w) = (b - a, s - r, a - r);
+    let (ee, ef, ff, ew, fw) = (e.dot(&e), e.dot(&f), f.dot(&f), e.dot(&w), f.dot(&w));
+    let det = ee * ff - ef * ef;
+    let first = if det > 1e-12 * ee * ff { ((ef * fw - ff * ew) / det).clamp(0.0, 1.0) } else { 0.0 };
+    let second = ((ef * first + fw) / ff).clamp(0.0, 1.0);
+    let first = ((ef * second - ew) / ee).clamp(0.0, 1.0);
+    (a + e * first, r + f * second)
 }
 
 /// Most that the map displaces a point of an outline, attained at a vertex of its hull.

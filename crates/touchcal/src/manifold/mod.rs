@@ -1,5 +1,7 @@
 //! Contact manifolds: the poses at which a tool can touch a fixture, and how far a pose is from touching.
 
+pub mod peg_in_hole;
+
 use crate::se3::{Pose, Twist};
 
 /// Most rows any manifold's residual or envelope has.
