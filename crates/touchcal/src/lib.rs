@@ -6,3 +6,4 @@ pub mod geometry;
 pub mod manifold;
 pub mod robot;
 pub mod se3;
+pub mod sim;

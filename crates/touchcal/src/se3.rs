@@ -49,7 +49,7 @@ pub fn exp(xi: &Twist) -> Pose {
 
 /// `Log: SE(3) → ℝ⁶`, the inverse of [`exp`] for rotation angles up to π (Solà et al. 2018, eq. 173).
 pub fn log(pose: &Pose) -> Twist {
-    let w = so3_log(&pose.rotation);
+    let w = rotation_log(&pose.rotation);
     let v = so3_left_jacobian_inverse(&w) * pose.translation.vector;
     twist(&v, &w)
 }
@@ -76,8 +76,8 @@ pub fn right_jacobian(xi: &Twist) -> Matrix6<f64> {
     jacobian
 }
 
-/// Logarithm of a rotation (rad), the shorter way round; exact up to π.
-fn so3_log(rotation: &UnitQuaternion<f64>) -> Vector3<f64> {
+/// Logarithm of a rotation, its rotation vector φ (rad), the shorter way round; exact up to π.
+pub fn rotation_log(rotation: &UnitQuaternion<f64>) -> Vector3<f64> {
     let q = rotation.quaternion();
     let (vector, scalar) = if q.w < 0.0 { (-q.imag(), -q.w) } else { (q.imag(), q.w) };
     let sine = vector.norm();
@@ -85,6 +85,11 @@ fn so3_log(rotation: &UnitQuaternion<f64>) -> Vector3<f64> {
         return vector * 2.0;
     }
     vector * (2.0 * sine.atan2(scalar) / sine)
+}
+
+/// `∂φ/∂δ` of the rotation vector φ for a local rotation, `Log(Exp(φ) · Exp(δ)) ≈ φ + Jr⁻¹(φ) δ` (Solà et al. 2018, eq. 144).
+pub fn rotation_log_jacobian(vector: &Vector3<f64>) -> Matrix3<f64> {
+    so3_left_jacobian_inverse(&-vector)
 }
 
 /// `Jl(ω)` of SO(3): `I + (1−cos φ)/φ² [ω]× + (φ−sin φ)/φ³ [ω]×²`.

@@ -213,6 +213,7 @@ impl At<'_> {
     /// Residual of contact `i` (m), at most three rows of it, less the mean penetration.
     pub fn residual_vector(&self, i: usize, into: &mut ContactRows) -> Vector3<f64> {
         let f = self.system.problem.contacts.fixture(i);
+        into.rows.clear();
         self.system.problem.fixtures[f].manifold.residual(&self.fixture_from_tool(i), &mut into.rows);
         let value = |k: usize| into.rows.values().get(k).copied().unwrap_or(0.0);
         Vector3::new(value(0) - self.fixtures[f].interference, value(1), value(2))
@@ -231,6 +232,7 @@ impl At<'_> {
         }
         let base_from_tool = self.kinematics.pose_and_jacobian(&into.q, &mut into.scratch);
         let fixture_from_tool = fixture.fixture_from_base * base_from_tool;
+        into.rows.clear();
         let whiten = match rung {
             Rung::Envelope => {
                 manifold.envelope(&fixture_from_tool, &mut into.rows);

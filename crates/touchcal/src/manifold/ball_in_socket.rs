@@ -40,7 +40,6 @@ impl ContactManifold for BallInSocket {
 
 /// `p(T · Exp(ξ)) ≈ p + R v`, so row k of the derivative is row k of R.
 fn push_centre(fixture_from_tool: &Pose, scale: f64, rows: &mut Rows) {
-    rows.clear();
     let rotation = fixture_from_tool.rotation.to_rotation_matrix();
     for k in 0..3 {
         let row = rotation.matrix().row(k).transpose() * scale;

@@ -1,9 +1,11 @@
 //! Contact manifolds: the poses at which a tool can touch a fixture, and how far a pose is from touching.
 
 mod ball_in_socket;
+mod peg_in_hole;
 mod plane;
 
 pub use ball_in_socket::BallInSocket;
+pub use peg_in_hole::PegInHole;
 pub use plane::Plane;
 
 use crate::se3::{Pose, Twist};
@@ -76,7 +78,7 @@ pub trait ContactManifold: Send + Sync + std::fmt::Debug {
     /// What touches what, in words for people: "ball in socket".
     fn name(&self) -> &'static str;
 
-    /// How far the pose is from touching: zero on the manifold.
+    /// How far the pose is from touching, appended to `rows`: zero on the manifold.
     fn residual(&self, fixture_from_tool: &Pose, rows: &mut Rows);
 
     /// How far the pose lies outside the region in which contacts happen, each row divided by that row's scale.

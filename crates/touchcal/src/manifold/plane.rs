@@ -32,7 +32,6 @@ impl Plane {
     }
 
     fn push_distance(&self, plane_from_tool: &Pose, scale: f64, rows: &mut Rows) {
-        rows.clear();
         let normal_in_tool = plane_from_tool.rotation.inverse() * Vector3::z();
         let mut nearest = (f64::INFINITY, Point3::origin());
         for point in &self.points {

@@ -1,7 +1,7 @@
 //! A contact-rich insertion: an arm with wrong kinematics explores a hole with a peg and logs what its encoders say.
 
 use rand::SeedableRng;
-use rand_distr::{Distribution, Normal};
+use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64;
 use std::f64::consts::TAU;
 
@@ -64,7 +64,9 @@ pub struct InsertionLog {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum SimulationError {
     /// The arm does not reach the hole.
-    #[error("the arm cannot reach the hole: no joint positions put the peg there from the posture given, {time:.2} s after the start")]
+    #[error(
+        "the arm cannot reach the hole: no joint positions put the peg there from the posture given, {time:.2} s after the start"
+    )]
     OutOfReach {
         /// Seconds since the start.
         time: f64,
@@ -93,7 +95,6 @@ impl Insertion {
         let mut arm = Kinematics::new(&self.robot, &columns, self.tip_from_peg);
         arm.set(&values);
         let mut chance = Pcg64::seed_from_u64(seed);
-        let standard = Normal::new(0.0, self.encoder_sigma).unwrap_or_else(|_| Normal::from_zscore_zero());
         let mut log = InsertionLog::default();
         let mut hole_from_peg = Pose::translation(0.0, 0.0, 1e-3);
         let mut q = self.posture.clone();
@@ -105,10 +106,10 @@ impl Insertion {
             let posture = self.swung(time);
             q = follow(&arm, &(self.base_from_hole * pose), &q, &posture)
                 .ok_or(SimulationError::OutOfReach { time })?;
-            let noise: Vec<f64> = q.iter().map(|_| standard.sample(&mut chance)).collect();
+            let noise: Vec<f64> = q.iter().map(|_| StandardNormal.sample(&mut chance)).collect();
             if force > self.force_threshold {
                 log.time.push(time);
-                log.q.push(q.iter().zip(noise).map(|(q, noise)| q + noise).collect());
+                log.q.push(q.iter().zip(noise).map(|(q, noise)| q + self.encoder_sigma * noise).collect());
                 log.force.push(force);
             }
             row += 1;
@@ -126,7 +127,8 @@ impl Insertion {
         let reach = radius * (0.6 + 0.4 * wave(0.31, 0.0));
         let depth = self.parts.depth() * (0.55 - 0.55 * wave(0.17, 0.25));
         let translation = Pose::translation(reach * wave(1.3, 0.25), reach * wave(1.3, 0.0), -depth);
-        let rotation = Twist::new(0.0, 0.0, 0.0, tilt * wave(0.73, 0.1), tilt * wave(0.59, 0.4), tilt * wave(0.43, 0.7));
+        let rotation =
+            Twist::new(0.0, 0.0, 0.0, tilt * wave(0.73, 0.1), tilt * wave(0.59, 0.4), tilt * wave(0.43, 0.7));
         translation * se3::exp(&rotation)
     }
 

@@ -1,0 +1,287 @@
+//! The exact signed gap between a straight peg and a straight hole.
+
+use super::nearness::Nearness;
+use super::profile::Profile;
+use super::scan::{Candidate, Scan, Sink};
+use crate::se3::{Pose, Twist, twist};
+use nalgebra::{Point3, Vector3};
+
+/// Why a peg and a hole cannot be modelled.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum ExtrusionError {
+    /// A length that is not a positive finite number.
+    #[error("{what}: expected a positive length in metres, found {found}")]
+    Length {
+        /// Which length.
+        what: &'static str,
+        /// The value given (m).
+        found: f64,
+    },
+}
+
+/// The pair of surface elements between which a distance is measured. Indices are those of the profiles.
+///
+/// A *rim* edge is where a wall meets the top face, a *wall corner* the vertical edge at a hole vertex. The peg has two
+/// end faces, the tip at z = 0 and the other at z = length.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[non_exhaustive]
+pub enum Feature {
+    /// A corner of a peg end against the floor.
+    CornerFloor {
+        /// Peg vertex.
+        peg_vertex: usize,
+    },
+    /// A corner of a peg end against the top face.
+    CornerTop {
+        /// Peg vertex.
+        peg_vertex: usize,
+    },
+    /// A corner of a peg end against a wall, or against its rim from above.
+    CornerWall {
+        /// Peg vertex.
+        peg_vertex: usize,
+        /// Hole edge.
+        hole_edge: usize,
+    },
+    /// A corner of the rim against a side face of the peg, or against an edge of its end.
+    RimCornerSide {
+        /// Hole vertex.
+        hole_vertex: usize,
+        /// Peg edge.
+        peg_edge: usize,
+    },
+    /// A corner of the rim against an end face of the peg.
+    RimCornerEnd {
+        /// Hole vertex.
+        hole_vertex: usize,
+    },
+    /// A wall corner against an edge of a peg end.
+    WallCornerEndEdge {
+        /// Hole vertex.
+        hole_vertex: usize,
+        /// Peg edge.
+        peg_edge: usize,
+    },
+    /// A longitudinal edge of the peg against a rim edge.
+    SideEdgeRim {
+        /// Peg vertex.
+        peg_vertex: usize,
+        /// Hole edge.
+        hole_edge: usize,
+    },
+    /// An edge of a peg end against a rim edge.
+    EndEdgeRim {
+        /// Peg edge.
+        peg_edge: usize,
+        /// Hole edge.
+        hole_edge: usize,
+    },
+    /// A longitudinal edge of the peg against a wall corner.
+    SideEdgeWallCorner {
+        /// Peg vertex.
+        peg_vertex: usize,
+        /// Hole vertex.
+        hole_vertex: usize,
+    },
+}
+
+/// A signed distance between peg and hole, where it is attained and how it changes with the pose.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Gap {
+    /// Signed distance (m): positive free, negative penetrating.
+    pub value: f64,
+    /// `∂value/∂ξ` for `hole_from_peg · Exp(ξ)`, a twist row `[v; ω]`: `[n; p × n]` in the peg frame.
+    pub gradient: Twist,
+    /// The point of the peg at which it is attained, in the hole frame.
+    pub point_in_hole: Point3<f64>,
+    /// Unit normal in the hole frame, from the solid around the hole into the peg: moving the peg along it opens the gap.
+    pub normal_in_hole: Vector3<f64>,
+    /// Between what the distance is.
+    pub feature: Feature,
+}
+
+/// A straight peg and the straight hole it goes into.
+///
+/// The peg is its outline extruded over `0 ≤ z ≤ length` of the peg frame, its tip face at z = 0. The solid is the half
+/// space z ≤ 0 of the hole frame less the hole's outline extruded over `−depth ≤ z ≤ 0`; it extends sideways without limit.
+///
+/// # Signed gap
+/// The minimum over features of signed distances. Outside contact it is the distance between the two bodies, at any
+/// pose. The distance of each feature that can be in contact (corner against face, edge against edge) passes through
+/// zero with an unchanged slope, so poses scattered about a contact see no kink. Deeper, it measures how far a corner or edge lies
+/// beyond the nearest face or edge; it is negative exactly when the bodies overlap.
+///
+/// # Numerics
+/// Edges that are parallel to 1e-12 are left to their end points.
+#[derive(Clone, Debug)]
+pub struct PegAndHole {
+    pub(super) peg: Profile,
+    pub(super) length: f64,
+    pub(super) hole: Profile,
+    pub(super) depth: f64,
+    /// Convex vertices of the peg: only these can be nearest to a solid.
+    pub(super) peg_corners: Vec<usize>,
+    /// Reflex vertices of the hole: the convex corners of the solid.
+    pub(super) wall_corners: Vec<usize>,
+    /// Convex vertices of the hole, which span its hull.
+    pub(super) hole_hull: Vec<usize>,
+    pub(super) peg_to_hole: Nearness,
+    pub(super) hole_to_peg: Nearness,
+    /// Signed distance (m) of each peg vertex from the walls when aligned, positive inside the hole.
+    pub(super) peg_clearance: Vec<f64>,
+    /// Signed distance (m) of each hole vertex from the peg when aligned, positive outside the peg.
+    pub(super) hole_clearance: Vec<f64>,
+    /// Distance (m) of each peg vertex from the nearest wall corner when aligned.
+    pub(super) corner_clearance: Vec<f64>,
+}
+
+impl PegAndHole {
+    /// A peg of `length` (m) and a hole of `depth` (m), outlines in metres in their own frames.
+    ///
+    /// # Errors
+    /// [`ExtrusionError::Length`] if a length is not positive and finite.
+    pub fn new(peg: Profile, length: f64, hole: Profile, depth: f64) -> Result<Self, ExtrusionError> {
+        for (what, found) in [("peg length", length), ("hole depth", depth)] {
+            if !(found > 0.0 && found.is_finite()) {
+                return Err(ExtrusionError::Length { what, found });
+            }
+        }
+        let peg_to_hole = Nearness::new(&peg, &hole);
+        let hole_to_peg = Nearness::new(&hole, &peg);
+        let clearance = |inside: bool, distance: f64| if inside { distance } else { -distance };
+        let peg_clearance = peg
+            .vertices()
+            .iter()
+            .enumerate()
+            .map(|(i, p)| clearance(hole.contains(p), peg_to_hole.closest(i)))
+            .collect();
+        let hole_clearance = hole
+            .vertices()
+            .iter()
+            .enumerate()
+            .map(|(i, p)| clearance(!peg.contains(p), hole_to_peg.closest(i)))
+            .collect();
+        let pick = |profile: &Profile, convex: bool| {
+            (0..profile.len()).filter(|&i| profile.is_convex_at(i) == convex).collect::<Vec<_>>()
+        };
+        let wall_corners: Vec<usize> = pick(&hole, false);
+        let corner_clearance = peg
+            .vertices()
+            .iter()
+            .map(|p| wall_corners.iter().map(|&u| (hole.vertices()[u] - p).norm()).fold(f64::INFINITY, f64::min))
+            .collect();
+        Ok(PegAndHole {
+            peg_corners: pick(&peg, true),
+            wall_corners,
+            corner_clearance,
+            hole_hull: pick(&hole, true),
+            peg,
+            length,
+            hole,
+            depth,
+            peg_to_hole,
+            hole_to_peg,
+            peg_clearance,
+            hole_clearance,
+        })
+    }
+
+    /// Outline of the peg.
+    pub fn peg(&self) -> &Profile {
+        &self.peg
+    }
+
+    /// Length of the peg (m).
+    pub fn length(&self) -> f64 {
+        self.length
+    }
+
+    /// Outline of the hole.
+    pub fn hole(&self) -> &Profile {
+        &self.hole
+    }
+
+    /// Depth of the hole (m).
+    pub fn depth(&self) -> f64 {
+        self.depth
+    }
+
+    /// The signed gap at a pose. Allocates nothing.
+    pub fn gap(&self, hole_from_peg: &Pose) -> Gap {
+        let mut nearest = Smallest { best: Candidate::none() };
+        Scan::new(self, hole_from_peg).run(&mut nearest);
+        finish(&nearest.best, hole_from_peg)
+    }
+
+    /// Calls `visit` for the features whose signed distance exceeds the gap by at most `margin` (m), in no particular
+    /// order, and returns the gap. Allocates nothing.
+    ///
+    /// A corner or edge that penetrates is reported against the nearest face or edge only.
+    pub fn visit_within(&self, hole_from_peg: &Pose, margin: f64, mut visit: impl FnMut(&Gap)) -> Gap {
+        let gap = self.gap(hole_from_peg);
+        let reach = (gap.value + margin).next_up();
+        let mut within = Within { reach, visit: |c: &Candidate| visit(&finish(c, hole_from_peg)) };
+        Scan::new(self, hole_from_peg).run(&mut within);
+        gap
+    }
+}
+
+/// Keeps the smallest distance.
+struct Smallest {
+    best: Candidate,
+}
+
+impl Sink for Smallest {
+    const ALL: bool = false;
+
+    fn reach(&self) -> f64 {
+        self.best.value
+    }
+
+    fn take(&mut self, candidate: Candidate) {
+        self.best = candidate;
+    }
+}
+
+/// Passes every distance below `reach` on.
+struct Within<F> {
+    reach: f64,
+    visit: F,
+}
+
+impl<F: FnMut(&Candidate)> Sink for Within<F> {
+    const ALL: bool = true;
+
+    fn reach(&self) -> f64 {
+        self.reach
+    }
+
+    fn take(&mut self, candidate: Candidate) {
+        (self.visit)(&candidate);
+    }
+}
+
+/// Adds the gradient and brings point and normal to the hole frame.
+fn finish(candidate: &Candidate, hole_from_peg: &Pose) -> Gap {
+    let (point_in_peg, normal_in_peg) = if candidate.in_peg {
+        (candidate.point, candidate.normal)
+    } else {
+        (
+            hole_from_peg.inverse_transform_point(&candidate.point.into()).coords,
+            hole_from_peg.inverse_transform_vector(&candidate.normal),
+        )
+    };
+    let (point_in_hole, normal_in_hole) = if candidate.in_peg {
+        (hole_from_peg * Point3::from(point_in_peg), hole_from_peg * normal_in_peg)
+    } else {
+        (candidate.point.into(), candidate.normal)
+    };
+    Gap {
+        value: candidate.value,
+        gradient: twist(&normal_in_peg, &point_in_peg.cross(&normal_in_peg)),
+        point_in_hole,
+        normal_in_hole,
+        feature: candidate.feature,
+    }
+}

@@ -1,0 +1,278 @@
+//! Outlines: simple polygons in the plane, the cross-sections of pegs and holes.
+
+use nalgebra::{Point2, Vector2};
+
+/// Most vertices an outline may have.
+pub const MAX_VERTICES: usize = 10_000;
+
+/// Why a list of points is not an outline.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum ProfileError {
+    /// Too few or too many vertices.
+    #[error("an outline needs 3 to {MAX_VERTICES} vertices, found {found}")]
+    VertexCount {
+        /// Number of vertices given.
+        found: usize,
+    },
+    /// A coordinate is NaN or infinite.
+    #[error("vertex {vertex}: expected finite coordinates, found ({x}, {y})")]
+    NotFinite {
+        /// Which vertex, from 0.
+        vertex: usize,
+        /// Its first coordinate.
+        x: f64,
+        /// Its second coordinate.
+        y: f64,
+    },
+    /// Two consecutive vertices coincide.
+    #[error(
+        "vertices {vertex} and {next}: expected distinct points, found the same point twice (the last vertex is joined to the first)"
+    )]
+    RepeatedVertex {
+        /// First of the two, from 0.
+        vertex: usize,
+        /// The one after it.
+        next: usize,
+    },
+    /// Two edges that are not neighbours touch or cross, or two neighbours overlap.
+    #[error(
+        "expected an outline that does not meet itself, found that the edges from vertices {first} and {second} meet"
+    )]
+    SelfIntersecting {
+        /// Start vertex of one edge, from 0.
+        first: usize,
+        /// Start vertex of the other.
+        second: usize,
+    },
+    /// The outline encloses nothing.
+    #[error("expected an outline that encloses an area, found {area} m²")]
+    NoArea {
+        /// The signed area (m²).
+        area: f64,
+    },
+    /// An offset too large for the outline's shape.
+    #[error(
+        "expected an offset that keeps every edge and its direction, found that {distance} m removes the edge from vertex {edge}"
+    )]
+    EdgeLost {
+        /// The offset asked for (m).
+        distance: f64,
+        /// Start vertex of the lost edge, from 0.
+        edge: usize,
+    },
+}
+
+/// A simple polygon, counter-clockwise, possibly non-convex. Metres.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Profile {
+    vertices: Vec<Point2<f64>>,
+    convex: Vec<bool>,
+}
+
+impl Profile {
+    /// An outline from its vertices in order, either way round; the last is joined to the first.
+    ///
+    /// # Errors
+    /// [`ProfileError`] if the points are not a simple polygon with an area.
+    pub fn new(mut vertices: Vec<Point2<f64>>) -> Result<Self, ProfileError> {
+        let n = vertices.len();
+        if !(3..=MAX_VERTICES).contains(&n) {
+            return Err(ProfileError::VertexCount { found: n });
+        }
+        if let Some((vertex, p)) = vertices.iter().enumerate().find(|(_, p)| !(p.x.is_finite() && p.y.is_finite())) {
+            return Err(ProfileError::NotFinite { vertex, x: p.x, y: p.y });
+        }
+        for vertex in 0..n {
+            let next = (vertex + 1) % n;
+            if vertices[vertex] == vertices[next] {
+                return Err(ProfileError::RepeatedVertex { vertex, next });
+            }
+        }
+        if let Some((first, second)) = self_intersection(&vertices) {
+            return Err(ProfileError::SelfIntersecting { first, second });
+        }
+        let area = signed_area(&vertices);
+        if area == 0.0 || !area.is_finite() {
+            return Err(ProfileError::NoArea { area });
+        }
+        if area < 0.0 {
+            vertices.reverse();
+        }
+        let convex = (0..n)
+            .map(|i| {
+                let (before, here, after) = (vertices[(i + n - 1) % n], vertices[i], vertices[(i + 1) % n]);
+                (here - before).perp(&(after - here)) > 0.0
+            })
+            .collect();
+        Ok(Profile { vertices, convex })
+    }
+
+    /// The outline of the built-in peg `extrusion25`: a 25 mm T-slot extrusion with four slots, 36 vertices, centred.
+    pub fn extrusion25() -> Self {
+        // One quarter, counter-clockwise from the right-hand slot; the others are its turns by 90°.
+        const QUARTER_MM: [(f64, f64); 9] = [
+            (6.0, 5.5),
+            (10.5, 5.5),
+            (10.5, 3.5),
+            (12.5, 3.5),
+            (12.5, 12.5),
+            (3.5, 12.5),
+            (3.5, 10.5),
+            (5.5, 10.5),
+            (5.5, 6.0),
+        ];
+        const CONVEX: [bool; 9] = [false, false, true, true, true, true, true, false, false];
+        let mut vertices = Vec::with_capacity(36);
+        let mut convex = Vec::with_capacity(36);
+        for (cos, sin) in [(1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0)] {
+            for (x, y) in QUARTER_MM {
+                vertices.push(Point2::new((cos * x - sin * y) * 1e-3, (sin * x + cos * y) * 1e-3));
+            }
+            convex.extend(CONVEX);
+        }
+        Profile { vertices, convex }
+    }
+
+    /// The outline moved outwards by `distance` (m), corners mitred; inwards if negative.
+    ///
+    /// # Errors
+    /// [`ProfileError::EdgeLost`] if an edge shrinks to nothing, otherwise as [`Profile::new`].
+    pub fn offset_mitred(&self, distance: f64) -> Result<Self, ProfileError> {
+        let n = self.len();
+        let moved: Vec<Point2<f64>> = (0..n)
+            .map(|i| {
+                let (before, after) = (self.outward((i + n - 1) % n), self.outward(i));
+                // The point at `distance` from both edges' lines.
+                self.vertices[i] + (before + after) * (distance / (1.0 + before.dot(&after)))
+            })
+            .collect();
+        for edge in 0..n {
+            let was = self.vertices[(edge + 1) % n] - self.vertices[edge];
+            if (moved[(edge + 1) % n] - moved[edge]).dot(&was) <= 0.0 {
+                return Err(ProfileError::EdgeLost { distance, edge });
+            }
+        }
+        Profile::new(moved)
+    }
+
+    /// Number of vertices, and of edges.
+    pub fn len(&self) -> usize {
+        self.vertices.len()
+    }
+
+    /// Always false: an outline has at least three vertices.
+    pub fn is_empty(&self) -> bool {
+        false
+    }
+
+    /// Vertices, counter-clockwise (m).
+    pub fn vertices(&self) -> &[Point2<f64>] {
+        &self.vertices
+    }
+
+    /// Whether the interior angle at vertex `i` is below 180°. A straight vertex counts as reflex: it is no corner.
+    pub fn is_convex_at(&self, i: usize) -> bool {
+        self.convex[i]
+    }
+
+    /// Ends of edge `i`, from vertex `i` to the next.
+    pub fn edge(&self, i: usize) -> (Point2<f64>, Point2<f64>) {
+        let next = if i + 1 == self.len() { 0 } else { i + 1 };
+        (self.vertices[i], self.vertices[next])
+    }
+
+    /// Unit outward normal of edge `i`.
+    pub fn outward(&self, i: usize) -> Vector2<f64> {
+        let (a, b) = self.edge(i);
+        let along = (b - a).normalize();
+        Vector2::new(along.y, -along.x)
+    }
+
+    /// Enclosed area (m²).
+    pub fn area(&self) -> f64 {
+        signed_area(&self.vertices)
+    }
+
+    /// Largest distance of a vertex from the origin (m).
+    pub fn bounding_radius(&self) -> f64 {
+        self.vertices.iter().map(|p| p.coords.norm()).fold(0.0, f64::max)
+    }
+
+    /// Whether `point` lies strictly inside (winding number; points on the outline may go either way).
+    pub fn contains(&self, point: &Point2<f64>) -> bool {
+        let mut winding = 0;
+        for i in 0..self.len() {
+            let (a, b) = self.edge(i);
+            let side = (b - a).perp(&(point - a));
+            if a.y <= point.y && b.y > point.y && side > 0.0 {
+                winding += 1;
+            } else if a.y > point.y && b.y <= point.y && side < 0.0 {
+                winding -= 1;
+            }
+        }
+        winding != 0
+    }
+
+    /// Distance from `point` to the outline, negative inside (m).
+    pub fn signed_distance(&self, point: &Point2<f64>) -> f64 {
+        let nearest = (0..self.len()).map(|i| distance_to_segment(point, self.edge(i))).fold(f64::INFINITY, f64::min);
+        if self.contains(point) { -nearest } else { nearest }
+    }
+}
+
+/// Distance from a point to a segment.
+pub(super) fn distance_to_segment(point: &Point2<f64>, (a, b): (Point2<f64>, Point2<f64>)) -> f64 {
+    let along = b - a;
+    let t = ((point - a).dot(&along) / along.norm_squared()).clamp(0.0, 1.0);
+    (point - (a + along * t)).norm()
+}
+
+fn signed_area(vertices: &[Point2<f64>]) -> f64 {
+    let n = vertices.len();
+    // Relative to one vertex, so that a far-away outline keeps its digits.
+    let origin = vertices[0];
+    (1..n - 1).map(|i| (vertices[i] - origin).perp(&(vertices[i + 1] - origin))).sum::<f64>() / 2.0
+}
+
+/// Two edges that meet other than at their shared vertex, found by sweeping over x.
+fn self_intersection(vertices: &[Point2<f64>]) -> Option<(usize, usize)> {
+    let n = vertices.len();
+    let ends = |i: usize| (vertices[i], vertices[(i + 1) % n]);
+    let span = |i: usize| {
+        let (a, b) = ends(i);
+        (a.x.min(b.x), a.x.max(b.x))
+    };
+    let mut order: Vec<usize> = (0..n).collect();
+    order.sort_by(|&i, &j| span(i).0.total_cmp(&span(j).0));
+    for (rank, &i) in order.iter().enumerate() {
+        for &j in order[rank + 1..].iter().take_while(|&&j| span(j).0 <= span(i).1) {
+            let (first, second) = (i.min(j), i.max(j));
+            let meet = if second == first + 1 || (first == 0 && second == n - 1) {
+                // Neighbours share a vertex; they overlap if one folds back on the other.
+                let (before, after) = if second == first + 1 { (first, second) } else { (second, first) };
+                let (u, v) = (ends(before).1 - ends(before).0, ends(after).1 - ends(after).0);
+                u.perp(&v) == 0.0 && u.dot(&v) < 0.0
+            } else {
+                segments_meet(ends(i), ends(j))
+            };
+            if meet {
+                return Some((first, second));
+            }
+        }
+    }
+    None
+}
+
+fn segments_meet((a, b): (Point2<f64>, Point2<f64>), (c, d): (Point2<f64>, Point2<f64>)) -> bool {
+    let side = |p: Point2<f64>, q: Point2<f64>, r: Point2<f64>| (q - p).perp(&(r - p));
+    let within = |p: Point2<f64>, q: Point2<f64>, r: Point2<f64>| {
+        r.x >= p.x.min(q.x) && r.x <= p.x.max(q.x) && r.y >= p.y.min(q.y) && r.y <= p.y.max(q.y)
+    };
+    let (s1, s2, s3, s4) = (side(a, b, c), side(a, b, d), side(c, d, a), side(c, d, b));
+    (s1 * s2 < 0.0 && s3 * s4 < 0.0)
+        || (s1 == 0.0 && within(a, b, c))
+        || (s2 == 0.0 && within(a, b, d))
+        || (s3 == 0.0 && within(c, d, a))
+        || (s4 == 0.0 && within(c, d, b))
+}
