@@ -38,7 +38,7 @@ const FAR_FROM_PRIOR: f64 = 4.0;
 
 const COARSE: Limits = Limits { iterations: 100, decrement: 1e-3 };
 const NARROW: Limits = Limits { iterations: 3, decrement: 1e-2 };
-const FINE: Limits = Limits { iterations: 60, decrement: 1e-8 };
+const FINE: Limits = Limits { iterations: 60, decrement: 1e-5 };
 
 type Observe<'o> = &'o mut dyn FnMut(&Progress) -> ControlFlow<()>;
 

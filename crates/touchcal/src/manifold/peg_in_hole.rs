@@ -40,8 +40,29 @@ impl ContactManifold for PegInHole {
     }
 
     fn residual(&self, hole_from_peg: &Pose, rows: &mut Rows) {
-        let gap = self.shapes.gap(hole_from_peg);
-        rows.push(gap.value, gap.gradient);
+        let tau: f64 = std::env::var("TAU").ok().and_then(|v| v.parse().ok()).unwrap_or(0.0);
+        if tau == 0.0 {
+            let gap = self.shapes.gap(hole_from_peg);
+            rows.push(gap.value, gap.gradient);
+            return;
+        }
+        let least = self.shapes.gap(hole_from_peg).value;
+        let (mut z, mut zg) = (0.0, 0.0);
+        let mut dz = se3::Twist::zeros();
+        let mut dzg = se3::Twist::zeros();
+        self.shapes.visit_within(hole_from_peg, 6.0 * tau, |gap| {
+            let x = (gap.value - least) / tau;
+            let u = (x / 6.0).powi(2);
+            let t = (1.0 - u).max(0.0);
+            let w = (-x).exp() * t * t;
+            let dw = -(-x).exp() * t * (t + 4.0 * x / 36.0) / tau;
+            z += w;
+            zg += w * gap.value;
+            dz += gap.gradient * dw;
+            dzg += gap.gradient * (w + dw * gap.value);
+        });
+        let r = zg / z;
+        rows.push(r, (dzg - dz * r) / z);
     }
 
     fn envelope(&self, hole_from_peg: &Pose, rows: &mut Rows) {
