@@ -3,6 +3,7 @@
 pub mod contact;
 pub mod estimate;
 pub mod geometry;
+pub mod io;
 pub mod manifold;
 pub mod robot;
 pub mod se3;

@@ -1,0 +1,94 @@
+//! Bytes of files, with a bound on how many, and their fingerprints.
+
+use std::fs::File;
+use std::io::Read;
+use std::path::Path;
+
+use sha2::{Digest, Sha256};
+
+use super::error::{IoError, Place};
+
+/// A file that was read.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Input {
+    /// Its path, as given or found.
+    pub path: String,
+    /// SHA-256 of its bytes, in hexadecimal.
+    pub sha256: String,
+}
+
+/// Passes bytes on and fingerprints them.
+pub(crate) struct Hashing<R> {
+    inner: R,
+    hasher: Sha256,
+}
+
+impl<R: Read> Hashing<R> {
+    pub(crate) fn new(inner: R) -> Self {
+        Hashing { inner, hasher: Sha256::new() }
+    }
+
+    /// The fingerprint of all bytes, those not yet read too.
+    pub(crate) fn finish(mut self) -> std::io::Result<String> {
+        std::io::copy(&mut self, &mut std::io::sink())?;
+        Ok(hex(&self.hasher.finalize()))
+    }
+}
+
+impl<R: Read> Read for Hashing<R> {
+    fn read(&mut self, buffer: &mut [u8]) -> std::io::Result<usize> {
+        let count = self.inner.read(buffer)?;
+        self.hasher.update(&buffer[..count]);
+        Ok(count)
+    }
+}
+
+/// Opens a regular file.
+pub(crate) fn open(path: &Path) -> Result<File, IoError> {
+    let file = File::open(path).map_err(|source| IoError::file(path, "open", source))?;
+    let kind = file.metadata().map_err(|source| IoError::file(path, "open", source))?;
+    if !kind.is_file() {
+        let found = if kind.is_dir() { "a folder" } else { "a device or pipe" };
+        return Err(IoError::unexpected(Place::file(path.display().to_string()), "a file", found));
+    }
+    Ok(file)
+}
+
+/// The text of a file of at most `limit` bytes, and its fingerprint.
+pub(crate) fn read_text(path: &Path, limit: u64) -> Result<(String, Input), IoError> {
+    let name = path.display().to_string();
+    let mut bytes = Vec::new();
+    let mut limited = open(path)?.take(limit + 1);
+    limited.read_to_end(&mut bytes).map_err(|source| IoError::file(path, "read", source))?;
+    check_size(bytes.len() as u64, limit, &name)?;
+    let sha256 = hex(&Sha256::digest(&bytes));
+    let text = text_from(&bytes, &name)?.to_owned();
+    Ok((text, Input { path: name, sha256 }))
+}
+
+/// The fingerprint of a text.
+pub(crate) fn sha256(text: &str) -> String {
+    hex(&Sha256::digest(text.as_bytes()))
+}
+
+/// Refuses more than `limit` bytes.
+pub(crate) fn check_size(bytes: u64, limit: u64, file: &str) -> Result<(), IoError> {
+    if bytes > limit {
+        return Err(IoError::unexpected(Place::file(file), format!("at most {limit} bytes"), "more"));
+    }
+    Ok(())
+}
+
+/// UTF-8 or an error with the line.
+pub(crate) fn text_from<'a>(bytes: &'a [u8], file: &str) -> Result<&'a str, IoError> {
+    std::str::from_utf8(bytes).map_err(|error| {
+        let before = &bytes[..error.valid_up_to()];
+        let line = 1 + before.iter().filter(|&&byte| byte == b'\n').count() as u64;
+        let found = bytes.get(error.valid_up_to()).map_or(String::new(), |byte| format!("byte 0x{byte:02x}"));
+        IoError::unexpected(Place::file(file).line(line), "UTF-8 text", found)
+    })
+}
+
+fn hex(bytes: &[u8]) -> String {
+    bytes.iter().map(|byte| format!("{byte:02x}")).collect()
+}

@@ -1,0 +1,74 @@
+//! Degrees where radians are declared.
+
+use crate::io::error::{IoError, Place};
+use crate::robot::{JointKind, Robot};
+
+use super::AngleUnit;
+
+/// How far beyond its limit an encoder with a wrong zero may read (rad): 20°.
+const MARGIN: f64 = 0.35;
+/// Share of rows beyond the limits from which the unit is wrong rather than a few rows.
+const SHARE: f64 = 0.05;
+/// A joint without limits is not turned further than this (rad), three turns.
+const UNLIMITED: f64 = 20.0;
+/// No joint position is so large (rad or m), in whatever unit.
+const ABSURD: f64 = 1e4;
+
+/// Watches joint positions for a wrong unit.
+pub(super) struct UnitCheck {
+    unit: AngleUnit,
+    /// Name and range of every moving joint, none for one that slides.
+    joints: Vec<(String, Option<(f64, f64)>)>,
+    rows: u64,
+    beyond: u64,
+    /// The first position beyond its limit: line, joint, position.
+    first: Option<(u64, usize, f64)>,
+}
+
+impl UnitCheck {
+    pub(super) fn new(robot: &Robot, unit: AngleUnit) -> Self {
+        let range = |joint: &crate::robot::Joint| match (joint.kind, joint.limits) {
+            (JointKind::Prismatic, _) => None,
+            (_, Some(limits)) => Some((limits.lower - MARGIN, limits.upper + MARGIN)),
+            (_, None) => Some((-UNLIMITED, UNLIMITED)),
+        };
+        let joints = robot.moving().map(|joint| (joint.name.clone(), range(joint)));
+        UnitCheck { unit, joints: joints.collect(), rows: 0, beyond: 0, first: None }
+    }
+
+    /// Takes the joint positions (rad or m) of a row; answers with the joint whose position is absurd, if one is.
+    pub(super) fn row(&mut self, line: u64, q: &[f64]) -> Option<usize> {
+        self.rows += 1;
+        let outside =
+            |(_, range): &(String, Option<(f64, f64)>), q: f64| range.is_some_and(|(low, high)| q < low || q > high);
+        if let Some(joint) = self.joints.iter().zip(q).position(|(joint, &q)| outside(joint, q)) {
+            self.beyond += 1;
+            self.first.get_or_insert((line, joint, q[joint]));
+        }
+        q.iter().position(|q| q.abs() > ABSURD)
+    }
+
+    /// The verdict over all rows.
+    pub(super) fn finish(&self, file: &str) -> Result<(), IoError> {
+        let Some((line, joint, q)) = self.first else { return Ok(()) };
+        if (self.beyond as f64) <= SHARE * self.rows as f64 {
+            return Ok(());
+        }
+        let (name, range) = &self.joints[joint];
+        let (low, high) = range.unwrap_or_default();
+        let place = Place::file(file).line(line).field(format!("joint `{name}`"));
+        let (low, high) = (low + MARGIN, high - MARGIN);
+        let (many, all) = (self.beyond, self.rows);
+        let (expected, found) = match self.unit {
+            AngleUnit::Radian => (
+                format!("radians within the joint limits [{low:.4}, {high:.4}]"),
+                format!("{q}, and such in {many} of {all} rows: looks like degrees; declare unit = \"deg\""),
+            ),
+            AngleUnit::Degree => (
+                format!("degrees within the joint limits [{:.1}, {:.1}]", low.to_degrees(), high.to_degrees()),
+                format!("{}, and such in {many} of {all} rows: is this log of another robot?", q.to_degrees()),
+            ),
+        };
+        Err(IoError::unexpected(place, expected, found))
+    }
+}

@@ -1,0 +1,116 @@
+//! What can go wrong with a file.
+
+use std::fmt;
+use std::path::Path;
+
+/// Longest excerpt of a file that a message quotes (characters).
+const EXCERPT: usize = 60;
+
+/// Where in a file: shown as `file:line:column, field`.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Place {
+    /// Name of the file, as the user gave it.
+    pub file: String,
+    /// Line, 1 for the first.
+    pub line: Option<u64>,
+    /// Column in characters, 1 for the first.
+    pub column: Option<u64>,
+    /// The element, key or column, in words.
+    pub field: Option<String>,
+}
+
+impl Place {
+    /// A file as a whole.
+    pub fn file(file: impl Into<String>) -> Place {
+        Place { file: file.into(), ..Place::default() }
+    }
+
+    /// A line of it.
+    pub fn line(mut self, line: u64) -> Place {
+        self.line = Some(line);
+        self
+    }
+
+    /// An element, key or column of it.
+    pub fn field(mut self, field: impl Into<String>) -> Place {
+        self.field = Some(field.into());
+        self
+    }
+
+    /// The line and column of byte `offset` of `text`.
+    pub(crate) fn at_byte(mut self, text: &str, offset: usize) -> Place {
+        let before = text.get(..offset).unwrap_or(text);
+        self.line = Some(1 + before.bytes().filter(|&byte| byte == b'\n').count() as u64);
+        let line_start = before.rfind('\n').map_or(0, |newline| newline + 1);
+        self.column = Some(1 + before[line_start..].chars().count() as u64);
+        self
+    }
+}
+
+impl fmt::Display for Place {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.file)?;
+        if let Some(line) = self.line {
+            write!(f, ":{line}")?;
+            if let Some(column) = self.column {
+                write!(f, ":{column}")?;
+            }
+        }
+        match &self.field {
+            Some(field) => write!(f, ", {field}"),
+            None => Ok(()),
+        }
+    }
+}
+
+/// A file that cannot be read, understood or written.
+#[derive(Debug, thiserror::Error)]
+#[non_exhaustive]
+pub enum IoError {
+    /// The operating system refused.
+    #[error("{path}: could not {action}: {source}")]
+    File {
+        /// The path.
+        path: String,
+        /// What was tried.
+        action: &'static str,
+        /// Why it failed.
+        source: std::io::Error,
+    },
+    /// The content is not what it should be.
+    #[error("{place}: expected {expected}, found {found}")]
+    Unexpected {
+        /// Where.
+        place: Place,
+        /// What should be there.
+        expected: String,
+        /// What is there.
+        found: String,
+    },
+    /// The text does not follow the grammar of its format.
+    #[error("{place}: {message}")]
+    Syntax {
+        /// Where.
+        place: Place,
+        /// What the parser says.
+        message: String,
+    },
+}
+
+impl IoError {
+    pub(crate) fn unexpected(place: Place, expected: impl Into<String>, found: impl Into<String>) -> IoError {
+        IoError::Unexpected { place, expected: expected.into(), found: found.into() }
+    }
+
+    pub(crate) fn file(path: &Path, action: &'static str, source: std::io::Error) -> IoError {
+        IoError::File { path: path.display().to_string(), action, source }
+    }
+}
+
+/// `text` in quotes, control characters escaped, shortened where it is long.
+pub(crate) fn quoted(text: &str) -> String {
+    match text.char_indices().nth(EXCERPT) {
+        Some((end, _)) => format!("{:?}…", &text[..end]),
+        None => format!("{text:?}"),
+    }
+}

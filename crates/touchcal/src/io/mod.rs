@@ -1,0 +1,29 @@
+//! Files: bytes in, types out, and back. Nothing is computed here.
+//!
+//! | module | reads | into |
+//! |---|---|---|
+//! | [`urdf`] | a robot description | [`Robot`](crate::robot::Robot), and writes a calibrated one back into the text |
+//! | [`contact_csv`] | joint logs, plain or gzipped | [`ContactLog`](crate::contact::ContactLog) |
+//! | [`problem_file`] | `problem.toml` and what it refers to | [`Problem`](crate::estimate::Problem) |
+//! | [`mukca`] | a folder of ball-in-socket logs | [`Problem`](crate::estimate::Problem) |
+//! | [`estimate_file`] | `estimate.json` | [`EstimateFile`](estimate_file::EstimateFile), and writes it |
+//! | [`atomic`] | | writes a file whole or not at all |
+//!
+//! Every failure is an [`IoError`] that names the file, the line or field, what was expected and what was found. Input is
+//! bounded: each format refuses files larger than a documented size, and gzipped ones are bounded by what they unpack to.
+
+pub mod atomic;
+mod bytes;
+pub mod contact_csv;
+mod error;
+pub mod estimate_file;
+mod loaded;
+pub mod mukca;
+mod outline;
+pub mod problem_file;
+mod suggest;
+pub mod urdf;
+
+pub use bytes::Input;
+pub use error::{IoError, Place};
+pub use loaded::Loaded;

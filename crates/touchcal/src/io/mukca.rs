@@ -1,0 +1,194 @@
+//! Folders of ball-in-socket logs in the layout of the MUKCa project: `DIR/PLACEMENT/hole_N.csv`.
+//!
+//! Each file holds joint angles (rad, a row a contact, no header) of an arm whose ball sits in socket N of a tool that stands
+//! somewhere unknown; neighbouring sockets of one placement are a known distance apart.
+
+use std::path::{Path, PathBuf};
+
+use nalgebra::Isometry3;
+
+use super::bytes::Input;
+use super::contact_csv;
+use super::error::{IoError, Place, quoted};
+use super::loaded::Loaded;
+use super::suggest::{did_you_mean, list};
+use super::urdf::UrdfFile;
+use crate::contact::ContactLog;
+use crate::estimate::{Distance, Fixture, Freedom, Loss, Noise, Problem, Tool};
+use crate::manifold::BallInSocket;
+use crate::robot::{Robot, joint_origin};
+
+/// How far the ball may sit from where the URDF draws it (m).
+const BALL_SIGMA: f64 = 2e-3;
+/// Most entries of one folder looked at.
+const MAX_ENTRIES: usize = 10_000;
+
+/// Which placements are read, and what is known of the tool.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MukcaOptions {
+    /// Names of the placements to read; none: all.
+    pub only: Vec<String>,
+    /// Names of placements to leave out.
+    pub except: Vec<String>,
+    /// Distance of neighbouring sockets (m).
+    pub spacing: f64,
+    /// Its standard deviation (m).
+    pub spacing_sigma: f64,
+    /// Measurement noise.
+    pub noise: Noise,
+}
+
+impl Default for MukcaOptions {
+    /// All placements, 50 ± 0.05 mm as the tool is printed, and 0.2 mm of contact noise, about what a fitted arm leaves.
+    fn default() -> Self {
+        MukcaOptions {
+            only: Vec::new(),
+            except: Vec::new(),
+            spacing: 50e-3,
+            spacing_sigma: 0.05e-3,
+            noise: Noise { encoder: 0.0, contact: 0.2e-3, learned: true },
+        }
+    }
+}
+
+/// Reads a folder for the arm of `urdf`, whose tip link carries the ball: its place is estimated, every socket's is too, and
+/// the parameters are those of the full geometric model. Fixtures are named `PLACEMENT/N` and sorted by placement and N.
+///
+/// # Errors
+/// If the folder has no such files, a named placement is not there, or a file is no log of this arm.
+pub fn read(folder: &Path, urdf: UrdfFile, options: &MukcaOptions) -> Result<Loaded, IoError> {
+    let UrdfFile { robot, text, input } = urdf;
+    check(options, folder)?;
+    let placements = chosen(placements(folder)?, options, folder)?;
+    let mut inputs = vec![input];
+    let mut fixtures: Vec<Fixture> = Vec::new();
+    let mut distances = Vec::new();
+    let mut contacts = ContactLog::new(robot.dof());
+    for placement in &placements {
+        let mut before: Option<u32> = None;
+        for (number, path) in &placement.holes {
+            let index = fixtures.len();
+            fixtures.push(socket(&placement.name, *number));
+            inputs.push(read_hole(path, index, &robot, &mut contacts)?);
+            if before.is_some_and(|before| before.checked_add(1) == Some(*number)) {
+                let (distance, sigma) = (options.spacing, options.spacing_sigma);
+                distances.push(Distance { between: (index - 1, index), distance, sigma });
+            }
+            before = Some(*number);
+        }
+    }
+    let tool = Tool {
+        tip_from_tool: Isometry3::identity(),
+        freedom: Freedom::Uncertain { sigma: BALL_SIGMA, sigma_angle: 0.0 },
+    };
+    let parameters = joint_origin(&robot);
+    let noise = options.noise;
+    let problem = Problem {
+        robot,
+        tool,
+        fixtures,
+        distances,
+        contacts,
+        noise,
+        parameters,
+        joint_drift: true,
+        loss: Loss::Squared,
+    };
+    Ok(Loaded { problem, urdf: text, inputs })
+}
+
+/// The placements that a folder holds, sorted.
+///
+/// # Errors
+/// If the folder cannot be read.
+pub fn placement_names(folder: &Path) -> Result<Vec<String>, IoError> {
+    Ok(placements(folder)?.into_iter().map(|placement| placement.name).collect())
+}
+
+struct Placement {
+    name: String,
+    /// Number and path of each file, sorted.
+    holes: Vec<(u32, PathBuf)>,
+}
+
+fn check(options: &MukcaOptions, folder: &Path) -> Result<(), IoError> {
+    let positive = |value: f64| value > 0.0 && value.is_finite();
+    for (value, name) in [(options.spacing, "spacing"), (options.spacing_sigma, "sigma of the spacing")] {
+        if !positive(value) {
+            let place = Place::file(folder.display().to_string()).field(name);
+            return Err(IoError::unexpected(place, "a positive length", format!("{value} m")));
+        }
+    }
+    Ok(())
+}
+
+fn socket(placement: &str, number: u32) -> Fixture {
+    Fixture {
+        name: format!("{placement}/{number}"),
+        manifold: Box::new(BallInSocket),
+        base_from_fixture: None,
+        freedom: Freedom::Free,
+        placement: placement.to_owned(),
+    }
+}
+
+fn read_hole(path: &Path, fixture: usize, robot: &Robot, log: &mut ContactLog) -> Result<Input, IoError> {
+    let options = contact_csv::Options { fixture, ..contact_csv::Options::default() };
+    contact_csv::read_file(path, robot, &options, log)
+}
+
+/// All subfolders that hold files `hole_N.csv`, sorted by name.
+fn placements(folder: &Path) -> Result<Vec<Placement>, IoError> {
+    let mut placements = Vec::new();
+    for path in entries(folder)? {
+        let Some(name) = path.file_name().and_then(|name| name.to_str()).filter(|_| path.is_dir()) else { continue };
+        let mut holes: Vec<(u32, PathBuf)> =
+            entries(&path)?.into_iter().filter_map(|file| Some((hole_number(&file)?, file))).collect();
+        holes.sort();
+        if !holes.is_empty() {
+            placements.push(Placement { name: name.to_owned(), holes });
+        }
+    }
+    if placements.is_empty() {
+        let place = Place::file(folder.display().to_string());
+        return Err(IoError::unexpected(place, "subfolders with files hole_0.csv, hole_1.csv, …", "none"));
+    }
+    Ok(placements)
+}
+
+/// The N of `hole_N.csv`. Written without leading zeros, so that no two files have the same.
+fn hole_number(path: &Path) -> Option<u32> {
+    let digits = path.file_name()?.to_str()?.strip_prefix("hole_")?.strip_suffix(".csv")?;
+    let number: u32 = digits.parse().ok()?;
+    (number.to_string() == digits).then_some(number)
+}
+
+fn entries(folder: &Path) -> Result<Vec<PathBuf>, IoError> {
+    let failed = |source| IoError::file(folder, "list the folder", source);
+    let mut paths = Vec::new();
+    for entry in std::fs::read_dir(folder).map_err(failed)? {
+        paths.push(entry.map_err(failed)?.path());
+        if paths.len() > MAX_ENTRIES {
+            let place = Place::file(folder.display().to_string());
+            return Err(IoError::unexpected(place, format!("at most {MAX_ENTRIES} files in a folder"), "more"));
+        }
+    }
+    paths.sort();
+    Ok(paths)
+}
+
+fn chosen(all: Vec<Placement>, options: &MukcaOptions, folder: &Path) -> Result<Vec<Placement>, IoError> {
+    let known: Vec<&str> = all.iter().map(|placement| placement.name.as_str()).collect();
+    let place = || Place::file(folder.display().to_string());
+    if let Some(name) = options.only.iter().chain(&options.except).find(|name| !known.contains(&name.as_str())) {
+        let found = format!("{}{}", quoted(name), did_you_mean(name, known.iter().copied()));
+        return Err(IoError::unexpected(place(), format!("a placement ({})", list(known)), found));
+    }
+    let wanted =
+        |name: &String| (options.only.is_empty() || options.only.contains(name)) && !options.except.contains(name);
+    let chosen: Vec<Placement> = all.into_iter().filter(|placement| wanted(&placement.name)).collect();
+    if chosen.is_empty() {
+        return Err(IoError::unexpected(place(), "at least one placement to be left", "none"));
+    }
+    Ok(chosen)
+}

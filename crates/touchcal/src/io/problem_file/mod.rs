@@ -1,0 +1,311 @@
+//! `problem.toml`: what to calibrate, with what, from which contacts.
+//!
+//! Lengths in the file are millimetres and angles degrees, as its keys say; paths are relative to its folder. Every key that is
+//! not known, every name that does not resolve and every number out of range is an error with line and column.
+
+mod context;
+mod parameters;
+mod schema;
+mod touch;
+
+use std::collections::HashMap;
+use std::path::Path;
+
+use toml::Spanned;
+
+use super::bytes::{self, Input};
+use super::contact_csv::{self, AngleUnit, Detection, Options};
+use super::error::{IoError, Place, quoted};
+use super::loaded::Loaded;
+use super::suggest::{did_you_mean, list};
+use super::urdf::{self, Ends, UrdfFile};
+use crate::contact::ContactLog;
+use crate::estimate::{Distance, Fixture, Freedom, Noise, Problem, Tool};
+use crate::robot::Robot;
+use crate::se3::Pose;
+use context::{Allowed, Context, DEG, MM};
+use schema::{ContactsToml, DistanceToml, FixtureKind, FixtureToml, NoiseToml, ProblemToml, RobotToml, Text, UnitToml};
+use touch::Shape;
+
+/// Largest problem file read (bytes).
+pub const MAX_BYTES: u64 = 4 << 20;
+/// Encoder noise where none is given (rad): 0.005°, the repeatability of a good arm's joint.
+pub const DEFAULT_ENCODER: f64 = 0.005 * DEG;
+/// Contact noise where none is given (m).
+pub const DEFAULT_CONTACT: f64 = 0.05 * MM;
+/// Uncertainty of a distance where none is given (m).
+pub const DEFAULT_DISTANCE_SIGMA: f64 = 0.05 * MM;
+/// Most rows that a change of contact may be made to wait for.
+const MAX_DEBOUNCE: i64 = 1_000_000;
+
+/// Reads a problem and all that it refers to. `file` is its name for messages; relative paths begin at `folder`.
+///
+/// # Errors
+/// If the text is no such problem, or a file it refers to cannot be read.
+pub fn read(text: &str, file: &str, folder: &Path) -> Result<Loaded, IoError> {
+    let context = Context { text, file, folder };
+    bytes::check_size(text.len() as u64, MAX_BYTES, file)?;
+    let toml: ProblemToml = toml::from_str(text).map_err(|error| context.syntax(&error))?;
+    build(&toml, &context)
+}
+
+/// Reads a problem file and all that it refers to.
+///
+/// # Errors
+/// As [`read`], and if the file itself cannot be read.
+pub fn read_file(path: &Path) -> Result<Loaded, IoError> {
+    let (text, input) = bytes::read_text(path, MAX_BYTES)?;
+    let folder = path.parent().unwrap_or(Path::new(""));
+    let mut loaded = read(&text, &input.path, folder)?;
+    loaded.inputs.insert(0, input);
+    Ok(loaded)
+}
+
+fn build(toml: &ProblemToml, context: &Context<'_>) -> Result<Loaded, IoError> {
+    if let Some(schema) = toml.schema.as_ref().filter(|schema| *schema.get_ref() != 1) {
+        let place = context.place(schema.span(), "schema");
+        return Err(IoError::unexpected(place, "schema 1", format!("{}", schema.get_ref())));
+    }
+    let UrdfFile { robot, text: urdf, input } = robot(&toml.robot, context)?;
+    let mut inputs = vec![input];
+    let wanted = parameters::wanted(&toml.estimate, &robot, context)?;
+    let shape = Shape::of(&toml.tool, context, &mut inputs)?;
+    let tool = toml.tool.get_ref();
+    let mut tool = Tool {
+        tip_from_tool: context.pose(tool.tip_from_tool.as_ref(), "tool, tip_from_tool")?.unwrap_or_else(Pose::identity),
+        freedom: context.freedom(tool.free, tool.sigma_mm.as_ref(), tool.sigma_deg.as_ref(), "tool")?,
+    };
+    let names = fixture_names(&toml.fixture, context)?;
+    let mut fixtures = Vec::with_capacity(toml.fixture.len());
+    for table in &toml.fixture {
+        fixtures.push(fixture(table, wanted.fixtures, &shape, context, &mut inputs)?);
+    }
+    if wanted.tool && tool.freedom == Freedom::Known {
+        tool.freedom = Freedom::Free;
+    }
+    let distances =
+        toml.distance.iter().map(|table| distance(table, &names, context)).collect::<Result<Vec<_>, _>>()?;
+    let noise = noise(&toml.noise, context)?;
+    let mut contacts = ContactLog::new(robot.dof());
+    if toml.contacts.is_empty() {
+        return Err(IoError::unexpected(Place::file(context.file), "at least one [[contacts]] table", "none"));
+    }
+    let joints = toml.robot.get_ref().joints.as_ref();
+    check_joints(joints, &robot, context)?;
+    for table in &toml.contacts {
+        let joints = joints.map(|joints| joints.get_ref().clone());
+        let options = Options { joints, ..options(table, &names, context)? };
+        inputs.push(read_contacts(table, &robot, &options, context, &mut contacts)?);
+    }
+    let problem = Problem {
+        robot,
+        tool,
+        fixtures,
+        distances,
+        contacts,
+        noise,
+        parameters: wanted.parameters,
+        joint_drift: wanted.joint_drift,
+        loss: wanted.loss,
+    };
+    Ok(Loaded { problem, urdf, inputs })
+}
+
+fn robot(table: &Spanned<RobotToml>, context: &Context<'_>) -> Result<UrdfFile, IoError> {
+    let RobotToml { urdf, builtin, base, tip, .. } = table.get_ref();
+    let ends = Ends { base: base.as_deref(), tip: tip.as_deref() };
+    match (urdf, builtin) {
+        (Some(file), None) => urdf::read_file(&context.path(file, "robot, urdf")?, ends),
+        (None, Some(name)) => urdf::read_builtin(name.get_ref(), ends).map_err(|error| match error {
+            IoError::Unexpected { place, expected, found } if place.file == "builtin" => {
+                IoError::unexpected(context.place(name.span(), "robot, builtin"), expected, found)
+            }
+            error => error,
+        }),
+        (urdf, _) => {
+            let found = if urdf.is_some() { "both" } else { "neither" };
+            Err(IoError::unexpected(context.place(table.span(), "robot"), "`urdf` or `builtin`", found))
+        }
+    }
+}
+
+/// Here, where the line is known; reading a log checks again.
+fn check_joints(joints: Option<&Spanned<Vec<String>>>, robot: &Robot, context: &Context<'_>) -> Result<(), IoError> {
+    let Some(joints) = joints else { return Ok(()) };
+    let mut given: Vec<&str> = joints.get_ref().iter().map(String::as_str).collect();
+    let mut known: Vec<&str> = robot.moving().map(|joint| joint.name.as_str()).collect();
+    let expected = format!("the moving joints in the order of the columns ({})", list(known.iter().copied()));
+    given.sort_unstable();
+    known.sort_unstable();
+    if given == known {
+        return Ok(());
+    }
+    let unknown = given.iter().find(|name| !known.contains(name));
+    let found = match unknown {
+        Some(name) => format!("{}{}", quoted(name), did_you_mean(name, known.iter().copied())),
+        None => list(joints.get_ref().iter().map(String::as_str)),
+    };
+    Err(IoError::unexpected(context.place(joints.span(), "robot, joints"), expected, found))
+}
+
+fn fixture_names<'t>(
+    tables: &'t [Spanned<FixtureToml>],
+    context: &Context<'_>,
+) -> Result<HashMap<&'t str, usize>, IoError> {
+    if tables.is_empty() {
+        return Err(IoError::unexpected(Place::file(context.file), "at least one [[fixture]] table", "none"));
+    }
+    let mut names = HashMap::new();
+    for (index, table) in tables.iter().enumerate() {
+        let name = &table.get_ref().name;
+        if names.insert(name.get_ref().as_str(), index).is_some() {
+            let found = format!("{} twice", quoted(name.get_ref()));
+            return Err(IoError::unexpected(context.place(name.span(), "fixture, name"), "distinct names", found));
+        }
+    }
+    Ok(names)
+}
+
+fn fixture(
+    table: &Spanned<FixtureToml>,
+    all_free: bool,
+    shape: &Shape,
+    context: &Context<'_>,
+    inputs: &mut Vec<Input>,
+) -> Result<Fixture, IoError> {
+    let manifold = shape.touching(table, context, inputs)?;
+    let span = table.span();
+    let table = table.get_ref();
+    let name = format!("fixture `{}`", table.name.get_ref());
+    let mut freedom = context.freedom(table.free, table.sigma_mm.as_ref(), table.sigma_deg.as_ref(), &name)?;
+    if all_free && freedom == Freedom::Known {
+        freedom = Freedom::Free;
+    }
+    let base_from_fixture = context.pose(table.base_from_fixture.as_ref(), &format!("{name}, base_from_fixture"))?;
+    if base_from_fixture.is_none() && (table.kind != FixtureKind::Socket || freedom != Freedom::Free) {
+        let expected = match table.kind {
+            FixtureKind::Socket => "`base_from_fixture`, or `free = true`",
+            _ => "`base_from_fixture`, from where its place is looked for",
+        };
+        return Err(IoError::unexpected(context.place(span, name), expected, "none"));
+    }
+    let name = table.name.get_ref().clone();
+    let placement = table.placement.clone().unwrap_or_else(|| name.split('/').next().unwrap_or("").to_owned());
+    Ok(Fixture { name, manifold, base_from_fixture, freedom, placement })
+}
+
+fn fixture_index(
+    name: &Text,
+    names: &HashMap<&str, usize>,
+    context: &Context<'_>,
+    field: &str,
+) -> Result<usize, IoError> {
+    names.get(name.get_ref().as_str()).copied().ok_or_else(|| {
+        let mut known: Vec<&str> = names.keys().copied().collect();
+        known.sort_unstable();
+        let found = format!("{}{}", quoted(name.get_ref()), did_you_mean(name.get_ref(), known.iter().copied()));
+        IoError::unexpected(
+            context.place(name.span(), field),
+            format!("the name of a fixture ({})", list(known)),
+            found,
+        )
+    })
+}
+
+fn distance(
+    table: &Spanned<DistanceToml>,
+    names: &HashMap<&str, usize>,
+    context: &Context<'_>,
+) -> Result<Distance, IoError> {
+    let DistanceToml { between: [first, second], mm, sigma_mm } = table.get_ref();
+    let between = (
+        fixture_index(first, names, context, "distance, between")?,
+        fixture_index(second, names, context, "distance, between")?,
+    );
+    if between.0 == between.1 {
+        let found = format!("{} twice", quoted(first.get_ref()));
+        return Err(IoError::unexpected(context.place(second.span(), "distance, between"), "two fixtures", found));
+    }
+    let distance = context.required(Some(mm), MM, table.span(), "distance, mm")?;
+    let sigma = context.number(sigma_mm.as_ref(), MM, Allowed::Positive, "distance, sigma_mm")?;
+    Ok(Distance { between, distance, sigma: sigma.unwrap_or(DEFAULT_DISTANCE_SIGMA) })
+}
+
+fn noise(table: &NoiseToml, context: &Context<'_>) -> Result<Noise, IoError> {
+    let encoder = context.number(table.encoder_deg.as_ref(), DEG, Allowed::NotNegative, "noise, encoder_deg")?;
+    let contact = context.number(table.contact_mm.as_ref(), MM, Allowed::NotNegative, "noise, contact_mm")?;
+    let noise = Noise {
+        encoder: encoder.unwrap_or(DEFAULT_ENCODER),
+        contact: contact.unwrap_or(DEFAULT_CONTACT),
+        learned: encoder.is_none() && contact.is_none(),
+    };
+    if noise.encoder == 0.0 && noise.contact == 0.0 {
+        let place = Place::file(context.file).field("noise");
+        return Err(IoError::unexpected(place, "encoder or contact noise above 0", "both 0"));
+    }
+    Ok(noise)
+}
+
+fn options(
+    table: &Spanned<ContactsToml>,
+    names: &HashMap<&str, usize>,
+    context: &Context<'_>,
+) -> Result<Options, IoError> {
+    let table = table.get_ref();
+    let threshold =
+        context.number(table.force_threshold_n.as_ref(), 1.0, Allowed::Positive, "contacts, force_threshold_n")?;
+    let release = context.number(table.release_n.as_ref(), 1.0, Allowed::Positive, "contacts, release_n")?;
+    let debounce = table.debounce.as_ref();
+    if let Some(debounce) = debounce.filter(|debounce| !(1..=MAX_DEBOUNCE).contains(debounce.get_ref())) {
+        let expected = format!("a number of rows from 1 to {MAX_DEBOUNCE}");
+        let place = context.place(debounce.span(), "contacts, debounce");
+        return Err(IoError::unexpected(place, expected, format!("{}", debounce.get_ref())));
+    }
+    let companion = table.release_n.as_ref().map(Spanned::span).or(debounce.map(Spanned::span));
+    if let (None, Some(span)) = (threshold, companion) {
+        let found = "`release_n` or `debounce` without it";
+        return Err(IoError::unexpected(context.place(span, "contacts"), "`force_threshold_n`", found));
+    }
+    if let (Some(threshold), Some(release), Some(number)) = (threshold, release, &table.release_n)
+        && release > threshold
+    {
+        let expected = format!("at most force_threshold_n ({threshold})");
+        return Err(IoError::unexpected(
+            context.place(number.span(), "contacts, release_n"),
+            expected,
+            format!("{release}"),
+        ));
+    }
+    let detection = threshold.map(|threshold| Detection {
+        threshold,
+        release: release.unwrap_or(threshold),
+        debounce: debounce.and_then(|debounce| usize::try_from(*debounce.get_ref()).ok()).unwrap_or(1),
+    });
+    Ok(Options {
+        fixture: fixture_index(&table.fixture, names, context, "contacts, fixture")?,
+        unit: match table.unit {
+            UnitToml::Radian => AngleUnit::Radian,
+            UnitToml::Degree => AngleUnit::Degree,
+        },
+        joints: None,
+        columns: table.columns.clone(),
+        detection,
+    })
+}
+
+fn read_contacts(
+    table: &Spanned<ContactsToml>,
+    robot: &Robot,
+    options: &Options,
+    context: &Context<'_>,
+    log: &mut ContactLog,
+) -> Result<Input, IoError> {
+    let file = &table.get_ref().file;
+    let path = context.path(file, "contacts, file")?;
+    let extension = path.extension().and_then(|extension| extension.to_str()).unwrap_or_default().to_ascii_lowercase();
+    if ["parquet", "mcap", "bag", "db3"].contains(&extension.as_str()) {
+        let found = format!("a .{extension} file, which is not supported yet");
+        return Err(IoError::unexpected(context.place(file.span(), "contacts, file"), "CSV or gzipped CSV", found));
+    }
+    contact_csv::read_file(&path, robot, options, log)
+}

@@ -1,0 +1,171 @@
+//! What to estimate, and how: the `[estimate]` table.
+
+use super::context::{Allowed, Context, DEG, MM};
+use super::schema::{EstimateToml, LossToml, PriorToml, Text};
+use crate::estimate::Loss;
+use crate::io::error::{IoError, quoted};
+use crate::io::suggest::{did_you_mean, list};
+use crate::robot::{Block, Parameter, Robot, Unit, joint_offset, joint_origin, segment_strain, strain};
+
+/// Blocks that may be listed.
+const BLOCKS: [Block; 7] = [
+    Block::Strain,
+    Block::SegmentStrain,
+    Block::JointOffset,
+    Block::JointOrigin,
+    Block::JointDrift,
+    Block::Tool,
+    Block::Fixture,
+];
+/// Scales of the losses where none is given, in standard deviations. Huber and Cauchy: 95 % efficiency on Gaussian noise
+/// (Zhang 1997, table 1). Geman–McClure: a contact at 3σ keeps a quarter of its weight.
+const HUBER: f64 = 1.345;
+const CAUCHY: f64 = 2.385;
+const GEMAN_MCCLURE: f64 = 3.0;
+
+/// What the table asks for.
+pub(super) struct Wanted {
+    pub(super) parameters: Vec<Parameter>,
+    /// The tool's place is to be estimated.
+    pub(super) tool: bool,
+    /// The place of every fixture is to be estimated.
+    pub(super) fixtures: bool,
+    /// The joints' zeros may differ from placement to placement.
+    pub(super) joint_drift: bool,
+    pub(super) loss: Loss,
+}
+
+pub(super) fn wanted(estimate: &EstimateToml, robot: &Robot, context: &Context<'_>) -> Result<Wanted, IoError> {
+    check_method(estimate.method.as_ref(), context)?;
+    let mut wanted = Wanted {
+        parameters: Vec::new(),
+        tool: false,
+        fixtures: false,
+        joint_drift: false,
+        loss: loss(estimate, context)?,
+    };
+    let priors = Priors::of(&estimate.prior, context)?;
+    let mut seen = Vec::new();
+    for name in &estimate.parameters {
+        let block = block(name, context)?;
+        if seen.contains(&block) {
+            let place = context.place(name.span(), "estimate, parameters");
+            return Err(IoError::unexpected(place, "distinct blocks", format!("{} twice", quoted(name.get_ref()))));
+        }
+        seen.push(block);
+        let parameters = match block {
+            Block::Strain => vec![strain()],
+            Block::SegmentStrain => segment_strain(robot),
+            Block::JointOffset => joint_offset(robot),
+            Block::JointOrigin => joint_origin(robot),
+            Block::JointDrift | Block::Tool | Block::Fixture | Block::Interference => Vec::new(),
+        };
+        wanted.tool |= block == Block::Tool;
+        wanted.joint_drift |= block == Block::JointDrift;
+        wanted.fixtures |= block == Block::Fixture;
+        wanted.parameters.extend(parameters.into_iter().map(|parameter| priors.on(parameter)));
+    }
+    freeze(&mut wanted.parameters, &estimate.freeze, context)?;
+    Ok(wanted)
+}
+
+fn block(name: &Text, context: &Context<'_>) -> Result<Block, IoError> {
+    let names = || BLOCKS.iter().map(|block| block.name());
+    BLOCKS.iter().find(|block| block.name() == name.get_ref()).copied().ok_or_else(|| {
+        let found = format!("{}{}", quoted(name.get_ref()), did_you_mean(name.get_ref(), names()));
+        let place = context.place(name.span(), "estimate, parameters");
+        IoError::unexpected(place, format!("a block of parameters ({})", list(names())), found)
+    })
+}
+
+/// Takes out the named parameters; `joint_origin.joint_a1` names all that begin so.
+fn freeze(parameters: &mut Vec<Parameter>, names: &[Text], context: &Context<'_>) -> Result<(), IoError> {
+    let all: Vec<String> = parameters.iter().map(|parameter| parameter.name.clone()).collect();
+    for name in names {
+        let frozen = |known: &str| {
+            known.strip_prefix(name.get_ref().as_str()).is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
+        };
+        if !all.iter().any(|known| frozen(known)) {
+            let known = all.iter().map(String::as_str);
+            let found = format!("{}{}", quoted(name.get_ref()), did_you_mean(name.get_ref(), known.clone()));
+            let expected = format!("a parameter of the arm that is estimated ({})", list(known));
+            return Err(IoError::unexpected(context.place(name.span(), "estimate, freeze"), expected, found));
+        }
+        parameters.retain(|parameter| !frozen(&parameter.name));
+    }
+    Ok(())
+}
+
+fn loss(estimate: &EstimateToml, context: &Context<'_>) -> Result<Loss, IoError> {
+    let field = "estimate, loss_scale";
+    let scale = context.number(estimate.loss_scale.as_ref(), 1.0, Allowed::Positive, field)?;
+    Ok(match estimate.loss {
+        LossToml::Squared => match &estimate.loss_scale {
+            None => Loss::Squared,
+            Some(scale) => {
+                let place = context.place(scale.span(), field);
+                return Err(IoError::unexpected(
+                    place,
+                    "no scale, as `squared` has none",
+                    format!("{}", scale.get_ref()),
+                ));
+            }
+        },
+        LossToml::Huber => Loss::Huber(scale.unwrap_or(HUBER)),
+        LossToml::Cauchy => Loss::Cauchy(scale.unwrap_or(CAUCHY)),
+        LossToml::GemanMcClure => Loss::GemanMcClure(scale.unwrap_or(GEMAN_MCCLURE)),
+    })
+}
+
+fn check_method(method: Option<&Text>, context: &Context<'_>) -> Result<(), IoError> {
+    const METHODS: [&str; 2] = ["levenberg_marquardt", "gradient_descent"];
+    let Some(method) = method else { return Ok(()) };
+    let found = match method.get_ref().as_str() {
+        "levenberg_marquardt" => return Ok(()),
+        "gradient_descent" => "`gradient_descent`, which is not available yet".to_owned(),
+        other => format!("{}{}", quoted(other), did_you_mean(other, METHODS)),
+    };
+    Err(IoError::unexpected(context.place(method.span(), "estimate, method"), "`levenberg_marquardt`", found))
+}
+
+/// Standard deviations of the priors, in SI units.
+struct Priors {
+    strain: Option<f64>,
+    segment_strain: Option<f64>,
+    offset_angle: Option<f64>,
+    offset_length: Option<f64>,
+    origin_length: Option<f64>,
+    origin_angle: Option<f64>,
+}
+
+impl Priors {
+    fn of(prior: &PriorToml, context: &Context<'_>) -> Result<Priors, IoError> {
+        let sigma = |number: &Option<super::schema::Number>, unit, key: &str| {
+            context.number(number.as_ref(), unit, Allowed::Positive, &format!("estimate.prior, {key}"))
+        };
+        Ok(Priors {
+            strain: sigma(&prior.strain, 1.0, "strain")?,
+            segment_strain: sigma(&prior.segment_strain, 1.0, "segment_strain")?,
+            offset_angle: sigma(&prior.joint_offset_deg, DEG, "joint_offset_deg")?,
+            offset_length: sigma(&prior.joint_offset_mm, MM, "joint_offset_mm")?,
+            origin_length: sigma(&prior.joint_origin_mm, MM, "joint_origin_mm")?,
+            origin_angle: sigma(&prior.joint_origin_deg, DEG, "joint_origin_deg")?,
+        })
+    }
+
+    fn on(&self, parameter: Parameter) -> Parameter {
+        let sigma = match (parameter.column.block(), parameter.unit) {
+            (Block::Strain, _) => self.strain,
+            (Block::SegmentStrain, _) => self.segment_strain,
+            (Block::JointOffset, Unit::Meter) => self.offset_length,
+            (Block::JointOffset, _) => self.offset_angle,
+            (Block::JointOrigin, Unit::Meter) => self.origin_length,
+            (Block::JointOrigin, _) => self.origin_angle,
+            _ => None,
+        };
+        match sigma {
+            Some(sigma) => parameter.with_prior(sigma),
+            None => parameter,
+        }
+    }
+}
