@@ -9,8 +9,10 @@ use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
 use crate::robot::{Block, Parameter};
 
-/// A direction must be determined better than this to be called identifiable, in units of the scale.
+/// A direction is identifiable if its singular value in units of the scales is at least this.
 const NULL_BELOW: f64 = 1.0;
+/// With priors counted in, a direction below this is bounded by nothing: a prior alone gives about 1.
+const UNBOUNDED_BELOW: f64 = 0.1;
 /// Singular values are square roots of eigenvalues: below this share of the largest they are rounding.
 const ROUNDING: f64 = 3e-8;
 /// Parameters with a smaller part in a direction, relative to its largest, are not named.
@@ -46,7 +48,7 @@ impl Identifiability {
     pub fn new(information: &DMatrix<f64>, parameters: &[Parameter], scale: &DVector<f64>) -> Self {
         let free: Vec<usize> = (0..scale.len()).filter(|&k| scale[k] > 0.0).collect();
         let (singular_values, basis) = spectrum(information, scale, &free);
-        let rank = determined(&singular_values);
+        let rank = determined(&singular_values, NULL_BELOW);
         let condition = match rank {
             0 => f64::INFINITY,
             _ => singular_values[0] / singular_values[rank - 1],
@@ -91,7 +93,7 @@ pub(crate) struct Held {
 pub(crate) fn held(information: &DMatrix<f64>, parameters: &[Parameter], scale: &DVector<f64>) -> Held {
     let free: Vec<usize> = (0..scale.len()).filter(|&k| scale[k] > 0.0).collect();
     let (singular_values, basis) = spectrum(information, scale, &free);
-    let rank = determined(&singular_values);
+    let rank = determined(&singular_values, UNBOUNDED_BELOW);
     let null = basis.columns(rank, free.len() - rank).into_owned();
     let preference = |row: usize| match &parameters[free[row]] {
         parameter if parameter.prior_sigma.is_some() => 1e-3,
@@ -124,8 +126,9 @@ fn spectrum(information: &DMatrix<f64>, scale: &DVector<f64>, free: &[usize]) ->
     (values, basis)
 }
 
-fn determined(singular_values: &[f64]) -> usize {
-    let least = singular_values.first().map_or(NULL_BELOW, |largest| NULL_BELOW.max(ROUNDING * largest));
+/// How many of these are at least `below`, and more than rounding.
+fn determined(singular_values: &[f64], below: f64) -> usize {
+    let least = singular_values.first().map_or(below, |largest| below.max(ROUNDING * largest));
     singular_values.iter().take_while(|&&value| value >= least).count()
 }
 

@@ -217,7 +217,8 @@ impl PegAndHole {
     /// Calls `visit` for the features whose signed distance exceeds the gap by at most `margin` (m), in no particular
     /// order, and returns the gap. Allocates nothing.
     ///
-    /// A corner or edge that penetrates is reported against the nearest face or edge only.
+    /// A corner or edge that penetrates is reported against the nearest face or edge and that one's neighbours in a corner
+    /// of the hole.
     pub fn visit_within(&self, hole_from_peg: &Pose, margin: f64, mut visit: impl FnMut(&Gap)) -> Gap {
         let gap = self.gap(hole_from_peg);
         let reach = (gap.value + margin).next_up();

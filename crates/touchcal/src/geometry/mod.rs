@@ -5,5 +5,7 @@
 pub mod extrusion;
 pub mod profile;
 
+mod edges;
 mod nearness;
 mod scan;
+mod silhouette;

@@ -276,3 +276,66 @@ fn segments_meet((a, b): (Point2<f64>, Point2<f64>), (c, d): (Point2<f64>, Point
         || (s3 == 0.0 && within(c, d, a))
         || (s4 == 0.0 && within(c, d, b))
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn outline(points: &[(f64, f64)]) -> Result<Profile, ProfileError> {
+        Profile::new(points.iter().map(|&(x, y)| Point2::new(x, y)).collect())
+    }
+
+    #[test]
+    fn refuses_what_is_no_outline() {
+        assert_eq!(outline(&[(0.0, 0.0), (1.0, 0.0)]), Err(ProfileError::VertexCount { found: 2 }));
+        assert!(matches!(
+            outline(&[(0.0, 0.0), (1.0, f64::NAN), (1.0, 1.0)]),
+            Err(ProfileError::NotFinite { vertex: 1, .. })
+        ));
+        let repeated = outline(&[(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 0.0)]);
+        assert_eq!(repeated, Err(ProfileError::RepeatedVertex { vertex: 3, next: 0 }));
+        let bow_tie = outline(&[(0.0, 0.0), (1.0, 1.0), (1.0, 0.0), (0.0, 1.0)]);
+        assert_eq!(bow_tie, Err(ProfileError::SelfIntersecting { first: 0, second: 2 }));
+        assert!(outline(&[(0.0, 0.0), (2.0, 0.0), (1.0, 0.0)]).is_err());
+        let message = outline(&[(0.0, 0.0)]).unwrap_err().to_string();
+        assert_eq!(message, "an outline needs 3 to 10000 vertices, found 1");
+    }
+
+    #[test]
+    fn clockwise_is_turned_round() {
+        let square = outline(&[(0.0, 0.0), (0.0, 1.0), (1.0, 1.0), (1.0, 0.0)]).unwrap();
+        assert_eq!(square.area(), 1.0);
+        assert!((0..4).all(|i| square.is_convex_at(i)));
+    }
+
+    #[test]
+    fn extrusion25_is_a_valid_outline_with_four_slots() {
+        let profile = Profile::extrusion25();
+        assert_eq!(Profile::new(profile.vertices().to_vec()), Ok(profile.clone()));
+        assert_eq!((0..36).filter(|&i| profile.is_convex_at(i)).count(), 20);
+        assert!((profile.bounding_radius() - 12.5e-3 * 2f64.sqrt()).abs() < 1e-15);
+        // Centre square 12 × 12, four corner squares 7 × 7 that overlap it by 0.5 × 0.5, eight lips 2 × 2.
+        assert!((profile.area() - 371e-6).abs() < 1e-15, "{}", profile.area());
+    }
+
+    #[test]
+    fn offset_moves_every_edge_outwards() {
+        let profile = Profile::extrusion25();
+        let wider = profile.offset_mitred(0.5e-3).unwrap();
+        for (i, (inner, outer)) in profile.vertices().iter().zip(wider.vertices()).enumerate() {
+            assert!(((outer - inner).norm() - 0.5e-3 * 2f64.sqrt()).abs() < 1e-15);
+            assert!(wider.contains(inner));
+            let clearance = if profile.is_convex_at(i) { 0.5e-3 } else { 0.5e-3 * 2f64.sqrt() };
+            assert!((wider.signed_distance(inner) + clearance).abs() < 1e-15);
+        }
+        assert!(profile.offset_mitred(2.5e-3).is_err());
+        assert!(matches!(profile.offset_mitred(-1.1e-3), Err(ProfileError::EdgeLost { .. })));
+    }
+
+    #[test]
+    fn signed_distance_is_negative_inside() {
+        let square = outline(&[(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)]).unwrap();
+        assert_eq!(square.signed_distance(&Point2::new(0.25, 0.0)), -0.75);
+        assert_eq!(square.signed_distance(&Point2::new(4.0, 5.0)), 5.0);
+    }
+}

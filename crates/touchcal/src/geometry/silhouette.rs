@@ -1,0 +1,189 @@
+//! Distances between points and the image of an outline, in the plane.
+
+use super::nearness::Nearness;
+use super::profile::Profile;
+use nalgebra::{Matrix2, Vector2};
+
+/// An outline seen along an axis: an affine image of the polygon in a plane.
+pub(super) struct Loop<'a> {
+    pub(super) profile: &'a Profile,
+    pub(super) linear: Matrix2<f64>,
+    pub(super) offset: Vector2<f64>,
+    /// Height of an outline point along the axis: `slope · p + height`.
+    pub(super) slope: Vector2<f64>,
+    pub(super) height: f64,
+    /// Most that an outline point is displaced from its aligned place.
+    pub(super) moved: f64,
+    /// +1, or −1 where the image is mirrored.
+    pub(super) turn: f64,
+    pub(super) near: &'a Nearness,
+}
+
+/// The point of a loop nearest to a query.
+#[derive(Clone, Copy)]
+pub(super) struct Foot {
+    pub(super) edge: usize,
+    /// Place along the edge, 0 to 1.
+    pub(super) t: f64,
+    pub(super) distance: f64,
+}
+
+impl Foot {
+    const NONE: Foot = Foot { edge: 0, t: 0.0, distance: f64::INFINITY };
+
+    pub(super) fn at_vertex(&self) -> bool {
+        self.t <= 0.0 || self.t >= 1.0
+    }
+}
+
+/// A signed distance from a loop in its plane: positive along `normal`.
+pub(super) struct Offset {
+    pub(super) edge: usize,
+    pub(super) t: f64,
+    pub(super) value: f64,
+    /// Unit normal of the loop towards the free side.
+    pub(super) normal: Vector2<f64>,
+}
+
+impl Loop<'_> {
+    pub(super) fn segment(&self, edge: usize) -> (Vector2<f64>, Vector2<f64>) {
+        let (a, b) = self.profile.edge(edge);
+        (self.linear * a.coords + self.offset, self.linear * (b - a))
+    }
+
+    pub(super) fn point(&self, edge: usize, t: f64) -> Vector2<f64> {
+        let (a, along) = self.segment(edge);
+        a + along * t
+    }
+
+    /// Height of a point of an edge.
+    pub(super) fn height_at(&self, edge: usize, t: f64) -> f64 {
+        let (a, b) = self.profile.edge(edge);
+        self.slope.dot(&(a.coords + (b - a) * t)) + self.height
+    }
+
+    pub(super) fn foot(&self, edge: usize, x: &Vector2<f64>) -> Foot {
+        let (a, along) = self.segment(edge);
+        let t = ((x - a).dot(&along) / along.norm_squared().max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
+        Foot { edge, t, distance: (x - a - along * t).norm() }
+    }
+
+    /// Nearest point of the loop to the query, and nearest point that counts and is closer than `reach`.
+    pub(super) fn nearest(&self, query: &Query, reach: f64) -> (Foot, Foot) {
+        let (mut any, mut counted) = (Foot::NONE, Foot::NONE);
+        self.near.scan(query.vertex, self.moved, |edge| {
+            let foot = self.foot(edge, &query.x);
+            if foot.distance < any.distance {
+                any = foot;
+            }
+            if foot.distance < counted.distance {
+                let height = self.height_at(edge, foot.t);
+                if query.range.0 <= height && height <= query.range.1 {
+                    counted = foot;
+                }
+            }
+            any.distance.max(counted.distance.min(reach))
+        });
+        (any, counted)
+    }
+
+    /// Nearest point of the loop.
+    pub(super) fn nearest_any(&self, vertex: usize, x: &Vector2<f64>) -> Foot {
+        let mut any = Foot::NONE;
+        self.near.scan(vertex, self.moved, |edge| {
+            let foot = self.foot(edge, x);
+            if foot.distance < any.distance {
+                any = foot;
+            }
+            any.distance
+        });
+        any
+    }
+
+    /// Whether `x`, whose nearest point is `foot`, lies within the outline.
+    pub(super) fn encloses(&self, x: &Vector2<f64>, foot: &Foot) -> bool {
+        let left = |edge: usize| {
+            let (a, along) = self.segment(edge);
+            along.perp(&(x - a)) * self.turn > 0.0
+        };
+        if !foot.at_vertex() {
+            return left(foot.edge);
+        }
+        let (before, after) = self.edges_at(foot);
+        if self.profile.is_convex_at(after) { left(before) && left(after) } else { left(before) || left(after) }
+    }
+
+    /// The edges before and after the vertex at which a foot lies.
+    pub(super) fn edges_at(&self, foot: &Foot) -> (usize, usize) {
+        let n = self.profile.len();
+        let after = if foot.t <= 0.0 { foot.edge } else { (foot.edge + 1) % n };
+        ((after + n - 1) % n, after)
+    }
+
+    /// Signed distance from an edge's line; `free` is +1 if the free side is the inside of the outline, else −1.
+    pub(super) fn line_offset(&self, x: &Vector2<f64>, edge: usize, free: f64) -> Offset {
+        let (a, along) = self.segment(edge);
+        let t = (x - a).dot(&along) / along.norm_squared().max(f64::MIN_POSITIVE);
+        let along = along.normalize() * (self.turn * free);
+        let normal = Vector2::new(-along.y, along.x);
+        Offset { edge, t, value: normal.dot(&(x - a)), normal }
+    }
+
+    /// Signed distance on the free side: from the edge, or from the vertex at which the foot lies.
+    pub(super) fn foot_offset(&self, x: &Vector2<f64>, foot: &Foot, free: f64) -> Offset {
+        let line = self.line_offset(x, foot.edge, free);
+        if foot.distance <= 1e-12 || (!foot.at_vertex() && line.value > 0.0) {
+            return line;
+        }
+        let normal = (x - self.point(foot.edge, foot.t)) / foot.distance;
+        Offset { t: foot.t, value: foot.distance, normal, ..line }
+    }
+
+    /// Signed distances on the penetrating side: beyond a vertex both edges continue straight, beyond an edge the
+    /// neighbours that it meets in a corner of the free side count as long as they are not passed too.
+    pub(super) fn beyond(&self, x: &Vector2<f64>, foot: &Foot, free: f64) -> [Option<Offset>; 3] {
+        if foot.at_vertex() {
+            let (before, after) = self.edges_at(foot);
+            return [Some(self.line_offset(x, before, free)), Some(self.line_offset(x, after, free)), None];
+        }
+        let n = self.profile.len();
+        let (before, after) = ((foot.edge + n - 1) % n, (foot.edge + 1) % n);
+        let neighbour = |edge: usize, corner: usize| {
+            let offset = self.line_offset(x, edge, free);
+            (self.profile.is_convex_at(corner) == (free > 0.0) && offset.value >= 0.0).then_some(offset)
+        };
+        [Some(self.line_offset(x, foot.edge, free)), neighbour(before, foot.edge), neighbour(after, after)]
+    }
+}
+
+/// A point to compare with a loop.
+pub(super) struct Query {
+    pub(super) vertex: usize,
+    pub(super) x: Vector2<f64>,
+    /// Heights of the loop that count.
+    pub(super) range: (f64, f64),
+    /// +1 if the free side is the inside of the loop, else −1.
+    pub(super) free: f64,
+}
+
+/// Most that the map displaces a point of an outline, attained at a vertex of its hull.
+pub(super) fn displacement(profile: &Profile, hull: &[usize], linear: &Matrix2<f64>, offset: &Vector2<f64>) -> f64 {
+    let change = linear - Matrix2::identity();
+    let squared =
+        hull.iter().map(|&i| (change * profile.vertices()[i].coords + offset).norm_squared()).fold(0.0, f64::max);
+    squared.sqrt()
+}
+
+/// An outline in its own plane.
+pub(super) fn still<'a>(profile: &'a Profile, near: &'a Nearness) -> Loop<'a> {
+    Loop {
+        profile,
+        linear: Matrix2::identity(),
+        offset: Vector2::zeros(),
+        slope: Vector2::zeros(),
+        height: 0.0,
+        moved: 0.0,
+        turn: 1.0,
+        near,
+    }
+}
