@@ -1,5 +1,8 @@
 //! The real and simulated logs are read whole. They lie under `TOUCHCAL_DATA`, by default `../shared/data` beside the workspace.
 
+// Helpers of tests fail by panicking too; the exception in clippy.toml covers only the tests themselves.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+
 use std::path::{Path, PathBuf};
 
 use touchcal::contact::ContactLog;
