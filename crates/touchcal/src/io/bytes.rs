@@ -45,13 +45,13 @@ impl<R: Read> Read for Hashing<R> {
 
 /// Opens a regular file.
 pub(crate) fn open(path: &Path) -> Result<File, IoError> {
-    let file = File::open(path).map_err(|source| IoError::file(path, "open", source))?;
-    let kind = file.metadata().map_err(|source| IoError::file(path, "open", source))?;
+    // Asked before opening: a pipe would block.
+    let kind = std::fs::metadata(path).map_err(|source| IoError::file(path, "open", source))?;
     if !kind.is_file() {
         let found = if kind.is_dir() { "a folder" } else { "a device or pipe" };
         return Err(IoError::unexpected(Place::file(path.display().to_string()), "a file", found));
     }
-    Ok(file)
+    File::open(path).map_err(|source| IoError::file(path, "open", source))
 }
 
 /// The text of a file of at most `limit` bytes, and its fingerprint.

@@ -81,7 +81,7 @@ pub enum IoError {
     #[error("{place}: expected {expected}, found {found}")]
     Unexpected {
         /// Where.
-        place: Place,
+        place: Box<Place>,
         /// What should be there.
         expected: String,
         /// What is there.
@@ -91,7 +91,7 @@ pub enum IoError {
     #[error("{place}: {message}")]
     Syntax {
         /// Where.
-        place: Place,
+        place: Box<Place>,
         /// What the parser says.
         message: String,
     },
@@ -99,7 +99,11 @@ pub enum IoError {
 
 impl IoError {
     pub(crate) fn unexpected(place: Place, expected: impl Into<String>, found: impl Into<String>) -> IoError {
-        IoError::Unexpected { place, expected: expected.into(), found: found.into() }
+        IoError::Unexpected { place: Box::new(place), expected: expected.into(), found: found.into() }
+    }
+
+    pub(crate) fn syntax(place: Place, message: impl Into<String>) -> IoError {
+        IoError::Syntax { place: Box::new(place), message: message.into() }
     }
 
     pub(crate) fn file(path: &Path, action: &'static str, source: std::io::Error) -> IoError {

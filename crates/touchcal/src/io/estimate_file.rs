@@ -277,5 +277,5 @@ fn syntax(file: &str, error: &serde_json::Error) -> IoError {
             message.truncate(end);
         }
     }
-    IoError::Syntax { place, message }
+    IoError::syntax(place, message)
 }

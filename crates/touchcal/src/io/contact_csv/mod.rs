@@ -103,7 +103,13 @@ pub fn read_file(path: &Path, robot: &Robot, options: &Options, log: &mut Contac
 }
 
 fn refuse_other_formats(start: &[u8], file: &str) -> Result<(), IoError> {
-    let known: [(&[u8], &str); 3] = [(b"PAR1", "Parquet"), (b"\x89MCAP0", "MCAP"), (b"PK\x03\x04", "a zip archive")];
+    let known: [(&[u8], &str); 5] = [
+        (b"PAR1", "Parquet"),
+        (b"\x89MCAP0", "MCAP"),
+        (b"PK\x03\x04", "a zip archive or spreadsheet"),
+        (b"\xff\xfe", "text in UTF-16"),
+        (b"\xfe\xff", "text in UTF-16"),
+    ];
     match known.iter().find(|(magic, _)| start.starts_with(magic)) {
         Some((_, name)) => {
             let found = format!("{name}, which is not supported yet");

@@ -7,6 +7,9 @@ use super::AngleUnit;
 
 /// How far beyond its limit an encoder with a wrong zero may read (rad): 20°.
 const MARGIN: f64 = 0.35;
+/// Within one turn (rad) either way nothing is noticed: arms are driven beyond the limits that their URDF states (a gen3 lite
+/// log of the MUKCa set by 0.6 rad), while an arm in degrees has some joint further than 6.28° from zero.
+const TURN: f64 = std::f64::consts::TAU;
 /// Share of rows beyond the limits from which the unit is wrong rather than a few rows.
 const SHARE: f64 = 0.05;
 /// A joint without limits is not turned further than this (rad), three turns.
@@ -29,7 +32,7 @@ impl UnitCheck {
     pub(super) fn new(robot: &Robot, unit: AngleUnit) -> Self {
         let range = |joint: &crate::robot::Joint| match (joint.kind, joint.limits) {
             (JointKind::Prismatic, _) => None,
-            (_, Some(limits)) => Some((limits.lower - MARGIN, limits.upper + MARGIN)),
+            (_, Some(limits)) => Some((limits.lower, limits.upper)),
             (_, None) => Some((-UNLIMITED, UNLIMITED)),
         };
         let joints = robot.moving().map(|joint| (joint.name.clone(), range(joint)));
@@ -39,8 +42,9 @@ impl UnitCheck {
     /// Takes the joint positions (rad or m) of a row; answers with the joint whose position is absurd, if one is.
     pub(super) fn row(&mut self, line: u64, q: &[f64]) -> Option<usize> {
         self.rows += 1;
-        let outside =
-            |(_, range): &(String, Option<(f64, f64)>), q: f64| range.is_some_and(|(low, high)| q < low || q > high);
+        let outside = |(_, range): &(String, Option<(f64, f64)>), q: f64| {
+            range.is_some_and(|(low, high)| q < (low - MARGIN).min(-TURN) || q > (high + MARGIN).max(TURN))
+        };
         if let Some(joint) = self.joints.iter().zip(q).position(|(joint, &q)| outside(joint, q)) {
             self.beyond += 1;
             self.first.get_or_insert((line, joint, q[joint]));
@@ -57,7 +61,6 @@ impl UnitCheck {
         let (name, range) = &self.joints[joint];
         let (low, high) = range.unwrap_or_default();
         let place = Place::file(file).line(line).field(format!("joint `{name}`"));
-        let (low, high) = (low + MARGIN, high - MARGIN);
         let (many, all) = (self.beyond, self.rows);
         let (expected, found) = match self.unit {
             AngleUnit::Radian => (

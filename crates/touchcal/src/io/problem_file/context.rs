@@ -60,7 +60,7 @@ impl Context<'_> {
             let hint = did_you_mean(unknown, names);
             message.push_str(&hint);
         }
-        IoError::Syntax { place, message }
+        IoError::syntax(place, message)
     }
 
     /// A number times `unit`, if it is there.

@@ -224,7 +224,7 @@ fn place_outline(outline: &Outline, message: String) -> IoError {
         Outline::Extrusion25 => EXTRUSION,
         Outline::Polygon { file, .. } => file,
     };
-    IoError::Syntax { place: Place::file(file), message }
+    IoError::syntax(Place::file(file), message)
 }
 
 // ---- SEAM to `geometry` and `manifold::PegInHole`: everything below is to be replaced when those are connected. ----
@@ -236,7 +236,11 @@ fn peg_in_hole(
     depth: f64,
     length: f64,
 ) -> Result<Box<dyn ContactManifold>, String> {
-    let _ = (vertices(outline)?, hole_outline, depth, length);
+    let own = match hole_outline {
+        HoleOutline::Own(own) => vertices(own)?,
+        HoleOutline::Offset(offset) => vertices(outline)?.iter().map(|[x, y]| [x + offset, y + offset]).collect(),
+    };
+    let _ = (vertices(outline)?, own, depth, length);
     Ok(Box::new(placeholder::Unconnected))
 }
 

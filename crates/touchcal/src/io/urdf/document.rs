@@ -24,7 +24,7 @@ pub(super) fn parse<'t>(text: &'t str, file: &str) -> Result<Document<'t>, IoErr
         };
         match error {
             Error::UnknownNamespace(prefix, _) if prefix == "xacro" => IoError::unexpected(place, "plain URDF", EXPAND),
-            error => IoError::Syntax { place, message: format!("not well-formed XML: {error}") },
+            error => IoError::syntax(place, format!("not well-formed XML: {error}")),
         }
     })
 }

@@ -38,8 +38,7 @@ pub(super) fn robot(text: &str, file: &str, ends: Ends<'_>) -> Result<Robot, IoE
     let tip = tree.tip(base, ends.tip)?;
     let joints = tree.between(base, tip)?.into_iter().map(|node| joint(&node, file)).collect::<Result<Vec<_>, _>>()?;
     let name = element.attribute("name").unwrap_or("robot");
-    Robot::new(name, base, joints)
-        .map_err(|error| IoError::Syntax { place: Place::file(file), message: error.to_string() })
+    Robot::new(name, base, joints).map_err(|error| IoError::syntax(Place::file(file), error.to_string()))
 }
 
 impl<'a, 't> Tree<'a, 't> {

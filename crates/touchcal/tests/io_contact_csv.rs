@@ -1,0 +1,219 @@
+//! Contact logs: columns found, contacts chosen, bad input refused.
+
+// Helpers of tests fail by panicking too; the exception in clippy.toml covers only the tests themselves.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+
+use std::io::{Read, Write};
+
+use flate2::{Compression, write::GzEncoder};
+use proptest::prelude::*;
+use touchcal::contact::ContactLog;
+use touchcal::io::contact_csv::{self, AngleUnit, Detection, Options};
+use touchcal::io::urdf::{self, Ends};
+use touchcal::robot::Robot;
+
+const ARM: &str = "<robot><link name='b'/><link name='l'/><link name='t'/>\
+  <joint name='sh' type='revolute'><parent link='b'/><child link='l'/><limit lower='-2' upper='2'/></joint>\
+  <joint name='sl' type='prismatic'><parent link='l'/><child link='t'/></joint></robot>";
+
+fn arm() -> Robot {
+    urdf::read(ARM, "arm.urdf", Ends::default()).unwrap()
+}
+
+fn read_with(content: impl Read, options: &Options) -> Result<ContactLog, String> {
+    let mut log = ContactLog::new(2);
+    contact_csv::read(content, "c.csv", &arm(), options, &mut log).map_err(|error| error.to_string())?;
+    Ok(log)
+}
+
+fn read(text: &str) -> Result<ContactLog, String> {
+    read_with(text.as_bytes(), &Options::default())
+}
+
+fn q(log: &ContactLog) -> Vec<[f64; 2]> {
+    (0..log.len()).map(|i| [log.q(i)[0], log.q(i)[1]]).collect()
+}
+
+fn lines(log: &ContactLog) -> Vec<u64> {
+    (0..log.len()).map(|i| log.source(i).line).collect()
+}
+
+fn force(threshold: f64) -> Options {
+    Options { detection: Some(Detection { threshold, release: threshold, debounce: 1 }), ..Options::default() }
+}
+
+#[track_caller]
+fn refused(result: Result<ContactLog, String>, parts: &[&str]) {
+    let message = result.expect_err("accepted");
+    for part in parts {
+        assert!(message.contains(part), "expected `{part}` in: {message}");
+    }
+}
+
+fn gzip(bytes: &[u8]) -> Vec<u8> {
+    let mut encoder = GzEncoder::new(Vec::new(), Compression::fast());
+    encoder.write_all(bytes).unwrap();
+    encoder.finish().unwrap()
+}
+
+#[test]
+fn columns_are_found_by_name_or_order() {
+    let expected = [[0.1, 0.2], [0.3, 0.4]];
+    for text in [
+        "0.1,0.2\n0.3,0.4\n",
+        "q1,q2\n0.1,0.2\n0.3,0.4",
+        "\u{feff} Q2 ,time, q1\r\n0.2,x,0.1\r\n\r\n0.4,,0.3\r\n",
+        "sl,sh\n0.2,0.1\n0.4,0.3\n",
+        "\"t, s\",\"SH\",\"q2\"\n\"9,9\",\"0.1\",0.2\n1,0.3,0.4\n",
+        "q1,q2,sh,sl\n7,7,0.1,0.2\n7,7,0.3,0.4\n",
+    ] {
+        let log = read(text).unwrap();
+        assert_eq!(q(&log), expected, "{text}");
+        assert_eq!((log.rows_read(), log.files()), (2, &["c.csv".to_owned()][..]));
+    }
+    assert_eq!(lines(&read("q1,q2\r\n\r\n0.1,0.2\r\n0.3,0.4\r\n").unwrap()), [3, 4]);
+}
+
+#[test]
+fn order_renames_and_units_are_applied() {
+    let joints = Some(vec!["sl".to_owned(), "sh".to_owned()]);
+    let swapped = Options { joints, ..Options::default() };
+    assert_eq!(q(&read_with(&b"0.2,0.1\n"[..], &swapped).unwrap()), [[0.1, 0.2]]);
+    assert_eq!(q(&read_with(&b"q1,q2\n0.2,0.1\n"[..], &swapped).unwrap()), [[0.1, 0.2]]);
+    let columns = [("q1", "Axis 1"), ("sl", "rail")].map(|(a, b)| (a.to_owned(), b.to_owned())).into();
+    let renamed = Options { columns, unit: AngleUnit::Degree, ..Options::default() };
+    let log = read_with(&b"rail,axis 1\n0.2,90\n"[..], &renamed).unwrap();
+    assert_eq!(q(&log), [[std::f64::consts::FRAC_PI_2, 0.2]]);
+    refused(read_with(&b"q1,rail\n0,0\n"[..], &renamed), &["c.csv:1", "column `Axis 1`, which holds `q1`"]);
+    let wrong = Options { columns: [("q9".to_owned(), "a".to_owned())].into(), ..Options::default() };
+    refused(read_with(&b"q1,q2\n0,0\n"[..], &wrong), &["c.csv, columns", "`q9`; did you mean"]);
+    let wrong = Options { joints: Some(vec!["sh".to_owned(), "sm".to_owned()]), ..Options::default() };
+    refused(read_with(&b"q1,q2\n0,0\n"[..], &wrong), &["joints", "`sm`; did you mean `sh`?"]);
+    let wrong = Options { joints: Some(vec!["sh".to_owned()]), ..Options::default() };
+    refused(read_with(&b"q1,q2\n0,0\n"[..], &wrong), &["all 2 moving joints", "found 1"]);
+}
+
+#[test]
+fn contacts_come_from_force_or_flag_or_all_rows() {
+    let text = "q1,q2,fx,fy,fz,contact\n0,0,0,0,0,1\n0,0,3,4,0,0\n0,0,0,0,-6,False\n0,0,1,0,0,TRUE\n";
+    assert_eq!(lines(&read(text).unwrap()), [2, 5]);
+    assert_eq!(lines(&read_with(text.as_bytes(), &force(4.0)).unwrap()), [3, 4]);
+    let slow =
+        Options { detection: Some(Detection { threshold: 4.0, release: 0.5, debounce: 2 }), ..Options::default() };
+    assert_eq!(lines(&read_with(text.as_bytes(), &slow).unwrap()), [4, 5]);
+    assert_eq!(read_with(text.as_bytes(), &force(99.0)).unwrap().rows_read(), 4);
+    refused(read_with(&b"q1,q2,fx,fy\n0,0,1,1\n"[..], &force(3.0)), &["columns fx, fy and fz", "q1,q2,fx,fy"]);
+    refused(read_with(&b"0,0\n"[..], &force(3.0)), &["columns fx, fy and fz", "no header"]);
+}
+
+#[test]
+fn bad_content_is_refused_with_line_and_column() {
+    refused(read("q1,q2\n0,0\n0,abc\n"), &["c.csv:3, column q2: expected a number in metres, found \"abc\""]);
+    refused(read("sh,q2\n0,0\n1e,0\n"), &["c.csv:3, column sh: expected a number in radians, found \"1e\""]);
+    refused(read("0,0\nnan,0\n"), &["c.csv:2, column q1", "found \"nan\""]);
+    refused(read("nan,inf\n0,0\n"), &["c.csv:1, column q1", "found \"nan\""]);
+    refused(read("0,0\n1e999,0\n"), &["found \"1e999\""]);
+    refused(read("0,0\n,0\n"), &["c.csv:2, column q1", "found \"\""]);
+    refused(read("q1,q2,contact\n0,0,yes\n"), &["column contact: expected 0, 1, true or false, found \"yes\""]);
+    refused(read("q1,q2,fx,fy,fz\n0,0,0,0,x\n"), &["column fz: expected a number in N"]);
+    refused(read("q1,q2\n0,0\n0\n"), &["c.csv:3: expected 2 columns", "`sh` or `sl`", "found 1"]);
+    refused(read("q1,q2\n0,0,0\n"), &["c.csv:2: expected 2 columns", "found 3"]);
+    refused(
+        read("0,0,0\n"),
+        &["c.csv:1", "2 columns, the joints in order (`sh` or `sl`), or a header", "found 3 columns"],
+    );
+    refused(read("0;0\n"), &["separated by `,`, not by `;`"]);
+    refused(read("a,b\n0,0\n"), &["c.csv:1", "`sh` or `q1`", "found columns \"a,b\""]);
+    refused(read("q1,q2,Q1\n0,0,0\n"), &["distinct column names", "`q1` twice (columns 1 and 3)"]);
+    refused(read(""), &["c.csv", "an empty file"]);
+    refused(read("\n \r\n"), &["an empty file"]);
+    refused(read("q1,q2\n"), &["c.csv:1", "only a header"]);
+    refused(read_with(&b"q1,q2\n0,\xff\xfe\n"[..], &Options::default()), &["c.csv:2, column q2"]);
+    refused(read_with(&b"\xff,q2,x\n0,0,0\n"[..], &Options::default()), &["column names in UTF-8"]);
+    refused(read_with(&b"PAR1\x15"[..], &Options::default()), &["Parquet, which is not supported yet"]);
+    refused(read_with(&b"\x89MCAP0\r\n"[..], &Options::default()), &["MCAP, which is not supported yet"]);
+    refused(
+        read_with(&b"\xff\xfeq\x001\x00"[..], &Options::default()),
+        &["text in UTF-16, which is not supported yet"],
+    );
+    refused(read(&"9".repeat(1 << 20)), &["c.csv:1", "at most 65536 bytes in a line"]);
+    refused(read("q1,q2\n\"0,0\n0,0\n"), &["c.csv:2, column q1"]);
+}
+
+#[test]
+fn degrees_where_radians_are_declared_are_noticed() {
+    refused(
+        read("0,0\n45.0,0\n-80,0\n"),
+        &["c.csv:2, joint `sh`", "[-2.0000, 2.0000]", "45", "looks like degrees; declare unit = \"deg\""],
+    );
+    refused(read("0,0\n1e7,0\n"), &["c.csv:2, column q1", "a joint position"]);
+    // An encoder a little beyond the limit, and one odd row of many, are no other unit.
+    assert!(read("2.2,0\n-2.8,0\n").is_ok());
+    assert!(read(&("0,0\n".repeat(50) + "9,0\n")).is_ok());
+    let degrees = Options { unit: AngleUnit::Degree, ..Options::default() };
+    refused(read_with(&b"400,0\n"[..], &degrees), &["degrees within the joint limits [-114.6, 114.6]", "400"]);
+}
+
+#[test]
+fn gzip_is_unpacked_and_damage_noticed() {
+    let text = "0.1,0.2\n0.3,0.4\n".repeat(500);
+    let packed = gzip(text.as_bytes());
+    assert_eq!(read_with(&packed[..], &Options::default()).unwrap().len(), 1000);
+    let twice = [packed.clone(), packed.clone()].concat();
+    assert_eq!(read_with(&twice[..], &Options::default()).unwrap().len(), 2000);
+    refused(read_with(&packed[..packed.len() / 2], &Options::default()), &["c.csv:", "complete gzip data", "damaged"]);
+    let mut flipped = packed.clone();
+    let at = flipped.len() - 6;
+    flipped[at] ^= 0xff;
+    refused(read_with(&flipped[..], &Options::default()), &["complete gzip data"]);
+    refused(read_with(&packed[..5], &Options::default()), &["complete gzip data"]);
+}
+
+#[test]
+fn a_bomb_of_one_line_is_not_unpacked() {
+    let bomb = gzip(&vec![b'1'; 64 << 20]);
+    refused(read_with(&bomb[..], &Options::default()), &["c.csv:1", "at most 65536 bytes in a line"]);
+}
+
+#[test]
+fn files_are_fingerprinted() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("c.csv");
+    std::fs::write(&path, "0.1,0.2\n").unwrap();
+    let mut log = ContactLog::new(2);
+    let input = contact_csv::read_file(&path, &arm(), &Options::default(), &mut log).unwrap();
+    assert_eq!(input.sha256, "cfd4683f10687dd7d53b38219422f8b28f0f570807e7e2271a25652d86bf9e0d");
+    let missing = contact_csv::read_file(&folder.path().join("no.csv"), &arm(), &Options::default(), &mut log);
+    assert!(missing.unwrap_err().to_string().contains("no.csv: could not open"));
+    let directory = contact_csv::read_file(folder.path(), &arm(), &Options::default(), &mut log);
+    assert!(directory.unwrap_err().to_string().contains("expected a file, found a folder"));
+}
+
+proptest! {
+    #[test]
+    fn any_bytes_are_answered(bytes in prop::collection::vec(any::<u8>(), 0..300), threshold in any::<bool>()) {
+        let options = if threshold { force(3.0) } else { Options::default() };
+        let _ = read_with(&bytes[..], &options);
+        let _ = read_with(&gzip(&bytes)[..], &options);
+        let _ = read_with(&[&[0x1f, 0x8b][..], &bytes].concat()[..], &options);
+    }
+
+    #[test]
+    fn mutated_logs_are_answered(at in 0..60usize, cut in 0..8usize, with in "[0-9q,.\"\\n\\r eE+-]{0,5}") {
+        let text = "t,q1,q2,fx,fy,fz,contact\n0,0.1,0.2,1,2,3,1\n1,0.3,0.4,4,5,6,0\n";
+        let mut bytes = text.as_bytes().to_vec();
+        bytes.splice(at..(at + cut).min(text.len()), with.bytes());
+        let _ = read_with(&bytes[..], &force(3.0));
+        let mut packed = gzip(text.as_bytes());
+        let at = at % packed.len();
+        packed[at] ^= 1 + cut as u8;
+        let _ = read_with(&packed[..], &Options::default());
+    }
+
+    #[test]
+    fn written_numbers_are_read_exactly(rows in prop::collection::vec((-2.0..2.0f64, -5.0..5.0f64), 1..20)) {
+        let text: String = rows.iter().map(|(a, b)| format!("{a},{b:e}\n")).collect();
+        let expected: Vec<[f64; 2]> = rows.iter().map(|(a, b)| [*a, *b]).collect();
+        prop_assert_eq!(q(&read(&text).unwrap()), expected);
+    }
+}
