@@ -54,7 +54,7 @@ type Observe<'o> = &'o mut dyn FnMut(&Progress) -> ControlFlow<()>;
 pub fn calibrate(problem: &Problem, observe: Observe<'_>) -> Estimate {
     let mut system = System::new(problem);
     let mut scale = system.scale();
-    let mut minimum = solve(&system, &scale, observe);
+    let mut minimum = solve(&mut system, &scale, observe);
     if system.learns() && minimum.termination.reason != StopReason::Interrupted {
         let before = minimum.termination.iterations;
         let learned = learn(&mut system, minimum.theta);
@@ -72,7 +72,7 @@ pub fn calibrate(problem: &Problem, observe: Observe<'_>) -> Estimate {
             scale[k] = 0.0;
         }
         let before = minimum.termination.iterations;
-        minimum = solve(&system, &scale, observe);
+        minimum = solve(&mut system, &scale, observe);
         minimum.termination.iterations += before;
         found = Found::new(&system, &minimum.theta);
         holding.participants.extend(&pivots);
@@ -81,7 +81,7 @@ pub fn calibrate(problem: &Problem, observe: Observe<'_>) -> Estimate {
 }
 
 /// Both stages from zero.
-fn solve(system: &System<'_>, scale: &DVector<f64>, observe: Observe<'_>) -> Minimum {
+fn solve(system: &mut System<'_>, scale: &DVector<f64>, observe: Observe<'_>) -> Minimum {
     let stride = (system.problem.contacts.len() / GLANCE).max(1);
     let start = DVector::zeros(scale.len());
     let mut look = observer(Stage::Coarse, observe);
@@ -89,6 +89,7 @@ fn solve(system: &System<'_>, scale: &DVector<f64>, observe: Observe<'_>) -> Min
     drop(look);
     let mut iterations = coarse.termination.iterations;
     let mut theta = coarse.theta;
+    system.set_resolution(&theta, stride);
     let mut look = observer(Stage::Fine, observe);
     let mut widening = system.widening(&theta, stride);
     while widening > 1.0 && coarse.termination.reason != StopReason::Interrupted {

@@ -37,6 +37,8 @@ pub(crate) struct System<'p> {
     kinematics: Kinematics,
     /// Measured over declared standard deviation of the noise.
     pub noise_factor: f64,
+    /// How well a contact's pose is known (m): the noise of its residual, see [`ContactManifold::residual`](crate::manifold::ContactManifold).
+    pub resolution: f64,
     /// Index of each fixture's placement.
     placement: Vec<usize>,
     /// For each fixture, the indices of all parameters that its contacts see, ascending.
@@ -67,6 +69,8 @@ pub(crate) struct ContactRows {
     /// Whitened derivatives, `MAX_ROWS` rows of as many columns as parameters are seen.
     jacobian: Vec<f64>,
     residual: [f64; MAX_ROWS],
+    /// Standard deviation (m) of the first row before whitening.
+    deviation: f64,
 }
 
 impl<'p> System<'p> {
@@ -90,6 +94,7 @@ impl<'p> System<'p> {
             joint_variance,
             kinematics,
             noise_factor: 1.0,
+            resolution: 0.0,
             placement,
             seen,
         }
@@ -128,6 +133,16 @@ impl<'p> System<'p> {
             }
         });
         At { system: self, kinematics, fixtures: fixtures.collect(), drift }
+    }
+
+    /// Takes the noise of the contacts at `theta` as the resolution.
+    pub fn set_resolution(&mut self, theta: &DVector<f64>, stride: usize) {
+        let at = self.at(theta);
+        let mut rows = at.rows();
+        let each = (0..self.problem.contacts.len()).step_by(stride);
+        let mut deviations: Vec<f64> = each.map(|i| at.deviation(i, &mut rows)).collect();
+        deviations.sort_unstable_by(f64::total_cmp);
+        self.resolution = deviations.get(deviations.len() / 2).copied().unwrap_or(0.0);
     }
 
     /// Normal equations at `theta` of every `stride`-th contact (weighted to stand for all), known distances and priors.
@@ -201,6 +216,7 @@ impl At<'_> {
             rows: Rows::new(),
             jacobian: vec![0.0; MAX_ROWS * columns],
             residual: [0.0; MAX_ROWS],
+            deviation: 0.0,
         }
     }
 
@@ -214,9 +230,15 @@ impl At<'_> {
     pub fn residual_vector(&self, i: usize, into: &mut ContactRows) -> Vector3<f64> {
         let f = self.system.problem.contacts.fixture(i);
         into.rows.clear();
-        self.system.problem.fixtures[f].manifold.residual(&self.fixture_from_tool(i), &mut into.rows);
+        self.system.problem.fixtures[f].manifold.residual(&self.fixture_from_tool(i), 0.0, &mut into.rows);
         let value = |k: usize| into.rows.values().get(k).copied().unwrap_or(0.0);
         Vector3::new(value(0) - self.fixtures[f].interference, value(1), value(2))
+    }
+
+    /// Standard deviation (m) of the first row of contact `i`'s residual.
+    fn deviation(&self, i: usize, into: &mut ContactRows) -> f64 {
+        self.contact(i, Rung::Residual(Loss::Squared), into);
+        into.deviation
     }
 
     /// Rows of contact `i`, whitened for [`Rung::Residual`]; returns their squared norm.
@@ -239,7 +261,7 @@ impl At<'_> {
                 false
             }
             Rung::Residual(_) => {
-                manifold.residual(&fixture_from_tool, &mut into.rows);
+                manifold.residual(&fixture_from_tool, system.resolution, &mut into.rows);
                 true
             }
         };
@@ -300,6 +322,7 @@ impl At<'_> {
                     if a == b { rest.max(f64::MIN_POSITIVE).sqrt() } else { rest / covariance[(b, b)] };
             }
         }
+        into.deviation = covariance[(0, 0)];
         for a in 0..len {
             for b in 0..a {
                 let factor = covariance[(a, b)];

@@ -101,6 +101,9 @@ pub struct Gap {
     pub feature: Feature,
 }
 
+/// Features farther than this many temperatures from the least gap have no part in a blend.
+const BLEND_REACH: f64 = 6.0;
+
 /// A straight peg and the straight hole it goes into.
 ///
 /// The peg is its outline extruded over `0 ≤ z ≤ length` of the peg frame, its tip face at z = 0. The solid is the half
@@ -212,6 +215,33 @@ impl PegAndHole {
         let mut nearest = Smallest { best: Candidate::none() };
         Scan::new(self, hole_from_peg).run(&mut nearest);
         finish(&nearest.best, hole_from_peg)
+    }
+
+    /// The mean of all features' signed distances `gₖ`, weighted by how near they are to the least one, and its gradient as
+    /// in [`Gap::gradient`].
+    ///
+    /// `Σ wₖ gₖ / Σ wₖ` with `wₖ = exp(−x) (1 − (x/6)²)²`, `x = (gₖ − min g)/temperature` up to 6. Where the pose is known only to about
+    /// the temperature (m), the least of several nearly equal gaps is too small on average (a minimum of noisy numbers), their
+    /// blend is not; it also changes smoothly where the minimum jumps from feature to feature. At temperature 0 it is the gap.
+    pub fn blended_gap(&self, hole_from_peg: &Pose, temperature: f64) -> (f64, Twist) {
+        let least = self.gap(hole_from_peg);
+        if temperature <= 0.0 {
+            return (least.value, least.gradient);
+        }
+        let (mut weights, mut weighted) = (0.0, 0.0);
+        let (mut weights_slope, mut weighted_slope) = (Twist::zeros(), Twist::zeros());
+        self.visit_within(hole_from_peg, BLEND_REACH * temperature, |gap| {
+            let x = (gap.value - least.value) / temperature;
+            let taper = (1.0 - (x / BLEND_REACH).powi(2)).max(0.0);
+            let weight = (-x).exp() * taper * taper;
+            let slope = -(-x).exp() * taper * (taper + 4.0 * x / BLEND_REACH.powi(2)) / temperature;
+            weights += weight;
+            weighted += weight * gap.value;
+            weights_slope += gap.gradient * slope;
+            weighted_slope += gap.gradient * (weight + slope * gap.value);
+        });
+        let mean = weighted / weights;
+        (mean, (weighted_slope - weights_slope * mean) / weights)
     }
 
     /// Calls `visit` for the features whose signed distance exceeds the gap by at most `margin` (m), in no particular

@@ -17,7 +17,7 @@ impl ContactManifold for BallInSocket {
         "ball in socket"
     }
 
-    fn residual(&self, fixture_from_tool: &Pose, rows: &mut Rows) {
+    fn residual(&self, fixture_from_tool: &Pose, _: f64, rows: &mut Rows) {
         push_centre(fixture_from_tool, 1.0, rows);
     }
 

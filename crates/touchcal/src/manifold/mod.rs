@@ -79,12 +79,15 @@ pub trait ContactManifold: Send + Sync + std::fmt::Debug {
     fn name(&self) -> &'static str;
 
     /// How far the pose is from touching, appended to `rows`: zero on the manifold.
-    fn residual(&self, fixture_from_tool: &Pose, rows: &mut Rows);
+    ///
+    /// `resolution` (m) is how well the pose is known at the contact: features of the parts whose gaps differ by less cannot be
+    /// told apart, and a manifold of several features may blend them. 0 asks for the exact distance.
+    fn residual(&self, fixture_from_tool: &Pose, resolution: f64, rows: &mut Rows);
 
     /// How far the pose lies outside the region in which contacts happen, each row divided by that row's scale.
     /// Nearly convex in the pose, so the coarse stage converges from afar.
     fn envelope(&self, fixture_from_tool: &Pose, rows: &mut Rows) {
-        self.residual(fixture_from_tool, rows);
+        self.residual(fixture_from_tool, 0.0, rows);
     }
 
     /// Components of a fixture twist `[v; ω]` that move the manifold: a socket is a point, a plane has no place along itself.

@@ -13,7 +13,8 @@ pub const ROTATION_SCALE: f64 = std::f64::consts::PI / 180.0;
 
 /// Contact of a peg with the hole it goes into. Poses are `hole_from_peg`, frames as in [`PegAndHole`].
 ///
-/// - Residual, one row: the signed gap (m), positive free, negative penetrating.
+/// - Residual, one row: the signed gap (m), positive free, negative penetrating; blended over features that the resolution
+///   cannot tell apart, see [`PegAndHole::blended_gap`].
 /// - Envelope, six rows: place of the tip's origin in the hole — x and y towards zero, z outside `[−depth, 0]` (zero within) —
 ///   divided by `translation_scale`, then the rotation vector of `hole_from_peg` divided by `rotation_scale`. Its
 ///   Jacobian is exact and regular at every angle up to π, where the rotation vector itself jumps to its negative.
@@ -39,30 +40,9 @@ impl ContactManifold for PegInHole {
         "peg in hole"
     }
 
-    fn residual(&self, hole_from_peg: &Pose, rows: &mut Rows) {
-        let tau: f64 = std::env::var("TAU").ok().and_then(|v| v.parse().ok()).unwrap_or(0.0);
-        if tau == 0.0 {
-            let gap = self.shapes.gap(hole_from_peg);
-            rows.push(gap.value, gap.gradient);
-            return;
-        }
-        let least = self.shapes.gap(hole_from_peg).value;
-        let (mut z, mut zg) = (0.0, 0.0);
-        let mut dz = se3::Twist::zeros();
-        let mut dzg = se3::Twist::zeros();
-        self.shapes.visit_within(hole_from_peg, 6.0 * tau, |gap| {
-            let x = (gap.value - least) / tau;
-            let u = (x / 6.0).powi(2);
-            let t = (1.0 - u).max(0.0);
-            let w = (-x).exp() * t * t;
-            let dw = -(-x).exp() * t * (t + 4.0 * x / 36.0) / tau;
-            z += w;
-            zg += w * gap.value;
-            dz += gap.gradient * dw;
-            dzg += gap.gradient * (w + dw * gap.value);
-        });
-        let r = zg / z;
-        rows.push(r, (dzg - dz * r) / z);
+    fn residual(&self, hole_from_peg: &Pose, resolution: f64, rows: &mut Rows) {
+        let (value, gradient) = self.shapes.blended_gap(hole_from_peg, resolution);
+        rows.push(value, gradient);
     }
 
     fn envelope(&self, hole_from_peg: &Pose, rows: &mut Rows) {

@@ -53,7 +53,7 @@ impl ContactManifold for Plane {
         "tool on plane"
     }
 
-    fn residual(&self, fixture_from_tool: &Pose, rows: &mut Rows) {
+    fn residual(&self, fixture_from_tool: &Pose, _: f64, rows: &mut Rows) {
         self.push_distance(fixture_from_tool, 1.0, rows);
     }
 

@@ -3,16 +3,18 @@
 use std::ops::Range;
 use std::rc::Rc;
 
-use nalgebra::Point3;
+use nalgebra::{Point2, Point3};
 use toml::Spanned;
 
 use super::context::{Allowed, Context, MM};
 use super::schema::{FixtureKind, FixtureToml, Number, Text, ToolKind, ToolToml};
+use crate::geometry::extrusion::PegAndHole;
+use crate::geometry::profile::Profile;
 use crate::io::bytes::Input;
 use crate::io::error::{IoError, Place, quoted};
 use crate::io::outline;
 use crate::io::suggest::did_you_mean;
-use crate::manifold::{BallInSocket, ContactManifold, Plane};
+use crate::manifold::{BallInSocket, ContactManifold, PegInHole, Plane};
 
 /// The only outline that comes with the crate.
 const EXTRUSION: &str = "extrusion25";
@@ -90,8 +92,8 @@ impl Shape {
         match (self.kind, &self.outline, fixture.get_ref().kind) {
             (ToolKind::Peg, Some(outline), FixtureKind::Hole) => self.in_hole(outline, fixture, context, inputs),
             (ToolKind::Peg, Some(outline), FixtureKind::Plane) => {
-                let points = vertices(outline).map_err(|message| place_outline(outline, message))?;
-                let points = points.into_iter().map(|[x, y]| Point3::new(x, y, 0.0));
+                let tip = profile(outline).map_err(|message| place_outline(outline, message))?;
+                let points = tip.vertices().iter().map(|vertex| Point3::new(vertex.x, vertex.y, 0.0));
                 Ok(Box::new(Plane::new(points.collect(), 0.0)))
             }
             (ToolKind::Ball, _, FixtureKind::Plane) => match self.radius {
@@ -227,8 +229,6 @@ fn place_outline(outline: &Outline, message: String) -> IoError {
     IoError::syntax(Place::file(file), message)
 }
 
-// ---- SEAM to `geometry` and `manifold::PegInHole`: everything below is to be replaced when those are connected. ----
-
 /// The contact manifold of a peg of `length` (m) in a hole of `depth` (m).
 fn peg_in_hole(
     outline: &Outline,
@@ -236,50 +236,21 @@ fn peg_in_hole(
     depth: f64,
     length: f64,
 ) -> Result<Box<dyn ContactManifold>, String> {
-    let own = match hole_outline {
-        HoleOutline::Own(own) => vertices(own)?,
-        HoleOutline::Offset(offset) => vertices(outline)?.iter().map(|[x, y]| [x + offset, y + offset]).collect(),
+    let peg = profile(outline)?;
+    let hole = match hole_outline {
+        HoleOutline::Own(own) => profile(own)?,
+        HoleOutline::Offset(offset) => peg.offset_mitred(*offset).map_err(|error| error.to_string())?,
     };
-    let _ = (vertices(outline)?, own, depth, length);
-    Ok(Box::new(placeholder::Unconnected))
+    let shapes = PegAndHole::new(peg, length, hole, depth).map_err(|error| error.to_string())?;
+    Ok(Box::new(PegInHole::new(shapes)))
 }
 
-/// Vertices of an outline (m).
-fn vertices(outline: &Outline) -> Result<Vec<[f64; 2]>, String> {
+fn profile(outline: &Outline) -> Result<Profile, String> {
     match outline {
-        Outline::Extrusion25 => Ok(placeholder::SQUARE.to_vec()),
-        Outline::Polygon { vertices, .. } => Ok(vertices.clone()),
-    }
-}
-
-mod placeholder {
-    //! Stands in for the geometry until it is connected.
-
-    use crate::manifold::{ContactManifold, Rows};
-    use crate::se3::Pose;
-
-    /// The square around the extrusion (m).
-    pub(super) const SQUARE: [[f64; 2]; 4] =
-        [[-0.0125, -0.0125], [0.0125, -0.0125], [0.0125, 0.0125], [-0.0125, 0.0125]];
-
-    #[derive(Debug)]
-    pub(super) struct Unconnected;
-
-    impl ContactManifold for Unconnected {
-        fn name(&self) -> &'static str {
-            "peg in hole"
-        }
-
-        fn residual(&self, _: &Pose, rows: &mut Rows) {
-            rows.clear();
-        }
-
-        fn fixture_directions(&self) -> &'static [usize] {
-            &[0, 1, 2, 3, 4, 5]
-        }
-
-        fn tool_directions(&self) -> &'static [usize] {
-            &[0, 1, 2, 3, 4, 5]
+        Outline::Extrusion25 => Ok(Profile::extrusion25()),
+        Outline::Polygon { vertices, .. } => {
+            let vertices = vertices.iter().map(|&[x, y]| Point2::new(x, y)).collect();
+            Profile::new(vertices).map_err(|error| error.to_string())
         }
     }
 }
