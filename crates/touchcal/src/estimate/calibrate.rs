@@ -12,8 +12,9 @@ use super::outcome::{
     ContactCount, Estimate, Estimated, Progress, Stage, Status, StopReason, Termination, Verdict, Warning,
 };
 use super::problem::Problem;
+use super::rows::Rung;
 use super::score::score;
-use super::system::{Rung, System};
+use super::system::System;
 use super::workspace::arm_uncertainty_left;
 use crate::robot::Column;
 
@@ -38,7 +39,7 @@ const FAR_FROM_PRIOR: f64 = 4.0;
 
 const COARSE: Limits = Limits { iterations: 100, decrement: 1e-3 };
 const NARROW: Limits = Limits { iterations: 3, decrement: 1e-2 };
-const FINE: Limits = Limits { iterations: 60, decrement: 1e-5 };
+const FINE: Limits = Limits { iterations: 60, decrement: 1e-4 };
 
 type Observe<'o> = &'o mut dyn FnMut(&Progress) -> ControlFlow<()>;
 
@@ -64,6 +65,7 @@ pub fn calibrate(problem: &Problem, observe: Observe<'_>) -> Estimate {
         minimum = minimise(|theta| system.linearize(theta, rung, 1), learned.theta, &scale, FINE, &mut look);
         minimum.termination.iterations += before + learned.linearizations;
     }
+    unbias(&system, &scale, &mut minimum);
     let mut found = Found::new(&system, &minimum.theta);
     let mut holding = found.held(&system, &scale);
     let pivots = holding.pivots.clone();
@@ -74,6 +76,7 @@ pub fn calibrate(problem: &Problem, observe: Observe<'_>) -> Estimate {
         let before = minimum.termination.iterations;
         minimum = solve(&mut system, &scale, observe);
         minimum.termination.iterations += before;
+        unbias(&system, &scale, &mut minimum);
         found = Found::new(&system, &minimum.theta);
         holding.participants.extend(&pivots);
     }
@@ -126,6 +129,15 @@ impl System<'_> {
     }
 }
 
+/// Takes the average effect of one-sided noise off an estimate.
+fn unbias(system: &System<'_>, scale: &DVector<f64>, minimum: &mut Minimum) {
+    if system.has_noise_bias() && minimum.termination.reason == StopReason::Converged {
+        if let Some(bias) = system.noise_bias(&minimum.theta, scale) {
+            minimum.theta -= bias;
+        }
+    }
+}
+
 /// Statistics of the contacts at a minimum.
 struct Found {
     /// `A²/B · Σ JᵀJ` of all contacts, and the known distances.
@@ -139,14 +151,10 @@ struct Found {
 impl Found {
     fn new(system: &System<'_>, theta: &DVector<f64>) -> Self {
         let loss = system.problem.loss;
-        let at = system.at(theta);
-        let mut rows = at.rows();
         let (mut slope, mut square, mut count) = (0.0, 0.0, 0);
         let mut verdicts = Vec::with_capacity(system.problem.contacts.len());
-        for i in 0..system.problem.contacts.len() {
-            let squared = at.contact(i, Rung::Residual(loss), &mut rows);
+        for (squared, dimension) in system.deviations(theta) {
             let weight = loss.weight(squared);
-            let dimension = rows.len();
             count += dimension;
             // ψ(r) = w(s) r with s = ‖r‖²: trace of ψ′ is d·w + 2 s w′.
             slope += dimension as f64 * weight + 2.0 * squared * loss.weight_slope(squared);

@@ -11,7 +11,8 @@
 use nalgebra::{Cholesky, DMatrix, DVector};
 
 use super::normal::NormalEquations;
-use super::system::{Rung, System};
+use super::rows::Rung;
+use super::system::System;
 
 /// Linearizations; between them the problem counts as linear.
 const LINEARIZATIONS: usize = 5;

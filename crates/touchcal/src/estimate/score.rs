@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 
 use super::problem::Problem;
-use super::system::At;
+use super::rows::At;
 
 /// Mean, root mean square and maximum of distances (m).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]

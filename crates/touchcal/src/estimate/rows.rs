@@ -1,0 +1,296 @@
+//! One contact's rows: residual, derivative and weight at given parameters.
+
+use nalgebra::{DVector, Matrix6, SMatrix, Vector3};
+
+use super::loss::Loss;
+use super::normal::NormalEquations;
+use super::system::System;
+use crate::manifold::{MAX_ROWS, Rows};
+use crate::robot::{Column, Kinematics, Scratch};
+use crate::se3::{self, Pose, Twist};
+
+/// Newton steps onto a manifold: a contact begins within the noise of it.
+const NEWTON_STEPS: usize = 2;
+
+/// Which rows a contact gives.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum Rung {
+    /// The envelope, in its own scale.
+    Envelope,
+    /// The residual, whitened, with this loss.
+    Residual(Loss),
+}
+
+/// A system at given parameters.
+pub(crate) struct At<'s> {
+    system: &'s System<'s>,
+    kinematics: Kinematics,
+    fixtures: Vec<FixtureAt>,
+    /// Drift of each joint in each placement (rad), one placement after the other.
+    drift: Vec<f64>,
+}
+
+struct FixtureAt {
+    fixture_from_base: Pose,
+    base_from_fixture: Pose,
+    right_jacobian: Matrix6<f64>,
+    interference: f64,
+}
+
+/// One contact's whitened rows, in place.
+pub(crate) struct ContactRows {
+    q: Vec<f64>,
+    scratch: Scratch,
+    rows: Rows,
+    /// Whitened derivatives, `MAX_ROWS` rows of as many columns as parameters are seen.
+    jacobian: Vec<f64>,
+    residual: [f64; MAX_ROWS],
+    /// Standard deviation (m) of the first row before whitening.
+    deviation: f64,
+}
+
+impl ContactRows {
+    /// Number of rows of the contact looked at last.
+    pub fn len(&self) -> usize {
+        self.rows.len()
+    }
+}
+
+impl<'s> At<'s> {
+    /// Takes over parameters `theta`.
+    pub fn new(system: &'s System<'s>, theta: &DVector<f64>) -> Self {
+        let mut kinematics = system.kinematics.clone();
+        kinematics.set(theta.as_slice());
+        let mut twists = vec![Twist::zeros(); system.base_from_fixture.len()];
+        let mut interference = vec![0.0; system.base_from_fixture.len()];
+        let dof = system.kinematics.dof();
+        let mut drift = vec![0.0; dof * (1 + system.placement.iter().max().copied().unwrap_or(0))];
+        for (parameter, &value) in system.parameters.iter().zip(theta.iter()) {
+            match parameter.column {
+                Column::JointDrift(placement, i) => drift[placement * dof + i] = value,
+                Column::Fixture(f, k) => twists[f][k] = value,
+                Column::Interference(f) => interference[f] = value,
+                _ => {}
+            }
+        }
+        let fixtures = system.base_from_fixture.iter().zip(twists).zip(interference);
+        let fixtures = fixtures.map(|((nominal, twist), interference)| {
+            let base_from_fixture = nominal * se3::exp(&twist);
+            FixtureAt {
+                fixture_from_base: base_from_fixture.inverse(),
+                base_from_fixture,
+                right_jacobian: se3::right_jacobian(&twist),
+                interference,
+            }
+        });
+        At { system, kinematics, fixtures: fixtures.collect(), drift }
+    }
+
+    /// Room for one contact.
+    pub fn rows(&self) -> ContactRows {
+        let columns = self.system.parameters.len();
+        ContactRows {
+            q: vec![0.0; self.kinematics.dof()],
+            scratch: self.kinematics.scratch(),
+            rows: Rows::new(),
+            jacobian: vec![0.0; MAX_ROWS * columns],
+            residual: [0.0; MAX_ROWS],
+            deviation: 0.0,
+        }
+    }
+
+    /// The tool's pose in the frame of the fixture that contact `i` touches; drifts, which pass, are left out.
+    pub fn fixture_from_tool(&self, i: usize) -> Pose {
+        let contacts = &self.system.problem.contacts;
+        self.fixtures[contacts.fixture(i)].fixture_from_base * self.kinematics.pose(contacts.q(i))
+    }
+
+    /// Exact residual of contact `i` (m), at most three rows of it.
+    pub fn residual_vector(&self, i: usize, into: &mut ContactRows) -> Vector3<f64> {
+        let f = self.system.problem.contacts.fixture(i);
+        into.rows.clear();
+        self.system.problem.fixtures[f].manifold.residual(&self.fixture_from_tool(i), 0.0, &mut into.rows);
+        let value = |k: usize| into.rows.values().get(k).copied().unwrap_or(0.0);
+        Vector3::new(value(0), value(1), value(2))
+    }
+
+    /// Standard deviation (m) of the first row of contact `i`'s residual.
+    pub fn deviation(&self, i: usize, into: &mut ContactRows) -> f64 {
+        self.contact(i, Rung::Residual(Loss::Squared), into);
+        into.deviation
+    }
+
+    /// Rows of contact `i`, whitened for [`Rung::Residual`]; returns their squared norm.
+    pub fn contact(&self, i: usize, rung: Rung, into: &mut ContactRows) -> f64 {
+        self.touch(i, self.system.problem.contacts.q(i), rung, into)
+    }
+
+    /// The same rows if contact `i` had been logged at joint positions `measured`.
+    pub fn touch(&self, i: usize, measured: &[f64], rung: Rung, into: &mut ContactRows) -> f64 {
+        let system = self.system;
+        let f = system.problem.contacts.fixture(i);
+        let fixture = &self.fixtures[f];
+        let manifold = &system.problem.fixtures[f].manifold;
+        let fixture_from_tool = self.locate(f, measured, into);
+        into.rows.clear();
+        let whiten = match rung {
+            Rung::Envelope => {
+                manifold.envelope(&fixture_from_tool, &mut into.rows);
+                false
+            }
+            Rung::Residual(_) => {
+                manifold.residual(&fixture_from_tool, system.resolution, &mut into.rows);
+                true
+            }
+        };
+        let seen = &system.seen[f];
+        // T_ft = T_bf⁻¹ T_bt: moving the fixture by Exp(ζ) moves the tool, in its own frame, by −Ad(T_ft⁻¹) ζ.
+        let fixture_motion = seen
+            .iter()
+            .any(|&k| matches!(system.parameters[k].column, Column::Fixture(..)))
+            .then(|| -(se3::adjoint(&fixture_from_tool.inverse()) * fixture.right_jacobian));
+        for (r, row) in into.rows.jacobian().iter().enumerate() {
+            into.residual[r] = into.rows.values()[r];
+            let jacobian = &mut into.jacobian[r * seen.len()..(r + 1) * seen.len()];
+            for (entry, &k) in jacobian.iter_mut().zip(seen) {
+                *entry = match system.parameters[k].column {
+                    Column::Fixture(_, component) => {
+                        fixture_motion.as_ref().map_or(0.0, |motion| row.dot(&motion.column(component)))
+                    }
+                    Column::JointDrift(_, joint) => -row.dot(&into.scratch.joints[joint]),
+                    Column::Interference(_) => {
+                        if whiten {
+                            into.residual[r] -= fixture.interference;
+                            -1.0
+                        } else {
+                            0.0
+                        }
+                    }
+                    _ => row.dot(&into.scratch.columns[k]),
+                };
+            }
+        }
+        if whiten {
+            self.whiten(seen.len(), into);
+        }
+        into.residual[..into.rows.len()].iter().map(|r| r * r).sum()
+    }
+
+    /// The tool's pose in fixture `f`, its derivatives left in `into`.
+    fn locate(&self, f: usize, measured: &[f64], into: &mut ContactRows) -> Pose {
+        let drift = &self.drift[self.system.placement[f] * measured.len()..];
+        for (q, (measured, drift)) in into.q.iter_mut().zip(measured.iter().zip(drift)) {
+            *q = measured - drift;
+        }
+        self.fixtures[f].fixture_from_base * self.kinematics.pose_and_jacobian(&into.q, &mut into.scratch)
+    }
+
+    /// Moves joint positions `q` of contact `i` the shortest way to where the tool touches exactly; for manifolds of one row.
+    pub fn move_onto_manifold(&self, i: usize, q: &mut [f64], into: &mut ContactRows) {
+        let f = self.system.problem.contacts.fixture(i);
+        for _ in 0..NEWTON_STEPS {
+            let fixture_from_tool = self.locate(f, q, into);
+            into.rows.clear();
+            self.system.problem.fixtures[f].manifold.residual(&fixture_from_tool, 0.0, &mut into.rows);
+            let (Some(&value), Some(row)) = (into.rows.values().first(), into.rows.jacobian().first()) else { return };
+            let slopes = || into.scratch.joints.iter().map(|joint| row.dot(joint));
+            let squares: f64 = slopes().map(|slope| slope * slope).sum();
+            for (q, slope) in q.iter_mut().zip(slopes()) {
+                *q -= slope * value / squares.max(f64::MIN_POSITIVE);
+            }
+        }
+    }
+
+    /// Divides rows by the Cholesky factor of their errors-in-variables covariance
+    /// `N (J Σ_q Jᵀ) Nᵀ + σ_c² I`: encoder noise reaches the residual through the arm.
+    fn whiten(&self, width: usize, into: &mut ContactRows) {
+        let len = into.rows.len();
+        let factor = self.system.noise_factor.powi(2);
+        let contact_variance = self.system.problem.noise.contact.powi(2);
+        let mut covariance = SMatrix::<f64, MAX_ROWS, MAX_ROWS>::identity();
+        for a in 0..len {
+            for b in 0..=a {
+                let (row_a, row_b) = (&into.rows.jacobian()[a], &into.rows.jacobian()[b]);
+                let joints = into.scratch.joints.iter().zip(&self.system.joint_variance);
+                let encoder: f64 = joints.map(|(joint, variance)| row_a.dot(joint) * row_b.dot(joint) * variance).sum();
+                covariance[(a, b)] = factor * (encoder + if a == b { contact_variance } else { 0.0 });
+            }
+        }
+        // Cholesky and forward substitution in place, lower triangle only.
+        for a in 0..len {
+            for b in 0..=a {
+                let dot: f64 = (0..b).map(|k| covariance[(a, k)] * covariance[(b, k)]).sum();
+                let rest = covariance[(a, b)] - dot;
+                covariance[(a, b)] =
+                    if a == b { rest.max(f64::MIN_POSITIVE).sqrt() } else { rest / covariance[(b, b)] };
+            }
+        }
+        into.deviation = covariance[(0, 0)];
+        for a in 0..len {
+            for b in 0..a {
+                let factor = covariance[(a, b)];
+                into.residual[a] -= factor * into.residual[b];
+                let (before, after) = into.jacobian.split_at_mut(a * width);
+                for (entry, earlier) in after[..width].iter_mut().zip(&before[b * width..(b + 1) * width]) {
+                    *entry -= factor * earlier;
+                }
+            }
+            let scale = 1.0 / covariance[(a, a)];
+            into.residual[a] *= scale;
+            into.jacobian[a * width..(a + 1) * width].iter_mut().for_each(|entry| *entry *= scale);
+        }
+    }
+
+    /// Adds contact `i`, counted `share` times, as if logged at joint positions `measured`.
+    pub fn add_touch(
+        &self,
+        i: usize,
+        measured: &[f64],
+        how: (Rung, f64),
+        rows: &mut ContactRows,
+        normal: &mut NormalEquations,
+    ) {
+        let (rung, share) = how;
+        let squared = self.touch(i, measured, rung, rows);
+        let loss = match rung {
+            Rung::Envelope => Loss::Squared,
+            Rung::Residual(loss) => loss,
+        };
+        let weight = share * loss.weight(squared);
+        let seen = &self.system.seen[self.system.problem.contacts.fixture(i)];
+        for r in 0..rows.rows.len() {
+            let jacobian = &rows.jacobian[r * seen.len()..(r + 1) * seen.len()];
+            normal.add_row(seen, jacobian, rows.residual[r], weight);
+        }
+        normal.cost += share * loss.cost(squared);
+        normal.squares += weight * squared;
+        normal.rows += weight * rows.rows.len() as f64;
+    }
+
+    /// Known distances between fixtures' origins.
+    pub fn add_distances(&self, normal: &mut NormalEquations) {
+        for distance in &self.system.problem.distances {
+            let (a, b) = distance.between;
+            let span = self.fixtures[b].base_from_fixture.translation.vector
+                - self.fixtures[a].base_from_fixture.translation.vector;
+            let length = span.norm();
+            let along = span / length.max(f64::MIN_POSITIVE);
+            let mut index = Vec::new();
+            let mut jacobian = Vec::new();
+            for (k, parameter) in self.system.parameters.iter().enumerate() {
+                if let Column::Fixture(f, component) = parameter.column
+                    && (f == a || f == b)
+                {
+                    let fixture = &self.fixtures[f];
+                    let local: Twist = fixture.right_jacobian.column(component).into();
+                    let moved = fixture.base_from_fixture.rotation * se3::linear(&local);
+                    index.push(k);
+                    jacobian.push(along.dot(&moved) * if f == b { 1.0 } else { -1.0 } / distance.sigma);
+                }
+            }
+            let residual = (length - distance.distance) / distance.sigma;
+            normal.add_row(&index, &jacobian, residual, 1.0);
+            normal.cost += residual * residual;
+        }
+    }
+}
