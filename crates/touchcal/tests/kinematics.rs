@@ -1,6 +1,6 @@
 //! Kinematics and their derivatives: against central differences, and against the folded chain that is exported.
 
-use touchcal::io::urdf;
+use touchcal::io::urdf::{self, Ends};
 use touchcal::robot::{self, Column, Kinematics, Parameter, Robot};
 use touchcal::se3::{self, Pose, Twist};
 
@@ -37,9 +37,13 @@ const SLIDER: &str = r#"<robot name="slider"><link name="a"/><link name="b"/><li
 <joint name="turn" type="continuous"><origin xyz="0.2 0 0"/><parent link="c"/><child link="d"/><axis xyz="0 3 4"/></joint>
 </robot>"#;
 
+fn built_in(name: &str) -> Robot {
+    urdf::read_builtin(name, Ends::default()).expect("built in").robot
+}
+
 fn robots() -> Vec<Robot> {
-    let slider = urdf::read(SLIDER, None, None).expect("a valid chain");
-    ["iiwa14", "panda"].iter().map(|name| urdf::read_builtin(name).expect("built in")).chain([slider]).collect()
+    let slider = urdf::read(SLIDER, "slider.urdf", Ends::default()).expect("a valid chain");
+    ["iiwa14", "panda"].iter().map(|name| built_in(name)).chain([slider]).collect()
 }
 
 /// Every column of the one-pass Jacobian against central differences on the manifold; the error must fall as h².
@@ -107,7 +111,7 @@ fn calibrated_chain_folds_all_parameters_of_the_arm() {
 /// However many links a maker's file cuts them into, an iiwa has four lengths that can be told apart.
 #[test]
 fn collinear_links_merge_into_segments() {
-    let iiwa = urdf::read_builtin("iiwa14").expect("built in");
+    let iiwa = built_in("iiwa14");
     let segments = robot::segments(&iiwa);
     let lengths: Vec<f64> = segments.iter().map(|segment| segment.length).collect();
     let expected = [0.360, 0.420, 0.400, 0.126];
@@ -115,6 +119,6 @@ fn collinear_links_merge_into_segments() {
     assert!(lengths.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-12), "{lengths:?}");
     let names: Vec<&str> = segments.iter().map(|segment| segment.name.as_str()).collect();
     assert_eq!(names, ["joint_a1..joint_a2", "joint_a3..joint_a4", "joint_a5..joint_a6", "joint_a7..flange_joint"]);
-    let panda = urdf::read_builtin("panda").expect("built in");
+    let panda = built_in("panda");
     assert_eq!(robot::segments(&panda).len(), 6);
 }

@@ -6,7 +6,7 @@ use nalgebra::{Cholesky, DMatrix, DVector};
 
 use super::identifiability::{Held, Identifiability, held};
 use super::learn::learn;
-use super::levenberg_marquardt::{Limits, Minimum, minimise, observer};
+use super::levenberg_marquardt::{Limits, minimise, observer};
 use super::loss::Loss;
 use super::outcome::{
     ContactCount, Estimate, Estimated, Progress, Stage, Status, StopReason, Termination, Verdict, Warning,
@@ -16,10 +16,12 @@ use super::rows::Rung;
 use super::score::score;
 use super::system::System;
 use super::workspace::arm_uncertainty_left;
-use crate::robot::Column;
+use crate::robot::{Column, Parameter};
 
 /// The coarse stage and the descent of the loss's width look at about this many contacts; the end looks at all.
 const GLANCE: usize = 600;
+/// Searches from the start, each holding what the one before found unbounded.
+const ROUNDS: usize = 3;
 /// Factor by which the robust loss narrows from step to step.
 const NARROWING: f64 = 2.0;
 /// A contact whose robust weight falls below this counts as rejected.
@@ -34,11 +36,13 @@ const HARDLY_MOVED: f64 = 0.035;
 const IDENTIFIABLE_BELOW: f64 = 0.5;
 /// A result is usable if the data bring the arm's uncertainty below this share of what it was.
 const USABLE_BELOW: f64 = 0.5;
+/// An arm's parameter beyond so many plausible sizes is no calibration: strains of 25 %, offsets of 25°.
+const IMPLAUSIBLE: f64 = 5.0;
 /// Prior standard deviations that deserve a warning.
 const FAR_FROM_PRIOR: f64 = 4.0;
 
 const COARSE: Limits = Limits { iterations: 100, decrement: 1e-3 };
-const NARROW: Limits = Limits { iterations: 3, decrement: 1e-2 };
+const NARROW: Limits = Limits { iterations: 12, decrement: 1e-1 };
 const FINE: Limits = Limits { iterations: 60, decrement: 1e-4 };
 
 type Observe<'o> = &'o mut dyn FnMut(&Progress) -> ControlFlow<()>;
@@ -53,62 +57,128 @@ type Observe<'o> = &'o mut dyn FnMut(&Progress) -> ControlFlow<()>;
 /// The covariance is that of an M-estimator (Huber 1981, section 7.6): `(A²/B · Σ JᵀJ + Λ)⁻¹` with `A` the mean of ψ′, `B` that of ψ² over all contacts and
 /// `Λ` the priors; noise above the declared one widens it.
 pub fn calibrate(problem: &Problem, observe: Observe<'_>) -> Estimate {
-    let mut system = System::new(problem);
-    let mut scale = system.scale();
-    let mut minimum = solve(&mut system, &scale, observe);
-    if system.learns() && minimum.termination.reason != StopReason::Interrupted {
-        let before = minimum.termination.iterations;
-        let learned = learn(&mut system, minimum.theta);
-        let mut look = observer(Stage::Fine, observe);
-        let rung = Rung::Residual(problem.loss);
-        scale = system.scale();
-        minimum = minimise(|theta| system.linearize(theta, rung, 1), learned.theta, &scale, FINE, &mut look);
-        minimum.termination.iterations += before + learned.linearizations;
-    }
-    unbias(&system, &scale, &mut minimum);
-    let mut found = Found::new(&system, &minimum.theta);
-    let mut holding = found.held(&system, &scale);
-    let pivots = holding.pivots.clone();
-    if !pivots.is_empty() && minimum.termination.reason != StopReason::Interrupted {
-        for &k in &pivots {
-            scale[k] = 0.0;
+    let mut search = Search::new(problem);
+    for _ in 0..ROUNDS {
+        search.coarse(observe);
+        if search.hold_unbounded() {
+            search.coarse(observe);
         }
-        let before = minimum.termination.iterations;
-        minimum = solve(&mut system, &scale, observe);
-        minimum.termination.iterations += before;
-        unbias(&system, &scale, &mut minimum);
-        found = Found::new(&system, &minimum.theta);
-        holding.participants.extend(&pivots);
-    }
-    conclude(&system, &scale, &minimum, &found, &holding)
-}
-
-/// Both stages from zero.
-fn solve(system: &mut System<'_>, scale: &DVector<f64>, observe: Observe<'_>) -> Minimum {
-    let stride = (system.problem.contacts.len() / GLANCE).max(1);
-    let start = DVector::zeros(scale.len());
-    let mut look = observer(Stage::Coarse, observe);
-    let coarse = minimise(|theta| system.linearize(theta, Rung::Envelope, stride), start, scale, COARSE, &mut look);
-    drop(look);
-    let mut iterations = coarse.termination.iterations;
-    let mut theta = coarse.theta;
-    system.set_resolution(&theta, stride);
-    let mut look = observer(Stage::Fine, observe);
-    let mut widening = system.widening(&theta, stride);
-    while widening > 1.0 && coarse.termination.reason != StopReason::Interrupted {
-        let rung = Rung::Residual(system.problem.loss.widened(widening));
-        let step = minimise(|theta| system.linearize(theta, rung, stride), theta, scale, NARROW, &mut look);
-        iterations += step.termination.iterations;
-        theta = step.theta;
-        if step.termination.reason == StopReason::Interrupted {
+        search.fine(observe);
+        if !search.hold_unbounded() {
             break;
         }
-        widening /= NARROWING;
     }
-    let rung = Rung::Residual(system.problem.loss);
-    let mut fine = minimise(|theta| system.linearize(theta, rung, 1), theta, scale, FINE, &mut look);
-    fine.termination.iterations += iterations;
-    fine
+    search.learn(observe);
+    search.unbias();
+    conclude(&search)
+}
+
+/// The coarse stage alone: parameters near enough to linearise at.
+pub(crate) fn coarse_system(problem: &Problem) -> (System<'_>, DVector<f64>) {
+    let mut search = Search::new(problem);
+    search.coarse(&mut |_| ControlFlow::Continue(()));
+    (search.system, search.theta)
+}
+
+/// An estimation under way.
+struct Search<'p> {
+    system: System<'p>,
+    /// Each parameter's scale; 0 where it is held at zero.
+    scale: DVector<f64>,
+    theta: DVector<f64>,
+    held: Held,
+    termination: Termination,
+}
+
+impl<'p> Search<'p> {
+    fn new(problem: &'p Problem) -> Self {
+        let system = System::new(problem);
+        let scale = system.scale();
+        let theta = DVector::zeros(scale.len());
+        let held = Held { pivots: Vec::new(), participants: Vec::new() };
+        let termination =
+            Termination { reason: StopReason::Converged, measured: 0.0, threshold: FINE.decrement, iterations: 0 };
+        Search { system, scale, theta, held, termination }
+    }
+
+    fn stride(&self) -> usize {
+        (self.system.problem.contacts.len() / GLANCE).max(1)
+    }
+
+    fn interrupted(&self) -> bool {
+        self.termination.reason == StopReason::Interrupted
+    }
+
+    /// Minimises from where the search stands, looking at every `stride`-th contact.
+    fn minimise(&mut self, (rung, stride): (Rung, usize), limits: Limits, observe: Observe<'_>) {
+        if self.interrupted() {
+            return;
+        }
+        let stage = if rung == Rung::Envelope { Stage::Coarse } else { Stage::Fine };
+        let mut look = observer(stage, observe);
+        let linearize = |theta: &DVector<f64>| self.system.linearize(theta, rung, stride);
+        let minimum = minimise(linearize, self.theta.clone(), &self.scale, limits, &mut look);
+        let iterations = self.termination.iterations + minimum.termination.iterations;
+        self.theta = minimum.theta;
+        self.termination = Termination { iterations, ..minimum.termination };
+    }
+
+    /// From zero towards the envelopes.
+    fn coarse(&mut self, observe: Observe<'_>) {
+        self.theta.fill(0.0);
+        self.minimise((Rung::Envelope, self.stride()), COARSE, observe);
+        self.system.set_resolution(&self.theta, self.stride());
+    }
+
+    /// Onto the manifolds, the loss narrowing.
+    fn fine(&mut self, observe: Observe<'_>) {
+        let loss = self.system.problem.loss;
+        let mut widening = self.system.widening(&self.theta, self.stride());
+        while widening > 1.0 {
+            self.minimise((Rung::Residual(loss.widened(widening)), self.stride()), NARROW, observe);
+            widening /= NARROWING;
+        }
+        self.minimise((Rung::Residual(loss), 1), FINE, observe);
+    }
+
+    /// Holds parameters that neither data nor priors bound at zero; says whether any are new.
+    fn hold_unbounded(&mut self) -> bool {
+        let information = self.system.information(&self.theta, 1.0) + priors(&self.system);
+        let found = held(&information, &self.system.parameters, &self.scale);
+        for &k in &found.pivots {
+            self.scale[k] = 0.0;
+            self.theta[k] = 0.0;
+        }
+        let new = !found.pivots.is_empty();
+        self.held.pivots.extend(found.pivots);
+        self.held.participants.extend(found.participants);
+        new && !self.interrupted()
+    }
+
+    /// Learns the widths that the problem leaves open.
+    fn learn(&mut self, observe: Observe<'_>) {
+        if !self.system.learns() || self.interrupted() {
+            return;
+        }
+        let learned = learn(&mut self.system, self.theta.clone(), &self.held.pivots);
+        self.theta = learned.theta;
+        self.termination.iterations += learned.linearizations;
+        for (k, sigma) in self.system.scale().iter().enumerate() {
+            if self.scale[k] > 0.0 {
+                self.scale[k] = *sigma;
+            }
+        }
+        self.minimise((Rung::Residual(self.system.problem.loss), 1), FINE, observe);
+    }
+
+    /// Takes the average effect of one-sided noise off.
+    fn unbias(&mut self) {
+        if self.system.has_noise_bias() && self.termination.reason == StopReason::Converged {
+            if let Some(bias) = self.system.noise_bias(&self.theta, &self.scale) {
+                self.theta -= bias;
+            }
+        }
+    }
 }
 
 impl System<'_> {
@@ -126,15 +196,6 @@ impl System<'_> {
         deviations.sort_unstable_by(f64::total_cmp);
         let ninth = deviations.get(deviations.len() * 9 / 10).copied().unwrap_or(0.0);
         (ninth / k).max(1.0)
-    }
-}
-
-/// Takes the average effect of one-sided noise off an estimate.
-fn unbias(system: &System<'_>, scale: &DVector<f64>, minimum: &mut Minimum) {
-    if system.has_noise_bias() && minimum.termination.reason == StopReason::Converged {
-        if let Some(bias) = system.noise_bias(&minimum.theta, scale) {
-            minimum.theta -= bias;
-        }
     }
 }
 
@@ -175,10 +236,6 @@ impl Found {
         let data = system.information(theta, share);
         Found { data, verdicts, noise_factor, rows: count }
     }
-
-    fn held(&self, system: &System<'_>, scale: &DVector<f64>) -> Held {
-        held(&(&self.data + priors(system)), &system.parameters, scale)
-    }
 }
 
 fn priors(system: &System<'_>) -> DMatrix<f64> {
@@ -187,17 +244,19 @@ fn priors(system: &System<'_>) -> DMatrix<f64> {
 }
 
 /// Puts the outcome together.
-fn conclude(system: &System<'_>, scale: &DVector<f64>, minimum: &Minimum, found: &Found, holding: &Held) -> Estimate {
+fn conclude(search: &Search<'_>) -> Estimate {
+    let Search { system, scale, theta, held, termination } = search;
     let problem = system.problem;
+    let found = &Found::new(system, theta);
     let covariance = covariance(&(&found.data + priors(system)), scale);
     let plausible = system.scale();
     let posterior = posterior(&found.data, &plausible);
     let estimated = system.parameters.iter().enumerate().map(|(k, parameter)| {
         let shrunk = posterior[(k, k)].max(0.0).sqrt() / plausible[k] < IDENTIFIABLE_BELOW;
-        let bounded = parameter.prior_sigma.is_some() || !holding.participants.contains(&k);
+        let bounded = parameter.prior_sigma.is_some() || !held.participants.contains(&k);
         Estimated {
             parameter: parameter.clone(),
-            value: minimum.theta[k],
+            value: theta[k],
             sigma: bounded.then(|| covariance[(k, k)].max(0.0).sqrt()),
             identifiable: shrunk && bounded,
         }
@@ -210,24 +269,28 @@ fn conclude(system: &System<'_>, scale: &DVector<f64>, minimum: &Minimum, found:
         covariance,
         identifiability: Identifiability::new(&found.data, &system.parameters, &plausible),
         prefit: score(problem, &system.at(&DVector::zeros(scale.len()))),
-        postfit: score(problem, &system.at(&minimum.theta)),
+        postfit: score(problem, &system.at(theta)),
         contacts: ContactCount { read: problem.contacts.rows_read(), used: found.verdicts.len() - rejected, rejected },
         verdicts: found.verdicts.clone(),
-        termination: minimum.termination,
+        termination: *termination,
         warnings: Vec::new(),
         noise_factor: found.noise_factor,
-        robot: problem.robot.calibrated(&columns, minimum.theta.as_slice()),
+        robot: problem.robot.calibrated(&columns, theta.as_slice()),
         parameters,
     };
     let left = arm_uncertainty_left(problem, &system.parameters, &posterior, &plausible);
-    estimate.warnings = warnings(system, found, holding, &estimate, left);
+    estimate.warnings = warnings(system, found, held, &estimate, left);
     estimate.status = status(&estimate.termination, &estimate.warnings);
     estimate
 }
 
 fn status(termination: &Termination, warnings: &[Warning]) -> Status {
-    let unusable =
-        |warning: &Warning| matches!(warning, Warning::TooFewContacts { .. } | Warning::ArmUndetermined { .. });
+    let unusable = |warning: &Warning| {
+        matches!(
+            warning,
+            Warning::TooFewContacts { .. } | Warning::ArmUndetermined { .. } | Warning::Implausible { .. }
+        )
+    };
     match termination.reason {
         _ if warnings.iter().any(unusable) => Status::NotUsable,
         StopReason::Converged => Status::Converged,
@@ -235,7 +298,7 @@ fn status(termination: &Termination, warnings: &[Warning]) -> Status {
     }
 }
 
-fn warnings(system: &System<'_>, found: &Found, holding: &Held, estimate: &Estimate, left: f64) -> Vec<Warning> {
+fn warnings(system: &System<'_>, found: &Found, held: &Held, estimate: &Estimate, left: f64) -> Vec<Warning> {
     let mut warnings = Vec::new();
     let without_prior = system.parameters.iter().filter(|parameter| parameter.prior_sigma.is_none()).count();
     let rows = found.rows + system.problem.distances.len();
@@ -245,8 +308,8 @@ fn warnings(system: &System<'_>, found: &Found, holding: &Held, estimate: &Estim
     if left > USABLE_BELOW {
         warnings.push(Warning::ArmUndetermined { left });
     }
-    if !holding.pivots.is_empty() {
-        let names = holding.pivots.iter().map(|&k| system.parameters[k].name.clone()).collect();
+    if !held.pivots.is_empty() {
+        let names = held.pivots.iter().map(|&k| system.parameters[k].name.clone()).collect();
         warnings.push(Warning::Held { names });
     }
     if found.noise_factor > NOISE_EXCEEDED {
@@ -265,6 +328,10 @@ fn warnings(system: &System<'_>, found: &Found, holding: &Held, estimate: &Estim
         }
     }
     for estimated in &estimate.parameters {
+        let Parameter { name, column, scale, .. } = &estimated.parameter;
+        if !column.block().is_nuisance() && estimated.value.abs() > IMPLAUSIBLE * scale {
+            warnings.push(Warning::Implausible { name: name.clone(), value: estimated.value });
+        }
         if let Some(sigma) = estimated.parameter.prior_sigma {
             let deviations = estimated.value.abs() / sigma;
             if deviations > FAR_FROM_PRIOR {

@@ -7,16 +7,18 @@
 
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
-use crate::robot::{Block, Parameter};
+use crate::robot::Parameter;
 
 /// A direction is identifiable if its singular value in units of the scales is at least this.
 const NULL_BELOW: f64 = 1.0;
 /// With priors counted in, a direction below this is bounded by nothing: a prior alone gives about 1.
-const UNBOUNDED_BELOW: f64 = 0.1;
+const UNBOUNDED_BELOW: f64 = 0.7;
 /// Singular values are square roots of eigenvalues: below this share of the largest they are rounding.
 const ROUNDING: f64 = 3e-8;
 /// Parameters with a smaller part in a direction, relative to its largest, are not named.
-const NAMED_FROM: f64 = 0.2;
+const NAMED_FROM: f64 = 0.05;
+/// How much less a direction is named after, or resolved by holding, a nuisance parameter than one of the arm.
+const NUISANCE_PREFERENCE: f64 = 0.05;
 /// Most parameters named in one direction.
 const MOST_NAMED: usize = 5;
 
@@ -54,7 +56,7 @@ impl Identifiability {
             _ => singular_values[0] / singular_values[rank - 1],
         };
         let reduced = reduced_basis(&basis.columns(rank, free.len() - rank).into_owned(), |row| {
-            if is_nuisance(&parameters[free[row]]) { 0.5 } else { 1.0 }
+            if parameters[free[row]].column.block().is_nuisance() { NUISANCE_PREFERENCE } else { 1.0 }
         });
         let null_space = reduced.iter().map(|part| named(part, &free, parameters)).collect();
         Identifiability { singular_values, rank, condition, null_space }
@@ -97,7 +99,7 @@ pub(crate) fn held(information: &DMatrix<f64>, parameters: &[Parameter], scale: 
     let null = basis.columns(rank, free.len() - rank).into_owned();
     let preference = |row: usize| match &parameters[free[row]] {
         parameter if parameter.prior_sigma.is_some() => 1e-3,
-        parameter if is_nuisance(parameter) => 0.2,
+        parameter if parameter.column.block().is_nuisance() => NUISANCE_PREFERENCE,
         _ => 1.0,
     };
     let mut result = Held { pivots: Vec::new(), participants: Vec::new() };
@@ -107,10 +109,6 @@ pub(crate) fn held(information: &DMatrix<f64>, parameters: &[Parameter], scale: 
         result.participants.extend(takes_part.map(|row| free[row]));
     }
     result
-}
-
-fn is_nuisance(parameter: &Parameter) -> bool {
-    matches!(parameter.column.block(), Block::Tool | Block::Fixture | Block::Interference | Block::JointDrift)
 }
 
 /// Scaled singular values, largest first, and the directions they belong to as columns.

@@ -34,8 +34,9 @@ impl System<'_> {
     }
 }
 
-/// Learns the system's widths around `theta`, which must be near the minimum; returns the parameters that go with them.
-pub(crate) fn learn(system: &mut System<'_>, mut theta: DVector<f64>) -> LearnedWidths {
+/// Learns the system's widths around `theta`, which must be near the minimum; returns the parameters that go with them. Parameters
+/// `held` stay where they are.
+pub(crate) fn learn(system: &mut System<'_>, mut theta: DVector<f64>, held: &[usize]) -> LearnedWidths {
     let groups = Group::all(system);
     for linearization in 1..=LINEARIZATIONS {
         let contacts = system.contacts(&theta, Rung::Residual(system.problem.loss), 1).complete();
@@ -45,7 +46,7 @@ pub(crate) fn learn(system: &mut System<'_>, mut theta: DVector<f64>) -> Learned
         let mut change: f64 = 0.0;
         let mut steps = 0;
         while steps < STEPS {
-            let Some((next, covariance)) = linear.posterior(system) else { break };
+            let Some((next, covariance)) = linear.posterior(system, held) else { break };
             change = groups.iter().map(|group| group.update(system, &next, &covariance)).fold(0.0, f64::max);
             if system.problem.noise.learned {
                 change = change.max(linear.update_noise(system, &next, &covariance));
@@ -73,14 +74,15 @@ struct Linear {
 
 impl Linear {
     /// Mean and covariance of the parameters with the system's present widths.
-    fn posterior(&self, system: &System<'_>) -> Option<(DVector<f64>, DMatrix<f64>)> {
+    fn posterior(&self, system: &System<'_>, held: &[usize]) -> Option<(DVector<f64>, DMatrix<f64>)> {
         let share = (self.factor / system.noise_factor).powi(2);
         let mut normal = NormalEquations::new(self.theta.len());
-        system.add_priors(&self.theta, &mut normal);
+        system.add_priors(&self.theta, Rung::Residual(system.problem.loss), &mut normal);
         normal.information += &self.contacts.information * share + &self.known.information;
         normal.gradient += &self.contacts.gradient * share + &self.known.gradient;
         // Units of the plausible sizes keep metres and radians apart by no more than they are.
-        let scale = system.scale();
+        let mut scale = system.scale();
+        held.iter().for_each(|&k| scale[k] = 0.0);
         let mut scaled = normal.scaled_information(&scale);
         for k in 0..scale.len() {
             // What nothing determines stays where it is.

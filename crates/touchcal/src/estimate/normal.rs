@@ -45,6 +45,13 @@ impl NormalEquations {
         }
     }
 
+    /// Counts all rows `factor` times.
+    pub fn scale(&mut self, factor: f64) {
+        self.information *= factor;
+        self.gradient *= factor;
+        self.cost *= factor;
+    }
+
     /// Adds another set of rows.
     pub fn add(&mut self, other: &NormalEquations) {
         self.information += &other.information;

@@ -142,6 +142,13 @@ pub enum Warning {
         /// Range of its positions (rad or m).
         range: f64,
     },
+    /// A parameter of the arm ended beyond anything that a calibration corrects.
+    Implausible {
+        /// Name of the parameter.
+        name: String,
+        /// Its value (SI).
+        value: f64,
+    },
     /// A parameter ended far outside its prior.
     FarFromPrior {
         /// Name of the parameter.
@@ -181,6 +188,10 @@ impl std::fmt::Display for Warning {
                 f,
                 "joint `{joint}` moved only {:.2}° in all contacts; move it more to tell its errors from its neighbours'",
                 range.to_degrees()
+            ),
+            Warning::Implausible { name, value } => write!(
+                f,
+                "`{name}` ended at {value:.3}, which is no calibration: do not use the result; check units, the robot, and where the fixtures are"
             ),
             Warning::FarFromPrior { name, deviations } => write!(
                 f,

@@ -14,6 +14,9 @@ use crate::se3::Pose;
 const CHUNKS: usize = 64;
 /// A chunk has at least this many contacts.
 const SMALLEST_CHUNK: usize = 64;
+/// All contacts together say as much as this many independent ones of where the envelope's middle is: their deviations from it are
+/// how the tool moved, not noise, and must not be explained away by parameters that hardly matter.
+const ENVELOPE_SAY: f64 = 10.0;
 /// Prior standard deviation of a gap manifold's interference (m): contacts neither float nor penetrate by much more.
 const INTERFERENCE_SIGMA: f64 = 0.1e-3;
 
@@ -87,10 +90,11 @@ impl<'p> System<'p> {
     /// Normal equations at `theta` of every `stride`-th contact (weighted to stand for all), known distances and priors.
     pub fn linearize(&self, theta: &DVector<f64>, rung: Rung, stride: usize) -> NormalEquations {
         let mut total = self.contacts(theta, rung, stride);
-        if let Rung::Residual(_) = rung {
-            self.at(theta).add_distances(&mut total);
+        match rung {
+            Rung::Residual(_) => self.at(theta).add_distances(&mut total),
+            Rung::Envelope => total.scale(ENVELOPE_SAY / self.problem.contacts.len().max(1) as f64),
         }
-        self.add_priors(theta, &mut total);
+        self.add_priors(theta, rung, &mut total);
         total.complete()
     }
 
@@ -156,9 +160,12 @@ impl<'p> System<'p> {
         total.complete().information
     }
 
-    pub fn add_priors(&self, theta: &DVector<f64>, normal: &mut NormalEquations) {
+    /// Priors; towards the envelope, parameters without one stay within their plausible size, so that nothing collapses
+    /// (an arm without lengths touches one free socket perfectly).
+    pub fn add_priors(&self, theta: &DVector<f64>, rung: Rung, normal: &mut NormalEquations) {
         for (k, parameter) in self.parameters.iter().enumerate() {
-            if let Some(sigma) = parameter.prior_sigma {
+            let plausible = (rung == Rung::Envelope).then_some(parameter.scale);
+            if let Some(sigma) = parameter.prior_sigma.or(plausible) {
                 let residual = theta[k] / sigma;
                 normal.add_row(&[k], &[1.0 / sigma], residual, 1.0);
                 normal.cost += residual * residual;

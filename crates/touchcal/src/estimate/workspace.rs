@@ -20,7 +20,9 @@ pub(crate) fn arm_uncertainty_left(
     posterior: &DMatrix<f64>,
     scale: &DVector<f64>,
 ) -> f64 {
-    let of_arm = |parameter: &Parameter| !matches!(parameter.column.block(), Block::Fixture | Block::Interference);
+    let of_arm = |parameter: &Parameter| {
+        matches!(parameter.column.block(), Block::Tool) || !parameter.column.block().is_nuisance()
+    };
     let arm: Vec<usize> = (0..parameters.len()).filter(|&k| of_arm(&parameters[k])).collect();
     let columns: Vec<Column> = arm.iter().map(|&k| parameters[k].column).collect();
     let kinematics = Kinematics::new(&problem.robot, &columns, problem.tool.tip_from_tool);

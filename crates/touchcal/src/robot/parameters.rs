@@ -83,6 +83,13 @@ impl Block {
     }
 }
 
+impl Block {
+    /// Whether the block is no part of the arm: tool, fixtures, and what passes.
+    pub fn is_nuisance(self) -> bool {
+        matches!(self, Block::Tool | Block::Fixture | Block::Interference | Block::JointDrift)
+    }
+}
+
 impl Column {
     /// The block this column belongs to.
     pub fn block(self) -> Block {

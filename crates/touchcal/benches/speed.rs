@@ -1,0 +1,65 @@
+//! How long the parts of a calibration take, on one core. `cargo bench -p touchcal --bench speed`
+#![allow(missing_docs, clippy::unwrap_used, clippy::expect_used, reason = "a bench ends by panicking")]
+
+#[path = "../tests/common/mod.rs"]
+mod common;
+
+use std::hint::black_box;
+
+use common::{data, mujoco_trial, solve};
+use criterion::{Criterion, criterion_group, criterion_main};
+use touchcal::geometry::extrusion::PegAndHole;
+use touchcal::geometry::profile::Profile;
+use touchcal::io::mukca::{self, MukcaOptions};
+use touchcal::io::urdf::{self, Ends};
+use touchcal::robot::{Column, Kinematics, Parameter, joint_offset, strain};
+use touchcal::se3::Pose;
+
+fn kinematics(criterion: &mut Criterion) {
+    let robot = urdf::read_builtin("iiwa14", Ends::default()).unwrap().robot;
+    let parameters: Vec<Parameter> = std::iter::once(strain()).chain(joint_offset(&robot)).collect();
+    let columns: Vec<Column> = parameters.iter().map(|parameter| parameter.column).collect();
+    let kinematics = Kinematics::new(&robot, &columns, Pose::translation(0.0, 0.0, 0.15));
+    let mut scratch = kinematics.scratch();
+    let q = [0.1, 0.7, 0.3, -1.6, -0.2, 0.9, 0.05];
+    criterion.bench_function("forward kinematics", |b| b.iter(|| kinematics.pose(black_box(&q))));
+    criterion.bench_function("forward kinematics and Jacobian, 7 joints, 8 parameters", |b| {
+        b.iter(|| kinematics.pose_and_jacobian(black_box(&q), &mut scratch))
+    });
+}
+
+fn gap(criterion: &mut Criterion) {
+    let peg = Profile::extrusion25();
+    let hole = peg.offset_mitred(0.5e-3).unwrap();
+    let parts = PegAndHole::new(peg, 0.04, hole, 0.03).unwrap();
+    let pose = Pose::new(nalgebra::Vector3::new(0.3e-3, -0.2e-3, -0.014), nalgebra::Vector3::new(0.005, -0.004, 0.006));
+    criterion.bench_function("gap of a T-slot peg", |b| b.iter(|| parts.gap(black_box(&pose))));
+    criterion.bench_function("blended gap of a T-slot peg", |b| b.iter(|| parts.blended_gap(black_box(&pose), 25e-6)));
+}
+
+/// Runs on one thread, as the figures are meant.
+fn on_one_core(run: impl FnMut() + Send) {
+    rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap().install(run);
+}
+
+fn calibration(criterion: &mut Criterion) {
+    let mut group = criterion.benchmark_group("calibration on one core");
+    group.sample_size(10);
+    for trial in ["extrusion/paper/trial_00", "extrusion/rich/trial_00", "square/paper/trial_00"] {
+        let (problem, _) = mujoco_trial(trial);
+        let name = format!("{trial}, 3000 contacts");
+        on_one_core(|| {
+            group.bench_function(&name, |b| b.iter(|| solve(black_box(&problem))));
+        });
+    }
+    let folder = data().join("mukca");
+    let urdf = urdf::read_file(&folder.join("panda.urdf"), Ends::default()).unwrap();
+    let problem = mukca::read(&folder.join("panda_3"), urdf, &MukcaOptions::default()).unwrap().problem;
+    on_one_core(|| {
+        group.bench_function("panda_3, six placements of two sockets", |b| b.iter(|| solve(black_box(&problem))));
+    });
+    group.finish();
+}
+
+criterion_group!(benches, kinematics, gap, calibration);
+criterion_main!(benches);

@@ -1,0 +1,87 @@
+//! What several tests need: where the data lie, and problems made from them.
+#![allow(dead_code, reason = "each test crate uses a part")]
+
+use std::ops::ControlFlow;
+use std::path::{Path, PathBuf};
+
+use touchcal::estimate::{Estimate, Problem, calibrate};
+use touchcal::io::problem_file;
+
+/// The folder of `TOUCHCAL_DATA`, by default `../shared/data` beside the repository.
+///
+/// # Panics
+/// If it is not there: a test that needs data never passes without.
+pub fn data() -> PathBuf {
+    let default = || Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data");
+    let folder = std::env::var_os("TOUCHCAL_DATA").map_or_else(default, PathBuf::from);
+    assert!(folder.is_dir(), "no data in {}: set TOUCHCAL_DATA", folder.display());
+    folder
+}
+
+/// What a trial's parameters truly are.
+pub struct Truth {
+    /// Common strain.
+    pub strain: f64,
+    /// Encoder biases (rad).
+    pub offset: Vec<f64>,
+}
+
+/// A simulated peg-in-hole trial of `mujoco_iiwa14`, such as `extrusion/paper/trial_00`, and its truth.
+pub fn mujoco_trial(name: &str) -> (Problem, Truth) {
+    let base = data().join("mujoco_iiwa14");
+    let folder = base.join(name);
+    let text = std::fs::read_to_string(folder.join("truth.json")).expect("truth.json");
+    let truth: serde_json::Value = serde_json::from_str(&text).expect("JSON");
+    let offset = truth["b_rad"].as_array().expect("b_rad").iter().map(|b| b.as_f64().expect("a number")).collect();
+    let truth = Truth { strain: truth["r"].as_f64().expect("r"), offset };
+    let outline = if name.starts_with("square") {
+        let outline = std::env::temp_dir().join(format!("touchcal_square_{}.csv", std::process::id()));
+        std::fs::write(&outline, "-12.5,-12.5\n12.5,-12.5\n12.5,12.5\n-12.5,12.5\n").expect("a temporary file");
+        format!("outline = {:?}", outline.display().to_string())
+    } else {
+        "builtin = \"extrusion25\"".to_owned()
+    };
+    let toml = format!(
+        r#"
+[robot]
+builtin = "iiwa14"
+[tool]
+kind = "peg"
+tip_from_tool = {{ xyz_mm = [0, 0, 150], quat_wxyz = [0, 0, 1, 0] }}
+{outline}
+length_mm = 40
+[[fixture]]
+name = "hole"
+kind = "hole"
+base_from_fixture = {{ xyz_mm = [600, 100, 150], rpy_deg = [0, 0, 20] }}
+outline_offset_mm = 0.5
+depth_mm = 30
+[[contacts]]
+file = "contact.csv.gz"
+fixture = "hole"
+[noise]
+encoder_deg = 0.002
+contact_mm = 0.02
+[estimate]
+parameters = ["strain", "joint_offset"]
+loss = "geman_mcclure"
+"#
+    );
+    (problem_file::read(&toml, "problem.toml", &folder).expect("a valid problem").problem, truth)
+}
+
+/// The trials of a folder such as `extrusion/paper`, sorted.
+pub fn mujoco_trials(profile: &str) -> Vec<String> {
+    let folder = data().join("mujoco_iiwa14").join(profile);
+    let entries = std::fs::read_dir(folder).expect("trials");
+    let names = entries.map(|entry| entry.expect("an entry").file_name().to_string_lossy().into_owned());
+    let mut trials: Vec<String> = names.map(|name| format!("{profile}/{name}")).collect();
+    trials.sort();
+    assert!(!trials.is_empty());
+    trials
+}
+
+/// Calibrates without watching.
+pub fn solve(problem: &Problem) -> Estimate {
+    calibrate(problem, &mut |_| ControlFlow::Continue(()))
+}
