@@ -1,9 +1,10 @@
 //! The exact signed gap between a straight peg and a straight hole.
 
+use super::blend::{self, Blend};
 use super::nearness::Nearness;
 use super::profile::Profile;
 use super::scan::{Candidate, Scan, Sink};
-use crate::se3::{Pose, Twist, twist};
+use crate::se3::{Pose, Twist};
 use nalgebra::{Point3, Vector3};
 
 /// Why a peg and a hole cannot be modelled.
@@ -100,9 +101,6 @@ pub struct Gap {
     /// Between what the distance is.
     pub feature: Feature,
 }
-
-/// Features farther than this many temperatures from the least gap have no part in a blend.
-const BLEND_REACH: f64 = 6.0;
 
 /// A straight peg and the straight hole it goes into.
 ///
@@ -212,9 +210,8 @@ impl PegAndHole {
 
     /// The signed gap at a pose. Allocates nothing.
     pub fn gap(&self, hole_from_peg: &Pose) -> Gap {
-        let mut nearest = Smallest { best: Candidate::none() };
-        Scan::new(self, hole_from_peg).run(&mut nearest);
-        finish(&nearest.best, hole_from_peg)
+        let scan = Scan::new(self, hole_from_peg);
+        scan.gap(&smallest(&scan))
     }
 
     /// The mean of all features' signed distances `gₖ`, weighted by how near they are to the least one, and its gradient as
@@ -224,24 +221,21 @@ impl PegAndHole {
     /// the temperature (m), the least of several nearly equal gaps is too small on average (a minimum of noisy numbers), their
     /// blend is not; it also changes smoothly where the minimum jumps from feature to feature. At temperature 0 it is the gap.
     pub fn blended_gap(&self, hole_from_peg: &Pose, temperature: f64) -> (f64, Twist) {
-        let least = self.gap(hole_from_peg);
+        let scan = Scan::new(self, hole_from_peg);
         if temperature <= 0.0 {
-            return (least.value, least.gradient);
+            let least = smallest(&scan);
+            return (least.value, scan.gradient(&least));
         }
-        let (mut weights, mut weighted) = (0.0, 0.0);
-        let (mut weights_slope, mut weighted_slope) = (Twist::zeros(), Twist::zeros());
-        self.visit_within(hole_from_peg, BLEND_REACH * temperature, |gap| {
-            let x = (gap.value - least.value) / temperature;
-            let taper = (1.0 - (x / BLEND_REACH).powi(2)).max(0.0);
-            let weight = (-x).exp() * taper * taper;
-            let slope = -(-x).exp() * taper * (taper + 4.0 * x / BLEND_REACH.powi(2)) / temperature;
-            weights += weight;
-            weighted += weight * gap.value;
-            weights_slope += gap.gradient * slope;
-            weighted_slope += gap.gradient * (weight + slope * gap.value);
-        });
-        let mean = weighted / weights;
-        (mean, (weighted_slope - weights_slope * mean) / weights)
+        let mut nearest = blend::Nearest::within(blend::REACH * temperature);
+        scan.run(&mut nearest);
+        let least = nearest.least();
+        let mut blend = Blend::new(least.value, temperature);
+        let mut add = |candidate: &Candidate| blend.add(candidate.value, &scan.gradient(candidate));
+        match nearest.kept() {
+            Some(kept) => kept.for_each(add),
+            None => scan.run(&mut Within { reach: nearest.reach(), visit: &mut add }),
+        }
+        blend.mean(&scan.gradient(least))
     }
 
     /// Calls `visit` for the features whose signed distance exceeds the gap by at most `margin` (m), in no particular
@@ -250,12 +244,19 @@ impl PegAndHole {
     /// A corner or edge that penetrates is reported against the nearest face or edge and that one's neighbours in a corner
     /// of the hole.
     pub fn visit_within(&self, hole_from_peg: &Pose, margin: f64, mut visit: impl FnMut(&Gap)) -> Gap {
-        let gap = self.gap(hole_from_peg);
+        let scan = Scan::new(self, hole_from_peg);
+        let gap = scan.gap(&smallest(&scan));
         let reach = (gap.value + margin).next_up();
-        let mut within = Within { reach, visit: |c: &Candidate| visit(&finish(c, hole_from_peg)) };
-        Scan::new(self, hole_from_peg).run(&mut within);
+        scan.run(&mut Within { reach, visit: |candidate: &Candidate| visit(&scan.gap(candidate)) });
         gap
     }
+}
+
+/// The least of all distances.
+fn smallest(scan: &Scan) -> Candidate {
+    let mut nearest = Smallest { best: Candidate::none() };
+    scan.run(&mut nearest);
+    nearest.best
 }
 
 /// Keeps the smallest distance.
@@ -290,29 +291,5 @@ impl<F: FnMut(&Candidate)> Sink for Within<F> {
 
     fn take(&mut self, candidate: Candidate) {
         (self.visit)(&candidate);
-    }
-}
-
-/// Adds the gradient and brings point and normal to the hole frame.
-fn finish(candidate: &Candidate, hole_from_peg: &Pose) -> Gap {
-    let (point_in_peg, normal_in_peg) = if candidate.in_peg {
-        (candidate.point, candidate.normal)
-    } else {
-        (
-            hole_from_peg.inverse_transform_point(&candidate.point.into()).coords,
-            hole_from_peg.inverse_transform_vector(&candidate.normal),
-        )
-    };
-    let (point_in_hole, normal_in_hole) = if candidate.in_peg {
-        (hole_from_peg * Point3::from(point_in_peg), hole_from_peg * normal_in_peg)
-    } else {
-        (candidate.point.into(), candidate.normal)
-    };
-    Gap {
-        value: candidate.value,
-        gradient: twist(&normal_in_peg, &point_in_peg.cross(&normal_in_peg)),
-        point_in_hole,
-        normal_in_hole,
-        feature: candidate.feature,
     }
 }

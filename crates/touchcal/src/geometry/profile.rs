@@ -222,10 +222,14 @@ impl Profile {
 }
 
 /// Distance from a point to a segment.
-pub(super) fn distance_to_segment(point: &Point2<f64>, (a, b): (Point2<f64>, Point2<f64>)) -> f64 {
+fn distance_to_segment(point: &Point2<f64>, segment: (Point2<f64>, Point2<f64>)) -> f64 {
+    (point - foot_on_segment(point, segment)).norm()
+}
+
+/// The point of a segment nearest to a point.
+pub(super) fn foot_on_segment(point: &Point2<f64>, (a, b): (Point2<f64>, Point2<f64>)) -> Point2<f64> {
     let along = b - a;
-    let t = ((point - a).dot(&along) / along.norm_squared()).clamp(0.0, 1.0);
-    (point - (a + along * t)).norm()
+    a + along * ((point - a).dot(&along) / along.norm_squared()).clamp(0.0, 1.0)
 }
 
 fn signed_area(vertices: &[Point2<f64>]) -> f64 {

@@ -56,6 +56,22 @@ impl Loop<'_> {
         a + along * t
     }
 
+    /// Height of an outline point along the axis.
+    pub(super) fn height_of(&self, point: &Vector2<f64>) -> f64 {
+        self.slope.dot(point) + self.height
+    }
+
+    /// A lower bound of the distance of a query vertex from the loop, see [`Nearness::bound`].
+    #[inline]
+    pub(super) fn bound(&self, vertex: usize) -> f64 {
+        self.near.bound(vertex, self.moved, |near| {
+            // Points p of the edge move by (linear − 1) p + offset; of these only the first depends on p.
+            let (a, b) = self.profile.edge(near.edge as usize);
+            let turned = self.linear.tr_mul(&near.away) - near.away;
+            -near.away.dot(&self.offset) - turned.dot(&a.coords).max(turned.dot(&b.coords))
+        })
+    }
+
     /// Height of a point of an edge.
     pub(super) fn height_at(&self, edge: usize, t: f64) -> f64 {
         let (a, b) = self.profile.edge(edge);
