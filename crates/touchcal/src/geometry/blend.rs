@@ -1,44 +1,41 @@
 //! The mean of the gaps that are nearly the least.
 
-use super::scan::{Candidate, Sink};
+use super::scan::{Candidate, Scan, Sink};
 use crate::se3::Twist;
 
 /// Features farther than this many temperatures from the least gap have no part in a blend.
 pub(super) const REACH: f64 = 6.0;
 /// Features kept at a time. With more within reach the blend takes a second sweep.
-const KEPT: usize = 32;
+const KEPT: usize = 48;
+
+/// A distance and its gradient, as in [`Gap`](super::extrusion::Gap).
+#[derive(Clone, Copy)]
+pub(super) struct Row {
+    pub(super) value: f64,
+    pub(super) gradient: Twist,
+}
 
 /// Keeps the distances that can be part of a blend.
-pub(super) struct Nearest {
+pub(super) struct Nearest<'a> {
+    scan: &'a Scan<'a>,
     margin: f64,
     reach: f64,
-    least: Candidate,
-    kept: [Candidate; KEPT],
+    pub(super) least: Row,
+    kept: [Row; KEPT],
     count: usize,
     overflowed: bool,
 }
 
-impl Nearest {
-    /// Those up to `margin` (m) above the least.
-    pub(super) fn within(margin: f64) -> Self {
-        Nearest {
-            margin,
-            reach: f64::INFINITY,
-            least: Candidate::none(),
-            kept: [const { Candidate::none() }; KEPT],
-            count: 0,
-            overflowed: false,
-        }
+impl<'a> Nearest<'a> {
+    /// Those of a scan up to `margin` (m) above the least.
+    pub(super) fn within(margin: f64, scan: &'a Scan<'a>) -> Self {
+        let none = Row { value: f64::INFINITY, gradient: Twist::zeros() };
+        Nearest { scan, margin, reach: f64::INFINITY, least: none, kept: [none; KEPT], count: 0, overflowed: false }
     }
 
-    /// The least distance.
-    pub(super) fn least(&self) -> &Candidate {
-        &self.least
-    }
-
-    /// The distances within the margin, unless there were too many.
-    pub(super) fn kept(&self) -> Option<impl Iterator<Item = &Candidate>> {
-        (!self.overflowed).then(|| self.kept[..self.count].iter().filter(|c| c.value < self.reach))
+    /// The distances found, among them all those within the margin, unless there were too many.
+    pub(super) fn kept(&self) -> Option<&[Row]> {
+        (!self.overflowed).then_some(&self.kept[..self.count])
     }
 
     /// Forgets what is no longer within reach.
@@ -46,7 +43,7 @@ impl Nearest {
         let mut count = 0;
         for k in 0..self.count {
             if self.kept[k].value < self.reach {
-                self.kept.swap(count, k);
+                self.kept[count] = self.kept[k];
                 count += 1;
             }
         }
@@ -54,7 +51,7 @@ impl Nearest {
     }
 }
 
-impl Sink for Nearest {
+impl Sink for Nearest<'_> {
     const ALL: bool = true;
 
     fn reach(&self) -> f64 {
@@ -62,9 +59,10 @@ impl Sink for Nearest {
     }
 
     fn take(&mut self, candidate: Candidate) {
-        if candidate.value < self.least.value {
-            self.least = candidate.clone();
-            self.reach = (candidate.value + self.margin).next_up();
+        let row = Row { value: candidate.value, gradient: self.scan.gradient(&candidate) };
+        if row.value < self.least.value {
+            self.least = row;
+            self.reach = (row.value + self.margin).next_up();
         }
         if self.count == KEPT {
             self.drop_stale();
@@ -72,7 +70,7 @@ impl Sink for Nearest {
         if self.count == KEPT {
             self.overflowed = true;
         } else {
-            self.kept[self.count] = candidate;
+            self.kept[self.count] = row;
             self.count += 1;
         }
     }
@@ -81,7 +79,7 @@ impl Sink for Nearest {
 /// Sums over the features of a blend, their distances `v` taken relative to the least.
 pub(super) struct Blend {
     temperature: f64,
-    least: f64,
+    least: Row,
     /// `Σ w`, `Σ w v`.
     weights: (f64, f64),
     /// `Σ w′`, `Σ w′ v`, with `w′ = ∂w/∂v`.
@@ -92,7 +90,7 @@ pub(super) struct Blend {
 
 impl Blend {
     /// Of nothing yet, around the least distance.
-    pub(super) fn new(least: f64, temperature: f64) -> Self {
+    pub(super) fn new(least: Row, temperature: f64) -> Self {
         Blend {
             temperature,
             least,
@@ -103,10 +101,13 @@ impl Blend {
     }
 
     /// Adds a feature.
-    pub(super) fn add(&mut self, value: f64, gradient: &Twist) {
-        let v = value - self.least;
+    pub(super) fn add(&mut self, row: &Row) {
+        let v = row.value - self.least.value;
         let x = v / self.temperature;
-        let taper = (1.0 - (x / REACH).powi(2)).max(0.0);
+        let taper = 1.0 - (x / REACH).powi(2);
+        if taper <= 0.0 {
+            return;
+        }
         let decay = (-x).exp() * taper;
         let weight = decay * taper;
         let slope = -decay * (taper + 4.0 * x / REACH.powi(2)) / self.temperature;
@@ -114,15 +115,16 @@ impl Blend {
         self.weights.1 += weight * v;
         self.slopes.0 += slope;
         self.slopes.1 += slope * v;
-        self.gradients.0 += gradient * slope;
-        self.gradients.1 += gradient * (weight + slope * v);
+        self.gradients.0 += row.gradient * slope;
+        self.gradients.1 += row.gradient * (weight + slope * v);
     }
 
-    /// The mean and its gradient, given that of the least distance, which moves all weights.
-    pub(super) fn mean(&self, least_gradient: &Twist) -> (f64, Twist) {
+    /// The mean and its gradient.
+    pub(super) fn mean(&self) -> (f64, Twist) {
         let mean = self.weights.1 / self.weights.0;
-        let gradient =
-            self.gradients.1 - self.gradients.0 * mean - least_gradient * (self.slopes.1 - self.slopes.0 * mean);
-        (self.least + mean, gradient / self.weights.0)
+        // The least distance takes part in every weight.
+        let shared = self.least.gradient * (self.slopes.1 - self.slopes.0 * mean);
+        let gradient = self.gradients.1 - self.gradients.0 * mean - shared;
+        (self.least.value + mean, gradient / self.weights.0)
     }
 }

@@ -1,6 +1,6 @@
 //! The exact signed gap between a straight peg and a straight hole.
 
-use super::blend::{self, Blend};
+use super::blend::{self, Blend, Row};
 use super::nearness::Nearness;
 use super::profile::Profile;
 use super::scan::{Candidate, Scan, Sink};
@@ -226,16 +226,17 @@ impl PegAndHole {
             let least = smallest(&scan);
             return (least.value, scan.gradient(&least));
         }
-        let mut nearest = blend::Nearest::within(blend::REACH * temperature);
+        let mut nearest = blend::Nearest::within(blend::REACH * temperature, &scan);
         scan.run(&mut nearest);
-        let least = nearest.least();
-        let mut blend = Blend::new(least.value, temperature);
-        let mut add = |candidate: &Candidate| blend.add(candidate.value, &scan.gradient(candidate));
+        let mut blend = Blend::new(nearest.least, temperature);
         match nearest.kept() {
-            Some(kept) => kept.for_each(add),
-            None => scan.run(&mut Within { reach: nearest.reach(), visit: &mut add }),
+            Some(kept) => kept.iter().for_each(|row| blend.add(row)),
+            None => scan.run(&mut Within {
+                reach: nearest.reach(),
+                visit: |c: &Candidate| blend.add(&Row { value: c.value, gradient: scan.gradient(c) }),
+            }),
         }
-        blend.mean(&scan.gradient(least))
+        blend.mean()
     }
 
     /// Calls `visit` for the features whose signed distance exceeds the gap by at most `margin` (m), in no particular

@@ -2,7 +2,7 @@
 
 use super::extrusion::Feature;
 use super::scan::{Candidate, Scan, Sink, lift};
-use super::silhouette::{Foot, Loop, Offset, Query, still};
+use super::silhouette::{Foot, Loop, Offset, Query, TOUCHING, still};
 use nalgebra::Vector3;
 
 const UNLIMITED: (f64, f64) = (f64::NEG_INFINITY, f64::INFINITY);
@@ -21,11 +21,11 @@ impl Scan<'_> {
             let walls = if pair.peg_clearance[i] > 0.0 { walls } else { -1.0 };
             walls.max(z).min(z + pair.depth)
         };
-        promising(&pair.peg_corners, sink, bound, |i, sink| self.corner(i, end, sink));
+        promising(&pair.peg_corners, sink, bound, |i, free, sink| self.corner((i, end), free, sink));
     }
 
     /// A corner of a peg end against walls, rim, top face and floor.
-    fn corner<S: Sink>(&self, i: usize, end: f64, sink: &mut S) {
+    fn corner<S: Sink>(&self, (i, end): (usize, f64), free: bool, sink: &mut S) {
         let pair = self.pair;
         let mut walls = still(&pair.hole, &pair.peg_to_hole);
         let aligned = pair.peg.vertices()[i].coords;
@@ -53,9 +53,14 @@ impl Scan<'_> {
             let feature = Feature::CornerWall { peg_vertex: i, hole_edge: offset.edge };
             Candidate { value, point: corner, normal, in_peg: false, feature }
         };
+        let query = Query { vertex: i, x: xy, range: UNLIMITED, free: 1.0 };
+        if free && z <= 0.0 {
+            // The bound is that of the walls.
+            return free_offsets(&walls, &query, None, sink, to_wall);
+        }
         let foot = walls.nearest_any(i, &xy);
         if walls.encloses(&xy, &foot) {
-            free_offsets(&walls, &Query { vertex: i, x: xy, range: UNLIMITED, free: 1.0 }, &foot, sink, to_wall);
+            free_offsets(&walls, &query, Some(foot), sink, to_wall);
         } else if z > 0.0 || foot.distance > -z {
             if z < sink.reach() {
                 sink.take(upright(z, Feature::CornerTop { peg_vertex: i }));
@@ -76,11 +81,11 @@ impl Scan<'_> {
             let moved = rim.linear * aligned + rim.offset - aligned;
             pair.hole_to_peg.bound(u, rim.moved, |near| near.away.dot(&moved))
         };
-        promising(&pair.wall_corners, sink, bound, |u, sink| self.rim_corner(u, sink));
+        promising(&pair.wall_corners, sink, bound, |u, free, sink| self.rim_corner(u, free, sink));
     }
 
     /// A corner of the rim against the peg's sides and ends.
-    fn rim_corner<S: Sink>(&self, u: usize, sink: &mut S) {
+    fn rim_corner<S: Sink>(&self, u: usize, free: bool, sink: &mut S) {
         let pair = self.pair;
         let mut sides = still(&pair.peg, &pair.hole_to_peg);
         let aligned = pair.hole.vertices()[u].coords;
@@ -104,9 +109,13 @@ impl Scan<'_> {
             let feature = Feature::RimCornerSide { hole_vertex: u, peg_edge: offset.edge };
             Candidate { value, point: corner + normal * value, normal, in_peg: true, feature }
         };
+        let query = Query { vertex: u, x: xy, range: UNLIMITED, free: -1.0 };
+        if free {
+            return free_offsets(&sides, &query, None, sink, to_side);
+        }
         let foot = sides.nearest_any(u, &xy);
         if !sides.encloses(&xy, &foot) {
-            free_offsets(&sides, &Query { vertex: u, x: xy, range: UNLIMITED, free: -1.0 }, &foot, sink, to_side);
+            free_offsets(&sides, &query, Some(foot), sink, to_side);
         } else if over > 0.0 || foot.distance > -over {
             if over < sink.reach() {
                 let normal = Vector3::z() * -outward;
@@ -122,11 +131,11 @@ impl Scan<'_> {
     pub(super) fn wall_corners<S: Sink>(&self, ring: &Loop, end: f64, sink: &mut S) {
         let pair = self.pair;
         let bound = |u: usize| if pair.hole_clearance[u] > 0.0 { ring.bound(u) } else { -1.0 };
-        promising(&pair.wall_corners, sink, bound, |u, sink| self.wall_corner(ring, u, end, sink));
+        promising(&pair.wall_corners, sink, bound, |u, free, sink| self.wall_corner(ring, (u, end), free, sink));
     }
 
     /// A wall corner against the edges of a peg end.
-    fn wall_corner<S: Sink>(&self, ring: &Loop, u: usize, end: f64, sink: &mut S) {
+    fn wall_corner<S: Sink>(&self, ring: &Loop, (u, end): (usize, f64), free: bool, sink: &mut S) {
         let pair = self.pair;
         let range = (-pair.depth, 0.0);
         if pair.hole_clearance[u] - ring.moved >= sink.reach() {
@@ -140,12 +149,15 @@ impl Scan<'_> {
             Candidate { value: offset.value, point, normal: lift(&-offset.normal, 0.0), in_peg: false, feature }
         };
         let query = Query { vertex: u, x: xy, range, free: -1.0 };
+        if free {
+            return free_offsets(ring, &query, None, sink, to_edge);
+        }
         let (any, foot) = ring.nearest(&query, sink.reach());
         let over_end = self.rotation.column(2).dot(&(lift(&xy, 0.0) - self.translation)) - end;
         let pierce = -over_end / self.rotation[(2, 2)];
         if !(ring.encloses(&xy, &any) && range.0 < pierce && pierce < range.1) {
             if !ring.encloses(&xy, &any) {
-                free_offsets(ring, &query, &foot, sink, to_edge);
+                free_offsets(ring, &query, Some(foot), sink, to_edge);
             }
             return;
         }
@@ -165,11 +177,11 @@ impl Scan<'_> {
     pub(super) fn side_edges<S: Sink>(&self, rim: &Loop, sink: &mut S) {
         let pair = self.pair;
         let bound = |i: usize| if pair.peg_clearance[i] > 0.0 { rim.bound(i) } else { -1.0 };
-        promising(&pair.peg_corners, sink, bound, |i, sink| self.side_edge(rim, i, sink));
+        promising(&pair.peg_corners, sink, bound, |i, free, sink| self.side_edge(rim, i, free, sink));
     }
 
     /// A longitudinal edge of the peg against the rim.
-    fn side_edge<S: Sink>(&self, rim: &Loop, i: usize, sink: &mut S) {
+    fn side_edge<S: Sink>(&self, rim: &Loop, i: usize, free: bool, sink: &mut S) {
         let pair = self.pair;
         let range = (0.0, pair.length);
         if pair.peg_clearance[i] - rim.moved >= sink.reach() {
@@ -182,11 +194,14 @@ impl Scan<'_> {
             Candidate { value: offset.value, point, normal: lift(&offset.normal, 0.0), in_peg: true, feature }
         };
         let query = Query { vertex: i, x: xy, range, free: 1.0 };
+        if free {
+            return free_offsets(rim, &query, None, sink, to_rim);
+        }
         let (any, foot) = rim.nearest(&query, sink.reach());
         let tip = self.rotation * lift(&xy, 0.0) + self.translation;
         let pierce = -tip.z / self.rotation[(2, 2)];
         if rim.encloses(&xy, &any) || pierce <= 0.0 || pierce >= pair.length {
-            free_offsets(rim, &query, &foot, sink, to_rim);
+            free_offsets(rim, &query, Some(foot), sink, to_rim);
             return;
         }
         let lower = if tip.z <= 0.0 { tip } else { tip + self.rotation.column(2) * pair.length };
@@ -201,10 +216,15 @@ impl Scan<'_> {
     }
 }
 
-/// Calls `visit` for the vertices whose distance can be below the sink's reach, the most promising first. `bound` is a lower
-/// bound of the distance unless it is negative.
+/// Calls `visit` for the vertices whose distance can be below the sink's reach, the most promising first, and tells it
+/// whether the bound is positive. `bound` is a lower bound of the distance unless it is negative.
 #[inline]
-fn promising<S: Sink>(vertices: &[usize], sink: &mut S, bound: impl Fn(usize) -> f64, visit: impl Fn(usize, &mut S)) {
+fn promising<S: Sink>(
+    vertices: &[usize],
+    sink: &mut S,
+    bound: impl Fn(usize) -> f64,
+    visit: impl Fn(usize, bool, &mut S),
+) {
     let mut bounds = [0.0; CHUNK];
     for chunk in vertices.chunks(CHUNK) {
         let mut first = 0;
@@ -217,43 +237,53 @@ fn promising<S: Sink>(vertices: &[usize], sink: &mut S, bound: impl Fn(usize) ->
         if bounds[first] >= sink.reach().max(0.0) {
             continue;
         }
-        visit(chunk[first], sink);
+        visit(chunk[first], bounds[first] > 0.0, sink);
         for (k, &vertex) in chunk.iter().enumerate() {
             if k != first && bounds[k] < sink.reach().max(0.0) {
-                visit(vertex, sink);
+                visit(vertex, bounds[k] > 0.0, sink);
             }
         }
     }
 }
 
-/// Reports the nearest edge of a loop to a point on the free side; all edges within reach if the sink wants them.
+/// Reports the nearest edge of a loop to a point on the free side; all edges within reach if the sink wants them. `foot` is the
+/// nearest point that counts, if that is known.
+#[inline]
 fn free_offsets<S: Sink>(
     around: &Loop,
     query: &Query,
-    foot: &Foot,
+    foot: Option<Foot>,
     sink: &mut S,
     candidate: impl Fn(&Offset) -> Candidate,
 ) {
-    if foot.distance >= sink.reach() {
+    if !S::ALL {
+        let foot = foot.unwrap_or_else(|| around.nearest(query, sink.reach()).1);
+        if foot.distance < sink.reach() {
+            let candidate = candidate(&around.foot_offset(&query.x, &foot, query.free));
+            if candidate.value < sink.reach() {
+                sink.take(candidate);
+            }
+        }
         return;
     }
-    if !S::ALL {
-        let candidate = candidate(&around.foot_offset(&query.x, foot, query.free));
-        if candidate.value < sink.reach() {
-            sink.take(candidate);
-        }
+    if foot.is_some_and(|foot| foot.distance >= sink.reach()) {
         return;
     }
     around.near.scan(query.vertex, around.moved, |edge| {
         let foot = around.foot(edge, &query.x);
+        if foot.distance >= sink.reach() + TOUCHING {
+            return sink.reach();
+        }
         let height = around.height_at(edge, foot.t);
         // A vertex counts once, at the start of its edge, and only if it points to the free side.
         let counts = !foot.at_vertex() || (foot.t <= 0.0 && around.profile.is_convex_at(edge) == (query.free < 0.0));
-        let offset = around.foot_offset(&query.x, &foot, query.free);
-        if counts && offset.value >= 0.0 && query.range.0 <= height && height <= query.range.1 {
-            let candidate = candidate(&offset);
-            if candidate.value < sink.reach() {
-                sink.take(candidate);
+        if counts && query.range.0 <= height && height <= query.range.1 {
+            let offset = around.foot_offset(&query.x, &foot, query.free);
+            if offset.value >= 0.0 {
+                let candidate = candidate(&offset);
+                if candidate.value < sink.reach() {
+                    sink.take(candidate);
+                }
             }
         }
         sink.reach()

@@ -157,6 +157,7 @@ impl Profile {
     }
 
     /// Number of vertices, and of edges.
+    #[inline]
     pub fn len(&self) -> usize {
         self.vertices.len()
     }
@@ -167,16 +168,19 @@ impl Profile {
     }
 
     /// Vertices, counter-clockwise (m).
+    #[inline]
     pub fn vertices(&self) -> &[Point2<f64>] {
         &self.vertices
     }
 
     /// Whether the interior angle at vertex `i` is below 180°. A straight vertex counts as reflex: it is no corner.
+    #[inline]
     pub fn is_convex_at(&self, i: usize) -> bool {
         self.convex[i]
     }
 
     /// Ends of edge `i`, from vertex `i` to the next.
+    #[inline]
     pub fn edge(&self, i: usize) -> (Point2<f64>, Point2<f64>) {
         let next = if i + 1 == self.len() { 0 } else { i + 1 };
         (self.vertices[i], self.vertices[next])

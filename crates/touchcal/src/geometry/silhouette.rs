@@ -4,6 +4,9 @@ use super::nearness::Nearness;
 use super::profile::Profile;
 use nalgebra::{Matrix2, Vector2};
 
+/// Distances (m) up to this are contact: the direction from foot to point is left to the edge.
+pub(super) const TOUCHING: f64 = 1e-12;
+
 /// An outline seen along an axis: an affine image of the polygon in a plane.
 pub(super) struct Loop<'a> {
     pub(super) profile: &'a Profile,
@@ -46,6 +49,7 @@ pub(super) struct Offset {
 }
 
 impl Loop<'_> {
+    #[inline]
     pub(super) fn segment(&self, edge: usize) -> (Vector2<f64>, Vector2<f64>) {
         let (a, b) = self.profile.edge(edge);
         (self.linear * a.coords + self.offset, self.linear * (b - a))
@@ -57,6 +61,7 @@ impl Loop<'_> {
     }
 
     /// Height of an outline point along the axis.
+    #[inline]
     pub(super) fn height_of(&self, point: &Vector2<f64>) -> f64 {
         self.slope.dot(point) + self.height
     }
@@ -73,11 +78,13 @@ impl Loop<'_> {
     }
 
     /// Height of a point of an edge.
+    #[inline]
     pub(super) fn height_at(&self, edge: usize, t: f64) -> f64 {
         let (a, b) = self.profile.edge(edge);
         self.slope.dot(&(a.coords + (b - a) * t)) + self.height
     }
 
+    #[inline]
     pub(super) fn foot(&self, edge: usize, x: &Vector2<f64>) -> Foot {
         let (a, along) = self.segment(edge);
         let t = ((x - a).dot(&along) / along.norm_squared().max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
@@ -85,6 +92,7 @@ impl Loop<'_> {
     }
 
     /// Nearest point of the loop to the query, and nearest point that counts and is closer than `reach`.
+    #[inline]
     pub(super) fn nearest(&self, query: &Query, reach: f64) -> (Foot, Foot) {
         let (mut any, mut counted) = (Foot::NONE, Foot::NONE);
         self.near.scan(query.vertex, self.moved, |edge| {
@@ -137,6 +145,7 @@ impl Loop<'_> {
     }
 
     /// Signed distance from an edge's line; `free` is +1 if the free side is the inside of the outline, else −1.
+    #[inline]
     pub(super) fn line_offset(&self, x: &Vector2<f64>, edge: usize, free: f64) -> Offset {
         let (a, along) = self.segment(edge);
         let t = (x - a).dot(&along) / along.norm_squared().max(f64::MIN_POSITIVE);
@@ -146,9 +155,10 @@ impl Loop<'_> {
     }
 
     /// Signed distance on the free side: from the edge, or from the vertex at which the foot lies.
+    #[inline]
     pub(super) fn foot_offset(&self, x: &Vector2<f64>, foot: &Foot, free: f64) -> Offset {
         let line = self.line_offset(x, foot.edge, free);
-        if foot.distance <= 1e-12 || (!foot.at_vertex() && line.value > 0.0) {
+        if foot.distance <= TOUCHING || (!foot.at_vertex() && line.value > 0.0) {
             return line;
         }
         let normal = (x - self.point(foot.edge, foot.t)) / foot.distance;
