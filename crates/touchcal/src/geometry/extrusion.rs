@@ -135,6 +135,10 @@ pub struct PegAndHole {
     pub(super) hole_clearance: Vec<f64>,
     /// Distance (m) of each peg vertex from the nearest wall corner when aligned.
     pub(super) corner_clearance: Vec<f64>,
+    /// The least of these over the peg's corners.
+    pub(super) closest_corners: f64,
+    /// Bounding radius of the peg's outline (m).
+    pub(super) peg_radius: f64,
 }
 
 impl PegAndHole {
@@ -167,13 +171,16 @@ impl PegAndHole {
             (0..profile.len()).filter(|&i| profile.is_convex_at(i) == convex).collect::<Vec<_>>()
         };
         let wall_corners: Vec<usize> = pick(&hole, false);
-        let corner_clearance = peg
+        let corner_clearance: Vec<f64> = peg
             .vertices()
             .iter()
             .map(|p| wall_corners.iter().map(|&u| (hole.vertices()[u] - p).norm()).fold(f64::INFINITY, f64::min))
             .collect();
+        let peg_corners = pick(&peg, true);
         Ok(PegAndHole {
-            peg_corners: pick(&peg, true),
+            closest_corners: peg_corners.iter().map(|&i| corner_clearance[i]).fold(f64::INFINITY, f64::min),
+            peg_radius: peg.bounding_radius(),
+            peg_corners,
             wall_corners,
             corner_clearance,
             hole_hull: pick(&hole, true),

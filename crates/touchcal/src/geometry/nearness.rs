@@ -6,6 +6,9 @@ use nalgebra::Vector2;
 /// Edges kept for each vertex. Beyond these a query looks at every edge.
 const KEPT: usize = 64;
 
+/// Rounding of distances (m) that no edge is left out for.
+const SLACK: f64 = 1e-12;
+
 /// An edge near a vertex.
 #[derive(Clone, Debug)]
 pub(super) struct Neighbour {
@@ -60,16 +63,24 @@ impl Nearness {
         self.row(vertex)[0].aligned
     }
 
-    /// Calls `visit(edge)` for every edge that can be closer to `vertex` than the limit `visit` last returned, after
-    /// the vertex and the edge together moved by at most `moved`.
+    /// Calls `visit(edge)` for every edge that can be closer to `vertex` than the limit `visit` last returned, where `moved` and
+    /// `parted` are those of [`Nearness::bound`].
     #[inline]
-    pub(super) fn scan(&self, vertex: usize, moved: f64, mut visit: impl FnMut(usize) -> f64) {
+    pub(super) fn scan(
+        &self,
+        vertex: usize,
+        moved: f64,
+        parted: impl Fn(&Neighbour) -> f64,
+        mut visit: impl FnMut(usize) -> f64,
+    ) {
         let mut limit = f64::INFINITY;
         for near in self.row(vertex) {
             if near.aligned - moved >= limit {
                 return;
             }
-            limit = visit(near.edge as usize);
+            if near.aligned + parted(near) < limit + SLACK || near.aligned == 0.0 {
+                limit = visit(near.edge as usize);
+            }
         }
         if !self.complete {
             for edge in 0..self.edges {

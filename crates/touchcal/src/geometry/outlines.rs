@@ -1,9 +1,10 @@
 //! Distances between corners or upright edges of one body and the outline of the other.
 
 use super::extrusion::Feature;
+use super::nearness::Neighbour;
 use super::scan::{Candidate, Scan, Sink, lift};
-use super::silhouette::{Foot, Loop, Offset, Query, TOUCHING, still};
-use nalgebra::Vector3;
+use super::silhouette::{Foot, Loop, Offset, Query, still};
+use nalgebra::{Vector2, Vector3};
 
 const UNLIMITED: (f64, f64) = (f64::NEG_INFINITY, f64::INFINITY);
 /// Vertices whose bounds are compared at a time.
@@ -53,12 +54,12 @@ impl Scan<'_> {
             let feature = Feature::CornerWall { peg_vertex: i, hole_edge: offset.edge };
             Candidate { value, point: corner, normal, in_peg: false, feature }
         };
-        let query = Query { vertex: i, x: xy, range: UNLIMITED, free: 1.0 };
+        let query = Query { vertex: i, x: xy, moved: xy - aligned, range: UNLIMITED, free: 1.0 };
         if free && z <= 0.0 {
             // The bound is that of the walls.
             return free_offsets(&walls, &query, None, sink, to_wall);
         }
-        let foot = walls.nearest_any(i, &xy);
+        let (foot, _) = walls.nearest(&query, f64::INFINITY);
         if walls.encloses(&xy, &foot) {
             free_offsets(&walls, &query, Some(foot), sink, to_wall);
         } else if z > 0.0 || foot.distance > -z {
@@ -109,11 +110,11 @@ impl Scan<'_> {
             let feature = Feature::RimCornerSide { hole_vertex: u, peg_edge: offset.edge };
             Candidate { value, point: corner + normal * value, normal, in_peg: true, feature }
         };
-        let query = Query { vertex: u, x: xy, range: UNLIMITED, free: -1.0 };
+        let query = Query { vertex: u, x: xy, moved: xy - aligned, range: UNLIMITED, free: -1.0 };
         if free {
             return free_offsets(&sides, &query, None, sink, to_side);
         }
-        let foot = sides.nearest_any(u, &xy);
+        let (foot, _) = sides.nearest(&query, f64::INFINITY);
         if !sides.encloses(&xy, &foot) {
             free_offsets(&sides, &query, Some(foot), sink, to_side);
         } else if over > 0.0 || foot.distance > -over {
@@ -148,7 +149,7 @@ impl Scan<'_> {
             let feature = Feature::WallCornerEndEdge { hole_vertex: u, peg_edge: offset.edge };
             Candidate { value: offset.value, point, normal: lift(&-offset.normal, 0.0), in_peg: false, feature }
         };
-        let query = Query { vertex: u, x: xy, range, free: -1.0 };
+        let query = Query { vertex: u, x: xy, moved: Vector2::zeros(), range, free: -1.0 };
         if free {
             return free_offsets(ring, &query, None, sink, to_edge);
         }
@@ -193,7 +194,7 @@ impl Scan<'_> {
             let feature = Feature::SideEdgeRim { peg_vertex: i, hole_edge: offset.edge };
             Candidate { value: offset.value, point, normal: lift(&offset.normal, 0.0), in_peg: true, feature }
         };
-        let query = Query { vertex: i, x: xy, range, free: 1.0 };
+        let query = Query { vertex: i, x: xy, moved: Vector2::zeros(), range, free: 1.0 };
         if free {
             return free_offsets(rim, &query, None, sink, to_rim);
         }
@@ -269,21 +270,20 @@ fn free_offsets<S: Sink>(
     if foot.is_some_and(|foot| foot.distance >= sink.reach()) {
         return;
     }
-    around.near.scan(query.vertex, around.moved, |edge| {
-        let foot = around.foot(edge, &query.x);
-        if foot.distance >= sink.reach() + TOUCHING {
+    let parted = |near: &Neighbour| around.parted(near, &query.moved);
+    around.near.scan(query.vertex, around.moved, parted, |edge| {
+        let offset = around.edge_offset(&query.x, edge, query.free);
+        if !(0.0..sink.reach()).contains(&offset.value) {
             return sink.reach();
         }
-        let height = around.height_at(edge, foot.t);
+        let height = around.height_at(edge, offset.t);
         // A vertex counts once, at the start of its edge, and only if it points to the free side.
-        let counts = !foot.at_vertex() || (foot.t <= 0.0 && around.profile.is_convex_at(edge) == (query.free < 0.0));
+        let counts =
+            if offset.t <= 0.0 { around.profile.is_convex_at(edge) == (query.free < 0.0) } else { offset.t < 1.0 };
         if counts && query.range.0 <= height && height <= query.range.1 {
-            let offset = around.foot_offset(&query.x, &foot, query.free);
-            if offset.value >= 0.0 {
-                let candidate = candidate(&offset);
-                if candidate.value < sink.reach() {
-                    sink.take(candidate);
-                }
+            let candidate = candidate(&offset);
+            if candidate.value < sink.reach() {
+                sink.take(candidate);
             }
         }
         sink.reach()

@@ -80,8 +80,13 @@ impl<'a> Scan<'a> {
     /// Reports the features to `sink`.
     pub(super) fn run<S: Sink>(&self, sink: &mut S) {
         for end in [0.0, self.pair.length] {
+            let limit = sink.reach().max(0.0);
+            let tilt = self.rotation[(2, 0)].hypot(self.rotation[(2, 1)]);
+            if self.translation.z + self.rotation[(2, 2)] * end - tilt * self.pair.peg_radius >= limit {
+                continue;
+            }
             let (lowest, highest) = self.heights(end);
-            if lowest >= sink.reach().max(0.0) {
+            if lowest >= limit {
                 continue;
             }
             let ring = self.ring(end);
