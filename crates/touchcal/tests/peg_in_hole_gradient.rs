@@ -5,8 +5,7 @@ use nalgebra::{Translation3, Vector3, Vector6};
 use proptest::prelude::*;
 use touchcal::geometry::extrusion::{Gap, PegAndHole};
 use touchcal::geometry::profile::Profile;
-use touchcal::manifold::peg_in_hole::PegInHole;
-use touchcal::manifold::{ContactManifold, Rows};
+use touchcal::manifold::{ContactManifold, PegInHole, Rows};
 use touchcal::se3::{Pose, Twist, exp, twist};
 
 fn model() -> PegAndHole {

@@ -2,7 +2,7 @@
 
 use super::extrusion::Feature;
 use super::scan::{Candidate, RIM_DEPTH, Scan, Sink, lift};
-use nalgebra::{Vector2, Vector3};
+use nalgebra::{Matrix2, Vector2, Vector3};
 
 /// Slack of the test that a normal lies between two faces' normals.
 const CONE_SLACK: f64 = 1e-9;
@@ -15,6 +15,9 @@ impl Scan<'_> {
     pub(super) fn crossing_corners<S: Sink>(&self, sink: &mut S) {
         let pair = self.pair;
         let axis: Vector3<f64> = self.rotation.column(2).into_owned();
+        if pair.closest_corners - self.strayed() >= sink.reach() {
+            return;
+        }
         for &i in &pair.peg_corners {
             let aligned = lift(&pair.peg.vertices()[i].coords, 0.0);
             let tip = self.rotation * aligned + self.translation;
@@ -40,6 +43,19 @@ impl Scan<'_> {
                 }
             }
         }
+    }
+
+    /// Most that a longitudinal edge of the peg strays sideways from its aligned place below the top face.
+    fn strayed(&self) -> f64 {
+        let (r, radius) = (&self.rotation, self.pair.peg_radius);
+        if r[(2, 2)] <= 0.3 {
+            return f64::INFINITY;
+        }
+        let turn = r.fixed_view::<2, 2>(0, 0) - Matrix2::identity();
+        let tilt = r[(2, 0)].hypot(r[(2, 1)]);
+        let depth = (tilt * radius - self.translation.z).max(0.0);
+        // At the tip, and from there up to the top face.
+        self.translation.xy().norm() + turn.norm() * radius + depth * tilt / r[(2, 2)]
     }
 
     /// A longitudinal edge against a wall corner, if they are nearest at inner points and face each other.

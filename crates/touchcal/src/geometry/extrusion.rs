@@ -1,9 +1,10 @@
 //! The exact signed gap between a straight peg and a straight hole.
 
+use super::blend::{self, Blend, Row};
 use super::nearness::Nearness;
 use super::profile::Profile;
 use super::scan::{Candidate, Scan, Sink};
-use crate::se3::{Pose, Twist, twist};
+use crate::se3::{Pose, Twist};
 use nalgebra::{Point3, Vector3};
 
 /// Why a peg and a hole cannot be modelled.
@@ -101,9 +102,6 @@ pub struct Gap {
     pub feature: Feature,
 }
 
-/// Features farther than this many temperatures from the least gap have no part in a blend.
-const BLEND_REACH: f64 = 6.0;
-
 /// A straight peg and the straight hole it goes into.
 ///
 /// The peg is its outline extruded over `0 ≤ z ≤ length` of the peg frame, its tip face at z = 0. The solid is the half
@@ -137,6 +135,10 @@ pub struct PegAndHole {
     pub(super) hole_clearance: Vec<f64>,
     /// Distance (m) of each peg vertex from the nearest wall corner when aligned.
     pub(super) corner_clearance: Vec<f64>,
+    /// The least of these over the peg's corners.
+    pub(super) closest_corners: f64,
+    /// Bounding radius of the peg's outline (m).
+    pub(super) peg_radius: f64,
 }
 
 impl PegAndHole {
@@ -169,13 +171,16 @@ impl PegAndHole {
             (0..profile.len()).filter(|&i| profile.is_convex_at(i) == convex).collect::<Vec<_>>()
         };
         let wall_corners: Vec<usize> = pick(&hole, false);
-        let corner_clearance = peg
+        let corner_clearance: Vec<f64> = peg
             .vertices()
             .iter()
             .map(|p| wall_corners.iter().map(|&u| (hole.vertices()[u] - p).norm()).fold(f64::INFINITY, f64::min))
             .collect();
+        let peg_corners = pick(&peg, true);
         Ok(PegAndHole {
-            peg_corners: pick(&peg, true),
+            closest_corners: peg_corners.iter().map(|&i| corner_clearance[i]).fold(f64::INFINITY, f64::min),
+            peg_radius: peg.bounding_radius(),
+            peg_corners,
             wall_corners,
             corner_clearance,
             hole_hull: pick(&hole, true),
@@ -212,9 +217,8 @@ impl PegAndHole {
 
     /// The signed gap at a pose. Allocates nothing.
     pub fn gap(&self, hole_from_peg: &Pose) -> Gap {
-        let mut nearest = Smallest { best: Candidate::none() };
-        Scan::new(self, hole_from_peg).run(&mut nearest);
-        finish(&nearest.best, hole_from_peg)
+        let scan = Scan::new(self, hole_from_peg);
+        scan.gap(&smallest(&scan))
     }
 
     /// The mean of all features' signed distances `gₖ`, weighted by how near they are to the least one, and its gradient as
@@ -224,24 +228,22 @@ impl PegAndHole {
     /// the temperature (m), the least of several nearly equal gaps is too small on average (a minimum of noisy numbers), their
     /// blend is not; it also changes smoothly where the minimum jumps from feature to feature. At temperature 0 it is the gap.
     pub fn blended_gap(&self, hole_from_peg: &Pose, temperature: f64) -> (f64, Twist) {
-        let least = self.gap(hole_from_peg);
+        let scan = Scan::new(self, hole_from_peg);
         if temperature <= 0.0 {
-            return (least.value, least.gradient);
+            let least = smallest(&scan);
+            return (least.value, scan.gradient(&least));
         }
-        let (mut weights, mut weighted) = (0.0, 0.0);
-        let (mut weights_slope, mut weighted_slope) = (Twist::zeros(), Twist::zeros());
-        self.visit_within(hole_from_peg, BLEND_REACH * temperature, |gap| {
-            let x = (gap.value - least.value) / temperature;
-            let taper = (1.0 - (x / BLEND_REACH).powi(2)).max(0.0);
-            let weight = (-x).exp() * taper * taper;
-            let slope = -(-x).exp() * taper * (taper + 4.0 * x / BLEND_REACH.powi(2)) / temperature;
-            weights += weight;
-            weighted += weight * gap.value;
-            weights_slope += gap.gradient * slope;
-            weighted_slope += gap.gradient * (weight + slope * gap.value);
-        });
-        let mean = weighted / weights;
-        (mean, (weighted_slope - weights_slope * mean) / weights)
+        let mut nearest = blend::Nearest::within(blend::REACH * temperature, &scan);
+        scan.run(&mut nearest);
+        let mut blend = Blend::new(nearest.least, temperature);
+        match nearest.kept() {
+            Some(kept) => kept.iter().for_each(|row| blend.add(row)),
+            None => scan.run(&mut Within {
+                reach: nearest.reach(),
+                visit: |c: &Candidate| blend.add(&Row { value: c.value, gradient: scan.gradient(c) }),
+            }),
+        }
+        blend.mean()
     }
 
     /// Calls `visit` for the features whose signed distance exceeds the gap by at most `margin` (m), in no particular
@@ -250,12 +252,19 @@ impl PegAndHole {
     /// A corner or edge that penetrates is reported against the nearest face or edge and that one's neighbours in a corner
     /// of the hole.
     pub fn visit_within(&self, hole_from_peg: &Pose, margin: f64, mut visit: impl FnMut(&Gap)) -> Gap {
-        let gap = self.gap(hole_from_peg);
+        let scan = Scan::new(self, hole_from_peg);
+        let gap = scan.gap(&smallest(&scan));
         let reach = (gap.value + margin).next_up();
-        let mut within = Within { reach, visit: |c: &Candidate| visit(&finish(c, hole_from_peg)) };
-        Scan::new(self, hole_from_peg).run(&mut within);
+        scan.run(&mut Within { reach, visit: |candidate: &Candidate| visit(&scan.gap(candidate)) });
         gap
     }
+}
+
+/// The least of all distances.
+fn smallest(scan: &Scan) -> Candidate {
+    let mut nearest = Smallest { best: Candidate::none() };
+    scan.run(&mut nearest);
+    nearest.best
 }
 
 /// Keeps the smallest distance.
@@ -290,29 +299,5 @@ impl<F: FnMut(&Candidate)> Sink for Within<F> {
 
     fn take(&mut self, candidate: Candidate) {
         (self.visit)(&candidate);
-    }
-}
-
-/// Adds the gradient and brings point and normal to the hole frame.
-fn finish(candidate: &Candidate, hole_from_peg: &Pose) -> Gap {
-    let (point_in_peg, normal_in_peg) = if candidate.in_peg {
-        (candidate.point, candidate.normal)
-    } else {
-        (
-            hole_from_peg.inverse_transform_point(&candidate.point.into()).coords,
-            hole_from_peg.inverse_transform_vector(&candidate.normal),
-        )
-    };
-    let (point_in_hole, normal_in_hole) = if candidate.in_peg {
-        (hole_from_peg * Point3::from(point_in_peg), hole_from_peg * normal_in_peg)
-    } else {
-        (candidate.point.into(), candidate.normal)
-    };
-    Gap {
-        value: candidate.value,
-        gradient: twist(&normal_in_peg, &point_in_peg.cross(&normal_in_peg)),
-        point_in_hole,
-        normal_in_hole,
-        feature: candidate.feature,
     }
 }

@@ -5,7 +5,9 @@
 pub mod extrusion;
 pub mod profile;
 
+mod blend;
 mod edges;
 mod nearness;
+mod outlines;
 mod scan;
 mod silhouette;

@@ -157,6 +157,7 @@ impl Profile {
     }
 
     /// Number of vertices, and of edges.
+    #[inline]
     pub fn len(&self) -> usize {
         self.vertices.len()
     }
@@ -167,16 +168,19 @@ impl Profile {
     }
 
     /// Vertices, counter-clockwise (m).
+    #[inline]
     pub fn vertices(&self) -> &[Point2<f64>] {
         &self.vertices
     }
 
     /// Whether the interior angle at vertex `i` is below 180°. A straight vertex counts as reflex: it is no corner.
+    #[inline]
     pub fn is_convex_at(&self, i: usize) -> bool {
         self.convex[i]
     }
 
     /// Ends of edge `i`, from vertex `i` to the next.
+    #[inline]
     pub fn edge(&self, i: usize) -> (Point2<f64>, Point2<f64>) {
         let next = if i + 1 == self.len() { 0 } else { i + 1 };
         (self.vertices[i], self.vertices[next])
@@ -222,10 +226,14 @@ impl Profile {
 }
 
 /// Distance from a point to a segment.
-pub(super) fn distance_to_segment(point: &Point2<f64>, (a, b): (Point2<f64>, Point2<f64>)) -> f64 {
+fn distance_to_segment(point: &Point2<f64>, segment: (Point2<f64>, Point2<f64>)) -> f64 {
+    (point - foot_on_segment(point, segment)).norm()
+}
+
+/// The point of a segment nearest to a point.
+pub(super) fn foot_on_segment(point: &Point2<f64>, (a, b): (Point2<f64>, Point2<f64>)) -> Point2<f64> {
     let along = b - a;
-    let t = ((point - a).dot(&along) / along.norm_squared()).clamp(0.0, 1.0);
-    (point - (a + along * t)).norm()
+    a + along * ((point - a).dot(&along) / along.norm_squared()).clamp(0.0, 1.0)
 }
 
 fn signed_area(vertices: &[Point2<f64>]) -> f64 {

@@ -1,8 +1,11 @@
 //! Distances between points and the image of an outline, in the plane.
 
-use super::nearness::Nearness;
+use super::nearness::{Nearness, Neighbour};
 use super::profile::Profile;
 use nalgebra::{Matrix2, Vector2};
+
+/// Distances (m) up to this are contact: the direction from foot to point is left to the edge.
+const TOUCHING: f64 = 1e-12;
 
 /// An outline seen along an axis: an affine image of the polygon in a plane.
 pub(super) struct Loop<'a> {
@@ -46,6 +49,7 @@ pub(super) struct Offset {
 }
 
 impl Loop<'_> {
+    #[inline]
     pub(super) fn segment(&self, edge: usize) -> (Vector2<f64>, Vector2<f64>) {
         let (a, b) = self.profile.edge(edge);
         (self.linear * a.coords + self.offset, self.linear * (b - a))
@@ -56,12 +60,36 @@ impl Loop<'_> {
         a + along * t
     }
 
+    /// Height of an outline point along the axis.
+    #[inline]
+    pub(super) fn height_of(&self, point: &Vector2<f64>) -> f64 {
+        self.slope.dot(point) + self.height
+    }
+
+    /// How much farther a query vertex and an edge at least are than when aligned, see [`Nearness::bound`]; the vertex
+    /// itself moved by `moved`.
+    #[inline]
+    pub(super) fn parted(&self, near: &Neighbour, moved: &Vector2<f64>) -> f64 {
+        // Points p of the edge move by (linear − 1) p + offset; of these only the first depends on p.
+        let (a, b) = self.profile.edge(near.edge as usize);
+        let turned = self.linear.tr_mul(&near.away) - near.away;
+        near.away.dot(&(moved - self.offset)) - turned.dot(&a.coords).max(turned.dot(&b.coords))
+    }
+
+    /// A lower bound of the distance of a query vertex that stays in its place, see [`Nearness::bound`].
+    #[inline]
+    pub(super) fn bound(&self, vertex: usize) -> f64 {
+        self.near.bound(vertex, self.moved, |near| self.parted(near, &Vector2::zeros()))
+    }
+
     /// Height of a point of an edge.
+    #[inline]
     pub(super) fn height_at(&self, edge: usize, t: f64) -> f64 {
         let (a, b) = self.profile.edge(edge);
         self.slope.dot(&(a.coords + (b - a) * t)) + self.height
     }
 
+    #[inline]
     pub(super) fn foot(&self, edge: usize, x: &Vector2<f64>) -> Foot {
         let (a, along) = self.segment(edge);
         let t = ((x - a).dot(&along) / along.norm_squared().max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
@@ -69,9 +97,11 @@ impl Loop<'_> {
     }
 
     /// Nearest point of the loop to the query, and nearest point that counts and is closer than `reach`.
+    #[inline]
     pub(super) fn nearest(&self, query: &Query, reach: f64) -> (Foot, Foot) {
         let (mut any, mut counted) = (Foot::NONE, Foot::NONE);
-        self.near.scan(query.vertex, self.moved, |edge| {
+        let parted = |near: &Neighbour| self.parted(near, &query.moved);
+        self.near.scan(query.vertex, self.moved, parted, |edge| {
             let foot = self.foot(edge, &query.x);
             if foot.distance < any.distance {
                 any = foot;
@@ -85,19 +115,6 @@ impl Loop<'_> {
             any.distance.max(counted.distance.min(reach))
         });
         (any, counted)
-    }
-
-    /// Nearest point of the loop.
-    pub(super) fn nearest_any(&self, vertex: usize, x: &Vector2<f64>) -> Foot {
-        let mut any = Foot::NONE;
-        self.near.scan(vertex, self.moved, |edge| {
-            let foot = self.foot(edge, x);
-            if foot.distance < any.distance {
-                any = foot;
-            }
-            any.distance
-        });
-        any
     }
 
     /// Whether `x`, whose nearest point is `foot`, lies within the outline.
@@ -121,22 +138,41 @@ impl Loop<'_> {
     }
 
     /// Signed distance from an edge's line; `free` is +1 if the free side is the inside of the outline, else −1.
+    #[inline]
     pub(super) fn line_offset(&self, x: &Vector2<f64>, edge: usize, free: f64) -> Offset {
         let (a, along) = self.segment(edge);
-        let t = (x - a).dot(&along) / along.norm_squared().max(f64::MIN_POSITIVE);
-        let along = along.normalize() * (self.turn * free);
+        let inverse = 1.0 / along.norm().max(f64::MIN_POSITIVE);
+        let t = (x - a).dot(&along) * (inverse * inverse);
+        let along = along * (inverse * self.turn * free);
         let normal = Vector2::new(-along.y, along.x);
         Offset { edge, t, value: normal.dot(&(x - a)), normal }
     }
 
     /// Signed distance on the free side: from the edge, or from the vertex at which the foot lies.
+    #[inline]
     pub(super) fn foot_offset(&self, x: &Vector2<f64>, foot: &Foot, free: f64) -> Offset {
         let line = self.line_offset(x, foot.edge, free);
-        if foot.distance <= 1e-12 || (!foot.at_vertex() && line.value > 0.0) {
+        if foot.distance <= TOUCHING || (!foot.at_vertex() && line.value > 0.0) {
             return line;
         }
         let normal = (x - self.point(foot.edge, foot.t)) / foot.distance;
         Offset { t: foot.t, value: foot.distance, normal, ..line }
+    }
+
+    /// Distance on the free side from an edge, or from an end of it, in which case its place is clamped to 0 or 1.
+    #[inline]
+    pub(super) fn edge_offset(&self, x: &Vector2<f64>, edge: usize, free: f64) -> Offset {
+        let line = self.line_offset(x, edge, free);
+        if line.t > 0.0 && line.t < 1.0 && line.value > 0.0 {
+            return line;
+        }
+        let t = line.t.clamp(0.0, 1.0);
+        let away = x - self.point(edge, t);
+        let distance = away.norm();
+        if distance <= TOUCHING {
+            return Offset { t, ..line };
+        }
+        Offset { t, value: distance, normal: away / distance, ..line }
     }
 
     /// Signed distances on the penetrating side: beyond a vertex both edges continue straight, beyond an edge the
@@ -160,6 +196,8 @@ impl Loop<'_> {
 pub(super) struct Query {
     pub(super) vertex: usize,
     pub(super) x: Vector2<f64>,
+    /// How far the vertex is from its aligned place.
+    pub(super) moved: Vector2<f64>,
     /// Heights of the loop that count.
     pub(super) range: (f64, f64),
     /// +1 if the free side is the inside of the loop, else −1.

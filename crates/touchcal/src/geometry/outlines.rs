@@ -1,0 +1,300 @@
+//! Distances between corners or upright edges of one body and the outline of the other.
+
+use super::extrusion::Feature;
+use super::nearness::Neighbour;
+use super::scan::{Candidate, Scan, Sink, lift};
+use super::silhouette::{Foot, Loop, Offset, Query, still};
+use nalgebra::{Vector2, Vector3};
+
+const UNLIMITED: (f64, f64) = (f64::NEG_INFINITY, f64::INFINITY);
+/// Vertices whose bounds are compared at a time.
+const CHUNK: usize = 64;
+
+impl Scan<'_> {
+    /// Corners of a peg end against walls, rim, top face and floor.
+    pub(super) fn corners<S: Sink>(&self, ring: &Loop, end: f64, sink: &mut S) {
+        let pair = self.pair;
+        let bound = |i: usize| {
+            let aligned = pair.peg.vertices()[i].coords;
+            let z = ring.height_of(&aligned);
+            let moved = ring.linear * aligned + ring.offset - aligned;
+            let walls = pair.peg_to_hole.bound(i, ring.moved, |near| near.away.dot(&moved));
+            let walls = if pair.peg_clearance[i] > 0.0 { walls } else { -1.0 };
+            walls.max(z).min(z + pair.depth)
+        };
+        promising(&pair.peg_corners, sink, bound, |i, free, sink| self.corner((i, end), free, sink));
+    }
+
+    /// A corner of a peg end against walls, rim, top face and floor.
+    fn corner<S: Sink>(&self, (i, end): (usize, f64), free: bool, sink: &mut S) {
+        let pair = self.pair;
+        let mut walls = still(&pair.hole, &pair.peg_to_hole);
+        let aligned = pair.peg.vertices()[i].coords;
+        let corner = self.rotation * lift(&aligned, end) + self.translation;
+        let xy = corner.xy();
+        let z = corner.z;
+        walls.moved = (xy - aligned).norm();
+        let upright = |value: f64, feature: Feature| Candidate {
+            value,
+            point: corner,
+            normal: Vector3::z(),
+            in_peg: false,
+            feature,
+        };
+        if z + pair.depth < sink.reach() {
+            sink.take(upright(z + pair.depth, Feature::CornerFloor { peg_vertex: i }));
+        }
+        if z >= sink.reach() || pair.peg_clearance[i] - walls.moved >= sink.reach() {
+            return;
+        }
+        let to_wall = |offset: &Offset| {
+            let value = if z > 0.0 { offset.value.hypot(z) } else { offset.value };
+            let normal =
+                if z > 0.0 { lift(&(offset.normal * offset.value), z) / value } else { lift(&offset.normal, 0.0) };
+            let feature = Feature::CornerWall { peg_vertex: i, hole_edge: offset.edge };
+            Candidate { value, point: corner, normal, in_peg: false, feature }
+        };
+        let query = Query { vertex: i, x: xy, moved: xy - aligned, range: UNLIMITED, free: 1.0 };
+        if free && z <= 0.0 {
+            // The bound is that of the walls.
+            return free_offsets(&walls, &query, None, sink, to_wall);
+        }
+        let (foot, _) = walls.nearest(&query, f64::INFINITY);
+        if walls.encloses(&xy, &foot) {
+            free_offsets(&walls, &query, Some(foot), sink, to_wall);
+        } else if z > 0.0 || foot.distance > -z {
+            if z < sink.reach() {
+                sink.take(upright(z, Feature::CornerTop { peg_vertex: i }));
+            }
+        } else {
+            deep_offsets(walls.beyond(&xy, &foot, 1.0), sink, to_wall);
+        }
+    }
+
+    /// Corners of the rim against the peg's sides and ends.
+    pub(super) fn rim_corners<S: Sink>(&self, rim: &Loop, sink: &mut S) {
+        let pair = self.pair;
+        let bound = |u: usize| {
+            if pair.hole_clearance[u] <= 0.0 {
+                return -1.0;
+            }
+            let aligned = pair.hole.vertices()[u].coords;
+            let moved = rim.linear * aligned + rim.offset - aligned;
+            pair.hole_to_peg.bound(u, rim.moved, |near| near.away.dot(&moved))
+        };
+        promising(&pair.wall_corners, sink, bound, |u, free, sink| self.rim_corner(u, free, sink));
+    }
+
+    /// A corner of the rim against the peg's sides and ends.
+    fn rim_corner<S: Sink>(&self, u: usize, free: bool, sink: &mut S) {
+        let pair = self.pair;
+        let mut sides = still(&pair.peg, &pair.hole_to_peg);
+        let aligned = pair.hole.vertices()[u].coords;
+        let corner = self.rotation.tr_mul(&lift(&aligned, 0.0)) + self.hole_in_peg;
+        let (xy, z) = (corner.xy(), corner.z);
+        sides.moved = (xy - aligned).norm();
+        // How far beyond the nearer end face, along the axis.
+        let over = if z < 0.5 * pair.length { -z } else { z - pair.length };
+        let outward = if z < 0.5 * pair.length { -1.0 } else { 1.0 };
+        if over >= sink.reach() || pair.hole_clearance[u] - sides.moved >= sink.reach() {
+            return;
+        }
+        let to_side = |offset: &Offset| {
+            let from_peg = if over > 0.0 {
+                lift(&(offset.normal * offset.value), outward * over)
+            } else {
+                lift(&offset.normal, 0.0)
+            };
+            let value = if over > 0.0 { offset.value.hypot(over) } else { offset.value };
+            let normal = if over > 0.0 { -from_peg / value } else { -from_peg };
+            let feature = Feature::RimCornerSide { hole_vertex: u, peg_edge: offset.edge };
+            Candidate { value, point: corner + normal * value, normal, in_peg: true, feature }
+        };
+        let query = Query { vertex: u, x: xy, moved: xy - aligned, range: UNLIMITED, free: -1.0 };
+        if free {
+            return free_offsets(&sides, &query, None, sink, to_side);
+        }
+        let (foot, _) = sides.nearest(&query, f64::INFINITY);
+        if !sides.encloses(&xy, &foot) {
+            free_offsets(&sides, &query, Some(foot), sink, to_side);
+        } else if over > 0.0 || foot.distance > -over {
+            if over < sink.reach() {
+                let normal = Vector3::z() * -outward;
+                let feature = Feature::RimCornerEnd { hole_vertex: u };
+                sink.take(Candidate { value: over, point: corner + normal * over, normal, in_peg: true, feature });
+            }
+        } else {
+            deep_offsets(sides.beyond(&xy, &foot, -1.0), sink, to_side);
+        }
+    }
+
+    /// Wall corners against the edges of a peg end.
+    pub(super) fn wall_corners<S: Sink>(&self, ring: &Loop, end: f64, sink: &mut S) {
+        let pair = self.pair;
+        let bound = |u: usize| if pair.hole_clearance[u] > 0.0 { ring.bound(u) } else { -1.0 };
+        promising(&pair.wall_corners, sink, bound, |u, free, sink| self.wall_corner(ring, (u, end), free, sink));
+    }
+
+    /// A wall corner against the edges of a peg end.
+    fn wall_corner<S: Sink>(&self, ring: &Loop, (u, end): (usize, f64), free: bool, sink: &mut S) {
+        let pair = self.pair;
+        let range = (-pair.depth, 0.0);
+        if pair.hole_clearance[u] - ring.moved >= sink.reach() {
+            return;
+        }
+        let xy = pair.hole.vertices()[u].coords;
+        let to_edge = |offset: &Offset| {
+            let foot = xy - offset.normal * offset.value;
+            let point = lift(&foot, ring.height_at(offset.edge, offset.t));
+            let feature = Feature::WallCornerEndEdge { hole_vertex: u, peg_edge: offset.edge };
+            Candidate { value: offset.value, point, normal: lift(&-offset.normal, 0.0), in_peg: false, feature }
+        };
+        let query = Query { vertex: u, x: xy, moved: Vector2::zeros(), range, free: -1.0 };
+        if free {
+            return free_offsets(ring, &query, None, sink, to_edge);
+        }
+        let (any, foot) = ring.nearest(&query, sink.reach());
+        let over_end = self.rotation.column(2).dot(&(lift(&xy, 0.0) - self.translation)) - end;
+        let pierce = -over_end / self.rotation[(2, 2)];
+        if !(ring.encloses(&xy, &any) && range.0 < pierce && pierce < range.1) {
+            if !ring.encloses(&xy, &any) {
+                free_offsets(ring, &query, Some(foot), sink, to_edge);
+            }
+            return;
+        }
+        let (_, foot) = ring.nearest(&query, f64::INFINITY);
+        if foot.distance <= over_end.abs() {
+            deep_offsets(ring.beyond(&xy, &foot, -1.0), sink, to_edge);
+        } else if foot.distance.is_finite() && -over_end.abs() < sink.reach() {
+            // Shorter to move the end face off the top of this corner.
+            let normal = self.rotation.column(2) * over_end.signum();
+            let corner = lift(&xy, 0.0);
+            let (value, feature) = (-over_end.abs(), Feature::RimCornerEnd { hole_vertex: u });
+            sink.take(Candidate { value, point: corner + normal * value, normal, in_peg: false, feature });
+        }
+    }
+
+    /// Longitudinal edges of the peg against the rim.
+    pub(super) fn side_edges<S: Sink>(&self, rim: &Loop, sink: &mut S) {
+        let pair = self.pair;
+        let bound = |i: usize| if pair.peg_clearance[i] > 0.0 { rim.bound(i) } else { -1.0 };
+        promising(&pair.peg_corners, sink, bound, |i, free, sink| self.side_edge(rim, i, free, sink));
+    }
+
+    /// A longitudinal edge of the peg against the rim.
+    fn side_edge<S: Sink>(&self, rim: &Loop, i: usize, free: bool, sink: &mut S) {
+        let pair = self.pair;
+        let range = (0.0, pair.length);
+        if pair.peg_clearance[i] - rim.moved >= sink.reach() {
+            return;
+        }
+        let xy = pair.peg.vertices()[i].coords;
+        let to_rim = |offset: &Offset| {
+            let point = lift(&xy, rim.height_at(offset.edge, offset.t));
+            let feature = Feature::SideEdgeRim { peg_vertex: i, hole_edge: offset.edge };
+            Candidate { value: offset.value, point, normal: lift(&offset.normal, 0.0), in_peg: true, feature }
+        };
+        let query = Query { vertex: i, x: xy, moved: Vector2::zeros(), range, free: 1.0 };
+        if free {
+            return free_offsets(rim, &query, None, sink, to_rim);
+        }
+        let (any, foot) = rim.nearest(&query, sink.reach());
+        let tip = self.rotation * lift(&xy, 0.0) + self.translation;
+        let pierce = -tip.z / self.rotation[(2, 2)];
+        if rim.encloses(&xy, &any) || pierce <= 0.0 || pierce >= pair.length {
+            free_offsets(rim, &query, Some(foot), sink, to_rim);
+            return;
+        }
+        let lower = if tip.z <= 0.0 { tip } else { tip + self.rotation.column(2) * pair.length };
+        let (_, foot) = rim.nearest(&query, f64::INFINITY);
+        if foot.distance <= -lower.z {
+            deep_offsets(rim.beyond(&xy, &foot, 1.0), sink, to_rim);
+        } else if foot.distance.is_finite() && lower.z < sink.reach() {
+            // Shorter to lift the edge's lower end out of the top face.
+            let feature = Feature::CornerTop { peg_vertex: i };
+            sink.take(Candidate { value: lower.z, point: lower, normal: Vector3::z(), in_peg: false, feature });
+        }
+    }
+}
+
+/// Calls `visit` for the vertices whose distance can be below the sink's reach, the most promising first, and tells it
+/// whether the bound is positive. `bound` is a lower bound of the distance unless it is negative.
+#[inline]
+fn promising<S: Sink>(
+    vertices: &[usize],
+    sink: &mut S,
+    bound: impl Fn(usize) -> f64,
+    visit: impl Fn(usize, bool, &mut S),
+) {
+    let mut bounds = [0.0; CHUNK];
+    for chunk in vertices.chunks(CHUNK) {
+        let mut first = 0;
+        for (k, &vertex) in chunk.iter().enumerate() {
+            bounds[k] = bound(vertex);
+            if bounds[k] < bounds[first] {
+                first = k;
+            }
+        }
+        if bounds[first] >= sink.reach().max(0.0) {
+            continue;
+        }
+        visit(chunk[first], bounds[first] > 0.0, sink);
+        for (k, &vertex) in chunk.iter().enumerate() {
+            if k != first && bounds[k] < sink.reach().max(0.0) {
+                visit(vertex, bounds[k] > 0.0, sink);
+            }
+        }
+    }
+}
+
+/// Reports the nearest edge of a loop to a point on the free side; all edges within reach if the sink wants them. `foot` is the
+/// nearest point that counts, if that is known.
+#[inline]
+fn free_offsets<S: Sink>(
+    around: &Loop,
+    query: &Query,
+    foot: Option<Foot>,
+    sink: &mut S,
+    candidate: impl Fn(&Offset) -> Candidate,
+) {
+    if !S::ALL {
+        let foot = foot.unwrap_or_else(|| around.nearest(query, sink.reach()).1);
+        if foot.distance < sink.reach() {
+            let candidate = candidate(&around.foot_offset(&query.x, &foot, query.free));
+            if candidate.value < sink.reach() {
+                sink.take(candidate);
+            }
+        }
+        return;
+    }
+    if foot.is_some_and(|foot| foot.distance >= sink.reach()) {
+        return;
+    }
+    let parted = |near: &Neighbour| around.parted(near, &query.moved);
+    around.near.scan(query.vertex, around.moved, parted, |edge| {
+        let offset = around.edge_offset(&query.x, edge, query.free);
+        if !(0.0..sink.reach()).contains(&offset.value) {
+            return sink.reach();
+        }
+        let height = around.height_at(edge, offset.t);
+        // A vertex counts once, at the start of its edge, and only if it points to the free side.
+        let counts =
+            if offset.t <= 0.0 { around.profile.is_convex_at(edge) == (query.free < 0.0) } else { offset.t < 1.0 };
+        if counts && query.range.0 <= height && height <= query.range.1 {
+            let candidate = candidate(&offset);
+            if candidate.value < sink.reach() {
+                sink.take(candidate);
+            }
+        }
+        sink.reach()
+    });
+}
+
+/// Reports the offsets of a penetrating point.
+fn deep_offsets<S: Sink>(offsets: [Option<Offset>; 3], sink: &mut S, candidate: impl Fn(&Offset) -> Candidate) {
+    for offset in offsets.into_iter().flatten() {
+        if offset.value < sink.reach() {
+            sink.take(candidate(&offset));
+        }
+    }
+}
