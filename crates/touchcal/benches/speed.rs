@@ -7,7 +7,9 @@ mod common;
 use std::hint::black_box;
 
 use common::{data, mujoco_trial, solve};
-use criterion::{Criterion, criterion_group, criterion_main};
+use criterion::measurement::WallTime;
+use criterion::{BenchmarkGroup, Criterion, criterion_group, criterion_main};
+use touchcal::estimate::Problem;
 use touchcal::geometry::extrusion::PegAndHole;
 use touchcal::geometry::profile::Profile;
 use touchcal::io::mukca::{self, MukcaOptions};
@@ -37,27 +39,22 @@ fn gap(criterion: &mut Criterion) {
     criterion.bench_function("blended gap of a T-slot peg", |b| b.iter(|| parts.blended_gap(black_box(&pose), 25e-6)));
 }
 
-/// Runs on one thread, as the figures are meant.
-fn on_one_core(run: impl FnMut() + Send) {
-    rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap().install(run);
+/// Solves on one thread, as the figures are meant.
+fn on_one_core(group: &mut BenchmarkGroup<'_, WallTime>, name: &str, problem: &Problem) {
+    let one_core = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
+    group.bench_function(name, |b| b.iter(|| one_core.install(|| solve(black_box(problem)))));
 }
 
 fn calibration(criterion: &mut Criterion) {
     let mut group = criterion.benchmark_group("calibration on one core");
     group.sample_size(10);
     for trial in ["extrusion/paper/trial_00", "extrusion/rich/trial_00", "square/paper/trial_00"] {
-        let (problem, _) = mujoco_trial(trial);
-        let name = format!("{trial}, 3000 contacts");
-        on_one_core(|| {
-            group.bench_function(&name, |b| b.iter(|| solve(black_box(&problem))));
-        });
+        on_one_core(&mut group, &format!("{trial}, 3000 contacts"), &mujoco_trial(trial).0);
     }
     let folder = data().join("mukca");
     let urdf = urdf::read_file(&folder.join("panda.urdf"), Ends::default()).unwrap();
-    let problem = mukca::read(&folder.join("panda_3"), urdf, &MukcaOptions::default()).unwrap().problem;
-    on_one_core(|| {
-        group.bench_function("panda_3, six placements of two sockets", |b| b.iter(|| solve(black_box(&problem))));
-    });
+    let panda = mukca::read(&folder.join("panda_3"), urdf, &MukcaOptions::default()).unwrap();
+    on_one_core(&mut group, "panda_3, six placements of two sockets", &panda.problem);
     group.finish();
 }
 

@@ -1,5 +1,6 @@
 //! A contact-rich insertion: an arm with wrong kinematics explores a hole with a peg and logs what its encoders say.
 
+use nalgebra::Translation3;
 use rand::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64;
@@ -45,6 +46,8 @@ pub struct Insertion {
     pub exploration: Exploration,
     /// Standard deviation of the encoders (rad).
     pub encoder_sigma: f64,
+    /// Standard deviation of what the contact itself adds (m): the peg is logged so much off where it rests, along the contact's normal.
+    pub contact_sigma: f64,
     /// Force above which a row counts as contact (N).
     pub force_threshold: f64,
 }
@@ -104,7 +107,10 @@ impl Insertion {
             let (pose, force) = self.compliance.rest(&self.parts, &self.command(time), hole_from_peg);
             hole_from_peg = pose;
             let posture = self.swung(time);
-            q = follow(&arm, &(self.base_from_hole * pose), &q, &posture)
+            let standard: f64 = StandardNormal.sample(&mut chance);
+            let off = self.parts.gap(&pose).normal_in_hole * (self.contact_sigma * standard);
+            let logged = Translation3::from(off) * pose;
+            q = follow(&arm, &(self.base_from_hole * logged), &q, &posture)
                 .ok_or(SimulationError::OutOfReach { time })?;
             let noise: Vec<f64> = q.iter().map(|_| StandardNormal.sample(&mut chance)).collect();
             if force > self.force_threshold {

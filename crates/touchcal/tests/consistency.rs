@@ -1,0 +1,175 @@
+//! Are the error bars true? Simulated insertions with known errors, many seeds, an estimate each.
+
+mod common;
+
+use common::solve;
+use nalgebra::{DMatrix, DVector, Quaternion, UnitQuaternion, Vector3};
+use touchcal::contact::{ContactLog, Source};
+use touchcal::estimate::{Estimate, Fixture, Freedom, Loss, Noise, Problem, Status, Tool};
+use touchcal::geometry::extrusion::PegAndHole;
+use touchcal::geometry::profile::Profile;
+use touchcal::io::urdf::{self, Ends};
+use touchcal::manifold::{BallInSocket, PegInHole};
+use touchcal::robot::{Column, Kinematics, Robot, joint_offset, strain};
+use touchcal::se3::Pose;
+use touchcal::sim::{Compliance, Exploration, Insertion, follow};
+
+const ENCODER: f64 = 3.5e-5;
+const CONTACT: f64 = 20e-6;
+
+fn iiwa() -> Robot {
+    urdf::read_builtin("iiwa14", Ends::default()).expect("built in").robot
+}
+
+/// Numbers spread over (−1, 1), the same for the same seed.
+fn spread(count: usize, seed: u64) -> Vec<f64> {
+    let mut state = seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) | 1;
+    let mut next = || {
+        state ^= state << 13;
+        state ^= state >> 7;
+        state ^= state << 17;
+        (state >> 11) as f64 / (1u64 << 52) as f64 - 1.0
+    };
+    (0..count).map(|_| next()).collect()
+}
+
+/// True values of `strain` and the offsets for a seed.
+fn truth(seed: u64) -> Vec<f64> {
+    let draw = spread(8, seed);
+    (0..8).map(|k| if k == 0 { 0.05 * draw[0] } else { 5f64.to_radians() * draw[k] }).collect()
+}
+
+fn columns() -> Vec<Column> {
+    std::iter::once(Column::Strain).chain((0..7).map(Column::JointOffset)).collect()
+}
+
+fn problem(fixture: Fixture, tip_from_tool: Pose, contacts: ContactLog, noise: Noise) -> Problem {
+    let robot = iiwa();
+    let mut parameters = vec![strain()];
+    parameters.extend(joint_offset(&robot));
+    Problem {
+        robot,
+        tool: Tool { tip_from_tool, freedom: Freedom::Known },
+        fixtures: vec![fixture],
+        distances: Vec::new(),
+        contacts,
+        noise,
+        parameters,
+        joint_drift: false,
+        loss: Loss::GemanMcClure(3.0),
+    }
+}
+
+fn log_of(rows: &[Vec<f64>]) -> ContactLog {
+    let mut contacts = ContactLog::new(7);
+    for (i, q) in rows.iter().enumerate() {
+        contacts.push(q, 0, Source { file: 0, line: i as u64 + 1 });
+    }
+    contacts
+}
+
+/// A T-slot peg in its hole, explored with elbow motion.
+fn insertion(seed: u64, contacts: usize, encoder_sigma: f64) -> Problem {
+    let peg = Profile::extrusion25();
+    let hole = peg.offset_mitred(0.5e-3).expect("an outline");
+    let parts = PegAndHole::new(peg, 0.04, hole, 0.03).expect("parts");
+    let turned = UnitQuaternion::new_normalize(Quaternion::new(0.0, 0.0, 1.0, 0.0));
+    let tip_from_peg = Pose::from_parts(Vector3::new(0.0, 0.0, 0.15).into(), turned);
+    let yaw = UnitQuaternion::from_euler_angles(0.0, 0.0, 20f64.to_radians());
+    let base_from_hole = Pose::from_parts(Vector3::new(0.6, 0.1, 0.15).into(), yaw);
+    let insertion = Insertion {
+        robot: iiwa(),
+        errors: columns().into_iter().zip(truth(seed)).collect(),
+        tip_from_peg,
+        base_from_hole,
+        parts: parts.clone(),
+        posture: vec![0.0, 0.73, 0.26, -1.56, -0.23, 0.87, -0.02],
+        compliance: Compliance { translation: 3000.0, rotation: 30.0, contact: 5e6 },
+        exploration: Exploration { radius: 2e-3, tilt: 0.04, swing: 0.2, rate: 300.0 },
+        encoder_sigma,
+        contact_sigma: CONTACT,
+        force_threshold: 3.0,
+    };
+    let log = insertion.run(contacts, seed).expect("contacts");
+    let fixture = Fixture {
+        name: "hole".to_owned(),
+        manifold: Box::new(PegInHole::new(parts)),
+        base_from_fixture: Some(base_from_hole),
+        freedom: Freedom::Known,
+        placement: String::new(),
+    };
+    problem(fixture, tip_from_peg, log_of(&log.q), Noise { encoder: ENCODER, contact: CONTACT, learned: false })
+}
+
+/// A ball held in one known socket while the arm turns about it, without any noise.
+fn socket(seed: u64) -> Problem {
+    let tip_from_tool = Pose::translation(0.02, -0.03, 0.1);
+    let mut arm = Kinematics::new(&iiwa(), &columns(), tip_from_tool);
+    arm.set(&truth(seed));
+    let posture = vec![0.1, 0.7, 0.2, -1.5, -0.2, 0.9, 0.1];
+    let mut q = posture.clone();
+    let down = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI);
+    let mut rows = Vec::new();
+    for i in 0..60u64 {
+        let turn = UnitQuaternion::from_scaled_axis(Vector3::from_row_slice(&spread(3, 1000 + i)) * 0.6);
+        let bend: Vec<f64> = posture.iter().zip(spread(7, 2000 + i)).map(|(q, d)| q + 0.5 * d).collect();
+        let target = Pose::from_parts(Vector3::new(0.55, 0.05, 0.2).into(), turn * down);
+        q = follow(&arm, &target, &q, &bend).expect("within reach");
+        rows.push(q.clone());
+    }
+    let fixture = Fixture {
+        name: "socket".to_owned(),
+        manifold: Box::new(BallInSocket),
+        base_from_fixture: Some(Pose::translation(0.55, 0.05, 0.2)),
+        freedom: Freedom::Known,
+        placement: String::new(),
+    };
+    problem(fixture, tip_from_tool, log_of(&rows), Noise { encoder: 1e-6, contact: 1e-6, learned: false })
+}
+
+/// Errors of the arm's parameters.
+fn errors(estimate: &Estimate, seed: u64) -> DVector<f64> {
+    DVector::from_iterator(8, estimate.parameters.iter().zip(truth(seed)).map(|(p, truth)| p.value - truth))
+}
+
+#[test]
+fn without_noise_the_truth_is_found_to_a_billionth() {
+    for seed in 1..6 {
+        let estimate = solve(&socket(seed));
+        assert_eq!(estimate.status, Status::Converged, "{:?}", estimate.warnings);
+        // The seventh joint turns about an axis near the ball: the rest must be exact.
+        let worst = errors(&estimate, seed).amax();
+        assert!(worst < 1e-9, "seed {seed}: {worst:e}");
+    }
+}
+
+#[test]
+fn intervals_cover_the_truth_as_often_as_they_say() {
+    const TRIALS: u64 = 40;
+    let (mut inside, mut nees) = (0, 0.0);
+    for seed in 1..=TRIALS {
+        let estimate = solve(&insertion(seed, 1500, ENCODER));
+        assert_eq!(estimate.status, Status::Converged, "seed {seed}: {:?}", estimate.termination);
+        let error = errors(&estimate, seed);
+        let covariance: DMatrix<f64> = estimate.covariance.view((0, 0), (8, 8)).into_owned();
+        nees += error.dot(&covariance.clone().cholesky().expect("positive definite").solve(&error)) / TRIALS as f64;
+        println!("seed {seed} nees {:.1} noise {:.2} rejected {} it {} interf {:.4}", error.dot(&covariance.clone().cholesky().unwrap().solve(&error)), estimate.noise_factor, estimate.contacts.rejected, estimate.termination.iterations, 1e3*estimate.parameters[8].value);
+        inside += (0..8).filter(|&k| error[k].abs() < 1.96 * covariance[(k, k)].sqrt()).count();
+    }
+    let coverage = inside as f64 / (8 * TRIALS) as f64;
+    println!("coverage {coverage:.3} of 0.95, NEES {nees:.2} of 8");
+    // 320 intervals, correlated within a trial: 0.95 ± 0.03 would be chance alone.
+    assert!((0.90..=0.995).contains(&coverage), "{coverage}");
+    // χ² with 320 degrees of freedom has a standard deviation of 0.63 on this scale.
+    assert!((5.0..=10.5).contains(&nees), "{nees}");
+}
+
+/// Contacts scattered more than declared must widen the intervals.
+#[test]
+fn more_noise_than_declared_widens_the_intervals() {
+    let quiet = solve(&insertion(3, 1500, ENCODER));
+    let noisy = solve(&insertion(3, 1500, 3.0 * ENCODER));
+    let sigma = |estimate: &Estimate| estimate.parameters[1].sigma.expect("a standard deviation");
+    assert!(noisy.noise_factor > 1.8, "{}", noisy.noise_factor);
+    assert!(sigma(&noisy) > 1.8 * sigma(&quiet), "{} {}", sigma(&noisy), sigma(&quiet));
+}
