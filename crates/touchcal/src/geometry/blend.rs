@@ -58,6 +58,7 @@ impl Sink for Nearest<'_> {
         self.reach
     }
 
+    #[inline]
     fn take(&mut self, candidate: Candidate) {
         let row = Row { value: candidate.value, gradient: self.scan.gradient(&candidate) };
         if row.value < self.least.value {
@@ -101,6 +102,7 @@ impl Blend {
     }
 
     /// Adds a feature.
+    #[inline]
     pub(super) fn add(&mut self, row: &Row) {
         let v = row.value - self.least.value;
         let x = v / self.temperature;

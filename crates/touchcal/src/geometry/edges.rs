@@ -117,12 +117,12 @@ impl Scan<'_> {
                 self.pierced_top((a, b), k, sink);
             }
             for j in 0..pair.hole.len() {
-                let reach = sink.reach();
+                let limit = sink.reach().abs().max(RIM_DEPTH);
                 let (r, s) = pair.hole.edge(j);
                 let apart = |axis: usize| {
                     (a[axis].min(b[axis]) - r[axis].max(s[axis])).max(r[axis].min(s[axis]) - a[axis].max(b[axis]))
                 };
-                if apart(0).max(apart(1)) >= reach.abs().max(RIM_DEPTH) {
+                if apart(0) >= limit || apart(1) >= limit {
                     continue;
                 }
                 if let Some(candidate) = self.edge_rim((a, b), k, j, end)

@@ -118,6 +118,7 @@ impl<'a> Scan<'a> {
     }
 
     /// The gradient of a candidate's distance, as in [`Gap::gradient`].
+    #[inline]
     pub(super) fn gradient(&self, candidate: &Candidate) -> Twist {
         let (point, normal) = if candidate.in_peg {
             (candidate.point, candidate.normal)
