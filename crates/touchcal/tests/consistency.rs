@@ -147,6 +147,7 @@ fn without_noise_the_truth_is_found_to_a_billionth() {
 fn intervals_cover_the_truth_as_often_as_they_say() {
     const TRIALS: u64 = 40;
     let (mut inside, mut nees) = (0, 0.0);
+    let mut bias = [0.0; 8];
     for seed in 1..=TRIALS {
         let estimate = solve(&insertion(seed, 1500, ENCODER));
         assert_eq!(estimate.status, Status::Converged, "seed {seed}: {:?}", estimate.termination);
@@ -154,9 +155,11 @@ fn intervals_cover_the_truth_as_often_as_they_say() {
         let covariance: DMatrix<f64> = estimate.covariance.view((0, 0), (8, 8)).into_owned();
         nees += error.dot(&covariance.clone().cholesky().expect("positive definite").solve(&error)) / TRIALS as f64;
         println!("seed {seed} nees {:.1} noise {:.2} rejected {} it {} interf {:.4}", error.dot(&covariance.clone().cholesky().unwrap().solve(&error)), estimate.noise_factor, estimate.contacts.rejected, estimate.termination.iterations, 1e3*estimate.parameters[8].value);
+        for k in 0..8 { bias[k] += error[k] / covariance[(k, k)].sqrt(); }
         inside += (0..8).filter(|&k| error[k].abs() < 1.96 * covariance[(k, k)].sqrt()).count();
     }
     let coverage = inside as f64 / (8 * TRIALS) as f64;
+    println!("mean error / sigma {:.2?}", bias.iter().map(|v| v / TRIALS as f64).collect::<Vec<_>>());
     println!("coverage {coverage:.3} of 0.95, NEES {nees:.2} of 8");
     // 320 intervals, correlated within a trial: 0.95 ± 0.03 would be chance alone.
     assert!((0.90..=0.995).contains(&coverage), "{coverage}");

@@ -87,6 +87,8 @@ struct Search<'p> {
     scale: DVector<f64>,
     theta: DVector<f64>,
     held: Held,
+    /// Average effect of one-sided noise that was taken off.
+    bias: DVector<f64>,
     termination: Termination,
 }
 
@@ -95,10 +97,11 @@ impl<'p> Search<'p> {
         let system = System::new(problem);
         let scale = system.scale();
         let theta = DVector::zeros(scale.len());
+        let bias = theta.clone();
         let held = Held { pivots: Vec::new(), participants: Vec::new() };
         let termination =
             Termination { reason: StopReason::Converged, measured: 0.0, threshold: FINE.decrement, iterations: 0 };
-        Search { system, scale, theta, held, termination }
+        Search { system, scale, theta, held, bias, termination }
     }
 
     fn stride(&self) -> usize {
@@ -175,7 +178,8 @@ impl<'p> Search<'p> {
     fn unbias(&mut self) {
         if self.system.has_noise_bias() && self.termination.reason == StopReason::Converged {
             if let Some(bias) = self.system.noise_bias(&self.theta, &self.scale) {
-                self.theta -= bias;
+                self.theta -= &bias;
+                self.bias = bias;
             }
         }
     }
@@ -245,10 +249,11 @@ fn priors(system: &System<'_>) -> DMatrix<f64> {
 
 /// Puts the outcome together.
 fn conclude(search: &Search<'_>) -> Estimate {
-    let Search { system, scale, theta, held, termination } = search;
+    let Search { system, scale, theta, held, bias, termination } = search;
     let problem = system.problem;
     let found = &Found::new(system, theta);
-    let covariance = covariance(&(&found.data + priors(system)), scale);
+    // A correction is known no better than to its own size.
+    let covariance = covariance(&(&found.data + priors(system)), scale) + bias * bias.transpose();
     let plausible = system.scale();
     let posterior = posterior(&found.data, &plausible);
     let estimated = system.parameters.iter().enumerate().map(|(k, parameter)| {
