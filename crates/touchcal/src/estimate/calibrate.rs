@@ -19,7 +19,7 @@ use super::workspace::arm_uncertainty_left;
 use crate::robot::{Column, Parameter};
 
 /// The coarse stage and the descent of the loss's width look at about this many contacts; the end looks at all.
-const GLANCE: usize = 600;
+const GLANCE: usize = 400;
 /// Searches from the start, each holding what the one before found unbounded.
 const ROUNDS: usize = 3;
 /// Factor by which the robust loss narrows from step to step.
@@ -130,23 +130,26 @@ impl<'p> Search<'p> {
     fn coarse(&mut self, observe: Observe<'_>) {
         self.theta.fill(0.0);
         self.minimise((Rung::Envelope, self.stride()), COARSE, observe);
-        self.system.set_resolution(&self.theta, self.stride());
     }
 
-    /// Onto the manifolds, the loss narrowing.
+    /// Onto the manifolds, the loss narrowing; all contacts at full resolution at the end only.
     fn fine(&mut self, observe: Observe<'_>) {
         let loss = self.system.problem.loss;
+        self.system.resolution = 0.0;
         let mut widening = self.system.widening(&self.theta, self.stride());
         while widening > 1.0 {
             self.minimise((Rung::Residual(loss.widened(widening)), self.stride()), NARROW, observe);
             widening /= NARROWING;
         }
+        self.system.set_resolution(&self.theta, self.stride());
+        self.minimise((Rung::Residual(loss), self.stride()), NARROW, observe);
         self.minimise((Rung::Residual(loss), 1), FINE, observe);
     }
 
     /// Holds parameters that neither data nor priors bound at zero; says whether any are new.
     fn hold_unbounded(&mut self) -> bool {
-        let information = self.system.information(&self.theta, 1.0) + priors(&self.system);
+        let rung = Rung::Residual(Loss::Squared);
+        let information = self.system.linearize(&self.theta, rung, self.stride()).information;
         let found = held(&information, &self.system.parameters, &self.scale);
         for &k in &found.pivots {
             self.scale[k] = 0.0;
@@ -218,7 +221,8 @@ impl Found {
         let loss = system.problem.loss;
         let (mut slope, mut square, mut count) = (0.0, 0.0, 0);
         let mut verdicts = Vec::with_capacity(system.problem.contacts.len());
-        for (squared, dimension) in system.deviations(theta) {
+        let (information, norms) = system.statistics(theta);
+        for (squared, dimension) in norms {
             let weight = loss.weight(squared);
             count += dimension;
             // ψ(r) = w(s) r with s = ‖r‖²: trace of ψ′ is d·w + 2 s w′.
@@ -237,14 +241,9 @@ impl Found {
         let noise_factor = (square / (slope * slope * expected)).max(0.0).sqrt();
         // Declared noise is a floor: a lucky sample makes nothing more certain.
         let share = 1.0 / (expected * noise_factor.max(1.0).powi(2));
-        let data = system.information(theta, share);
+        let data = information * share + system.distance_information(theta);
         Found { data, verdicts, noise_factor, rows: count }
     }
-}
-
-fn priors(system: &System<'_>) -> DMatrix<f64> {
-    let each = system.parameters.iter().map(|p| p.prior_sigma.map_or(0.0, |sigma| sigma.powi(-2)));
-    DMatrix::from_diagonal(&DVector::from_iterator(system.parameters.len(), each))
 }
 
 /// Puts the outcome together.
@@ -253,7 +252,7 @@ fn conclude(search: &Search<'_>) -> Estimate {
     let problem = system.problem;
     let found = &Found::new(system, theta);
     // A correction is known no better than to its own size.
-    let covariance = covariance(&(&found.data + priors(system)), scale) + bias * bias.transpose();
+    let covariance = covariance(&(&found.data + system.prior_information()), scale) + bias * bias.transpose();
     let plausible = system.scale();
     let posterior = posterior(&found.data, &plausible);
     let estimated = system.parameters.iter().enumerate().map(|(k, parameter)| {

@@ -241,7 +241,7 @@ impl<'s> At<'s> {
         }
     }
 
-    /// Adds contact `i`, counted `share` times, as if logged at joint positions `measured`.
+    /// Adds contact `i`, counted `share` times, as if logged at joint positions `measured`; returns its squared norm.
     pub fn add_touch(
         &self,
         i: usize,
@@ -249,7 +249,7 @@ impl<'s> At<'s> {
         how: (Rung, f64),
         rows: &mut ContactRows,
         normal: &mut NormalEquations,
-    ) {
+    ) -> f64 {
         let (rung, share) = how;
         let squared = self.touch(i, measured, rung, rows);
         let loss = match rung {
@@ -265,6 +265,7 @@ impl<'s> At<'s> {
         normal.cost += share * loss.cost(squared);
         normal.squares += weight * squared;
         normal.rows += weight * rows.rows.len() as f64;
+        squared
     }
 
     /// Known distances between fixtures' origins.

@@ -108,18 +108,20 @@ impl<'p> System<'p> {
                 at.add_touch(i, self.problem.contacts.q(i), (rung, stride as f64), rows, normal);
             },
         )
+        .0
     }
 
-    /// Sums what `add(i, room, sum)` adds for every `stride`-th contact, in parallel; `room()` makes what a thread of it works in.
-    pub fn sum<R>(
+    /// Sums what `add(i, room, sum)` adds for every `stride`-th contact, in parallel chunks of contacts; `room()` makes what a chunk
+    /// works in. The rooms come back in the order of the contacts.
+    pub fn sum<R: Send>(
         &self,
         stride: usize,
         room: impl Fn() -> R + Sync,
         add: impl Fn(usize, &mut R, &mut NormalEquations) + Sync,
-    ) -> NormalEquations {
+    ) -> (NormalEquations, Vec<R>) {
         let count = self.problem.contacts.len().div_ceil(stride);
         let chunk = count.div_ceil(CHUNKS).max(SMALLEST_CHUNK);
-        let parts: Vec<NormalEquations> = (0..count.div_ceil(chunk))
+        let parts: Vec<(NormalEquations, R)> = (0..count.div_ceil(chunk))
             .into_par_iter()
             .map(|part| {
                 let mut normal = NormalEquations::new(self.parameters.len());
@@ -127,37 +129,40 @@ impl<'p> System<'p> {
                 for i in part * chunk..((part + 1) * chunk).min(count) {
                     add(i * stride, &mut room, &mut normal);
                 }
-                normal
+                (normal, room)
             })
             .collect();
         let mut total = NormalEquations::new(self.parameters.len());
-        for part in &parts {
-            total.add(part);
+        let mut rooms = Vec::with_capacity(parts.len());
+        for (part, room) in parts {
+            total.add(&part);
+            rooms.push(room);
         }
-        total
+        (total, rooms)
     }
 
-    /// Squared norm of every contact's whitened residual, and its number of rows.
-    pub fn deviations(&self, theta: &DVector<f64>) -> Vec<(f64, usize)> {
+    /// What the contacts say at `theta`: `Σ JᵀJ` of all, and each one's squared whitened residual with its number of rows.
+    pub fn statistics(&self, theta: &DVector<f64>) -> (DMatrix<f64>, Vec<(f64, usize)>) {
         let at = self.at(theta);
-        let each = (0..self.problem.contacts.len()).into_par_iter().with_min_len(SMALLEST_CHUNK);
-        each.map_init(
-            || at.rows(),
-            |rows, i| {
-                let squared = at.contact(i, Rung::Residual(self.problem.loss), rows);
-                (squared, rows.len())
-            },
-        )
-        .collect()
+        let room = || (at.rows(), Vec::new());
+        let (normal, rooms) = self.sum(1, room, |i, (rows, norms), normal| {
+            let rung = (Rung::Residual(Loss::Squared), 1.0);
+            norms.push((at.add_touch(i, self.problem.contacts.q(i), rung, rows, normal), rows.len()));
+        });
+        (normal.complete().information, rooms.into_iter().flat_map(|(_, norms)| norms).collect())
     }
 
-    /// Information of the data: `share · Σ JᵀJ` of all contacts, and the known distances.
-    pub fn information(&self, theta: &DVector<f64>, share: f64) -> DMatrix<f64> {
-        let contacts = self.contacts(theta, Rung::Residual(Loss::Squared), 1);
-        let mut total = NormalEquations::new(self.parameters.len());
-        self.at(theta).add_distances(&mut total);
-        total.information += contacts.information * share;
-        total.complete().information
+    /// Information of the known distances.
+    pub fn distance_information(&self, theta: &DVector<f64>) -> DMatrix<f64> {
+        let mut normal = NormalEquations::new(self.parameters.len());
+        self.at(theta).add_distances(&mut normal);
+        normal.complete().information
+    }
+
+    /// Information of the priors.
+    pub fn prior_information(&self) -> DMatrix<f64> {
+        let each = self.parameters.iter().map(|p| p.prior_sigma.map_or(0.0, |sigma| sigma.powi(-2)));
+        DMatrix::from_diagonal(&DVector::from_iterator(self.parameters.len(), each))
     }
 
     /// Priors; towards the envelope, parameters without one stay within their plausible size, so that nothing collapses
