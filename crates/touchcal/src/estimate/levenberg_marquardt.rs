@@ -15,14 +15,14 @@ use super::outcome::{Progress, Stage, StopReason, Termination};
 pub struct Limits {
     /// Most linearizations.
     pub iterations: usize,
-    /// Newton decrement `gᵀH⁻¹g` (in units of the cost) below which the minimum is reached: 1e-4 is a hundredth of a
-    /// standard deviation.
+    /// Newton decrement `gᵀH⁻¹g` (in units of the cost) below which the minimum is reached, and that last step
+    /// is still taken if it descends: 1e-2 is a tenth of a standard deviation.
     pub decrement: f64,
 }
 
 /// Where no step descends, a decrement up to this many times the limit still counts as the minimum: gaps have kinks, on which a
 /// step predicted from one side is lost on the other.
-const ON_A_KINK: f64 = 100.0;
+const ON_A_KINK: f64 = 10.0;
 
 /// Smallest and largest damping, relative to the largest entry of the scaled information.
 const LEAST_DAMPING: f64 = 1e-14;
