@@ -30,7 +30,7 @@ const NOISE_EXCEEDED: f64 = 1.5;
 /// A joint range (rad or m) below which its parameters resemble its neighbours'.
 const HARDLY_MOVED: f64 = 0.035;
 /// A parameter is identifiable if the data bring its standard deviation below this share of what it was.
-const IDENTIFIABLE_BELOW: f64 = 0.5;
+pub(super) const IDENTIFIABLE_BELOW: f64 = 0.5;
 /// A result is usable if the data bring the arm's uncertainty below this share of what it was.
 const USABLE_BELOW: f64 = 0.5;
 /// Prior standard deviations that deserve a warning.
@@ -80,13 +80,18 @@ pub fn calibrate(problem: &Problem, observe: Observe<'_>) -> Estimate {
     conclude(&system, &scale, &minimum, &found, &holding)
 }
 
-/// Both stages from zero.
-fn solve(system: &mut System<'_>, scale: &DVector<f64>, observe: Observe<'_>) -> Minimum {
+/// The coarse stage from zero.
+pub(super) fn coarse(system: &System<'_>, scale: &DVector<f64>, observe: Observe<'_>) -> Minimum {
     let stride = (system.problem.contacts.len() / GLANCE).max(1);
     let start = DVector::zeros(scale.len());
     let mut look = observer(Stage::Coarse, observe);
-    let coarse = minimise(|theta| system.linearize(theta, Rung::Envelope, stride), start, scale, COARSE, &mut look);
-    drop(look);
+    minimise(|theta| system.linearize(theta, Rung::Envelope, stride), start, scale, COARSE, &mut look)
+}
+
+/// Both stages from zero.
+fn solve(system: &mut System<'_>, scale: &DVector<f64>, observe: Observe<'_>) -> Minimum {
+    let stride = (system.problem.contacts.len() / GLANCE).max(1);
+    let coarse = coarse(system, scale, observe);
     let mut iterations = coarse.termination.iterations;
     let mut theta = coarse.theta;
     system.set_resolution(&theta, stride);
@@ -173,7 +178,7 @@ impl Found {
     }
 }
 
-fn priors(system: &System<'_>) -> DMatrix<f64> {
+pub(super) fn priors(system: &System<'_>) -> DMatrix<f64> {
     let each = system.parameters.iter().map(|p| p.prior_sigma.map_or(0.0, |sigma| sigma.powi(-2)));
     DMatrix::from_diagonal(&DVector::from_iterator(system.parameters.len(), each))
 }
@@ -268,7 +273,7 @@ fn warnings(system: &System<'_>, found: &Found, holding: &Held, estimate: &Estim
 }
 
 /// Inverse of the information over the parameters that are not held.
-fn covariance(information: &DMatrix<f64>, scale: &DVector<f64>) -> DMatrix<f64> {
+pub(super) fn covariance(information: &DMatrix<f64>, scale: &DVector<f64>) -> DMatrix<f64> {
     let size = scale.len();
     let scaled = DMatrix::from_fn(size, size, |i, j| {
         let held = scale[i] == 0.0 || scale[j] == 0.0;
@@ -280,7 +285,7 @@ fn covariance(information: &DMatrix<f64>, scale: &DVector<f64>) -> DMatrix<f64> 
 }
 
 /// Covariance that the data leave of parameters that had standard deviations `scale` before, all of them.
-fn posterior(data: &DMatrix<f64>, scale: &DVector<f64>) -> DMatrix<f64> {
+pub(super) fn posterior(data: &DMatrix<f64>, scale: &DVector<f64>) -> DMatrix<f64> {
     let prior = DMatrix::from_diagonal(&scale.map(|sigma| sigma.powi(-2)));
     covariance(&(data + prior), scale)
 }

@@ -1,7 +1,9 @@
 //! The estimator: from a problem to parameters, their covariance, and what the data cannot determine.
 
 mod calibrate;
+mod evaluate;
 mod identifiability;
+mod inspect;
 mod learn;
 mod levenberg_marquardt;
 mod loss;
@@ -13,7 +15,9 @@ mod system;
 mod workspace;
 
 pub use calibrate::calibrate;
+pub use evaluate::evaluate;
 pub use identifiability::{Identifiability, NullDirection};
+pub use inspect::{Expected, Inspection, JointRange, inspect};
 pub use loss::Loss;
 pub use outcome::{
     ContactCount, Estimate, Estimated, Progress, Stage, Status, StopReason, Termination, Verdict, Warning,
