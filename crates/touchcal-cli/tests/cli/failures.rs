@@ -99,3 +99,10 @@ fn no_contacts_are_an_outcome_with_advice() {
     touchcal(folder.path(), &["inspect", "problem.toml"]).success();
     touchcal(folder.path(), &["evaluate", "problem.toml", "--urdf", "panda.urdf"]).success();
 }
+
+#[test]
+fn demo_does_not_overwrite_a_users_problem() {
+    let folder = one_socket(SOCKET);
+    fails(folder.path(), &["demo", "--out", "."], 1, &["problem.toml is there", "--out"]);
+    assert_eq!(std::fs::read_to_string(folder.path().join("problem.toml")).unwrap(), SOCKET);
+}

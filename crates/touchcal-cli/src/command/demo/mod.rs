@@ -20,9 +20,14 @@ use experiment::Experiment;
 const PROBLEM: &str = include_str!("problem.toml");
 /// Name of the problem file.
 const PROBLEM_FILE: &str = "problem.toml";
+/// Name of the log; the problem file refers to it.
+const CONTACTS_FILE: &str = "contacts.csv";
+/// Name of the file that marks a folder as a demonstration's.
+const TRUTH_FILE: &str = "truth.json";
 
 /// Simulates, writes the example, calibrates it as `touchcal calibrate` would, compares with the truth.
 pub fn run(args: &DemoArgs) -> Result<Outcome, Failure> {
+    spare_foreign_files(&args.out)?;
     let experiment = Experiment::new(args.seed)?;
     let log = simulate(&experiment, args)?;
     let problem = args.out.join(PROBLEM_FILE);
@@ -39,6 +44,17 @@ pub fn run(args: &DemoArgs) -> Result<Outcome, Failure> {
     ];
     output::print(&text.concat())?;
     Ok(calibrate::outcome(estimate.status))
+}
+
+/// An earlier demonstration may be overwritten, a user's own problem not.
+fn spare_foreign_files(folder: &Path) -> Result<(), Failure> {
+    let own = [PROBLEM_FILE, CONTACTS_FILE].map(|name| folder.join(name)).into_iter().find(|path| path.exists());
+    match own.filter(|_| !folder.join(TRUTH_FILE).exists()) {
+        Some(path) => {
+            Err(Failure::Setup(format!("{} is there and not from a demo; choose another --out", path.display())))
+        }
+        None => Ok(()),
+    }
 }
 
 fn simulate(experiment: &Experiment, args: &DemoArgs) -> Result<InsertionLog, Failure> {
@@ -64,8 +80,8 @@ fn write_example(folder: &Path, experiment: &Experiment, log: &InsertionLog) -> 
         strain: experiment::STRAIN,
         joint_offset_rad: experiment.offsets.clone(),
     };
-    atomic::write(&folder.join("contacts.csv"), csv(experiment, log).as_bytes())?;
-    atomic::write(&folder.join("truth.json"), (serde_json::to_string_pretty(&truth)? + "\n").as_bytes())?;
+    atomic::write(&folder.join(TRUTH_FILE), (serde_json::to_string_pretty(&truth)? + "\n").as_bytes())?;
+    atomic::write(&folder.join(CONTACTS_FILE), csv(experiment, log).as_bytes())?;
     atomic::write(&folder.join(PROBLEM_FILE), PROBLEM.as_bytes())?;
     Ok(())
 }
