@@ -1,1 +1,39 @@
-fn main() {}
+//! `touchcal`: calibrate a robot arm by touch, from the command line.
+
+mod args;
+mod command;
+mod output;
+mod progress;
+mod summary;
+mod table;
+
+use std::process::ExitCode;
+
+use clap::Parser;
+
+use args::{Args, Command};
+use command::{Failure, Outcome};
+
+/// Exit codes; clap answers wrong usage with 2.
+const FAILED: u8 = 1;
+const NOT_USABLE: u8 = 3;
+const INTERRUPTED: u8 = 130;
+
+fn main() -> ExitCode {
+    let args = Args::parse();
+    progress::catch_interrupts();
+    let done = match &args.command {
+        Command::Calibrate(args) => command::calibrate::run(args),
+        Command::Evaluate(args) => command::evaluate::run(args),
+        Command::Inspect(args) => command::inspect::run(args),
+        Command::Demo(args) => command::demo::run(args),
+    };
+    match done {
+        Ok(Outcome::Done) => ExitCode::SUCCESS,
+        Ok(Outcome::NotUsable) => ExitCode::from(NOT_USABLE),
+        Err(failure) => {
+            output::complain(&format!("error: {failure}"));
+            ExitCode::from(if matches!(failure, Failure::Interrupted) { INTERRUPTED } else { FAILED })
+        }
+    }
+}

@@ -154,8 +154,17 @@ fn intervals_cover_the_truth_as_often_as_they_say() {
         let error = errors(&estimate, seed);
         let covariance: DMatrix<f64> = estimate.covariance.view((0, 0), (8, 8)).into_owned();
         nees += error.dot(&covariance.clone().cholesky().expect("positive definite").solve(&error)) / TRIALS as f64;
-        println!("seed {seed} nees {:.1} noise {:.2} rejected {} it {} interf {:.4}", error.dot(&covariance.clone().cholesky().unwrap().solve(&error)), estimate.noise_factor, estimate.contacts.rejected, estimate.termination.iterations, 1e3*estimate.parameters[8].value);
-        for k in 0..8 { bias[k] += error[k] / covariance[(k, k)].sqrt(); }
+        println!(
+            "seed {seed} nees {:.1} noise {:.2} rejected {} it {} interf {:.4}",
+            error.dot(&covariance.clone().cholesky().unwrap().solve(&error)),
+            estimate.noise_factor,
+            estimate.contacts.rejected,
+            estimate.termination.iterations,
+            1e3 * estimate.parameters[8].value
+        );
+        for k in 0..8 {
+            bias[k] += error[k] / covariance[(k, k)].sqrt();
+        }
         inside += (0..8).filter(|&k| error[k].abs() < 1.96 * covariance[(k, k)].sqrt()).count();
     }
     let coverage = inside as f64 / (8 * TRIALS) as f64;

@@ -25,7 +25,8 @@ fn held_out(robot: &str, urdf: &str, train: &[&str], test: &str) -> (f64, f64, E
     assert_eq!(estimate.status, Status::Converged, "{robot} without {test}: {:?}", estimate.warnings);
     let mut problem = load(robot, urdf, &[test]).problem;
     let nominal = evaluate(&problem).all.mean * 1e3;
-    problem.robot = estimate.robot_with_tool(problem.tool.tip_from_tool).expect("a fixed tip");
+    let motion = estimate.tool_motion().expect("the ball's place");
+    problem.robot = estimate.robot.with_tip_moved(&motion).expect("a fixed tip");
     (nominal, evaluate(&problem).all.mean * 1e3, estimate)
 }
 

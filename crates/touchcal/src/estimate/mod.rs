@@ -1,7 +1,11 @@
 //! The estimator: from a problem to parameters, their covariance, and what the data cannot determine.
 
 mod calibrate;
+mod conclude;
+mod evaluate;
 mod identifiability;
+mod inspect;
+mod knowledge;
 mod learn;
 mod levenberg_marquardt;
 mod loss;
@@ -15,7 +19,9 @@ mod system;
 mod workspace;
 
 pub use calibrate::calibrate;
+pub use evaluate::evaluate;
 pub use identifiability::{Identifiability, NullDirection};
+pub use inspect::{Expected, Inspection, JointRange, inspect};
 pub use loss::Loss;
 pub use outcome::{
     ContactCount, Estimate, Estimated, Progress, Stage, Status, StopReason, Termination, Verdict, Warning,

@@ -4,7 +4,8 @@ use nalgebra::{DMatrix, DVector};
 
 use super::identifiability::Identifiability;
 use super::score::Score;
-use crate::robot::{Parameter, Robot};
+use crate::robot::{Column, Parameter, Robot};
+use crate::se3::{self, Pose, Twist};
 
 /// A stage of the estimator.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -158,46 +159,73 @@ pub enum Warning {
     },
 }
 
+impl Warning {
+    /// Name in files.
+    pub fn kind(&self) -> &'static str {
+        match self {
+            Warning::TooFewContacts { .. } => "too_few_contacts",
+            Warning::Held { .. } => "held",
+            Warning::ArmUndetermined { .. } => "arm_undetermined",
+            Warning::NoiseExceeded { .. } => "noise_exceeded",
+            Warning::ManyRejected { .. } => "many_rejected",
+            Warning::JointHardlyMoved { .. } => "joint_hardly_moved",
+            Warning::Implausible { .. } => "implausible",
+            Warning::FarFromPrior { .. } => "far_from_prior",
+        }
+    }
+
+    /// What is the matter.
+    pub fn words(&self) -> String {
+        match self {
+            Warning::TooFewContacts { rows, parameters } => {
+                format!("{rows} measured rows cannot determine {parameters} parameters")
+            }
+            Warning::Held { names } => {
+                format!("held at zero because the data cannot determine them: {}", names.join(", "))
+            }
+            Warning::ArmUndetermined { left } => {
+                format!("these contacts leave {:.0} % of the arm's uncertainty: do not use the result", 100.0 * left)
+            }
+            Warning::NoiseExceeded { factor } => format!(
+                "contacts scatter {factor:.1} times more than [noise] declares; uncertainties were widened by that factor"
+            ),
+            Warning::ManyRejected { share } => {
+                format!("{:.0} % of the contacts do not fit and were rejected", 100.0 * share)
+            }
+            Warning::JointHardlyMoved { joint, range } => {
+                format!("joint `{joint}` moved only {:.2}° in all contacts", range.to_degrees())
+            }
+            Warning::Implausible { name, value } => {
+                format!("`{name}` ended at {value:.3}, which is no calibration: do not use the result")
+            }
+            Warning::FarFromPrior { name, deviations } => {
+                format!("`{name}` ended {deviations:.1} prior standard deviations from zero")
+            }
+        }
+    }
+
+    /// What to do about it.
+    pub fn advice(&self) -> &'static str {
+        match self {
+            Warning::TooFewContacts { .. } => "record more contacts, or estimate fewer parameters",
+            Warning::Held { .. } => "touch more fixtures or from other elbow positions, or give a prior",
+            Warning::ArmUndetermined { .. } => {
+                "touch more places, other kinds of fixtures, or fixtures whose place or spacing is known"
+            }
+            Warning::NoiseExceeded { .. } => {
+                "check the noise values, the parts' shapes, and whether more parameters should be free"
+            }
+            Warning::ManyRejected { .. } => "check the force threshold and the fixtures' places",
+            Warning::JointHardlyMoved { .. } => "move it more to tell its errors from its neighbours'",
+            Warning::Implausible { .. } => "check units, the robot, and where the fixtures are",
+            Warning::FarFromPrior { .. } => "check the nominal model or widen its prior",
+        }
+    }
+}
+
 impl std::fmt::Display for Warning {
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        match self {
-            Warning::TooFewContacts { rows, parameters } => write!(
-                f,
-                "{rows} measured rows cannot determine {parameters} parameters: record more contacts, or estimate fewer parameters"
-            ),
-            Warning::Held { names } => write!(
-                f,
-                "held at zero because the data cannot determine them: {}; touch more fixtures or from other elbow positions, or give a prior",
-                names.join(", ")
-            ),
-            Warning::ArmUndetermined { left } => write!(
-                f,
-                "these contacts leave {:.0} % of the arm's uncertainty: do not use the result; touch more places, other kinds of fixtures, or fixtures whose place or spacing is known",
-                100.0 * left
-            ),
-            Warning::NoiseExceeded { factor } => write!(
-                f,
-                "contacts scatter {factor:.1} times more than [noise] declares; uncertainties were widened by that factor; check the noise values, the parts' shapes, and whether more parameters should be free"
-            ),
-            Warning::ManyRejected { share } => write!(
-                f,
-                "{:.0} % of the contacts do not fit and were rejected; check the force threshold and the fixtures' places",
-                100.0 * share
-            ),
-            Warning::JointHardlyMoved { joint, range } => write!(
-                f,
-                "joint `{joint}` moved only {:.2}° in all contacts; move it more to tell its errors from its neighbours'",
-                range.to_degrees()
-            ),
-            Warning::Implausible { name, value } => write!(
-                f,
-                "`{name}` ended at {value:.3}, which is no calibration: do not use the result; check units, the robot, and where the fixtures are"
-            ),
-            Warning::FarFromPrior { name, deviations } => write!(
-                f,
-                "`{name}` ended {deviations:.1} prior standard deviations from zero; check the nominal model or widen its prior"
-            ),
-        }
+        write!(f, "{}; {}", self.words(), self.advice())
     }
 }
 
@@ -258,6 +286,19 @@ impl Estimate {
     /// Parameter values (SI), in order.
     pub fn values(&self) -> DVector<f64> {
         DVector::from_iterator(self.parameters.len(), self.parameters.iter().map(|p| p.value))
+    }
+
+    /// The estimated motion `Exp(ξ)` of the tool on the tip, on the right of its nominal place; none if it was not estimated.
+    pub fn tool_motion(&self) -> Option<Pose> {
+        let mut twist = Twist::zeros();
+        let mut estimated = false;
+        for entry in &self.parameters {
+            if let Column::Tool(k) = entry.parameter.column {
+                twist[k] = entry.value;
+                estimated = true;
+            }
+        }
+        estimated.then(|| se3::exp(&twist))
     }
 
     /// The parameter of this name.

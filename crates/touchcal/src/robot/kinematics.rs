@@ -284,6 +284,15 @@ impl Robot {
         let origins: Vec<Pose> = origins.collect();
         self.with_origins(origins)
     }
+
+    /// The chain with its tip moved: the last joint's origin followed by `tip_from_moved_tip`. None if that joint moves: its origin
+    /// then lies before its motion, not at the tip.
+    pub fn with_tip_moved(&self, tip_from_moved_tip: &Pose) -> Option<Robot> {
+        let last = self.joints().last().filter(|joint| joint.kind == JointKind::Fixed)?;
+        let mut origins: Vec<Pose> = self.joints().iter().map(|joint| joint.parent_from_joint).collect();
+        *origins.last_mut()? = last.parent_from_joint * tip_from_moved_tip;
+        Some(self.with_origins(origins))
+    }
 }
 
 fn segment_of_each_joint(robot: &Robot) -> Vec<Option<usize>> {

@@ -1,0 +1,119 @@
+//! What may be asked for.
+
+use std::path::PathBuf;
+
+use clap::{Parser, Subcommand};
+
+/// Calibrate a robot arm by touch: URDF, joint log and touched parts in, calibrated URDF with honest error bars out.
+#[derive(Debug, Parser)]
+#[command(
+    version,
+    max_term_width = 100,
+    after_help = "Exit codes: 0 done, 1 failed, 2 wrong usage, 3 the result is not usable, 130 interrupted."
+)]
+pub struct Args {
+    /// What to do.
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+/// The commands.
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Simulate an arm with wrong kinematics that explores a hole, calibrate it, and compare with the truth
+    Demo(DemoArgs),
+    /// Say what a log contains and what it can determine, before solving
+    Inspect(InspectArgs),
+    /// Estimate what is wrong with an arm; write calibrated.urdf and estimate.json
+    Calibrate(CalibrateArgs),
+    /// Score a URDF on contacts, without fitting anything
+    Evaluate(EvaluateArgs),
+}
+
+/// Where a problem is read from.
+#[derive(Debug, clap::Args)]
+pub struct Source {
+    /// What to calibrate, with what, from which contacts
+    #[arg(value_name = "PROBLEM.toml", required_unless_present = "mukca", conflicts_with = "mukca")]
+    pub problem: Option<PathBuf>,
+    /// Instead of a problem file: a folder PLACEMENT/hole_N.csv of ball-in-socket logs, joint angles in radians
+    #[arg(long, value_name = "DIR", requires = "urdf")]
+    pub mukca: Option<PathBuf>,
+    /// With --mukca: distance of neighbouring sockets
+    #[arg(long, value_name = "MM", default_value_t = 50.0, requires = "mukca")]
+    pub spacing_mm: f64,
+    /// With --mukca: read only this placement (may be repeated)
+    #[arg(long, value_name = "PLACEMENT", requires = "mukca")]
+    pub only: Vec<String>,
+    /// With --mukca: leave this placement out (may be repeated)
+    #[arg(long, value_name = "PLACEMENT", requires = "mukca")]
+    pub except: Vec<String>,
+}
+
+/// Arguments of `calibrate`.
+#[derive(Debug, clap::Args)]
+pub struct CalibrateArgs {
+    /// The problem.
+    #[command(flatten)]
+    pub source: Source,
+    /// With --mukca: the nominal URDF, whose tip link carries the ball
+    #[arg(long, value_name = "FILE", requires = "mukca")]
+    pub urdf: Option<PathBuf>,
+    /// Folder to write calibrated.urdf and estimate.json into
+    #[arg(long, value_name = "DIR")]
+    pub out: PathBuf,
+    /// Print every parameter on a line of its own
+    #[arg(long)]
+    pub all: bool,
+    /// Print estimate.json instead of the summary
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Arguments of `evaluate`.
+#[derive(Debug, clap::Args)]
+pub struct EvaluateArgs {
+    /// The problem.
+    #[command(flatten)]
+    pub source: Source,
+    /// The URDF to score
+    #[arg(long, value_name = "FILE")]
+    pub urdf: PathBuf,
+    /// With --mukca: another URDF to compare with; a problem file names its own
+    #[arg(long, value_name = "FILE", requires = "mukca")]
+    pub nominal: Option<PathBuf>,
+    /// Print JSON instead of a table
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Arguments of `inspect`.
+#[derive(Debug, clap::Args)]
+pub struct InspectArgs {
+    /// The problem.
+    #[command(flatten)]
+    pub source: Source,
+    /// With --mukca: the nominal URDF, whose tip link carries the ball
+    #[arg(long, value_name = "FILE", requires = "mukca")]
+    pub urdf: Option<PathBuf>,
+    /// Print every parameter on a line of its own
+    #[arg(long)]
+    pub all: bool,
+    /// Print JSON instead of tables
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Arguments of `demo`.
+#[derive(Debug, clap::Args)]
+pub struct DemoArgs {
+    /// Folder to write the example into
+    #[arg(long, value_name = "DIR", default_value = "touchcal-demo")]
+    pub out: PathBuf,
+    /// Seed of the simulated errors and noise
+    #[arg(long, default_value_t = 1)]
+    pub seed: u64,
+    /// Contacts to simulate
+    #[arg(long, default_value_t = 3000, value_parser = clap::value_parser!(u32).range(20..=1_000_000))]
+    pub contacts: u32,
+}

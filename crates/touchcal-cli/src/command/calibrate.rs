@@ -1,0 +1,63 @@
+//! `touchcal calibrate`.
+
+use std::path::Path;
+
+use touchcal::estimate::Status;
+use touchcal::io::Loaded;
+
+use super::{Failure, Outcome};
+use crate::args::{CalibrateArgs, Source};
+use crate::output;
+use crate::summary::{Calibration, Detail, INDENT};
+
+/// Reads, estimates, writes, tells.
+pub fn run(args: &CalibrateArgs) -> Result<Outcome, Failure> {
+    let loaded = super::load(&args.source, args.urdf.as_deref())?;
+    let (estimate, seconds) = super::calibrate(&loaded)?;
+    let file = output::estimate_file(&loaded, &estimate, seconds);
+    let written = output::write(&args.out, &loaded, &estimate, &file)?;
+    let calibration = Calibration { loaded: &loaded, estimate: &estimate, file: &file, written: &written };
+    if args.json {
+        output::print(&file.to_json()?)?;
+    } else {
+        let detail = if args.all { Detail::Every } else { Detail::Grouped };
+        output::print(&calibration.summary(detail, &next(&loaded, &args.source, &written)))?;
+    }
+    Ok(outcome(estimate.status))
+}
+
+/// What a status means for the exit code, said on stderr too where it is bad.
+pub fn outcome(status: Status) -> Outcome {
+    match status {
+        Status::Converged => return Outcome::Done,
+        Status::NotConverged => output::complain("the estimation did NOT CONVERGE: do not use the result"),
+        Status::NotUsable => output::complain("the result is NOT USABLE: the contacts do not determine the arm"),
+    }
+    Outcome::NotUsable
+}
+
+/// How to score the result on contacts that it was not fitted to.
+fn next(loaded: &Loaded, source: &Source, written: &output::Written) -> String {
+    let urdf = written.urdf.display();
+    let (Some(folder), None) = (&source.mukca, &source.problem) else {
+        let problem = source.problem.as_deref().unwrap_or(Path::new("PROBLEM.toml")).display();
+        return format!(
+            "score it; best on other contacts, named in a copy of the problem file\n{INDENT}touchcal evaluate {problem} --urdf {urdf}"
+        );
+    };
+    let folder = folder.display();
+    let score = |choice: String| format!("touchcal evaluate --mukca {folder}{choice} --urdf {urdf}");
+    let chosen = |flag: &str, names: &[String]| names.iter().map(|name| format!(" --{flag} {name}")).collect();
+    let held_out = "score it on the placements that were not used\n";
+    match (source.only.as_slice(), source.except.as_slice()) {
+        ([], []) => {
+            let last = loaded.problem.fixtures.last().map_or("PLACEMENT", |fixture| fixture.placement.as_str());
+            format!(
+                "all placements were used: to test the result, calibrate again with `--except {last}`, then\n{INDENT}{}",
+                score(format!(" --only {last}"))
+            )
+        }
+        (only, []) => format!("{held_out}{INDENT}{}", score(chosen("except", only))),
+        (_, except) => format!("{held_out}{INDENT}{}", score(chosen("only", except))),
+    }
+}

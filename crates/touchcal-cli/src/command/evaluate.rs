@@ -1,0 +1,90 @@
+//! `touchcal evaluate`.
+
+use std::path::Path;
+
+use serde::Serialize;
+use touchcal::estimate::{Fixture, Problem, Score, evaluate};
+use touchcal::io::estimate_file::ResidualStats;
+use touchcal::io::urdf::{self, Ends, UrdfFile};
+use touchcal::robot::Robot;
+
+use super::{Failure, Outcome};
+use crate::args::EvaluateArgs;
+use crate::output;
+use crate::summary::residuals;
+
+/// Scores as printed with `--json`.
+#[derive(Serialize)]
+struct ScoresJson {
+    urdf: String,
+    given: ResidualStats,
+    nominal: Option<ResidualStats>,
+}
+
+/// Reads, scores, tells.
+pub fn run(args: &EvaluateArgs) -> Result<Outcome, Failure> {
+    let scored = match &args.source.mukca {
+        Some(folder) => {
+            let given = urdf::read_file(&args.urdf, Ends::default())?;
+            let nominal = args.nominal.as_deref().map(|path| like(&given.robot, path)).transpose()?;
+            let mut problem = super::load_mukca(&args.source, folder, given)?.problem;
+            let score = evaluate(&problem);
+            let nominal = nominal.map(|nominal| with(&mut problem, nominal.robot));
+            Scored { score, nominal, problem }
+        }
+        None => {
+            let mut problem = super::load(&args.source, None)?.problem;
+            let given = like(&problem.robot, &args.urdf)?;
+            let nominal = evaluate(&problem);
+            let score = with(&mut problem, given.robot);
+            Scored { score, nominal: Some(nominal), problem }
+        }
+    };
+    output::print(&if args.json { scored.json(&args.urdf)? } else { scored.table(&args.urdf) })?;
+    Ok(Outcome::Done)
+}
+
+struct Scored {
+    score: Score,
+    nominal: Option<Score>,
+    problem: Problem,
+}
+
+impl Scored {
+    fn json(&self, urdf: &Path) -> Result<String, Failure> {
+        let fixtures = &self.problem.fixtures;
+        let scores = ScoresJson {
+            urdf: urdf.display().to_string(),
+            given: output::stats(&self.score, fixtures),
+            nominal: self.nominal.as_ref().map(|nominal| output::stats(nominal, fixtures)),
+        };
+        Ok(serde_json::to_string_pretty(&scores)? + "\n")
+    }
+
+    fn table(&self, urdf: &Path) -> String {
+        let fixtures: &[Fixture] = &self.problem.fixtures;
+        let contacts = self.problem.contacts.len();
+        let title = format!("Score of {} on {contacts} contacts (distance from touching, mm)\n", urdf.display());
+        match &self.nominal {
+            Some(nominal) => title + &residuals(fixtures, &[("nominal", nominal), ("given", &self.score)]),
+            None => title + &residuals(fixtures, &[("given", &self.score)]),
+        }
+    }
+}
+
+/// The score with another arm.
+fn with(problem: &mut Problem, robot: Robot) -> Score {
+    problem.robot = robot;
+    evaluate(problem)
+}
+
+/// Reads the chain that `robot` is from another URDF.
+fn like(robot: &Robot, path: &Path) -> Result<UrdfFile, Failure> {
+    let other = urdf::read_file(path, Ends { base: Some(robot.base()), tip: Some(robot.tip()) })?;
+    let names = |robot: &Robot| robot.moving().map(|joint| joint.name.clone()).collect::<Vec<_>>().join(", ");
+    let (expected, found) = (names(robot), names(&other.robot));
+    if expected == found {
+        return Ok(other);
+    }
+    Err(Failure::OtherRobot { file: path.display().to_string(), expected, found })
+}

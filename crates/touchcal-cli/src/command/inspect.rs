@@ -1,0 +1,161 @@
+//! `touchcal inspect`.
+
+use std::collections::BTreeMap;
+
+use serde::Serialize;
+use touchcal::estimate::{Inspection, StopReason, inspect};
+use touchcal::io::Loaded;
+use touchcal::io::estimate_file::InputEntry;
+use touchcal::robot::JointKind;
+
+use super::{Failure, Outcome};
+use crate::args::InspectArgs;
+use crate::output::{self, finite};
+use crate::progress::Spinner;
+use crate::summary::{self, Detail, Line};
+use crate::table::Table;
+
+/// Reads, looks, tells.
+pub fn run(args: &InspectArgs) -> Result<Outcome, Failure> {
+    let loaded = super::load(&args.source, args.urdf.as_deref())?;
+    let spinner = Spinner::new("Inspecting");
+    let inspection = inspect(&loaded.problem, &mut |progress| spinner.observe(progress));
+    drop(spinner);
+    if inspection.reason == StopReason::Interrupted || crate::progress::interrupted() {
+        return Err(Failure::Interrupted);
+    }
+    let detail = if args.all { Detail::Every } else { Detail::Grouped };
+    let text = if args.json { json(&loaded, &inspection)? } else { text(&loaded, &inspection, detail) };
+    output::print(&text)?;
+    Ok(Outcome::Done)
+}
+
+fn text(loaded: &Loaded, inspection: &Inspection, detail: Detail) -> String {
+    let problem = &loaded.problem;
+    let lines = inspection.parameters.iter().map(|expected| Line {
+        parameter: &expected.parameter,
+        value: None,
+        sigma: expected.sigma,
+        identifiable: expected.identifiable,
+    });
+    let lines: Vec<Line<'_>> = lines.collect();
+    let [o1, o2, o3, o4, o5] = inspection.observability;
+    let (files, contacts, rows) =
+        (problem.contacts.files().len(), problem.contacts.len(), problem.contacts.rows_read());
+    let aside = match inspection.reason {
+        StopReason::Converged => "",
+        _ => "Note: the coarse stage did not converge, so these expectations are rough.\n",
+    };
+    [
+        format!("Robot     {}\n", summary::robot(loaded)),
+        format!("Contacts  {rows} rows read from {files} files, {contacts} contacts\n\n"),
+        fixtures(loaded, inspection),
+        joints(loaded, inspection),
+        "What to expect with the noise assumed\n".to_owned(),
+        summary::parameters(&lines, detail),
+        summary::determined(&inspection.identifiability, lines.len(), detail),
+        format!("Observability  O1 {o1:.3e}  O2 {o2:.3e}  O3 {o3:.3e}  O4 {o4:.3e}  O5 {o5:.3e}\n"),
+        aside.to_owned(),
+    ]
+    .concat()
+}
+
+fn fixtures(loaded: &Loaded, inspection: &Inspection) -> String {
+    let mut table = Table::new(["fixture", "touch", "contacts"]);
+    for (fixture, count) in loaded.problem.fixtures.iter().zip(&inspection.per_fixture) {
+        table.row([fixture.name.clone(), fixture.manifold.name().to_owned(), count.to_string()]);
+    }
+    format!("{table}\n")
+}
+
+fn joints(loaded: &Loaded, inspection: &Inspection) -> String {
+    let mut table = Table::new(["joint", "least", "most", "range", "unit", "of limits"]);
+    for (range, joint) in inspection.ranges.iter().zip(loaded.problem.robot.moving()) {
+        let (factor, unit) = match joint.kind {
+            JointKind::Prismatic => (1e3, "mm"),
+            _ => (1f64.to_degrees(), "deg"),
+        };
+        let number = |value: f64| format!("{:.2}", factor * value);
+        table.row([
+            range.joint.clone(),
+            number(range.least),
+            number(range.most),
+            number(range.most - range.least),
+            unit.to_owned(),
+            range.share.map_or("-".to_owned(), |share| format!("{:.0} %", 100.0 * share)),
+        ]);
+    }
+    format!("{table}\n")
+}
+
+/// What `--json` prints: SI units and radians.
+#[derive(Serialize)]
+struct InspectionJson<'a> {
+    schema: u32,
+    rows_read: u64,
+    contacts: usize,
+    contacts_per_fixture: BTreeMap<&'a str, usize>,
+    files: &'a [String],
+    joints: Vec<JointJson<'a>>,
+    parameters: Vec<ParameterJson<'a>>,
+    rank: usize,
+    condition: Option<f64>,
+    singular_values: &'a [f64],
+    observability: [f64; 5],
+    null_space: Vec<&'a str>,
+    inputs: Vec<InputEntry>,
+}
+
+#[derive(Serialize)]
+struct JointJson<'a> {
+    name: &'a str,
+    least: f64,
+    most: f64,
+    share_of_limits: Option<f64>,
+}
+
+#[derive(Serialize)]
+struct ParameterJson<'a> {
+    name: &'a str,
+    unit: &'static str,
+    sigma: Option<f64>,
+    prior_sigma: Option<f64>,
+    identifiable: bool,
+}
+
+fn json(loaded: &Loaded, inspection: &Inspection) -> Result<String, Failure> {
+    let problem = &loaded.problem;
+    let found = &inspection.identifiability;
+    let names = problem.fixtures.iter().map(|fixture| fixture.name.as_str());
+
+    let json = InspectionJson {
+        schema: 1,
+        rows_read: problem.contacts.rows_read(),
+        contacts: problem.contacts.len(),
+        contacts_per_fixture: names.zip(inspection.per_fixture.iter().copied()).collect(),
+        files: problem.contacts.files(),
+        joints: inspection.ranges.iter().map(joint_json).collect(),
+        parameters: inspection.parameters.iter().map(parameter_json).collect(),
+        rank: found.rank,
+        condition: finite(found.condition),
+        singular_values: &found.singular_values,
+        observability: inspection.observability,
+        null_space: found.null_space.iter().map(|null| null.words.as_str()).collect(),
+        inputs: loaded.inputs.iter().map(Into::into).collect(),
+    };
+    Ok(serde_json::to_string_pretty(&json)? + "\n")
+}
+
+fn joint_json(range: &touchcal::estimate::JointRange) -> JointJson<'_> {
+    JointJson { name: &range.joint, least: range.least, most: range.most, share_of_limits: range.share }
+}
+
+fn parameter_json(expected: &touchcal::estimate::Expected) -> ParameterJson<'_> {
+    ParameterJson {
+        name: &expected.parameter.name,
+        unit: expected.parameter.unit.symbol(),
+        sigma: expected.sigma,
+        prior_sigma: expected.parameter.prior_sigma,
+        identifiable: expected.identifiable,
+    }
+}

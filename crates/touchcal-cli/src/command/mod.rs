@@ -1,0 +1,93 @@
+//! The commands, each from arguments to output.
+
+pub mod calibrate;
+pub mod demo;
+pub mod evaluate;
+pub mod inspect;
+
+use std::path::Path;
+use std::time::Instant;
+
+use touchcal::estimate::{Estimate, StopReason};
+use touchcal::io::mukca::{self, MukcaOptions};
+use touchcal::io::urdf::{self, Ends, UrdfFile};
+use touchcal::io::{IoError, Loaded, problem_file};
+use touchcal::sim::SimulationError;
+
+use crate::args::Source;
+use crate::progress::Spinner;
+
+/// How a command ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Outcome {
+    /// As it should.
+    Done,
+    /// It ran, but its result is not usable.
+    NotUsable,
+}
+
+/// Why a command could not run to its end.
+#[derive(Debug, thiserror::Error)]
+pub enum Failure {
+    /// A file.
+    #[error(transparent)]
+    Io(#[from] IoError),
+    /// A simulation.
+    #[error(transparent)]
+    Simulation(#[from] SimulationError),
+    /// The user.
+    #[error("interrupted; no result was written")]
+    Interrupted,
+    /// Two robots that should be the same.
+    #[error("{file}: expected the moving joints {expected}, found {found}")]
+    OtherRobot {
+        /// The URDF.
+        file: String,
+        /// Joints of the problem's robot.
+        expected: String,
+        /// Joints of the URDF's.
+        found: String,
+    },
+    /// Parts that do not fit, or arguments that lack a part.
+    #[error("could not begin: {0}")]
+    Setup(String),
+    /// JSON.
+    #[error("could not write JSON: {0}")]
+    Json(#[from] serde_json::Error),
+    /// Stdout.
+    #[error("could not write to stdout: {0}")]
+    Stdout(std::io::Error),
+}
+
+/// Reads a problem; `urdf` is the robot of a `--mukca` folder.
+fn load(source: &Source, urdf: Option<&Path>) -> Result<Loaded, Failure> {
+    match (&source.mukca, urdf, &source.problem) {
+        (Some(folder), Some(urdf), _) => load_mukca(source, folder, urdf::read_file(urdf, Ends::default())?),
+        (_, _, Some(problem)) => Ok(problem_file::read_file(problem)?),
+        // clap lets neither through.
+        _ => Err(Failure::Setup("neither a problem file nor --mukca with --urdf".to_owned())),
+    }
+}
+
+fn load_mukca(source: &Source, folder: &Path, urdf: UrdfFile) -> Result<Loaded, Failure> {
+    let options = MukcaOptions {
+        only: source.only.clone(),
+        except: source.except.clone(),
+        spacing: source.spacing_mm * 1e-3,
+        ..MukcaOptions::default()
+    };
+    Ok(mukca::read(folder, urdf, &options)?)
+}
+
+/// Calibrates, watched; returns the estimate and the seconds it took.
+fn calibrate(loaded: &Loaded) -> Result<(Estimate, f64), Failure> {
+    let spinner = Spinner::new("Calibrating");
+    let start = Instant::now();
+    let estimate = touchcal::estimate::calibrate(&loaded.problem, &mut |progress| spinner.observe(progress));
+    let seconds = start.elapsed().as_secs_f64();
+    // Between the last look and here the user may have asked too.
+    if estimate.termination.reason == StopReason::Interrupted || crate::progress::interrupted() {
+        return Err(Failure::Interrupted);
+    }
+    Ok((estimate, seconds))
+}

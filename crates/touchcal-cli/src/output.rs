@@ -1,0 +1,164 @@
+//! Results as files and on stdout.
+
+use std::collections::BTreeMap;
+use std::io::{ErrorKind, Write};
+use std::path::{Path, PathBuf};
+
+use touchcal::estimate::{Estimate, Fixture, Score, Spread, Status, Warning};
+use touchcal::io::estimate_file::{
+    self, ContactCounts, EstimateFile, FixtureResidual, NullDirection, ParameterEntry, ResidualStats, Residuals,
+    TerminationEntry, WarningEntry,
+};
+use touchcal::io::{IoError, Loaded, atomic, urdf};
+use touchcal::robot::Robot;
+use touchcal::se3::Pose;
+
+use crate::command::Failure;
+
+/// The calibrated robot's file.
+pub const CALIBRATED: &str = "calibrated.urdf";
+/// The estimate's file.
+pub const ESTIMATE: &str = "estimate.json";
+
+/// Writes to stdout; a reader that has left is no failure.
+pub fn print(text: &str) -> Result<(), Failure> {
+    let mut stdout = std::io::stdout().lock();
+    match stdout.write_all(text.as_bytes()).and_then(|()| stdout.flush()) {
+        Err(error) if error.kind() != ErrorKind::BrokenPipe => Err(Failure::Stdout(error)),
+        _ => Ok(()),
+    }
+}
+
+/// Writes a line to stderr; if that fails nobody is there to be told.
+pub fn complain(line: &str) {
+    let written = writeln!(std::io::stderr().lock(), "touchcal: {line}");
+    drop(written);
+}
+
+/// A calibration's files.
+pub struct Written {
+    /// Path of the calibrated URDF.
+    pub urdf: PathBuf,
+    /// Path of the estimate.
+    pub estimate: PathBuf,
+}
+
+/// Writes `calibrated.urdf` and `estimate.json` into `folder`.
+pub fn write(folder: &Path, loaded: &Loaded, estimate: &Estimate, file: &EstimateFile) -> Result<Written, IoError> {
+    let robot = calibrated(loaded, estimate).robot;
+    let text = urdf::rewrite(&loaded.urdf, &robot)?;
+    let json = file.to_json()?;
+    let written = Written { urdf: folder.join(CALIBRATED), estimate: folder.join(ESTIMATE) };
+    atomic::write(&written.urdf, text.as_bytes())?;
+    atomic::write(&written.estimate, json.as_bytes())?;
+    Ok(written)
+}
+
+/// The calibrated arm as it is written.
+struct Calibrated {
+    robot: Robot,
+    /// The tool's place was estimated, and the robot does not carry it.
+    tool_left_out: bool,
+}
+
+/// Where the tool frame is the tip link itself, its estimated place moves that link.
+fn calibrated(loaded: &Loaded, estimate: &Estimate) -> Calibrated {
+    let motion = estimate.tool_motion();
+    let at_tip = loaded.problem.tool.tip_from_tool == Pose::identity();
+    let moved = motion.filter(|_| at_tip).and_then(|motion| estimate.robot.with_tip_moved(&motion));
+    let tool_left_out = motion.is_some() && moved.is_none();
+    Calibrated { robot: moved.unwrap_or_else(|| estimate.robot.clone()), tool_left_out }
+}
+
+/// An estimate as it is written; `seconds` is what it took.
+pub fn estimate_file(loaded: &Loaded, estimate: &Estimate, seconds: f64) -> EstimateFile {
+    let size = estimate.parameters.len();
+    let fixtures = &loaded.problem.fixtures;
+    EstimateFile {
+        schema: estimate_file::SCHEMA,
+        status: match estimate.status {
+            Status::Converged => estimate_file::Status::Converged,
+            Status::NotConverged => estimate_file::Status::NotConverged,
+            Status::NotUsable => estimate_file::Status::NotUsable,
+        },
+        parameters: parameters(estimate),
+        covariance: (0..size).map(|i| (0..size).map(|j| estimate.covariance[(i, j)]).collect()).collect(),
+        rank: estimate.identifiability.rank,
+        condition: finite(estimate.identifiability.condition),
+        null_space: null_space(estimate),
+        residuals: Residuals { prefit: stats(&estimate.prefit, fixtures), postfit: stats(&estimate.postfit, fixtures) },
+        contacts: ContactCounts {
+            read: estimate.contacts.read,
+            used: estimate.contacts.used as u64,
+            rejected: estimate.contacts.rejected as u64,
+        },
+        termination: TerminationEntry {
+            reason: estimate.termination.reason.name().to_owned(),
+            measured: finite(estimate.termination.measured),
+            threshold: finite(estimate.termination.threshold),
+            iterations: estimate.termination.iterations,
+        },
+        warnings: warnings(loaded, estimate),
+        inputs: loaded.inputs.iter().map(Into::into).collect(),
+        version: env!("CARGO_PKG_VERSION").to_owned(),
+        seconds,
+    }
+}
+
+fn parameters(estimate: &Estimate) -> Vec<ParameterEntry> {
+    let each = estimate.parameters.iter().map(|entry| ParameterEntry {
+        name: entry.parameter.name.clone(),
+        block: entry.parameter.column.block().name().to_owned(),
+        unit: entry.parameter.unit.symbol().to_owned(),
+        value: entry.value,
+        sigma: entry.sigma,
+        prior_sigma: entry.parameter.prior_sigma,
+        identifiable: entry.identifiable,
+    });
+    each.collect()
+}
+
+fn null_space(estimate: &Estimate) -> Vec<NullDirection> {
+    let name = |k: usize| estimate.parameters[k].parameter.name.clone();
+    let each = estimate.identifiability.null_space.iter().map(|null| NullDirection {
+        words: null.words.clone(),
+        direction: null.direction.iter().map(|&(k, part)| (name(k), part)).collect(),
+    });
+    each.collect()
+}
+
+fn warnings(loaded: &Loaded, estimate: &Estimate) -> Vec<WarningEntry> {
+    let entry = |warning: &Warning| WarningEntry {
+        kind: warning.kind().to_owned(),
+        words: warning.words(),
+        advice: warning.advice().to_owned(),
+    };
+    let mut warnings: Vec<WarningEntry> = estimate.warnings.iter().map(entry).collect();
+    if calibrated(loaded, estimate).tool_left_out {
+        warnings.push(WarningEntry {
+            kind: "tool_only_in_estimate".to_owned(),
+            words: format!("the tool's estimated place is only in {ESTIMATE}, not in {CALIBRATED}"),
+            advice: "move tip_from_tool in the problem by the twist `tool` before you use it elsewhere".to_owned(),
+        });
+    }
+    warnings
+}
+
+/// A score as it is written.
+pub fn stats(score: &Score, fixtures: &[Fixture]) -> ResidualStats {
+    let [mean_mm, rms_mm, max_mm] = millimetres(&score.all);
+    let each = fixtures.iter().zip(&score.per_fixture).map(|(fixture, spread)| {
+        let [mean_mm, rms_mm, max_mm] = millimetres(spread);
+        (fixture.name.clone(), FixtureResidual { contacts: spread.count, mean_mm, rms_mm, max_mm })
+    });
+    ResidualStats { mean_mm, rms_mm, max_mm, per_fixture: each.collect::<BTreeMap<_, _>>() }
+}
+
+fn millimetres(spread: &Spread) -> [Option<f64>; 3] {
+    [spread.mean, spread.rms, spread.max].map(|value| finite(1e3 * value).filter(|_| spread.count > 0))
+}
+
+/// JSON has no infinities.
+pub fn finite(value: f64) -> Option<f64> {
+    value.is_finite().then_some(value)
+}

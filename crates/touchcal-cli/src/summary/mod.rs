@@ -1,0 +1,158 @@
+//! Results as text for a terminal.
+
+mod parameters;
+
+pub use parameters::{Detail, Line, in_user_units, parameters};
+
+use touchcal::estimate::{Estimate, Fixture, Identifiability, Score, Spread, Status};
+use touchcal::io::Loaded;
+use touchcal::io::estimate_file::EstimateFile;
+
+use crate::output::Written;
+use crate::table::Table;
+
+/// Below a label of the summary.
+pub const INDENT: &str = "          ";
+/// Most fixtures listed one by one.
+const MOST_FIXTURES: usize = 12;
+/// Most directions of the null space listed one by one.
+const MOST_DIRECTIONS: usize = 8;
+
+/// A calibration, to be told.
+pub struct Calibration<'a> {
+    /// What was read.
+    pub loaded: &'a Loaded,
+    /// What came out.
+    pub estimate: &'a Estimate,
+    /// The same as written.
+    pub file: &'a EstimateFile,
+    /// Where it was written.
+    pub written: &'a Written,
+}
+
+impl Calibration<'_> {
+    /// The summary; `next` says what to do with a usable result.
+    pub fn summary(&self, detail: Detail, next: &str) -> String {
+        let estimate = self.estimate;
+        let problem = &self.loaded.problem;
+        let count = &self.file.contacts;
+        let lines = estimate.parameters.iter().map(|entry| Line {
+            parameter: &entry.parameter,
+            value: Some(entry.value),
+            sigma: entry.sigma,
+            identifiable: entry.identifiable,
+        });
+        let lines: Vec<Line<'_>> = lines.collect();
+        let scores = [("before", &estimate.prefit), ("after", &estimate.postfit)];
+        [
+            format!("{}\n", self.headline()),
+            format!("Robot     {}\n", robot(self.loaded)),
+            format!("Contacts  {} rows read, {} contacts used, {} rejected\n", count.read, count.used, count.rejected),
+            format!("Noise     contacts scatter {:.2} times the noise assumed\n\n", estimate.noise_factor),
+            "Distance from touching (mm)\n".to_owned(),
+            residuals(&problem.fixtures, &scores),
+            parameters(&lines, detail),
+            determined(&estimate.identifiability, estimate.parameters.len(), detail),
+            self.warnings(),
+            format!("Written   {}\n          {}\n", self.written.urdf.display(), self.written.estimate.display()),
+            self.next(next),
+        ]
+        .concat()
+    }
+
+    fn headline(&self) -> String {
+        let steps = self.estimate.termination.iterations;
+        match self.estimate.status {
+            Status::Converged => format!("Calibrated: converged in {steps} steps, {:.2} s.", self.file.seconds),
+            Status::NotConverged => format!(
+                "*** NOT CONVERGED ({}) after {steps} steps: DO NOT USE this result. ***",
+                self.estimate.termination.reason.name().replace('_', " ")
+            ),
+            Status::NotUsable => {
+                "*** NOT USABLE: these contacts do not determine the arm. DO NOT USE this result. ***".to_owned()
+            }
+        }
+    }
+
+    fn warnings(&self) -> String {
+        let each = self.file.warnings.iter().map(|warning| {
+            let advice = &warning.advice;
+            format!("Warning   {}\n          -> {advice}\n", wrapped(&warning.words))
+        });
+        let text: String = each.collect();
+        if text.is_empty() { text } else { text + "\n" }
+    }
+
+    fn next(&self, next: &str) -> String {
+        match self.estimate.status {
+            Status::Converged => format!("Next      {next}\n"),
+            _ => "Next      follow the advice above, record more contacts, and calibrate again\n".to_owned(),
+        }
+    }
+}
+
+/// Breaks a long list of names, indented below the first line.
+fn wrapped(text: &str) -> String {
+    const WIDTH: usize = 90;
+    let mut lines = vec![String::new()];
+    for word in text.split(' ') {
+        match lines.last_mut() {
+            Some(line) if line.is_empty() => line.push_str(word),
+            Some(line) if line.chars().count() + 1 + word.chars().count() <= WIDTH => {
+                line.push(' ');
+                line.push_str(word);
+            }
+            _ => lines.push(word.to_owned()),
+        }
+    }
+    lines.join(&format!("\n{INDENT}"))
+}
+
+/// Name, size and ends of the chain.
+pub fn robot(loaded: &Loaded) -> String {
+    let robot = &loaded.problem.robot;
+    format!("{}, {} joints from {} to {}", robot.name(), robot.dof(), robot.base(), robot.tip())
+}
+
+/// A table of scores side by side: over all contacts, then by fixture.
+pub fn residuals(fixtures: &[Fixture], scores: &[(&str, &Score)]) -> String {
+    let mut table = Table::default();
+    let headings = scores.iter().flat_map(|(name, _)| [format!("{name}: mean"), "rms".to_owned(), "max".to_owned()]);
+    table.row(["".to_owned(), "contacts".to_owned()].into_iter().chain(headings));
+    let row = |name: &str, spreads: &[&Spread]| {
+        let count = spreads.first().map_or(0, |spread| spread.count);
+        let numbers = spreads.iter().flat_map(|spread| [spread.mean, spread.rms, spread.max].map(millimetres));
+        [name.to_owned(), count.to_string()].into_iter().chain(numbers).collect::<Vec<String>>()
+    };
+    table.row(row("all", &scores.iter().map(|(_, score)| &score.all).collect::<Vec<_>>()));
+    if fixtures.len() > 1 {
+        for (f, fixture) in fixtures.iter().enumerate().take(MOST_FIXTURES) {
+            let spreads: Vec<&Spread> = scores.iter().filter_map(|(_, score)| score.per_fixture.get(f)).collect();
+            table.row(row(&fixture.name, &spreads));
+        }
+        if fixtures.len() > MOST_FIXTURES {
+            table.row([format!("… and {} more", fixtures.len() - MOST_FIXTURES)]);
+        }
+    }
+    format!("{table}\n")
+}
+
+fn millimetres(metres: f64) -> String {
+    format!("{:.3}", 1e3 * metres)
+}
+
+/// Rank and null space in words.
+pub fn determined(found: &Identifiability, parameters: usize, detail: Detail) -> String {
+    let (rank, null) = (found.rank, &found.null_space);
+    let head = format!("Identifiable  {rank} of {parameters} directions (condition number {:.0})\n", found.condition);
+    if null.is_empty() {
+        return head + "\n";
+    }
+    let shown = if detail == Detail::Every { null.len() } else { MOST_DIRECTIONS.min(null.len()) };
+    let each: String = null[..shown].iter().map(|null| format!("  - {}\n", null.words)).collect();
+    let more = match null.len() - shown {
+        0 => String::new(),
+        more => format!("  … and {more} more (--all shows them)\n"),
+    };
+    format!("{head}The contacts alone say less than was known before about these:\n{each}{more}\n")
+}

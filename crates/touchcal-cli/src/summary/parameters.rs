@@ -1,0 +1,157 @@
+//! The table of parameters.
+
+use touchcal::robot::{Block, Parameter, Unit};
+
+use crate::table::{Table, signed};
+
+/// Most groups of a block listed.
+const MOST_GROUPS: usize = 8;
+/// Marks what the data do not determine.
+const MARK: &str = "*";
+
+/// How much to print.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Detail {
+    /// The components of a place on one line; long lists shortened.
+    Grouped,
+    /// Every parameter on a line of its own.
+    Every,
+}
+
+/// What is known of a parameter.
+pub struct Line<'a> {
+    /// Which parameter.
+    pub parameter: &'a Parameter,
+    /// Its estimate (SI); none before solving.
+    pub value: Option<f64>,
+    /// Its standard deviation (SI); none where nothing bounds it.
+    pub sigma: Option<f64>,
+    /// Whether the data determine it.
+    pub identifiable: bool,
+}
+
+/// Factor from SI, symbol and decimals of a unit for people.
+pub fn in_user_units(unit: Unit) -> (f64, &'static str, usize) {
+    match unit {
+        Unit::Meter => (1e3, "mm", 4),
+        Unit::Radian => (1f64.to_degrees(), "deg", 4),
+        Unit::One => (1.0, "ratio", 6),
+    }
+}
+
+/// Tables of all parameters.
+pub fn parameters(lines: &[Line<'_>], detail: Detail) -> String {
+    let apart = |line: &&Line<'_>| {
+        let block = line.parameter.column.block();
+        let place = matches!(block, Block::JointOrigin | Block::Tool | Block::Fixture);
+        detail == Detail::Grouped && (place || block == Block::JointDrift)
+    };
+    let single: Vec<&Line<'_>> = lines.iter().filter(|line| !apart(line)).collect();
+    let mut text = scalars(&single);
+    if detail == Detail::Grouped {
+        for (block, title) in [(Block::JointOrigin, "joint origin"), (Block::Tool, "tool"), (Block::Fixture, "fixture")]
+        {
+            let members: Vec<&Line<'_>> = lines.iter().filter(|l| l.parameter.column.block() == block).collect();
+            text.push_str(&places(&members, title));
+        }
+        let drifts: Vec<&Line<'_>> = lines.iter().filter(|l| l.parameter.column.block() == Block::JointDrift).collect();
+        text.push_str(&drift(&drifts));
+    }
+    if lines.iter().any(|line| !line.identifiable) {
+        text.push_str(&format!(
+            "  {MARK} not identifiable: these contacts say too little, the prior or zero decides\n"
+        ));
+    }
+    text + "\n"
+}
+
+/// Before solving there are no values, and no column for them.
+fn scalars(lines: &[&Line<'_>]) -> String {
+    if lines.is_empty() {
+        return String::new();
+    }
+    let solved = lines.iter().any(|line| line.value.is_some());
+    let mut table = Table::default();
+    let headings = ["parameter", "value", "± sigma", "prior", "unit", ""];
+    let shown =
+        |cells: [String; 6]| cells.into_iter().enumerate().filter(move |(i, _)| solved || *i != 1).map(|(_, c)| c);
+    table.row(shown(headings.map(str::to_owned)));
+    for line in lines {
+        let (factor, unit, decimals) = in_user_units(line.parameter.unit);
+        let number =
+            |value: Option<f64>| value.map_or("-".to_owned(), |value| format!("{:.decimals$}", factor * value));
+        table.row(shown([
+            line.parameter.name.clone(),
+            line.value.map_or("-".to_owned(), |value| signed(factor * value, decimals)),
+            number(line.sigma),
+            number(line.parameter.prior_sigma),
+            unit.to_owned(),
+            if line.identifiable { String::new() } else { format!("{MARK} not identifiable") },
+        ]));
+    }
+    table.to_string()
+}
+
+/// Twists, a line of values and a line of standard deviations each.
+fn places(lines: &[&Line<'_>], title: &str) -> String {
+    if lines.is_empty() {
+        return String::new();
+    }
+    let owner = |line: &Line<'_>| line.parameter.name.rsplit_once('.').map_or(String::new(), |(o, _)| o.to_owned());
+    let mut owners: Vec<String> = lines.iter().map(|line| owner(line)).collect();
+    owners.dedup();
+    let component = |line: &Line<'_>| line.parameter.name.rsplit('.').next().unwrap_or("").to_owned();
+    let mut components: Vec<String> = Vec::new();
+    for line in lines {
+        if !components.contains(&component(line)) {
+            components.push(component(line));
+        }
+    }
+    let with_unit = |name: &String| format!("{name} {}", if name.starts_with('r') { "deg" } else { "mm" });
+    let mut table = Table::default();
+    table.row(std::iter::once(title.to_owned()).chain(components.iter().map(with_unit)));
+    for owner_name in owners.iter().take(MOST_GROUPS) {
+        let of: Vec<Option<&&Line<'_>>> = components
+            .iter()
+            .map(|wanted| lines.iter().find(|line| owner(line) == *owner_name && component(line) == *wanted))
+            .collect();
+        let short = owner_name.split_once('.').map_or(owner_name.as_str(), |(_, rest)| rest);
+        if of.iter().flatten().any(|line| line.value.is_some()) {
+            table.row(std::iter::once(short.to_owned()).chain(of.iter().map(|line| cell(*line, true))));
+            table.row(std::iter::once("  ±".to_owned()).chain(of.iter().map(|line| cell(*line, false))));
+        } else {
+            table.row(std::iter::once(format!("{short} ±")).chain(of.iter().map(|line| cell(*line, false))));
+        }
+    }
+    let more = match owners.len().saturating_sub(MOST_GROUPS) {
+        0 => String::new(),
+        more => format!("  … and {more} more (--all shows them)\n"),
+    };
+    format!("{table}{more}")
+}
+
+fn cell(line: Option<&&Line<'_>>, wants_value: bool) -> String {
+    let Some(line) = line else { return "-".to_owned() };
+    let (factor, ..) = in_user_units(line.parameter.unit);
+    let text = match (wants_value, line.value, line.sigma) {
+        (true, Some(value), _) => signed(factor * value, 3),
+        (false, _, Some(sigma)) => format!("{:.3}", factor * sigma),
+        _ => "-".to_owned(),
+    };
+    let marked = !line.identifiable && (wants_value || line.value.is_none());
+    // A blank where there is no mark keeps the digits below each other.
+    text + if marked { MARK } else { " " }
+}
+
+fn drift(lines: &[&Line<'_>]) -> String {
+    if lines.is_empty() {
+        return String::new();
+    }
+    let count = lines.len();
+    let squares: f64 = lines.iter().filter_map(|line| line.value).map(|value| value * value).sum();
+    let rms = (squares / count as f64).sqrt().to_degrees();
+    match lines.iter().all(|line| line.value.is_some()) {
+        true => format!("  {count} joint drifts between placements, rms {rms:.4} deg (--all shows them)\n"),
+        false => format!("  {count} joint drifts between placements (--all shows them)\n"),
+    }
+}

@@ -1,0 +1,61 @@
+//! The demonstration, and its example calibrated again.
+
+use std::path::Path;
+
+use super::{json, stderr, stdout, touchcal};
+
+const FILES: [&str; 5] = ["problem.toml", "contacts.csv", "truth.json", "calibrated.urdf", "estimate.json"];
+
+/// The file's lines but the one that tells the time taken.
+fn timeless(path: &Path) -> String {
+    let text = std::fs::read_to_string(path).unwrap();
+    text.lines().filter(|line| !line.contains("\"seconds\"")).collect::<Vec<_>>().join("\n")
+}
+
+#[test]
+fn demo_finds_the_truth_and_its_example_gives_the_same_again() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join("touchcal-demo").join(name);
+    let done = touchcal(folder.path(), &["demo"]).success();
+    assert_eq!(stderr(&done), "", "quiet where stderr is no terminal");
+    let text = stdout(&done);
+    assert!(text.contains("joint_offset.joint_a7") && text.contains("at 100 other poses"), "{text}");
+    let (estimate, truth) = (json(&at("estimate.json")), json(&at("truth.json")));
+    assert_eq!(estimate["status"], "converged");
+    let value = |k: usize| estimate["parameters"][k]["value"].as_f64().unwrap();
+    assert!((value(0) - truth["strain"].as_f64().unwrap()).abs() < 1e-3);
+    let offsets = truth["joint_offset_rad"].as_array().unwrap();
+    let errors = offsets.iter().enumerate().map(|(i, offset)| (value(1 + i) - offset.as_f64().unwrap()).abs());
+    let mean = (errors.sum::<f64>() / offsets.len() as f64).to_degrees();
+    assert!(mean < 0.02, "mean offset error {mean} deg");
+
+    let first = FILES.map(|name| timeless(&at(name)));
+    touchcal(folder.path(), &["demo"]).success();
+    assert_eq!(first, FILES.map(|name| timeless(&at(name))), "the same bytes again");
+
+    touchcal(folder.path(), &["calibrate", "touchcal-demo/problem.toml", "--out", "again"]).success();
+    for name in ["calibrated.urdf", "estimate.json"] {
+        assert_eq!(timeless(&folder.path().join("again").join(name)), timeless(&at(name)), "{name}");
+    }
+    let score = ["evaluate", "touchcal-demo/problem.toml", "--urdf", "again/calibrated.urdf", "--json"];
+    let score: serde_json::Value = serde_json::from_str(&stdout(&touchcal(folder.path(), &score).success())).unwrap();
+    assert!(score["given"]["mean_mm"].as_f64() < Some(0.05) && score["nominal"]["mean_mm"].as_f64() > Some(10.0));
+}
+
+#[test]
+fn inspect_expects_what_calibrate_then_finds() {
+    let folder = tempfile::tempdir().unwrap();
+    touchcal(folder.path(), &["demo", "--contacts", "1000", "--seed", "7", "--out", "d"]).success();
+    let done = touchcal(folder.path(), &["inspect", "d/problem.toml", "--json"]).success();
+    let inspection: serde_json::Value = serde_json::from_str(&stdout(&done)).unwrap();
+    let estimate = json(&folder.path().join("d/estimate.json"));
+    assert_eq!(inspection["contacts_per_fixture"]["hole"], 1000);
+    assert_eq!(inspection["rank"], estimate["rank"]);
+    for (expected, found) in
+        inspection["parameters"].as_array().unwrap().iter().zip(estimate["parameters"].as_array().unwrap())
+    {
+        assert_eq!(expected["name"], found["name"]);
+        let ratio = expected["sigma"].as_f64().unwrap() / found["sigma"].as_f64().unwrap();
+        assert!((0.3..4.0).contains(&ratio), "{}: {ratio}", expected["name"]);
+    }
+}

@@ -1,0 +1,108 @@
+//! Wrong input and wrong usage: one message, the right exit code, no files.
+
+use std::path::Path;
+
+use super::{data, json, stderr, stdout, touchcal};
+
+const SOCKET: &str = r#"
+[robot]
+urdf = "panda.urdf"
+[tool]
+kind = "ball"
+[[fixture]]
+name = "socket"
+kind = "socket"
+free = true
+[[contacts]]
+file = "contacts.csv"
+fixture = "socket"
+[estimate]
+parameters = ["strain", "joint_offset"]
+"#;
+
+/// A folder with one socket's problem, as `problem` changes it.
+fn one_socket(problem: &str) -> tempfile::TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    let copy = |from: &str, to: &str| std::fs::copy(data().join("mukca").join(from), folder.path().join(to)).unwrap();
+    copy("panda.urdf", "panda.urdf");
+    copy("panda_3/backleft/hole_0.csv", "contacts.csv");
+    std::fs::write(folder.path().join("problem.toml"), problem).unwrap();
+    folder
+}
+
+#[track_caller]
+fn fails(folder: &Path, args: &[&str], code: i32, message: &[&str]) {
+    let done = touchcal(folder, args).code(code);
+    for part in message {
+        assert!(stderr(&done).contains(part), "expected `{part}` in: {}", stderr(&done));
+    }
+    assert_eq!(stdout(&done), "");
+    assert!(!folder.join("out").exists());
+}
+
+#[test]
+fn a_typo_gets_one_clear_message() {
+    let folder = one_socket(&SOCKET.replace("fixture = ", "fixtur = "));
+    let done = touchcal(folder.path(), &["calibrate", "problem.toml", "--out", "out"]).code(1);
+    let message = stderr(&done);
+    assert!(message.starts_with("touchcal: error: problem.toml:12:1: unknown field `fixtur`"), "{message}");
+    assert!(message.ends_with("did you mean `fixture`?\n"), "{message}");
+    assert_eq!(message.lines().count(), 1);
+    assert!(!folder.path().join("out").exists());
+}
+
+#[test]
+fn missing_files_are_named() {
+    let folder = one_socket(&SOCKET.replace("contacts.csv", "contact.csv"));
+    fails(folder.path(), &["calibrate", "nothing.toml", "--out", "out"], 1, &["nothing.toml", "No such file"]);
+    fails(folder.path(), &["calibrate", "problem.toml", "--out", "out"], 1, &["problem.toml:11:8", "contact.csv"]);
+}
+
+#[test]
+fn wrong_usage_exits_with_2() {
+    let folder = one_socket(SOCKET);
+    fails(folder.path(), &["calibrate", "problem.toml", "--out", "out", "--fast"], 2, &["--fast"]);
+    fails(folder.path(), &["calibrate", "--out", "out"], 2, &["PROBLEM.toml"]);
+    fails(folder.path(), &["calibrate", "--mukca", ".", "--out", "out"], 2, &["--urdf"]);
+    fails(folder.path(), &["calibrate", "problem.toml", "--mukca", ".", "--out", "out"], 2, &["cannot be used with"]);
+    fails(folder.path(), &["calibrate", "problem.toml", "--only", "front", "--out", "out"], 2, &["--mukca"]);
+}
+
+#[test]
+fn another_robot_cannot_be_scored() {
+    let folder = one_socket(SOCKET);
+    let urdf = std::fs::read_to_string(folder.path().join("panda.urdf")).unwrap();
+    std::fs::write(folder.path().join("other.urdf"), urdf.replace("panda_joint3", "elbow")).unwrap();
+    let message = ["other.urdf: expected the moving joints", "panda_joint3", "elbow"];
+    fails(folder.path(), &["evaluate", "problem.toml", "--urdf", "other.urdf"], 1, &message);
+}
+
+#[test]
+fn an_undetermined_arm_is_not_usable_and_says_so() {
+    let folder = one_socket(SOCKET);
+    let done = touchcal(folder.path(), &["calibrate", "problem.toml", "--out", "out"]).code(3);
+    assert!(stdout(&done).starts_with("*** NOT USABLE"), "{}", stdout(&done));
+    assert!(stderr(&done).contains("NOT USABLE"));
+    let estimate = json(&folder.path().join("out/estimate.json"));
+    assert_eq!(estimate["status"], "not_usable");
+    assert_eq!(estimate["warnings"][0]["kind"], "arm_undetermined");
+    assert!(folder.path().join("out/calibrated.urdf").exists());
+}
+
+#[test]
+fn no_contacts_are_an_outcome_with_advice() {
+    let folder = one_socket(&SOCKET.replace("file =", "force_threshold_n = 3\nfile ="));
+    let log = "q1,q2,q3,q4,q5,q6,q7,fx,fy,fz\n0,0,0,-1,0,1,0,0.5,0,0\n";
+    std::fs::write(folder.path().join("contacts.csv"), log).unwrap();
+    let done = touchcal(folder.path(), &["calibrate", "problem.toml", "--out", "out"]).code(3);
+    assert!(stdout(&done).contains("record more contacts"), "{}", stdout(&done));
+    touchcal(folder.path(), &["inspect", "problem.toml"]).success();
+    touchcal(folder.path(), &["evaluate", "problem.toml", "--urdf", "panda.urdf"]).success();
+}
+
+#[test]
+fn demo_does_not_overwrite_a_users_problem() {
+    let folder = one_socket(SOCKET);
+    fails(folder.path(), &["demo", "--out", "."], 1, &["problem.toml is there", "--out"]);
+    assert_eq!(std::fs::read_to_string(folder.path().join("problem.toml")).unwrap(), SOCKET);
+}

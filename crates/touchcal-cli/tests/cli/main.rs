@@ -1,0 +1,41 @@
+//! `touchcal` as a user runs it: arguments in, exit code, texts and files out.
+
+// Helpers of tests fail by panicking too; the exception in clippy.toml covers only the tests themselves.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+
+mod demo;
+mod failures;
+mod golden;
+#[cfg(unix)]
+mod interrupt;
+mod real;
+
+use std::path::{Path, PathBuf};
+
+use assert_cmd::Command;
+use assert_cmd::assert::Assert;
+
+/// Runs `touchcal` in `folder`.
+fn touchcal(folder: &Path, args: &[&str]) -> Assert {
+    Command::new(env!("CARGO_BIN_EXE_touchcal")).current_dir(folder).args(args).assert()
+}
+
+fn stdout(done: &Assert) -> String {
+    String::from_utf8(done.get_output().stdout.clone()).unwrap()
+}
+
+fn stderr(done: &Assert) -> String {
+    String::from_utf8(done.get_output().stderr.clone()).unwrap()
+}
+
+fn json(path: &Path) -> serde_json::Value {
+    serde_json::from_str(&std::fs::read_to_string(path).unwrap()).unwrap()
+}
+
+/// Contact data; without it the tests fail.
+fn data() -> PathBuf {
+    let default = || Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data");
+    let path = std::env::var_os("TOUCHCAL_DATA").map_or_else(default, PathBuf::from);
+    assert!(path.is_dir(), "no contact data at {}: set TOUCHCAL_DATA to its folder", path.display());
+    path
+}
