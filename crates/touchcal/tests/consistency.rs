@@ -1,4 +1,11 @@
 //! Are the error bars true? Simulated insertions with known errors, many seeds, an estimate each.
+#![allow(
+    clippy::expect_used,
+    clippy::unwrap_used,
+    clippy::panic,
+    clippy::print_stdout,
+    reason = "a test fails by panicking"
+)]
 
 mod common;
 

@@ -1,4 +1,11 @@
 //! Kinematics and their derivatives: against central differences, and against the folded chain that is exported.
+#![allow(
+    clippy::expect_used,
+    clippy::unwrap_used,
+    clippy::panic,
+    clippy::print_stdout,
+    reason = "a test fails by panicking"
+)]
 
 use touchcal::io::urdf::{self, Ends};
 use touchcal::robot::{self, Column, Kinematics, Parameter, Robot};

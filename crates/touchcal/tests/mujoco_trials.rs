@@ -1,4 +1,11 @@
 //! Peg-in-hole logs of an independent physics simulator, with truth: does the estimator find it, and does it know how well?
+#![allow(
+    clippy::expect_used,
+    clippy::unwrap_used,
+    clippy::panic,
+    clippy::print_stdout,
+    reason = "a test fails by panicking"
+)]
 
 mod common;
 

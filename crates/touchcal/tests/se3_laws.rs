@@ -1,4 +1,11 @@
 //! The laws of SE(3) that everything else leans on, near the identity, far from it and near π.
+#![allow(
+    clippy::expect_used,
+    clippy::unwrap_used,
+    clippy::panic,
+    clippy::print_stdout,
+    reason = "a test fails by panicking"
+)]
 
 use nalgebra::Vector3;
 use proptest::prelude::*;

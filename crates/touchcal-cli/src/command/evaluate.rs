@@ -17,7 +17,10 @@ use crate::summary::residuals;
 #[derive(Serialize)]
 struct ScoresJson {
     urdf: String,
+    /// Of the given URDF, at the top.
+    #[serde(flatten)]
     given: ResidualStats,
+    /// Of the nominal one, where there is one.
     nominal: Option<ResidualStats>,
 }
 

@@ -163,11 +163,12 @@ impl<'p> Search<'p> {
 
     /// Takes the average effect of one-sided noise off.
     fn unbias(&mut self) {
-        if self.system.has_noise_bias() && self.termination.reason == StopReason::Converged {
-            if let Some(bias) = self.system.noise_bias(&self.theta, &self.scale) {
-                self.theta -= &bias;
-                self.bias = bias;
-            }
+        if self.system.has_noise_bias()
+            && self.termination.reason == StopReason::Converged
+            && let Some(bias) = self.system.noise_bias(&self.theta, &self.scale)
+        {
+            self.theta -= &bias;
+            self.bias = bias;
         }
     }
 }

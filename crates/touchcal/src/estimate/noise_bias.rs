@@ -13,7 +13,7 @@ use rand::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64;
 
-use super::rows::{ContactRows, Rung};
+use super::rows::{ContactRows, Rung, Touch};
 use super::system::System;
 
 /// Antithetic pairs drawn for each contact.
@@ -60,7 +60,8 @@ impl System<'_> {
                 for sign in [1.0, -1.0] {
                     let moved = room.on_manifold.iter().zip(&room.noise);
                     room.measured.iter_mut().zip(moved).for_each(|(to, (q, noise))| *to = q + sign * noise);
-                    at.add_touch(i, &room.measured, (rung, share), &mut room.rows, normal);
+                    let touch = Touch { contact: i, measured: &room.measured, rung, share };
+                    at.add_touch(&touch, &mut room.rows, normal);
                 }
             }
         });

@@ -21,6 +21,18 @@ pub(crate) enum Rung {
     Residual(Loss),
 }
 
+/// A contact as it enters the normal equations.
+pub(crate) struct Touch<'q> {
+    /// Which contact.
+    pub contact: usize,
+    /// Joint positions at which it counts as logged.
+    pub measured: &'q [f64],
+    /// Which rows it gives.
+    pub rung: Rung,
+    /// How often it counts.
+    pub share: f64,
+}
+
 /// A system at given parameters.
 pub(crate) struct At<'s> {
     system: &'s System<'s>,
@@ -241,16 +253,9 @@ impl<'s> At<'s> {
         }
     }
 
-    /// Adds contact `i`, counted `share` times, as if logged at joint positions `measured`; returns its squared norm.
-    pub fn add_touch(
-        &self,
-        i: usize,
-        measured: &[f64],
-        how: (Rung, f64),
-        rows: &mut ContactRows,
-        normal: &mut NormalEquations,
-    ) -> f64 {
-        let (rung, share) = how;
+    /// Adds a touch; returns its squared norm.
+    pub fn add_touch(&self, touch: &Touch<'_>, rows: &mut ContactRows, normal: &mut NormalEquations) -> f64 {
+        let Touch { contact: i, measured, rung, share } = *touch;
         let squared = self.touch(i, measured, rung, rows);
         let loss = match rung {
             Rung::Envelope => Loss::Squared,

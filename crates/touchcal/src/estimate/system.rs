@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use super::loss::Loss;
 use super::normal::NormalEquations;
 use super::problem::{Freedom, Problem};
-use super::rows::{At, Rung};
+use super::rows::{At, Rung, Touch};
 use crate::robot::{Column, JointKind, Kinematics, Parameter, joint_drift};
 use crate::se3::Pose;
 
@@ -105,10 +105,15 @@ impl<'p> System<'p> {
             stride,
             || at.rows(),
             |i, rows, normal| {
-                at.add_touch(i, self.problem.contacts.q(i), (rung, stride as f64), rows, normal);
+                at.add_touch(&self.logged(i, rung, stride as f64), rows, normal);
             },
         )
         .0
+    }
+
+    /// Contact `i` as logged.
+    fn logged(&self, i: usize, rung: Rung, share: f64) -> Touch<'_> {
+        Touch { contact: i, measured: self.problem.contacts.q(i), rung, share }
     }
 
     /// Sums what `add(i, room, sum)` adds for every `stride`-th contact, in parallel chunks of contacts; `room()` makes what a chunk
@@ -146,8 +151,8 @@ impl<'p> System<'p> {
         let at = self.at(theta);
         let room = || (at.rows(), Vec::new());
         let (normal, rooms) = self.sum(1, room, |i, (rows, norms), normal| {
-            let rung = (Rung::Residual(Loss::Squared), 1.0);
-            norms.push((at.add_touch(i, self.problem.contacts.q(i), rung, rows, normal), rows.len()));
+            let touch = self.logged(i, Rung::Residual(Loss::Squared), 1.0);
+            norms.push((at.add_touch(&touch, rows, normal), rows.len()));
         });
         (normal.complete().information, rooms.into_iter().flat_map(|(_, norms)| norms).collect())
     }

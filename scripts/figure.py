@@ -1,0 +1,71 @@
+#!/usr/bin/env python3
+"""Draws docs/real_arms.svg: real arms scored on placements that the fit never saw.
+
+Usage: pip install matplotlib==3.10.8; cargo build --release; scripts/figure.py DATA, with DATA the folder that holds mukca/.
+Each arm is calibrated without one placement by `touchcal calibrate` and scored on it by `touchcal evaluate`, placement by placement.
+"""
+
+import json
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+import matplotlib
+
+matplotlib.use("svg")
+matplotlib.rcParams["svg.hashsalt"] = "touchcal"
+import matplotlib.pyplot as plt  # noqa: E402
+
+ROOT = Path(__file__).resolve().parent.parent
+ARMS = [
+    ("KUKA iiwa 14", "kuka_14", "iiwa14.urdf"),
+    ("Franka Panda 1", "panda_1", "panda.urdf"),
+    ("Franka Panda 3", "panda_3", "panda.urdf"),
+    ("Kinova gen3 lite", "dinova_2", "gen3lite.urdf"),
+]
+
+
+def touchcal(*arguments):
+    command = [ROOT / "target/release/touchcal", *map(str, arguments), "--json"]
+    return json.loads(subprocess.run(command, check=True, capture_output=True, text=True).stdout)
+
+
+def held_out(mukca, robot, urdf):
+    """Mean distance (mm) by the nominal and by the calibrated arm, for each placement left out."""
+    rows = []
+    for placement in sorted(path.name for path in (mukca / robot).iterdir() if path.is_dir()):
+        with tempfile.TemporaryDirectory() as out:
+            touchcal("calibrate", "--mukca", mukca / robot, "--urdf", mukca / urdf, "--except", placement, "--out", out)
+            score = lambda file: touchcal("evaluate", "--mukca", mukca / robot, "--only", placement, "--urdf", file)
+            mean = lambda result: result["mean_mm"]
+            rows.append((mean(score(mukca / urdf)), mean(score(Path(out) / "calibrated.urdf"))))
+    return rows
+
+
+def main():
+    mukca = Path(sys.argv[1]) / "mukca"
+    figure, axes = plt.subplots(figsize=(7.2, 3.2))
+    for index, (title, robot, urdf) in enumerate(ARMS):
+        rows = held_out(mukca, robot, urdf)
+        before, after = (sum(column) / len(rows) for column in zip(*rows))
+        print(f"{robot}: nominal {before:.3f} mm, held out {after:.4f} mm")
+        for kind, (value, colour) in enumerate([(before, "#b0b7c3"), (after, "#1f6feb")]):
+            x = index + 0.4 * kind - 0.2
+            axes.bar(x, value, 0.38, color=colour, label=["nominal", "calibrated by touch"][kind] if index == 0 else None)
+            axes.plot([x] * len(rows), [row[kind] for row in rows], ".", color="#24292f", markersize=3)
+            axes.text(x, value * 1.08, f"{value:.2f}", ha="center", va="bottom", fontsize=8)
+    axes.set_xticks(range(len(ARMS)), [title for title, _, _ in ARMS])
+    axes.set_yscale("log")
+    axes.set_ylim(0.05, 30)
+    axes.set_ylabel("mm from the socket's mean")
+    axes.set_title("Real arms, placements the fit never saw (dots: each placement)", fontsize=10)
+    axes.spines[["top", "right"]].set_visible(False)
+    axes.legend(frameon=False)
+    figure.tight_layout()
+    (ROOT / "docs").mkdir(exist_ok=True)
+    figure.savefig(ROOT / "docs/real_arms.svg", metadata={"Date": None})
+
+
+if __name__ == "__main__":
+    main()
