@@ -1,5 +1,11 @@
 //! Time and memory against the number of contacts, on one core. `cargo bench -p touchcal --bench scaling`
-#![allow(missing_docs, clippy::unwrap_used, clippy::print_stdout, reason = "a bench prints its figures")]
+#![allow(
+    missing_docs,
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::print_stdout,
+    reason = "a bench prints its figures"
+)]
 
 #[path = "../tests/common/mod.rs"]
 mod common;

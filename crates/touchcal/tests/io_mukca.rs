@@ -58,7 +58,9 @@ fn placements_and_holes_are_sorted_and_joined() {
     let between: Vec<_> = loaded.problem.distances.iter().map(|distance| distance.between).collect();
     assert_eq!(between, [(1, 2), (3, 4)]);
     assert_eq!(loaded.problem.distances[0].distance, 0.05);
-    assert_eq!(loaded.problem.tool.freedom, Freedom::Free);
+    assert_eq!(loaded.problem.tool.freedom, Freedom::Uncertain { sigma: 2e-3, sigma_angle: 0.0 });
+    assert!(loaded.problem.joint_drift && loaded.problem.noise.learned);
+    assert_eq!(loaded.problem.fixtures[3].placement, "right");
     assert!(loaded.problem.fixtures.iter().all(|f| f.freedom == Freedom::Free && f.base_from_fixture.is_none()));
     assert_eq!((loaded.problem.parameters.len(), loaded.problem.contacts.len(), loaded.inputs.len()), (42, 5, 6));
     assert_eq!(mukca::placement_names(folder.path()).unwrap(), ["left", "right"]);

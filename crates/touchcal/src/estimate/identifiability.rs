@@ -116,6 +116,10 @@ fn spectrum(information: &DMatrix<f64>, scale: &DVector<f64>, free: &[usize]) ->
     let scaled = DMatrix::from_fn(free.len(), free.len(), |i, j| {
         scale[free[i]] * information[(free[i], free[j])] * scale[free[j]]
     });
+    if free.is_empty() {
+        // Nothing to decompose.
+        return (Vec::new(), scaled);
+    }
     let eigen = SymmetricEigen::new(scaled);
     let mut order: Vec<usize> = (0..free.len()).collect();
     order.sort_by(|&a, &b| eigen.eigenvalues[b].total_cmp(&eigen.eigenvalues[a]));

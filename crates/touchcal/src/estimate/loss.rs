@@ -60,10 +60,10 @@ impl Loss {
     /// `E[ψ²]/E[ψ′]²` of `dimension` standard normal rows sharing one weight: the variance of an estimate with this loss over that
     /// of least squares, when there is nothing to be robust against (Huber 1981, section 4.4).
     pub fn gaussian_variance(self, dimension: usize) -> f64 {
-        const STEP: f64 = 0.01;
+        const STEP: f64 = 0.001;
         let d = dimension.max(1) as f64;
         let (mut total, mut slope, mut square) = (0.0, 0.0, 0.0);
-        for k in 0..1200 {
+        for k in 0..12_000 {
             let r = (k as f64 + 0.5) * STEP;
             let s = r * r;
             let density = r.powf(d - 1.0) * (-0.5 * s).exp();

@@ -18,6 +18,8 @@ use crate::estimate::{Distance, Fixture, Freedom, Loss, Noise, Problem, Tool};
 use crate::manifold::BallInSocket;
 use crate::robot::{Robot, joint_origin};
 
+/// Scale of the loss in standard deviations: misfits of real arms are no outliers, a ball out of its socket is.
+const LOSS_SCALE: f64 = 8.0;
 /// How far the ball may sit from where the URDF draws it (m).
 const BALL_SIGMA: f64 = 2e-3;
 /// Most entries of one folder looked at.
@@ -92,7 +94,7 @@ pub fn read(folder: &Path, urdf: UrdfFile, options: &MukcaOptions) -> Result<Loa
         noise,
         parameters,
         joint_drift: true,
-        loss: Loss::Squared,
+        loss: Loss::GemanMcClure(LOSS_SCALE),
     };
     Ok(Loaded { problem, urdf: text, inputs })
 }

@@ -191,6 +191,7 @@ impl Parameter {
     /// The same parameter with a Gaussian prior of this standard deviation about zero.
     pub fn with_prior(mut self, sigma: f64) -> Self {
         self.prior_sigma = Some(sigma);
+        self.learned = None;
         self
     }
 
