@@ -24,8 +24,11 @@ pub struct Limits {
 /// step predicted from one side is lost on the other.
 const ON_A_KINK: f64 = 10.0;
 
-/// Smallest and largest damping, relative to the largest entry of the scaled information.
+/// Shortest share of a step that is tried before the damping grows.
+const SHORTEST_SHARE: f64 = 0.05;
+/// Smallest damping, that of a first failure and the largest, relative to the largest entry of the scaled information.
 const LEAST_DAMPING: f64 = 1e-14;
+const FIRST_DAMPING: f64 = 1e-6;
 const MOST_DAMPING: f64 = 1e6;
 
 /// A minimisation's end.
@@ -67,26 +70,35 @@ pub(crate) fn minimise(
         if iterations >= limits.iterations && decrement > limits.decrement {
             break StopReason::IterationLimit;
         }
-        iterations += 1;
-        let candidate = &theta + &step;
-        let next = linearize(&candidate);
-        let gain = (normal.cost - next.cost) / decrement;
-        let descends = next.cost.is_finite() && gain > 0.0;
-        if descends {
+        let mut attempt = |share: f64| {
+            iterations += 1;
+            let candidate = &theta + &step * share;
+            let next = linearize(&candidate);
+            let gain = (normal.cost - next.cost) / decrement;
+            (candidate, next, gain)
+        };
+        let mut tried = attempt(1.0);
+        if tried.2.is_finite() && tried.2 <= 0.0 {
+            // Too long for the curvature: as far as the parabola through both ends says.
+            tried = attempt((1.0 / (2.0 - tried.2)).clamp(SHORTEST_SHARE, 0.5));
+        }
+        let (candidate, next, gain) = tried;
+        if next.cost.is_finite() && gain > 0.0 {
             theta = candidate;
             normal = next;
             damping = (damping * (1.0 - (2.0 * gain - 1.0).powi(3)).max(0.1)).max(LEAST_DAMPING);
             growth = 4.0;
+        } else if decrement <= ON_A_KINK * limits.decrement {
+            break StopReason::Converged;
         } else {
-            damping *= growth;
+            damping = (damping * growth).max(FIRST_DAMPING);
             growth *= 2.0;
         }
         if decrement <= limits.decrement {
             break StopReason::Converged;
         }
         if damping > MOST_DAMPING {
-            let minimal = decrement <= ON_A_KINK * limits.decrement;
-            break if minimal { StopReason::Converged } else { StopReason::NoDescent };
+            break StopReason::NoDescent;
         }
     };
     let termination = Termination { reason, measured: decrement, threshold: limits.decrement, iterations };
