@@ -6,6 +6,9 @@ use nalgebra::{Point2, Vector2};
 /// Edges kept for each vertex. Beyond these a query looks at every edge.
 const KEPT: usize = 64;
 
+/// Edges that every bound looks at: in a T-slot few others are ever near.
+const FIRST: usize = 3;
+
 /// Rounding of distances (m) that no edge is left out for.
 const SLACK: f64 = 1e-12;
 
@@ -102,17 +105,17 @@ impl Nearness {
         self.row(vertex)[0].aligned
     }
 
-    /// Calls `visit(edge)` for every edge that can be closer to `vertex` than the limit `visit` last returned, where `moved` and
-    /// `parted` are those of [`Nearness::bound`].
+    /// Calls `visit(edge)` for every edge that can be closer to `vertex` than `limit`, which each visit returns anew, where `moved`
+    /// and `parted` are those of [`Nearness::bound`].
     #[inline]
     pub(super) fn scan(
         &self,
         vertex: usize,
+        mut limit: f64,
         moved: f64,
         parted: impl Fn(&Neighbour) -> f64,
         mut visit: impl FnMut(usize) -> f64,
     ) {
-        let mut limit = f64::INFINITY;
         for near in self.row(vertex) {
             if near.aligned - moved >= limit {
                 return;
@@ -137,12 +140,26 @@ impl Nearness {
     pub(super) fn bound(&self, vertex: usize, moved: f64, parted: impl Fn(&Neighbour) -> f64) -> f64 {
         let mut bound = f64::INFINITY;
         let row = self.row(vertex);
-        for near in row {
+        // The first few without a branch.
+        let mut rest = row;
+        if let Some((first, others)) = row.split_first_chunk::<FIRST>() {
+            for near in first {
+                bound = lesser(near.aligned + parted(near), bound);
+            }
+            rest = others;
+        }
+        for near in rest {
             if near.aligned - moved >= bound || bound < 0.0 {
                 return bound;
             }
-            bound = bound.min(near.aligned + parted(near));
+            bound = lesser(near.aligned + parted(near), bound);
         }
         if self.complete { bound } else { bound.min(row[row.len() - 1].aligned - moved) }
     }
+}
+
+/// The lesser of two numbers; the second if one is not a number.
+#[inline]
+pub(super) fn lesser(a: f64, b: f64) -> f64 {
+    if a < b { a } else { b }
 }

@@ -1,7 +1,7 @@
 //! Distances between corners or upright edges of one body and the outline of the other.
 
 use super::extrusion::Feature;
-use super::nearness::Neighbour;
+use super::nearness::{Neighbour, lesser};
 use super::scan::{Candidate, Scan, Sink, lift};
 use super::silhouette::{Foot, Loop, Offset, Query, TOUCHING, still};
 use nalgebra::{Vector2, Vector3};
@@ -228,20 +228,19 @@ fn promising<S: Sink>(
 ) {
     let mut bounds = [0.0; CHUNK];
     for chunk in vertices.chunks(CHUNK) {
-        let mut first = 0;
-        for (k, &vertex) in chunk.iter().enumerate() {
-            bounds[k] = bound(vertex);
-            if bounds[k] < bounds[first] {
-                first = k;
-            }
+        let mut least = f64::INFINITY;
+        for (place, &vertex) in bounds.iter_mut().zip(chunk) {
+            *place = bound(vertex);
+            least = lesser(*place, least);
         }
-        if bounds[first] >= sink.reach().max(0.0) {
+        if least >= sink.reach().max(0.0) {
             continue;
         }
-        visit(chunk[first], bounds[first] > 0.0, sink);
-        for (k, &vertex) in chunk.iter().enumerate() {
-            if k != first && bounds[k] < sink.reach().max(0.0) {
-                visit(vertex, bounds[k] > 0.0, sink);
+        let first = bounds.iter().position(|&bound| bound == least).unwrap_or(0);
+        visit(chunk[first], least > 0.0, sink);
+        for (k, (&bound, &vertex)) in bounds.iter().zip(chunk).enumerate() {
+            if k != first && bound < sink.reach().max(0.0) {
+                visit(vertex, bound > 0.0, sink);
             }
         }
     }
@@ -271,7 +270,7 @@ fn free_offsets<S: Sink>(
         return;
     }
     let parted = |near: &Neighbour| around.parted(near, &query.moved);
-    around.near.scan(query.vertex, around.moved, parted, |edge| {
+    around.near.scan(query.vertex, sink.reach(), around.moved, parted, |edge| {
         let Some(offset) = around.edge_offset(&query.x, edge, query.free) else {
             return sink.reach();
         };

@@ -81,11 +81,13 @@ impl<'a> Scan<'a> {
     pub(super) fn run<S: Sink>(&self, sink: &mut S) {
         for end in [0.0, self.pair.length] {
             let limit = sink.reach().max(0.0);
-            let tilt = self.tilt();
-            if self.translation.z + self.rotation[(2, 2)] * end - tilt * self.pair.peg_radius >= limit {
+            let (middle, spread) =
+                (self.translation.z + self.rotation[(2, 2)] * end, self.tilt() * self.pair.peg_radius);
+            if middle - spread >= limit {
                 continue;
             }
-            let (lowest, highest) = self.heights(end);
+            let (lowest, highest) =
+                if middle + spread < 0.0 { (middle - spread, middle + spread) } else { self.heights(end) };
             if lowest >= limit {
                 continue;
             }

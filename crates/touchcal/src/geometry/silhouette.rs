@@ -1,6 +1,6 @@
 //! Distances between points and the image of an outline, in the plane.
 
-use super::nearness::{Nearness, Neighbour};
+use super::nearness::{Nearness, Neighbour, lesser};
 use super::profile::Profile;
 use nalgebra::{Matrix2, Vector2};
 
@@ -76,7 +76,7 @@ impl Loop<'_> {
         // Points p of the edge move by (linear − 1) p + offset; of these only the first depends on p.
         let [a, b] = &near.ends;
         let turned = self.linear.tr_mul(&near.away) - near.away;
-        near.away.dot(&(moved - self.offset)) - turned.dot(a).max(turned.dot(b))
+        near.away.dot(&(moved - self.offset)) + lesser(-turned.dot(a), -turned.dot(b))
     }
 
     /// A lower bound of the distance of a query vertex that stays in its place, see [`Nearness::bound`].
@@ -104,7 +104,7 @@ impl Loop<'_> {
     pub(super) fn nearest(&self, query: &Query, reach: f64) -> (Foot, Foot) {
         let (mut any, mut counted) = (Foot::NONE, Foot::NONE);
         let parted = |near: &Neighbour| self.parted(near, &query.moved);
-        self.near.scan(query.vertex, self.moved, parted, |edge| {
+        self.near.scan(query.vertex, f64::INFINITY, self.moved, parted, |edge| {
             let foot = self.foot(edge, &query.x);
             if foot.distance < any.distance {
                 any = foot;
@@ -224,9 +224,8 @@ pub(super) struct Query {
 /// Most that the map displaces a point of an outline, attained at a vertex of its hull.
 pub(super) fn displacement(profile: &Profile, hull: &[usize], linear: &Matrix2<f64>, offset: &Vector2<f64>) -> f64 {
     let change = linear - Matrix2::identity();
-    let squared =
-        hull.iter().map(|&i| (change * profile.vertices()[i].coords + offset).norm_squared()).fold(0.0, f64::max);
-    squared.sqrt()
+    let place = |i: usize| (change * profile.vertices()[i].coords + offset).norm_squared();
+    (-hull.iter().fold(0.0, |most, &i| lesser(-place(i), most))).sqrt()
 }
 
 /// An outline in its own plane.
