@@ -59,7 +59,7 @@ impl Sink for Nearest<'_> {
         self.reach
     }
 
-    #[inline]
+    #[inline(always)]
     fn take(&mut self, candidate: Candidate) {
         let row = Row { value: candidate.value, gradient: self.scan.gradient(&candidate) };
         if row.value < self.least.value {

@@ -92,7 +92,7 @@ impl Loop<'_> {
         self.slope.dot(&(a.coords + (b - a) * t)) + self.height
     }
 
-    #[inline]
+    #[inline(always)]
     pub(super) fn foot(&self, edge: usize, x: &Vector2<f64>) -> Foot {
         let (a, along) = self.segment(edge);
         let t = ((x - a).dot(&along) / along.norm_squared().max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
@@ -141,7 +141,7 @@ impl Loop<'_> {
     }
 
     /// Signed distance from an edge's line; `free` is +1 if the free side is the inside of the outline, else −1.
-    #[inline]
+    #[inline(always)]
     pub(super) fn line_offset(&self, x: &Vector2<f64>, edge: usize, free: f64) -> Offset {
         let (a, along) = self.segment(edge);
         let inverse = 1.0 / along.norm().max(f64::MIN_POSITIVE);
@@ -152,7 +152,7 @@ impl Loop<'_> {
     }
 
     /// Signed distance on the free side: from the edge, or from the vertex at which the foot lies.
-    #[inline]
+    #[inline(always)]
     pub(super) fn foot_offset(&self, x: &Vector2<f64>, foot: &Foot, free: f64) -> Offset {
         let line = self.line_offset(x, foot.edge, free);
         if foot.distance <= TOUCHING || (!foot.at_vertex() && line.value > 0.0) {
@@ -165,7 +165,7 @@ impl Loop<'_> {
     /// Distance on the free side from an edge, or from an end of it, in which case its place is clamped to 0 or 1. A vertex counts once,
     /// at the start of its edge, and only if it points to the free side; in a corner of the free side lines count a little
     /// beyond it.
-    #[inline]
+    #[inline(always)]
     pub(super) fn edge_offset(&self, x: &Vector2<f64>, edge: usize, free: f64) -> Option<Offset> {
         let line = self.line_offset(x, edge, free);
         let within = line.t > 0.0 && line.t < 1.0;
