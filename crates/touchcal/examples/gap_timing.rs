@@ -1,4 +1,5 @@
-//! How long gaps take at contact and at near-seated poses, in microseconds.
+//! How long gaps take at contact and at near-seated poses, in microseconds. For a profiler: a number of rounds as the only
+//! argument times contact alone.
 use nalgebra::{Translation3, Vector3};
 use rand::rngs::StdRng;
 use rand::{RngExt, SeedableRng};
@@ -7,6 +8,7 @@ use touchcal::geometry::profile::Profile;
 use touchcal::se3::{Pose, exp, twist};
 
 const POSES: usize = 3_000;
+/// Rounds unless given.
 const ROUNDS: usize = 20;
 /// Temperature of the blends (m).
 const TEMPERATURE: f64 = 25e-6;
@@ -38,20 +40,22 @@ fn draw_contact(rng: &mut StdRng, model: &PegAndHole) -> Pose {
 }
 
 /// Microseconds a call, the best of several rounds.
-fn time(poses: &[Pose], call: impl Fn(&Pose) -> f64) -> f64 {
+fn time(rounds: usize, poses: &[Pose], call: impl Fn(&Pose) -> f64) -> f64 {
     let mut sum = 0.0;
     let round = |_| {
         let start = std::time::Instant::now();
         sum += poses.iter().map(&call).sum::<f64>();
         start.elapsed().as_secs_f64() / poses.len() as f64 * 1e6
     };
-    let best = (0..ROUNDS).map(round).fold(f64::INFINITY, f64::min);
+    let best = (0..rounds).map(round).fold(f64::INFINITY, f64::min);
     std::hint::black_box(sum);
     best
 }
 
 #[allow(clippy::print_stdout, reason = "an example prints")]
 fn main() -> Result<(), Box<dyn std::error::Error>> {
+    let given = std::env::args().nth(1).map(|rounds| rounds.parse()).transpose()?;
+    let rounds = given.unwrap_or(ROUNDS);
     let peg = Profile::extrusion25();
     let hole = peg.offset_mitred(0.5e-3)?;
     let model = PegAndHole::new(peg, 0.04, hole, 0.03)?;
@@ -62,12 +66,15 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     {
         cases.push((name, (0..POSES).map(|_| draw_pose(&mut rng, xy, (-0.027, -0.003), angle)).collect()));
     }
+    if given.is_some() {
+        cases.truncate(1);
+    }
     for (name, poses) in &cases {
-        let gap = time(poses, |pose| {
+        let gap = time(rounds, poses, |pose| {
             let gap = model.gap(pose);
             gap.value + gap.gradient[3]
         });
-        let blend = time(poses, |pose| {
+        let blend = time(rounds, poses, |pose| {
             let (value, gradient) = model.blended_gap(pose, TEMPERATURE);
             value + gradient[3]
         });

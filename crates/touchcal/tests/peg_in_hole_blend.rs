@@ -3,9 +3,13 @@
 
 use nalgebra::{Translation3, Vector3, Vector6};
 use proptest::prelude::*;
+use proptest::test_runner::RngSeed;
 use touchcal::geometry::extrusion::PegAndHole;
 use touchcal::geometry::profile::Profile;
 use touchcal::se3::{Pose, Twist, exp, twist};
+
+/// How many temperatures above the least gap a feature stops to count, as documented.
+const REACH: f64 = 4.0;
 
 fn model() -> PegAndHole {
     let peg = Profile::extrusion25();
@@ -28,10 +32,10 @@ fn contact(model: &PegAndHole, p: [f64; 3], w: [f64; 3], past: f64) -> Pose {
 fn reference(model: &PegAndHole, at: &Pose, temperature: f64) -> f64 {
     let least = model.gap(at).value;
     let (mut weights, mut weighted) = (0.0, 0.0);
-    model.visit_within(at, 6.0 * temperature, |gap| {
+    model.visit_within(at, REACH * temperature, |gap| {
         let x = (gap.value - least) / temperature;
-        if x < 6.0 {
-            let weight = (-x).exp() * (1.0 - (x / 6.0).powi(2)).powi(2);
+        if x < REACH {
+            let weight = (-x).exp() * (1.0 - (x / REACH).powi(2)).powi(2);
             weights += weight;
             weighted += weight * gap.value;
         }
@@ -47,7 +51,7 @@ fn step(k: usize, h: f64) -> Twist {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 1000, failure_persistence: None, max_global_rejects: 100_000, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig { cases: 1000, failure_persistence: None, rng_seed: RngSeed::Fixed(1), max_global_rejects: 100_000, ..ProptestConfig::default() })]
 
     #[test]
     fn agrees_with_the_formula(p in [-5e-4..5e-4, -5e-4..5e-4, -0.03..1e-3], w in [-0.026..0.026, -0.026..0.026, -0.026..0.026],
@@ -83,7 +87,7 @@ proptest! {
         let at = contact(&model, p, w, past);
         let features = |at: &Pose| {
             let mut found = Vec::new();
-            model.visit_within(at, 6.0 * temperature, |gap| found.push(format!("{:?}", gap.feature)));
+            model.visit_within(at, REACH * temperature, |gap| found.push(format!("{:?}", gap.feature)));
             found.sort();
             (format!("{:?}", model.gap(at).feature), found)
         };

@@ -3,6 +3,7 @@
 
 use nalgebra::{Translation3, Vector3, Vector6};
 use proptest::prelude::*;
+use proptest::test_runner::RngSeed;
 use touchcal::geometry::extrusion::{Gap, PegAndHole};
 use touchcal::geometry::profile::Profile;
 use touchcal::manifold::{ContactManifold, PegInHole, Rows};
@@ -57,7 +58,7 @@ fn check_gradient(model: &PegAndHole, at: &Pose) -> Result<(), TestCaseError> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 2000, failure_persistence: None, max_global_rejects: 100_000, ..ProptestConfig::default() })]
+    #![proptest_config(ProptestConfig { cases: 2000, failure_persistence: None, rng_seed: RngSeed::Fixed(1), max_global_rejects: 100_000, ..ProptestConfig::default() })]
 
     #[test]
     fn gradient_seated(p in [-1e-3..1e-3, -1e-3..1e-3, -0.03..-0.001], w in [-0.05..0.05, -0.05..0.05, -0.05..0.05]) {

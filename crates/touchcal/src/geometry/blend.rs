@@ -4,7 +4,7 @@ use super::scan::{Candidate, Scan, Sink};
 use crate::se3::Twist;
 
 /// Features farther than this many temperatures from the least gap have no part in a blend.
-pub(super) const REACH: f64 = 6.0;
+pub(super) const REACH: f64 = 4.0;
 /// Features kept at a time. With more within reach the blend takes a second sweep.
 const KEPT: usize = 48;
 
@@ -29,8 +29,9 @@ pub(super) struct Nearest<'a> {
 impl<'a> Nearest<'a> {
     /// Those of a scan up to `margin` (m) above the least.
     pub(super) fn within(margin: f64, scan: &'a Scan<'a>) -> Self {
-        let none = Row { value: f64::INFINITY, gradient: Twist::zeros() };
-        Nearest { scan, margin, reach: f64::INFINITY, least: none, kept: [none; KEPT], count: 0, overflowed: false }
+        let zero = Row { value: 0.0, gradient: Twist::zeros() };
+        let least = Row { value: f64::INFINITY, ..zero };
+        Nearest { scan, margin, reach: f64::INFINITY, least, kept: [zero; KEPT], count: 0, overflowed: false }
     }
 
     /// The distances found, among them all those within the margin, unless there were too many.
@@ -58,7 +59,7 @@ impl Sink for Nearest<'_> {
         self.reach
     }
 
-    #[inline]
+    #[inline(always)]
     fn take(&mut self, candidate: Candidate) {
         let row = Row { value: candidate.value, gradient: self.scan.gradient(&candidate) };
         if row.value < self.least.value {

@@ -2,6 +2,7 @@
 
 use super::extrusion::Feature;
 use super::scan::{Candidate, RIM_DEPTH, Scan, Sink, lift};
+use super::silhouette::Loop;
 use nalgebra::{Matrix2, Vector2, Vector3};
 
 /// Slack of the test that a normal lies between two faces' normals.
@@ -52,7 +53,7 @@ impl Scan<'_> {
             return f64::INFINITY;
         }
         let turn = r.fixed_view::<2, 2>(0, 0) - Matrix2::identity();
-        let tilt = r[(2, 0)].hypot(r[(2, 1)]);
+        let tilt = self.tilt();
         let depth = (tilt * radius - self.translation.z).max(0.0);
         // At the tip, and from there up to the top face.
         self.translation.xy().norm() + turn.norm() * radius + depth * tilt / r[(2, 2)]
@@ -103,7 +104,7 @@ impl Scan<'_> {
     }
 
     /// Edges of a peg end against the rim.
-    pub(super) fn end_edges<S: Sink>(&self, end: f64, sink: &mut S) {
+    pub(super) fn end_edges<S: Sink>(&self, ring: &Loop, end: f64, sink: &mut S) {
         let pair = self.pair;
         for k in 0..pair.peg.len() {
             let (a, b) = pair.peg.edge(k);
@@ -116,7 +117,7 @@ impl Scan<'_> {
             if low < 0.0 && high > 0.0 {
                 self.pierced_top((a, b), k, sink);
             }
-            for j in 0..pair.hole.len() {
+            for j in pair.edge_to_edge.within(k, sink.reach().abs().max(RIM_DEPTH) + ring.moved) {
                 let limit = sink.reach().abs().max(RIM_DEPTH);
                 let (r, s) = pair.hole.edge(j);
                 let apart = |axis: usize| {

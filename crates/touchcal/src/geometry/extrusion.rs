@@ -129,6 +129,8 @@ pub struct PegAndHole {
     pub(super) hole_hull: Vec<usize>,
     pub(super) peg_to_hole: Nearness,
     pub(super) hole_to_peg: Nearness,
+    /// The edges of the peg against those of the hole.
+    pub(super) edge_to_edge: Nearness,
     /// Signed distance (m) of each peg vertex from the walls when aligned, positive inside the hole.
     pub(super) peg_clearance: Vec<f64>,
     /// Signed distance (m) of each hole vertex from the peg when aligned, positive outside the peg.
@@ -180,6 +182,7 @@ impl PegAndHole {
         Ok(PegAndHole {
             closest_corners: peg_corners.iter().map(|&i| corner_clearance[i]).fold(f64::INFINITY, f64::min),
             peg_radius: peg.bounding_radius(),
+            edge_to_edge: Nearness::of_edges(&peg, &hole),
             peg_corners,
             wall_corners,
             corner_clearance,
@@ -224,7 +227,7 @@ impl PegAndHole {
     /// The mean of all features' signed distances `gₖ`, weighted by how near they are to the least one, and its gradient as
     /// in [`Gap::gradient`].
     ///
-    /// `Σ wₖ gₖ / Σ wₖ` with `wₖ = exp(−x) (1 − (x/6)²)²`, `x = (gₖ − min g)/temperature` up to 6. Where the pose is known only to about
+    /// `Σ wₖ gₖ / Σ wₖ` with `wₖ = exp(−x) (1 − (x/4)²)²`, `x = (gₖ − min g)/temperature` up to 4. Where the pose is known only to about
     /// the temperature (m), the least of several nearly equal gaps is too small on average (a minimum of noisy numbers), their
     /// blend is not; it also changes smoothly where the minimum jumps from feature to feature. At temperature 0 it is the gap.
     pub fn blended_gap(&self, hole_from_peg: &Pose, temperature: f64) -> (f64, Twist) {
@@ -279,6 +282,7 @@ impl Sink for Smallest {
         self.best.value
     }
 
+    #[inline]
     fn take(&mut self, candidate: Candidate) {
         self.best = candidate;
     }

@@ -1,9 +1,9 @@
 //! Distances between corners or upright edges of one body and the outline of the other.
 
 use super::extrusion::Feature;
-use super::nearness::Neighbour;
+use super::nearness::{Neighbour, lesser};
 use super::scan::{Candidate, Scan, Sink, lift};
-use super::silhouette::{Foot, Loop, Offset, Query, still};
+use super::silhouette::{Foot, Loop, Offset, Query, TOUCHING, still};
 use nalgebra::{Vector2, Vector3};
 
 const UNLIMITED: (f64, f64) = (f64::NEG_INFINITY, f64::INFINITY);
@@ -48,7 +48,7 @@ impl Scan<'_> {
             return;
         }
         let to_wall = |offset: &Offset| {
-            let value = if z > 0.0 { offset.value.hypot(z) } else { offset.value };
+            let value = if z > 0.0 { (offset.value * offset.value + z * z).sqrt() } else { offset.value };
             let normal =
                 if z > 0.0 { lift(&(offset.normal * offset.value), z) / value } else { lift(&offset.normal, 0.0) };
             let feature = Feature::CornerWall { peg_vertex: i, hole_edge: offset.edge };
@@ -105,7 +105,7 @@ impl Scan<'_> {
             } else {
                 lift(&offset.normal, 0.0)
             };
-            let value = if over > 0.0 { offset.value.hypot(over) } else { offset.value };
+            let value = if over > 0.0 { (offset.value * offset.value + over * over).sqrt() } else { offset.value };
             let normal = if over > 0.0 { -from_peg / value } else { -from_peg };
             let feature = Feature::RimCornerSide { hole_vertex: u, peg_edge: offset.edge };
             Candidate { value, point: corner + normal * value, normal, in_peg: true, feature }
@@ -228,20 +228,19 @@ fn promising<S: Sink>(
 ) {
     let mut bounds = [0.0; CHUNK];
     for chunk in vertices.chunks(CHUNK) {
-        let mut first = 0;
-        for (k, &vertex) in chunk.iter().enumerate() {
-            bounds[k] = bound(vertex);
-            if bounds[k] < bounds[first] {
-                first = k;
-            }
+        let mut least = f64::INFINITY;
+        for (place, &vertex) in bounds.iter_mut().zip(chunk) {
+            *place = bound(vertex);
+            least = lesser(*place, least);
         }
-        if bounds[first] >= sink.reach().max(0.0) {
+        if least >= sink.reach().max(0.0) {
             continue;
         }
-        visit(chunk[first], bounds[first] > 0.0, sink);
-        for (k, &vertex) in chunk.iter().enumerate() {
-            if k != first && bounds[k] < sink.reach().max(0.0) {
-                visit(vertex, bounds[k] > 0.0, sink);
+        let first = bounds.iter().position(|&bound| bound == least).unwrap_or(0);
+        visit(chunk[first], least > 0.0, sink);
+        for (k, (&bound, &vertex)) in bounds.iter().zip(chunk).enumerate() {
+            if k != first && bound < sink.reach().max(0.0) {
+                visit(vertex, bound > 0.0, sink);
             }
         }
     }
@@ -271,16 +270,15 @@ fn free_offsets<S: Sink>(
         return;
     }
     let parted = |near: &Neighbour| around.parted(near, &query.moved);
-    around.near.scan(query.vertex, around.moved, parted, |edge| {
-        let offset = around.edge_offset(&query.x, edge, query.free);
-        if !(0.0..sink.reach()).contains(&offset.value) {
+    around.near.scan(query.vertex, sink.reach(), around.moved, parted, |edge| {
+        let Some(offset) = around.edge_offset(&query.x, edge, query.free) else {
+            return sink.reach();
+        };
+        if !(-TOUCHING..sink.reach()).contains(&offset.value) {
             return sink.reach();
         }
         let height = around.height_at(edge, offset.t);
-        // A vertex counts once, at the start of its edge, and only if it points to the free side.
-        let counts =
-            if offset.t <= 0.0 { around.profile.is_convex_at(edge) == (query.free < 0.0) } else { offset.t < 1.0 };
-        if counts && query.range.0 <= height && height <= query.range.1 {
+        if query.range.0 <= height && height <= query.range.1 {
             let candidate = candidate(&offset);
             if candidate.value < sink.reach() {
                 sink.take(candidate);

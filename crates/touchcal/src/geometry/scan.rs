@@ -81,11 +81,13 @@ impl<'a> Scan<'a> {
     pub(super) fn run<S: Sink>(&self, sink: &mut S) {
         for end in [0.0, self.pair.length] {
             let limit = sink.reach().max(0.0);
-            let tilt = self.rotation[(2, 0)].hypot(self.rotation[(2, 1)]);
-            if self.translation.z + self.rotation[(2, 2)] * end - tilt * self.pair.peg_radius >= limit {
+            let (middle, spread) =
+                (self.translation.z + self.rotation[(2, 2)] * end, self.tilt() * self.pair.peg_radius);
+            if middle - spread >= limit {
                 continue;
             }
-            let (lowest, highest) = self.heights(end);
+            let (lowest, highest) =
+                if middle + spread < 0.0 { (middle - spread, middle + spread) } else { self.heights(end) };
             if lowest >= limit {
                 continue;
             }
@@ -93,7 +95,7 @@ impl<'a> Scan<'a> {
             self.corners(&ring, end, sink);
             self.wall_corners(&ring, end, sink);
             if highest > -sink.reach().max(RIM_DEPTH) {
-                self.end_edges(end, sink);
+                self.end_edges(&ring, end, sink);
             }
             if lowest < 0.0 && highest > 0.0 {
                 self.pierced_end(end, sink);
@@ -106,6 +108,11 @@ impl<'a> Scan<'a> {
         if self.rotation[(2, 2)] < LEANING {
             self.pierced_walls(sink);
         }
+    }
+
+    /// Sine of the angle between the axes.
+    pub(super) fn tilt(&self) -> f64 {
+        Vector2::new(self.rotation[(2, 0)], self.rotation[(2, 1)]).norm()
     }
 
     /// The gap that a candidate stands for: with its gradient, and in the hole frame.

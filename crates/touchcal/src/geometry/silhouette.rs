@@ -1,11 +1,14 @@
 //! Distances between points and the image of an outline, in the plane.
 
-use super::nearness::{Nearness, Neighbour};
+use super::nearness::{Nearness, Neighbour, lesser};
 use super::profile::Profile;
 use nalgebra::{Matrix2, Vector2};
 
 /// Distances (m) up to this are contact: the direction from foot to point is left to the edge.
-const TOUCHING: f64 = 1e-12;
+pub(super) const TOUCHING: f64 = 1e-12;
+/// How far beyond a corner of the free side an edge's line still counts, as a part of the distance from it: a tilt makes
+/// right angles a little obtuse.
+const PAST_CORNER: f64 = 0.01;
 
 /// An outline seen along an axis: an affine image of the polygon in a plane.
 pub(super) struct Loop<'a> {
@@ -71,9 +74,9 @@ impl Loop<'_> {
     #[inline]
     pub(super) fn parted(&self, near: &Neighbour, moved: &Vector2<f64>) -> f64 {
         // Points p of the edge move by (linear − 1) p + offset; of these only the first depends on p.
-        let (a, b) = self.profile.edge(near.edge as usize);
+        let [a, b] = &near.ends;
         let turned = self.linear.tr_mul(&near.away) - near.away;
-        near.away.dot(&(moved - self.offset)) - turned.dot(&a.coords).max(turned.dot(&b.coords))
+        near.away.dot(&(moved - self.offset)) + lesser(-turned.dot(a), -turned.dot(b))
     }
 
     /// A lower bound of the distance of a query vertex that stays in its place, see [`Nearness::bound`].
@@ -89,7 +92,7 @@ impl Loop<'_> {
         self.slope.dot(&(a.coords + (b - a) * t)) + self.height
     }
 
-    #[inline]
+    #[inline(always)]
     pub(super) fn foot(&self, edge: usize, x: &Vector2<f64>) -> Foot {
         let (a, along) = self.segment(edge);
         let t = ((x - a).dot(&along) / along.norm_squared().max(f64::MIN_POSITIVE)).clamp(0.0, 1.0);
@@ -101,7 +104,7 @@ impl Loop<'_> {
     pub(super) fn nearest(&self, query: &Query, reach: f64) -> (Foot, Foot) {
         let (mut any, mut counted) = (Foot::NONE, Foot::NONE);
         let parted = |near: &Neighbour| self.parted(near, &query.moved);
-        self.near.scan(query.vertex, self.moved, parted, |edge| {
+        self.near.scan(query.vertex, f64::INFINITY, self.moved, parted, |edge| {
             let foot = self.foot(edge, &query.x);
             if foot.distance < any.distance {
                 any = foot;
@@ -138,7 +141,7 @@ impl Loop<'_> {
     }
 
     /// Signed distance from an edge's line; `free` is +1 if the free side is the inside of the outline, else −1.
-    #[inline]
+    #[inline(always)]
     pub(super) fn line_offset(&self, x: &Vector2<f64>, edge: usize, free: f64) -> Offset {
         let (a, along) = self.segment(edge);
         let inverse = 1.0 / along.norm().max(f64::MIN_POSITIVE);
@@ -149,7 +152,7 @@ impl Loop<'_> {
     }
 
     /// Signed distance on the free side: from the edge, or from the vertex at which the foot lies.
-    #[inline]
+    #[inline(always)]
     pub(super) fn foot_offset(&self, x: &Vector2<f64>, foot: &Foot, free: f64) -> Offset {
         let line = self.line_offset(x, foot.edge, free);
         if foot.distance <= TOUCHING || (!foot.at_vertex() && line.value > 0.0) {
@@ -159,20 +162,34 @@ impl Loop<'_> {
         Offset { t: foot.t, value: foot.distance, normal, ..line }
     }
 
-    /// Distance on the free side from an edge, or from an end of it, in which case its place is clamped to 0 or 1.
-    #[inline]
-    pub(super) fn edge_offset(&self, x: &Vector2<f64>, edge: usize, free: f64) -> Offset {
+    /// Distance on the free side from an edge, or from an end of it, in which case its place is clamped to 0 or 1. A vertex counts once,
+    /// at the start of its edge, and only if it points to the free side; in a corner of the free side lines count a little
+    /// beyond it.
+    #[inline(always)]
+    pub(super) fn edge_offset(&self, x: &Vector2<f64>, edge: usize, free: f64) -> Option<Offset> {
         let line = self.line_offset(x, edge, free);
-        if line.t > 0.0 && line.t < 1.0 && line.value > 0.0 {
-            return line;
+        let within = line.t > 0.0 && line.t < 1.0;
+        if within && line.value > 0.0 {
+            return Some(line);
+        }
+        if !within {
+            let (a, b) = self.profile.edge(edge);
+            let vertex = if line.t <= 0.0 { edge } else { (edge + 1) % self.profile.len() };
+            if self.profile.is_convex_at(vertex) == (free > 0.0) {
+                let beyond = (-line.t).max(line.t - 1.0) * (self.linear * (b - a)).norm();
+                return (beyond <= PAST_CORNER * line.value + TOUCHING).then_some(line);
+            }
+            if line.t > 0.0 {
+                return None;
+            }
         }
         let t = line.t.clamp(0.0, 1.0);
         let away = x - self.point(edge, t);
         let distance = away.norm();
         if distance <= TOUCHING {
-            return Offset { t, ..line };
+            return Some(Offset { t, ..line });
         }
-        Offset { t, value: distance, normal: away / distance, ..line }
+        Some(Offset { t, value: distance, normal: away / distance, ..line })
     }
 
     /// Signed distances on the penetrating side: beyond a vertex both edges continue straight, beyond an edge the
@@ -207,9 +224,8 @@ pub(super) struct Query {
 /// Most that the map displaces a point of an outline, attained at a vertex of its hull.
 pub(super) fn displacement(profile: &Profile, hull: &[usize], linear: &Matrix2<f64>, offset: &Vector2<f64>) -> f64 {
     let change = linear - Matrix2::identity();
-    let squared =
-        hull.iter().map(|&i| (change * profile.vertices()[i].coords + offset).norm_squared()).fold(0.0, f64::max);
-    squared.sqrt()
+    let place = |i: usize| (change * profile.vertices()[i].coords + offset).norm_squared();
+    (-hull.iter().fold(0.0, |most, &i| lesser(-place(i), most))).sqrt()
 }
 
 /// An outline in its own plane.
