@@ -54,10 +54,10 @@ def main():
             x = index + 0.4 * kind - 0.2
             axes.bar(x, value, 0.38, color=colour, label=["nominal", "calibrated by touch"][kind] if index == 0 else None)
             axes.plot([x] * len(rows), [row[kind] for row in rows], ".", color="#24292f", markersize=3)
-            axes.text(x, value * 1.08, f"{value:.2f}", ha="center", va="bottom", fontsize=8)
+            axes.text(x, max(row[kind] for row in rows) * 1.15, f"{value:.2f}", ha="center", va="bottom", fontsize=8)
     axes.set_xticks(range(len(ARMS)), [title for title, _, _ in ARMS])
     axes.set_yscale("log")
-    axes.set_ylim(0.05, 30)
+    axes.set_ylim(0.05, 60)
     axes.set_ylabel("mm from the socket's mean")
     axes.set_title("Real arms, placements the fit never saw (dots: each placement)", fontsize=10)
     axes.spines[["top", "right"]].set_visible(False)

@@ -13,7 +13,7 @@ use touchcal::io::{IoError, Loaded, atomic, urdf};
 use touchcal::robot::Robot;
 use touchcal::se3::Pose;
 
-use crate::command::Failure;
+use crate::command::{Failure, Solved};
 
 /// The calibrated robot's file.
 pub const CALIBRATED: &str = "calibrated.urdf";
@@ -70,8 +70,9 @@ fn calibrated(loaded: &Loaded, estimate: &Estimate) -> Calibrated {
     Calibrated { robot: moved.unwrap_or_else(|| estimate.robot.clone()), tool_left_out }
 }
 
-/// An estimate as it is written; `seconds` is what it took.
-pub fn estimate_file(loaded: &Loaded, estimate: &Estimate, seconds: f64) -> EstimateFile {
+/// A calibration as it is written.
+pub fn estimate_file(loaded: &Loaded, solved: &Solved) -> EstimateFile {
+    let Solved { estimate, prefit, seconds } = solved;
     let size = estimate.parameters.len();
     let fixtures = &loaded.problem.fixtures;
     EstimateFile {
@@ -86,7 +87,7 @@ pub fn estimate_file(loaded: &Loaded, estimate: &Estimate, seconds: f64) -> Esti
         rank: estimate.identifiability.rank,
         condition: finite(estimate.identifiability.condition),
         null_space: null_space(estimate),
-        residuals: Residuals { prefit: stats(&estimate.prefit, fixtures), postfit: stats(&estimate.postfit, fixtures) },
+        residuals: Residuals { prefit: stats(prefit, fixtures), postfit: stats(&estimate.postfit, fixtures) },
         contacts: ContactCounts {
             read: estimate.contacts.read,
             used: estimate.contacts.used as u64,
@@ -101,7 +102,7 @@ pub fn estimate_file(loaded: &Loaded, estimate: &Estimate, seconds: f64) -> Esti
         warnings: warnings(loaded, estimate),
         inputs: loaded.inputs.iter().map(Into::into).collect(),
         version: env!("CARGO_PKG_VERSION").to_owned(),
-        seconds,
+        seconds: *seconds,
     }
 }
 

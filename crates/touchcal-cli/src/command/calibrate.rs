@@ -13,17 +13,17 @@ use crate::summary::{Calibration, Detail, INDENT};
 /// Reads, estimates, writes, tells.
 pub fn run(args: &CalibrateArgs) -> Result<Outcome, Failure> {
     let loaded = super::load(&args.source, args.urdf.as_deref())?;
-    let (estimate, seconds) = super::calibrate(&loaded)?;
-    let file = output::estimate_file(&loaded, &estimate, seconds);
-    let written = output::write(&args.out, &loaded, &estimate, &file)?;
-    let calibration = Calibration { loaded: &loaded, estimate: &estimate, file: &file, written: &written };
+    let solved = super::calibrate(&loaded)?;
+    let file = output::estimate_file(&loaded, &solved);
+    let written = output::write(&args.out, &loaded, &solved.estimate, &file)?;
+    let calibration = Calibration { loaded: &loaded, solved: &solved, file: &file, written: &written };
     if args.json {
         output::print(&file.to_json()?)?;
     } else {
         let detail = if args.all { Detail::Every } else { Detail::Grouped };
         output::print(&calibration.summary(detail, &next(&loaded, &args.source, &written)))?;
     }
-    Ok(outcome(estimate.status))
+    Ok(outcome(solved.estimate.status))
 }
 
 /// What a status means for the exit code, said on stderr too where it is bad.

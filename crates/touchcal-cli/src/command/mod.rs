@@ -8,7 +8,7 @@ pub mod inspect;
 use std::path::Path;
 use std::time::Instant;
 
-use touchcal::estimate::{Estimate, StopReason};
+use touchcal::estimate::{Estimate, Score, StopReason};
 use touchcal::io::mukca::{self, MukcaOptions};
 use touchcal::io::urdf::{self, Ends, UrdfFile};
 use touchcal::io::{IoError, Loaded, problem_file};
@@ -79,8 +79,18 @@ fn load_mukca(source: &Source, folder: &Path, urdf: UrdfFile) -> Result<Loaded, 
     Ok(mukca::read(folder, urdf, &options)?)
 }
 
-/// Calibrates, watched; returns the estimate and the seconds it took.
-fn calibrate(loaded: &Loaded) -> Result<(Estimate, f64), Failure> {
+/// A calibration done.
+pub struct Solved {
+    /// What came out.
+    pub estimate: Estimate,
+    /// How well the nominal arm explains the contacts.
+    pub prefit: Score,
+    /// What the estimation took.
+    pub seconds: f64,
+}
+
+/// Calibrates, watched.
+fn calibrate(loaded: &Loaded) -> Result<Solved, Failure> {
     let spinner = Spinner::new("Calibrating");
     let start = Instant::now();
     let estimate = touchcal::estimate::calibrate(&loaded.problem, &mut |progress| spinner.observe(progress));
@@ -89,5 +99,5 @@ fn calibrate(loaded: &Loaded) -> Result<(Estimate, f64), Failure> {
     if estimate.termination.reason == StopReason::Interrupted || crate::progress::interrupted() {
         return Err(Failure::Interrupted);
     }
-    Ok((estimate, seconds))
+    Ok(Solved { estimate, prefit: touchcal::estimate::evaluate(&loaded.problem), seconds })
 }

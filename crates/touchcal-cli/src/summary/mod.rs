@@ -4,10 +4,11 @@ mod parameters;
 
 pub use parameters::{Detail, Line, in_user_units, parameters};
 
-use touchcal::estimate::{Estimate, Fixture, Identifiability, Score, Spread, Status};
+use touchcal::estimate::{Fixture, Identifiability, Score, Spread, Status};
 use touchcal::io::Loaded;
 use touchcal::io::estimate_file::EstimateFile;
 
+use crate::command::Solved;
 use crate::output::Written;
 use crate::table::Table;
 
@@ -23,7 +24,7 @@ pub struct Calibration<'a> {
     /// What was read.
     pub loaded: &'a Loaded,
     /// What came out.
-    pub estimate: &'a Estimate,
+    pub solved: &'a Solved,
     /// The same as written.
     pub file: &'a EstimateFile,
     /// Where it was written.
@@ -33,7 +34,7 @@ pub struct Calibration<'a> {
 impl Calibration<'_> {
     /// The summary; `next` says what to do with a usable result.
     pub fn summary(&self, detail: Detail, next: &str) -> String {
-        let estimate = self.estimate;
+        let Solved { estimate, prefit, .. } = self.solved;
         let problem = &self.loaded.problem;
         let count = &self.file.contacts;
         let lines = estimate.parameters.iter().map(|entry| Line {
@@ -43,7 +44,7 @@ impl Calibration<'_> {
             identifiable: entry.identifiable,
         });
         let lines: Vec<Line<'_>> = lines.collect();
-        let scores = [("before", &estimate.prefit), ("after", &estimate.postfit)];
+        let scores = [("before", prefit), ("after", &estimate.postfit)];
         [
             format!("{}\n", self.headline()),
             format!("Robot     {}\n", robot(self.loaded)),
@@ -61,12 +62,12 @@ impl Calibration<'_> {
     }
 
     fn headline(&self) -> String {
-        let steps = self.estimate.termination.iterations;
-        match self.estimate.status {
+        let steps = self.solved.estimate.termination.iterations;
+        match self.solved.estimate.status {
             Status::Converged => format!("Calibrated: converged in {steps} steps, {:.2} s.", self.file.seconds),
             Status::NotConverged => format!(
                 "*** NOT CONVERGED ({}) after {steps} steps: DO NOT USE this result. ***",
-                self.estimate.termination.reason.name().replace('_', " ")
+                self.solved.estimate.termination.reason.name().replace('_', " ")
             ),
             Status::NotUsable => {
                 "*** NOT USABLE: these contacts do not determine the arm. DO NOT USE this result. ***".to_owned()
@@ -84,7 +85,7 @@ impl Calibration<'_> {
     }
 
     fn next(&self, next: &str) -> String {
-        match self.estimate.status {
+        match self.solved.estimate.status {
             Status::Converged => format!("Next      {next}\n"),
             _ => "Next      follow the advice above, record more contacts, and calibrate again\n".to_owned(),
         }

@@ -87,7 +87,6 @@ pub(super) fn conclude(search: &Search<'_>) -> Estimate {
         status: Status::Converged,
         covariance: known.covariance,
         identifiability: known.identifiability,
-        prefit: score(problem, &system.at(&DVector::zeros(scale.len()))),
         postfit: score(problem, &system.at(theta)),
         contacts: ContactCount { read: problem.contacts.rows_read(), used: found.verdicts.len() - rejected, rejected },
         verdicts: found.verdicts.clone(),

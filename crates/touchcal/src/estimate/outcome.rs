@@ -264,9 +264,7 @@ pub struct Estimate {
     pub covariance: DMatrix<f64>,
     /// What the data determine and what they do not.
     pub identifiability: Identifiability,
-    /// Residuals of the nominal arm.
-    pub prefit: Score,
-    /// Residuals of the calibrated arm.
+    /// Distances from touching with the calibrated arm; [`evaluate`](super::evaluate) gives those with the nominal one.
     pub postfit: Score,
     /// How many contacts counted.
     pub contacts: ContactCount,

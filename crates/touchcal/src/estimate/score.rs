@@ -1,6 +1,7 @@
 //! How well an arm explains contacts, in millimetres that need no estimator to understand.
 
 use nalgebra::Vector3;
+use rayon::prelude::*;
 
 use super::problem::Problem;
 use super::rows::At;
@@ -43,8 +44,8 @@ impl Spread {
 
 /// Distances (m) of all contacts at `at`, in order.
 pub(crate) fn distances(problem: &Problem, at: &At<'_>) -> Vec<f64> {
-    let mut rows = at.rows();
-    let values: Vec<Vector3<f64>> = (0..problem.contacts.len()).map(|i| at.residual_vector(i, &mut rows)).collect();
+    let each = (0..problem.contacts.len()).into_par_iter();
+    let values: Vec<Vector3<f64>> = each.map_init(|| at.rows(), |rows, i| at.residual_vector(i, rows)).collect();
     let mut mean = vec![(Vector3::zeros(), 0usize); problem.fixtures.len()];
     for (i, value) in values.iter().enumerate() {
         let f = problem.contacts.fixture(i);

@@ -9,7 +9,7 @@ use serde::Serialize;
 use touchcal::io::{atomic, problem_file};
 use touchcal::sim::InsertionLog;
 
-use super::{Failure, Outcome, calibrate};
+use super::{Failure, Outcome, Solved, calibrate};
 use crate::args::DemoArgs;
 use crate::output;
 use crate::progress::{Spinner, interrupted};
@@ -33,13 +33,14 @@ pub fn run(args: &DemoArgs) -> Result<Outcome, Failure> {
     let problem = args.out.join(PROBLEM_FILE);
     write_example(&args.out, &experiment, &log)?;
     let loaded = problem_file::read_file(&problem)?;
-    let (estimate, seconds) = super::calibrate(&loaded)?;
-    let file = output::estimate_file(&loaded, &estimate, seconds);
-    output::write(&args.out, &loaded, &estimate, &file)?;
+    let solved = super::calibrate(&loaded)?;
+    let Solved { estimate, prefit, .. } = &solved;
+    let file = output::estimate_file(&loaded, &solved);
+    output::write(&args.out, &loaded, estimate, &file)?;
     let text = [
-        comparison::text(&experiment, &loaded.problem, &estimate),
+        comparison::text(&experiment, &loaded.problem, estimate),
         "Distance from touching (mm)\n".to_owned(),
-        summary::residuals(&loaded.problem.fixtures, &[("before", &estimate.prefit), ("after", &estimate.postfit)]),
+        summary::residuals(&loaded.problem.fixtures, &[("before", prefit), ("after", &estimate.postfit)]),
         next(&args.out),
     ];
     output::print(&text.concat())?;
