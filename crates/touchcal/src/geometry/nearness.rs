@@ -111,8 +111,7 @@ impl Nearness {
     pub(super) fn scan(
         &self,
         vertex: usize,
-        mut limit: f64,
-        moved: f64,
+        (mut limit, moved): (f64, f64),
         parted: impl Fn(&Neighbour) -> f64,
         mut visit: impl FnMut(usize) -> f64,
     ) {

@@ -270,7 +270,7 @@ fn free_offsets<S: Sink>(
         return;
     }
     let parted = |near: &Neighbour| around.parted(near, &query.moved);
-    around.near.scan(query.vertex, sink.reach(), around.moved, parted, |edge| {
+    around.near.scan(query.vertex, (sink.reach(), around.moved), parted, |edge| {
         let Some(offset) = around.edge_offset(&query.x, edge, query.free) else {
             return sink.reach();
         };

@@ -104,7 +104,7 @@ impl Loop<'_> {
     pub(super) fn nearest(&self, query: &Query, reach: f64) -> (Foot, Foot) {
         let (mut any, mut counted) = (Foot::NONE, Foot::NONE);
         let parted = |near: &Neighbour| self.parted(near, &query.moved);
-        self.near.scan(query.vertex, f64::INFINITY, self.moved, parted, |edge| {
+        self.near.scan(query.vertex, (f64::INFINITY, self.moved), parted, |edge| {
             let foot = self.foot(edge, &query.x);
             if foot.distance < any.distance {
                 any = foot;
