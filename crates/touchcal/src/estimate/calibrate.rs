@@ -15,11 +15,11 @@ use super::rows::Rung;
 use super::system::System;
 
 /// The coarse stage and the descent of the loss's width look at about this many contacts; the end looks at all.
-const GLANCE: usize = 400;
+const GLANCE: usize = 250;
 /// Searches from the start, each holding what the one before found unbounded.
 const ROUNDS: usize = 3;
 /// Factor by which the robust loss narrows from step to step.
-const NARROWING: f64 = 2.0;
+const NARROWING: f64 = 3.0;
 
 const COARSE: Limits = Limits { iterations: 100, decrement: 1e-3 };
 const NARROW: Limits = Limits { iterations: 12, decrement: 1e-1 };

@@ -19,7 +19,7 @@ use super::system::System;
 /// Antithetic pairs drawn for each contact.
 const PAIRS: usize = 2;
 /// A bias is an average: about this many contacts are enough to measure it.
-const ENOUGH: usize = 1000;
+const ENOUGH: usize = 750;
 
 struct Room {
     rows: ContactRows,
