@@ -44,6 +44,7 @@ fn main() {
         let seconds = start.elapsed().as_secs_f64();
         let memory = peak_memory().zip(base).map_or(f64::NAN, |(peak, base)| (peak - base) / count as f64);
         let each = 1e6 * seconds / count as f64;
-        println!("{count:>10} {seconds:>10.3} {each:>14.1} {memory:>18.0}   {:?}", estimate.status);
+        let steps = estimate.termination.iterations;
+        println!("{count:>10} {seconds:>10.3} {each:>14.1} {memory:>18.0}   {:?} in {steps} steps", estimate.status);
     }
 }

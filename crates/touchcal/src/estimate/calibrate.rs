@@ -18,6 +18,8 @@ use super::system::System;
 const GLANCE: usize = 250;
 /// Searches from the start, each holding what the one before found unbounded.
 const ROUNDS: usize = 3;
+/// Factor by which more contacts are looked at from stage to stage.
+const LADDER: usize = 12;
 /// Factor by which the robust loss narrows from step to step.
 const NARROWING: f64 = 3.0;
 
@@ -126,7 +128,11 @@ impl<'p> Search<'p> {
             widening /= NARROWING;
         }
         self.system.set_resolution(&self.theta, self.stride());
-        self.minimise((Rung::Residual(loss), self.stride()), NARROW, observe);
+        let mut stride = self.stride();
+        while stride > 1 {
+            self.minimise((Rung::Residual(loss), stride), NARROW, observe);
+            stride /= LADDER;
+        }
         self.minimise((Rung::Residual(loss), 1), FINE, observe);
     }
 
