@@ -21,7 +21,7 @@ const ROUNDS: usize = 3;
 /// Factor by which more contacts are looked at from stage to stage.
 const LADDER: usize = 12;
 /// Factor by which the robust loss narrows from step to step.
-const NARROWING: f64 = 3.0;
+const NARROWING: f64 = 2.0;
 
 const COARSE: Limits = Limits { iterations: 100, decrement: 1e-3 };
 const NARROW: Limits = Limits { iterations: 12, decrement: 1e-1 };
