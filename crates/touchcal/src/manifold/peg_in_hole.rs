@@ -29,7 +29,7 @@ pub struct PegInHole {
 }
 
 impl PegInHole {
-    /// With the scales [`TRANSLATION_SCALE`] and [`ROTATION_SCALE`].
+    /// With an envelope scale of half a millimetre and one degree.
     pub fn new(shapes: PegAndHole) -> Self {
         PegInHole { shapes, translation_scale: TRANSLATION_SCALE, rotation_scale: ROTATION_SCALE }
     }
