@@ -1,12 +1,15 @@
 //! Contact manifolds: the poses at which a tool can touch a fixture, and how far a pose is from touching.
 
 mod ball_in_socket;
+pub mod coordinates;
 mod peg_in_hole;
 mod plane;
+mod projection;
 
 pub use ball_in_socket::BallInSocket;
 pub use peg_in_hole::PegInHole;
 pub use plane::Plane;
+pub use projection::{Projected, Projection};
 
 use crate::se3::{Pose, Twist};
 
@@ -71,6 +74,9 @@ impl Default for Rows {
     }
 }
 
+/// Given a pose's index and its residual, the derivative of some loss by each row of it.
+pub type Cotangent<'c> = &'c mut dyn FnMut(usize, &[f64], &mut [f64; MAX_ROWS]);
+
 /// One kind of touch: all that the estimator knows of a tool and a fixture.
 ///
 /// Poses are `fixture_from_tool`, the tool's pose in the fixture's frame. Values are in metres.
@@ -83,6 +89,25 @@ pub trait ContactManifold: Send + Sync + std::fmt::Debug {
     /// `resolution` (m) is how well the pose is known at the contact: features of the parts whose gaps differ by less cannot be
     /// told apart, and a manifold of several features may blend them. 0 asks for the exact distance.
     fn residual(&self, fixture_from_tool: &Pose, resolution: f64, rows: &mut Rows);
+
+    /// [`residual`](ContactManifold::residual) of many poses at once, each appended to its `rows`.
+    fn residuals(&self, poses: &[Pose], resolution: f64, rows: &mut [Rows]) {
+        for (pose, rows) in poses.iter().zip(rows) {
+            self.residual(pose, resolution, rows);
+        }
+    }
+
+    /// Derivatives of a loss by a right twist of each pose, from those by its residual: `Jᵀ cotangent(i, residual)`.
+    fn pull_back(&self, poses: &[Pose], resolution: f64, cotangent: Cotangent<'_>, gradients: &mut [Twist]) {
+        let mut rows = Rows::new();
+        for (i, (pose, gradient)) in poses.iter().zip(gradients).enumerate() {
+            rows.clear();
+            self.residual(pose, resolution, &mut rows);
+            let mut each = [0.0; MAX_ROWS];
+            cotangent(i, rows.values(), &mut each);
+            *gradient = rows.jacobian().iter().zip(each).map(|(row, y)| row * y).sum();
+        }
+    }
 
     /// How far the pose lies outside the region in which contacts happen, each row divided by that row's scale.
     /// Nearly convex in the pose, so the coarse stage converges from afar.
@@ -105,6 +130,11 @@ pub trait ContactManifold: Send + Sync + std::fmt::Debug {
     /// Whether the manifold is one point, so that its residual is an offset from it and its place may be unknown: contacts are
     /// then scored by their distance from their mean.
     fn is_point(&self) -> bool {
+        false
+    }
+
+    /// Whether the residual is the distance from a projection, which also counts motion along the manifold: no covariance follows from it.
+    fn is_projection(&self) -> bool {
         false
     }
 }

@@ -1,0 +1,94 @@
+//! Six coordinates of a pose, and what counts as near in them.
+
+use nalgebra::{Matrix3, Matrix6, Translation3, UnitQuaternion};
+
+use crate::se3::Pose;
+
+/// `[x, y, z, α, β, γ]`: place (m) and roll, pitch and yaw (rad), with `R = Rz(γ) Ry(β) Rx(α)` as in a URDF.
+pub type Coordinates = [f64; 6];
+
+/// Least `cos β` that derivatives divide by: at a pitch of 90° roll and yaw are one.
+const LEAST_COSINE: f64 = 1e-6;
+
+/// The coordinates of a pose.
+pub fn coordinates(pose: &Pose) -> Coordinates {
+    let place = pose.translation.vector;
+    let (roll, pitch, yaw) = pose.rotation.euler_angles();
+    [place.x, place.y, place.z, roll, pitch, yaw]
+}
+
+/// The pose with these coordinates.
+pub fn pose(coordinates: &Coordinates) -> Pose {
+    let [x, y, z, roll, pitch, yaw] = *coordinates;
+    Pose::from_parts(Translation3::new(x, y, z), UnitQuaternion::from_euler_angles(roll, pitch, yaw))
+}
+
+/// `∂c/∂ξ` of the coordinates `c` of `pose · Exp(ξ)`: the place moves with the rotation's columns, the angles as the body's rates of turn
+/// say (Diebel, *Representing attitude* (2006), eq. 76). At a pitch of 90° the derivative is bounded, not exact.
+pub fn coordinates_jacobian(pose: &Pose) -> Matrix6<f64> {
+    let (roll, pitch, _) = pose.rotation.euler_angles();
+    let (sin_roll, cos_roll) = roll.sin_cos();
+    let (sin_pitch, cos_pitch) = pitch.sin_cos();
+    let secant = 1.0 / cos_pitch.max(LEAST_COSINE);
+    let tangent = sin_pitch * secant;
+    #[rustfmt::skip]
+    let rates = Matrix3::new(
+        1.0, sin_roll * tangent, cos_roll * tangent,
+        0.0, cos_roll, -sin_roll,
+        0.0, sin_roll * secant, cos_roll * secant,
+    );
+    let mut jacobian = Matrix6::zeros();
+    jacobian.fixed_view_mut::<3, 3>(0, 0).copy_from(pose.rotation.to_rotation_matrix().matrix());
+    jacobian.fixed_view_mut::<3, 3>(3, 3).copy_from(&rates);
+    jacobian
+}
+
+/// How angles compare with lengths in a distance of poses.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Metric {
+    /// Length (m) that a radian counts as.
+    pub metres_per_radian: f64,
+}
+
+impl Metric {
+    /// A millimetre counts as much as a degree.
+    pub const MILLIMETRE_PER_DEGREE: Metric = Metric { metres_per_radian: 0.18 / std::f64::consts::PI };
+
+    /// The coordinates as a point (m) of the space in which the metric is Euclid's.
+    pub fn point(&self, coordinates: &Coordinates) -> [f64; 6] {
+        let [x, y, z, roll, pitch, yaw] = *coordinates;
+        let length = self.metres_per_radian;
+        [x, y, z, roll * length, pitch * length, yaw * length]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::se3::{self, Twist};
+
+    #[test]
+    fn a_pose_comes_back_and_its_derivative_is_that_of_differences() {
+        for c in [[0.01, -0.02, 0.3, 0.1, -0.2, 0.3], [0.0; 6], [1.0, 2.0, -3.0, -2.0, 1.2, 3.0]] {
+            let at = pose(&c);
+            let back = coordinates(&at);
+            assert!(c.iter().zip(back).all(|(a, b)| (a - b).abs() < 1e-12), "{c:?} {back:?}");
+            let jacobian = coordinates_jacobian(&at);
+            for k in 0..6 {
+                let mut step = Twist::zeros();
+                step[k] = 1e-6;
+                let (ahead, behind) = (coordinates(&(at * se3::exp(&step))), coordinates(&(at * se3::exp(&-step))));
+                for i in 0..6 {
+                    let slope = (ahead[i] - behind[i]) / 2e-6;
+                    assert!((slope - jacobian[(i, k)]).abs() < 1e-8, "{c:?} ({i}, {k}): {slope} {}", jacobian[(i, k)]);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_degree_is_a_millimetre() {
+        let point = Metric::MILLIMETRE_PER_DEGREE.point(&[0.0, 0.0, 0.0, 1f64.to_radians(), 0.0, 0.0]);
+        assert!((point[3] - 1e-3).abs() < 1e-15);
+    }
+}
