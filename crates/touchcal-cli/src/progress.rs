@@ -52,6 +52,7 @@ impl Spinner {
         let stage = match progress.stage {
             Stage::Coarse => "coarse",
             Stage::Fine => "fine",
+            Stage::Descent => "descent",
         };
         self.show(format!("{stage} step {}, residual (cost) {:.4e}", progress.iteration, progress.cost));
         if interrupted() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }

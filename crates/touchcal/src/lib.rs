@@ -26,7 +26,7 @@
 //!
 //! ```
 //! use std::ops::ControlFlow;
-//! use touchcal::estimate::{Fixture, Freedom, Loss, Noise, Problem, Status, Tool, calibrate};
+//! use touchcal::estimate::{Fixture, Freedom, Loss, Method, Noise, Problem, Status, Tool, calibrate};
 //! use touchcal::contact::{ContactLog, Source};
 //! use touchcal::geometry::{extrusion::PegAndHole, profile::Profile};
 //! use touchcal::io::urdf::{self, Ends};
@@ -82,6 +82,7 @@
 //!     noise: Noise { encoder: 3.5e-5, contact: 1e-5, learned: false },
 //!     parameters,
 //!     joint_drift: false,
+//!     method: Method::LevenbergMarquardt,
 //!     loss: Loss::GemanMcClure(3.0),
 //! };
 //! let estimate = calibrate(&problem, &mut |_| ControlFlow::Continue(()));

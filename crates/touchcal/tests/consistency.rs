@@ -12,7 +12,7 @@ mod common;
 use common::solve;
 use nalgebra::{DMatrix, DVector, Quaternion, UnitQuaternion, Vector3};
 use touchcal::contact::{ContactLog, Source};
-use touchcal::estimate::{Estimate, Fixture, Freedom, Loss, Noise, Problem, Status, Tool};
+use touchcal::estimate::{Estimate, Fixture, Freedom, Loss, Method, Noise, Problem, Status, Tool};
 use touchcal::geometry::extrusion::PegAndHole;
 use touchcal::geometry::profile::Profile;
 use touchcal::io::urdf::{self, Ends};
@@ -63,6 +63,7 @@ fn problem(fixture: Fixture, tip_from_tool: Pose, contacts: ContactLog, noise: N
         noise,
         parameters,
         joint_drift: false,
+        method: Method::LevenbergMarquardt,
         loss: Loss::GemanMcClure(3.0),
     }
 }

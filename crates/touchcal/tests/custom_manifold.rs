@@ -12,7 +12,7 @@ mod common;
 use common::solve;
 use nalgebra::{UnitQuaternion, Vector3};
 use touchcal::contact::{ContactLog, Source};
-use touchcal::estimate::{Fixture, Freedom, Loss, Noise, Problem, Status, Tool};
+use touchcal::estimate::{Fixture, Freedom, Loss, Method, Noise, Problem, Status, Tool};
 use touchcal::io::urdf::{self, Ends};
 use touchcal::manifold::{ContactManifold, Rows};
 use touchcal::robot::{Column, Kinematics, joint_offset};
@@ -86,6 +86,7 @@ fn a_sphere_calibrates_the_joints_that_move_over_it() {
         contacts,
         noise: Noise { encoder: 1e-6, contact: 1e-6, learned: false },
         joint_drift: false,
+        method: Method::LevenbergMarquardt,
         loss: Loss::Squared,
     };
     let estimate = solve(&problem);

@@ -200,7 +200,10 @@ fn unknown_keys_and_names_are_refused_with_a_suggestion() {
     );
     refused("base = \"base_link\"", "base = \"base_lnk\"", &["did you mean `base_link`?"]);
     refused("base = \"base_link\"", "joints = [\"a\"]", &["robot, joints", "joint_a7"]);
-    refused("levenberg_marquardt", "gradient_descent", &["estimate, method", "not available yet"]);
+    let method = "method = \"levenberg_marquardt\"";
+    refused(method, "descent = { steps = 10 }", &["estimate, descent", "`method = \"gradient_descent\"`"]);
+    let no_steps = "method = \"gradient_descent\"\ndescent = { steps = 0 }";
+    refused(method, no_steps, &["estimate.descent, steps", "a whole number", "found 0"]);
     refused("levenberg_marquardt", "levenberg_marquard", &["did you mean `levenberg_marquardt`?"]);
     refused("unit = \"deg\"", "unit = \"degrees\"", &["unknown variant `degrees`", "`rad`"]);
     refused("q1 = \"axis1\"", "p1 = \"axis1\"", &["deg.csv, columns", "`p1`"]);

@@ -12,7 +12,7 @@ mod common;
 use common::{data, mujoco_trial, solve};
 use nalgebra::{UnitQuaternion, Vector3};
 use touchcal::contact::{ContactLog, Source};
-use touchcal::estimate::{Estimate, Fixture, Freedom, Loss, Noise, Problem, Status, Tool, Warning};
+use touchcal::estimate::{Estimate, Fixture, Freedom, Loss, Method, Noise, Problem, Status, Tool, Warning};
 use touchcal::io::mukca::{self, MukcaOptions};
 use touchcal::io::urdf::{self, Ends};
 use touchcal::manifold::Plane;
@@ -107,6 +107,7 @@ fn table(parameters: fn(&robot::Robot) -> Vec<robot::Parameter>) -> Problem {
         contacts,
         noise: Noise { encoder: 1e-5, contact: 1e-5, learned: false },
         joint_drift: false,
+        method: Method::LevenbergMarquardt,
         loss: Loss::GemanMcClure(3.0),
     }
 }

@@ -5,12 +5,13 @@ use std::ops::ControlFlow;
 use nalgebra::DVector;
 
 use super::conclude::conclude;
+use super::gradient_descent::{Descent, descend};
 use super::identifiability::{Held, held};
 use super::learn::learn;
 use super::levenberg_marquardt::{Limits, minimise, observer};
 use super::loss::Loss;
 use super::outcome::{Estimate, Progress, Stage, StopReason, Termination};
-use super::problem::Problem;
+use super::problem::{Method, Problem};
 use super::rows::Rung;
 use super::system::System;
 
@@ -34,12 +35,16 @@ type Observe<'o> = &'o mut dyn FnMut(&Progress) -> ControlFlow<()>;
 /// Minimises, from zero, first the distance of all contact poses from their manifolds' envelopes, then
 /// `Σ ρ(‖W r(θ)‖²) + Σ (θₖ/σₖ)² + Σ ((dᵢⱼ − d̂ᵢⱼ)/σᵢⱼ)²`, where `r` is a contact's residual, `W` whitens encoder and contact noise, `ρ` is the
 /// problem's loss, narrowed in steps from one that is nearly least squares. Parameters without prior that nothing determines are held at zero.
-/// `observe` is called at each step and may end the estimation.
+/// `observe` is called at each step and may end the estimation. [`Method::GradientDescent`] goes another way, see [`Descent`].
 ///
 /// The covariance is that of an M-estimator (Huber 1981, section 7.6): `(A²/B · Σ JᵀJ + Λ)⁻¹` with `A` the mean of ψ′, `B` that of ψ² over all contacts and
 /// `Λ` the priors; noise above the declared one widens it.
 pub fn calibrate(problem: &Problem, observe: Observe<'_>) -> Estimate {
     let mut search = Search::new(problem);
+    if let Method::GradientDescent(descent) = problem.method {
+        search.descend(&descent, observe);
+        return conclude(&search);
+    }
     for _ in 0..ROUNDS {
         search.coarse(observe);
         if search.hold_unbounded() {
@@ -110,6 +115,14 @@ impl<'p> Search<'p> {
         let iterations = self.termination.iterations + minimum.termination.iterations;
         self.theta = minimum.theta;
         self.termination = Termination { iterations, ..minimum.termination };
+    }
+
+    /// From zero by gradient descent.
+    fn descend(&mut self, descent: &Descent, observe: Observe<'_>) {
+        self.hold_unbounded();
+        let descended = descend(&self.system, &self.scale, descent, observe);
+        self.theta = descended.theta;
+        self.termination = descended.termination;
     }
 
     /// From zero towards the envelopes.

@@ -74,10 +74,11 @@ pub(super) fn conclude(search: &Search<'_>) -> Estimate {
     // A correction is known no better than to its own size.
     let mut known = Knowledge::new(system, &found.data, scale, held);
     known.covariance += bias * bias.transpose();
+    let projected = problem.fixtures.iter().any(|fixture| fixture.manifold.is_projection());
     let estimated = system.parameters.iter().enumerate().map(|(k, parameter)| Estimated {
         parameter: parameter.clone(),
         value: theta[k],
-        sigma: known.sigma(k),
+        sigma: if projected { None } else { known.sigma(k) },
         identifiable: known.identifiable[k],
     });
     let parameters: Vec<Estimated> = estimated.collect();
@@ -136,6 +137,9 @@ fn warnings(system: &System<'_>, found: &Found, held: &Held, estimate: &Estimate
     let share = estimate.contacts.rejected as f64 / found.verdicts.len().max(1) as f64;
     if share > MANY_REJECTED {
         warnings.push(Warning::ManyRejected { share });
+    }
+    if system.problem.fixtures.iter().any(|fixture| fixture.manifold.is_projection()) {
+        warnings.push(Warning::NoUncertainty);
     }
     let contacts = &system.problem.contacts;
     for (i, joint) in system.problem.robot.moving().enumerate() {

@@ -3,6 +3,7 @@
 mod calibrate;
 mod conclude;
 mod evaluate;
+mod gradient_descent;
 mod identifiability;
 mod inspect;
 mod knowledge;
@@ -20,11 +21,12 @@ mod workspace;
 
 pub use calibrate::calibrate;
 pub use evaluate::evaluate;
+pub use gradient_descent::{Descent, Optimiser};
 pub use identifiability::{Identifiability, NullDirection};
 pub use inspect::{Expected, Inspection, JointRange, inspect};
 pub use loss::Loss;
 pub use outcome::{
     ContactCount, Estimate, Estimated, Progress, Stage, Status, StopReason, Termination, Verdict, Warning,
 };
-pub use problem::{Distance, Fixture, Freedom, Noise, Problem, Tool};
+pub use problem::{Distance, Fixture, Freedom, Method, Noise, Problem, Tool};
 pub use score::{Score, Spread};

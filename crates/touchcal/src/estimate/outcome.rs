@@ -14,6 +14,8 @@ pub enum Stage {
     Coarse,
     /// Onto the manifolds.
     Fine,
+    /// Gradient descent.
+    Descent,
 }
 
 /// Where a running estimation stands.
@@ -30,7 +32,7 @@ pub struct Progress {
 /// Why a minimisation stopped.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum StopReason {
-    /// The Newton decrement fell below its threshold.
+    /// The Newton decrement, or the loss's last fall in gradient descent, is below its threshold.
     Converged,
     /// The iteration limit came first.
     IterationLimit,
@@ -60,11 +62,11 @@ impl StopReason {
 pub struct Termination {
     /// Why.
     pub reason: StopReason,
-    /// Newton decrement of the last step.
+    /// Newton decrement of the last step; of gradient descent, the share by which the loss fell in the last tenth.
     pub measured: f64,
     /// What it had to fall below.
     pub threshold: f64,
-    /// Linearizations of both stages.
+    /// Linearizations of both stages, or steps of gradient descent.
     pub iterations: usize,
 }
 
@@ -150,6 +152,8 @@ pub enum Warning {
         /// Its value (SI).
         value: f64,
     },
+    /// Contacts were measured by their distance from a projection, from which no uncertainty follows.
+    NoUncertainty,
     /// A parameter ended far outside its prior.
     FarFromPrior {
         /// Name of the parameter.
@@ -170,6 +174,7 @@ impl Warning {
             Warning::ManyRejected { .. } => "many_rejected",
             Warning::JointHardlyMoved { .. } => "joint_hardly_moved",
             Warning::Implausible { .. } => "implausible",
+            Warning::NoUncertainty => "no_uncertainty",
             Warning::FarFromPrior { .. } => "far_from_prior",
         }
     }
@@ -198,6 +203,9 @@ impl Warning {
             Warning::Implausible { name, value } => {
                 format!("`{name}` ended at {value:.3}, which is no calibration: do not use the result")
             }
+            Warning::NoUncertainty => {
+                "a projection also counts motion along the manifold, so no uncertainty follows from it".to_owned()
+            }
             Warning::FarFromPrior { name, deviations } => {
                 format!("`{name}` ended {deviations:.1} prior standard deviations from zero")
             }
@@ -218,6 +226,7 @@ impl Warning {
             Warning::ManyRejected { .. } => "check the force threshold and the fixtures' places",
             Warning::JointHardlyMoved { .. } => "move it more to tell its errors from its neighbours'",
             Warning::Implausible { .. } => "check units, the robot, and where the fixtures are",
+            Warning::NoUncertainty => "use the parts' exact shapes for error bars",
             Warning::FarFromPrior { .. } => "check the nominal model or widen its prior",
         }
     }
@@ -236,7 +245,7 @@ pub struct Estimated {
     pub parameter: Parameter,
     /// Its estimate (SI).
     pub value: f64,
-    /// Its standard deviation; none where neither data nor prior bound it.
+    /// Its standard deviation; none where neither data nor prior bound it, or contacts were measured by a projection.
     pub sigma: Option<f64>,
     /// Whether the data determine it.
     pub identifiable: bool,

@@ -1,5 +1,6 @@
 //! What is to be solved: an arm, what touches, what is touched, the contacts, and what may be wrong.
 
+use super::gradient_descent::Descent;
 use super::loss::Loss;
 use crate::contact::ContactLog;
 use crate::manifold::ContactManifold;
@@ -68,6 +69,16 @@ pub struct Noise {
     pub learned: bool,
 }
 
+/// How the parameters are searched for.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum Method {
+    /// Coarse and fine Levenberg–Marquardt: the method of choice.
+    #[default]
+    LevenbergMarquardt,
+    /// Gradient descent on mean absolute distances, to compare with.
+    GradientDescent(Descent),
+}
+
 /// A calibration problem.
 #[derive(Debug)]
 pub struct Problem {
@@ -87,6 +98,8 @@ pub struct Problem {
     pub parameters: Vec<Parameter>,
     /// Whether the joints' zeros may differ a little from placement to placement; takes effect with two placements or more.
     pub joint_drift: bool,
-    /// Loss of the fine stage.
+    /// How they are searched for.
+    pub method: Method,
+    /// Loss of the fine stage; gradient descent has its own.
     pub loss: Loss,
 }

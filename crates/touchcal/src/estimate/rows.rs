@@ -5,7 +5,7 @@ use nalgebra::{DVector, Matrix6, SMatrix, Vector3};
 use super::loss::Loss;
 use super::normal::NormalEquations;
 use super::system::System;
-use crate::manifold::{MAX_ROWS, Rows};
+use crate::manifold::{Cotangent, MAX_ROWS, Rows};
 use crate::robot::{Column, Kinematics, Scratch};
 use crate::se3::{self, Pose, Twist};
 
@@ -156,36 +156,49 @@ impl<'s> At<'s> {
             }
         };
         let seen = &system.seen[f];
-        // T_ft = T_bf⁻¹ T_bt: moving the fixture by Exp(ζ) moves the tool, in its own frame, by −Ad(T_ft⁻¹) ζ.
-        let fixture_motion = seen
-            .iter()
-            .any(|&k| matches!(system.parameters[k].column, Column::Fixture(..)))
-            .then(|| -(se3::adjoint(&fixture_from_tool.inverse()) * fixture.right_jacobian));
+        let fixture_motion = self.fixture_motion(f, &fixture_from_tool);
         for (r, row) in into.rows.jacobian().iter().enumerate() {
-            into.residual[r] = into.rows.values()[r];
             let jacobian = &mut into.jacobian[r * seen.len()..(r + 1) * seen.len()];
             for (entry, &k) in jacobian.iter_mut().zip(seen) {
                 *entry = match system.parameters[k].column {
-                    Column::Fixture(_, component) => {
-                        fixture_motion.as_ref().map_or(0.0, |motion| row.dot(&motion.column(component)))
-                    }
-                    Column::JointDrift(_, joint) => -row.dot(&into.scratch.joints[joint]),
-                    Column::Interference(_) => {
-                        if whiten {
-                            into.residual[r] -= fixture.interference;
-                            -1.0
-                        } else {
-                            0.0
-                        }
-                    }
-                    _ => row.dot(&into.scratch.columns[k]),
+                    Column::Interference(_) if whiten => -1.0,
+                    _ => change(&system.parameters[k].column, row, fixture_motion.as_ref(), k, &into.scratch),
                 };
             }
+            into.residual[r] = into.rows.values()[r] - if whiten { fixture.interference } else { 0.0 };
         }
         if whiten {
             self.whiten(seen.len(), into);
         }
         into.residual[..into.rows.len()].iter().map(|r| r * r).sum()
+    }
+
+    /// `∂ξ/∂ζ` of the tool's twist ξ in its own frame by fixture `f`'s parameters ζ; none if its place is known.
+    ///
+    /// `T_ft = T_bf⁻¹ T_bt`: moving the fixture by `Exp(ζ)` moves the tool by `−Ad(T_ft⁻¹) ζ`.
+    fn fixture_motion(&self, f: usize, fixture_from_tool: &Pose) -> Option<Matrix6<f64>> {
+        let moves = |k: &usize| matches!(self.system.parameters[*k].column, Column::Fixture(..));
+        let motion = || -(se3::adjoint(&fixture_from_tool.inverse()) * self.fixtures[f].right_jacobian);
+        self.system.seen[f].iter().any(moves).then(motion)
+    }
+
+    /// Adds to `gradient` the derivatives of a loss of the contacts `which`, all of one fixture, given by its derivative by their residuals.
+    pub fn pull_back(&self, which: &[usize], cotangent: Cotangent<'_>, into: &mut ContactRows, gradient: &mut [f64]) {
+        let Some(&first) = which.first() else { return };
+        let contacts = &self.system.problem.contacts;
+        let f = contacts.fixture(first);
+        let manifold = &self.system.problem.fixtures[f].manifold;
+        let poses: Vec<Pose> = which.iter().map(|&i| self.locate(f, contacts.q(i), into)).collect();
+        let mut twists = vec![Twist::zeros(); poses.len()];
+        manifold.pull_back(&poses, self.system.resolution, cotangent, &mut twists);
+        for ((&i, pose), twist) in which.iter().zip(&poses).zip(&twists) {
+            self.locate(f, contacts.q(i), into);
+            let fixture_motion = self.fixture_motion(f, pose);
+            for &k in &self.system.seen[f] {
+                let column = &self.system.parameters[k].column;
+                gradient[k] += change(column, twist, fixture_motion.as_ref(), k, &into.scratch);
+            }
+        }
     }
 
     /// The tool's pose in fixture `f`, its derivatives left in `into`.
@@ -298,5 +311,15 @@ impl<'s> At<'s> {
             normal.add_row(&index, &jacobian, residual, 1.0);
             normal.cost += residual * residual;
         }
+    }
+}
+
+/// Derivative by parameter `k` of what changes by `row · ξ` for a twist ξ of the tool in its own frame.
+fn change(column: &Column, row: &Twist, fixture_motion: Option<&Matrix6<f64>>, k: usize, scratch: &Scratch) -> f64 {
+    match *column {
+        Column::Fixture(_, component) => fixture_motion.map_or(0.0, |motion| row.dot(&motion.column(component))),
+        Column::JointDrift(_, joint) => -row.dot(&scratch.joints[joint]),
+        Column::Interference(_) => 0.0,
+        _ => row.dot(&scratch.columns[k]),
     }
 }

@@ -14,7 +14,7 @@ use super::loaded::Loaded;
 use super::suggest::{did_you_mean, list};
 use super::urdf::UrdfFile;
 use crate::contact::ContactLog;
-use crate::estimate::{Distance, Fixture, Freedom, Loss, Noise, Problem, Tool};
+use crate::estimate::{Distance, Fixture, Freedom, Loss, Method, Noise, Problem, Tool};
 use crate::manifold::BallInSocket;
 use crate::robot::{Robot, joint_origin};
 
@@ -94,6 +94,7 @@ pub fn read(folder: &Path, urdf: UrdfFile, options: &MukcaOptions) -> Result<Loa
         noise,
         parameters,
         joint_drift: true,
+        method: Method::LevenbergMarquardt,
         loss: Loss::GemanMcClure(LOSS_SCALE),
     };
     Ok(Loaded { problem, urdf: text, inputs })

@@ -90,13 +90,6 @@ pub trait ContactManifold: Send + Sync + std::fmt::Debug {
     /// told apart, and a manifold of several features may blend them. 0 asks for the exact distance.
     fn residual(&self, fixture_from_tool: &Pose, resolution: f64, rows: &mut Rows);
 
-    /// [`residual`](ContactManifold::residual) of many poses at once, each appended to its `rows`.
-    fn residuals(&self, poses: &[Pose], resolution: f64, rows: &mut [Rows]) {
-        for (pose, rows) in poses.iter().zip(rows) {
-            self.residual(pose, resolution, rows);
-        }
-    }
-
     /// Derivatives of a loss by a right twist of each pose, from those by its residual: `Jᵀ cotangent(i, residual)`.
     fn pull_back(&self, poses: &[Pose], resolution: f64, cotangent: Cotangent<'_>, gradients: &mut [Twist]) {
         let mut rows = Rows::new();

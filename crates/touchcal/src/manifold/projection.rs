@@ -62,20 +62,15 @@ impl<P: Projection> ContactManifold for Projected<P> {
         self.0.name()
     }
 
-    fn residual(&self, fixture_from_tool: &Pose, resolution: f64, rows: &mut Rows) {
-        self.residuals(std::slice::from_ref(fixture_from_tool), resolution, std::slice::from_mut(rows));
-    }
-
-    fn residuals(&self, poses: &[Pose], _: f64, rows: &mut [Rows]) {
-        let at: Vec<Coordinates> = poses.iter().map(coordinates).collect();
+    fn residual(&self, fixture_from_tool: &Pose, _: f64, rows: &mut Rows) {
+        let at = coordinates(fixture_from_tool);
         let (mut onto, mut change) = (Vec::new(), Vec::new());
-        self.0.linearize(&at, &mut onto, &mut change);
+        self.0.linearize(&[at], &mut onto, &mut change);
+        let (Some(onto), Some(change)) = (onto.first(), change.first()) else { return };
+        let jacobian = (Matrix6::identity() - change) * coordinates_jacobian(fixture_from_tool);
         let lengths = self.0.metric().point(&[1.0; 6]);
-        for (i, (pose, rows)) in poses.iter().zip(rows).enumerate() {
-            let jacobian = (Matrix6::identity() - change[i]) * coordinates_jacobian(pose);
-            for (k, value) in self.values(&at[i], &onto[i]).into_iter().enumerate() {
-                rows.push(value, jacobian.row(k).transpose() * lengths[k]);
-            }
+        for (k, value) in self.values(&at, onto).into_iter().enumerate() {
+            rows.push(value, jacobian.row(k).transpose() * lengths[k]);
         }
     }
 

@@ -106,6 +106,7 @@ fn build(toml: &ProblemToml, context: &Context<'_>) -> Result<Loaded, IoError> {
         noise,
         parameters: wanted.parameters,
         joint_drift: wanted.joint_drift,
+        method: wanted.method,
         loss: wanted.loss,
     };
     Ok(Loaded { problem, urdf, inputs })

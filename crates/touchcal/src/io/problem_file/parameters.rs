@@ -1,8 +1,10 @@
 //! What to estimate, and how: the `[estimate]` table.
 
+use toml::Spanned;
+
 use super::context::{Allowed, Context, DEG, MM};
-use super::schema::{EstimateToml, LossToml, PriorToml, Text};
-use crate::estimate::Loss;
+use super::schema::{EstimateToml, LossToml, Number, OptimiserToml, PriorToml, Text};
+use crate::estimate::{Descent, Loss, Method, Optimiser};
 use crate::io::error::{IoError, quoted};
 use crate::io::suggest::{did_you_mean, list};
 use crate::robot::{Block, Parameter, Robot, Unit, joint_offset, joint_origin, segment_strain, strain};
@@ -17,6 +19,10 @@ const BLOCKS: [Block; 7] = [
     Block::Tool,
     Block::Fixture,
 ];
+/// Ways to search.
+const METHODS: [&str; 2] = ["levenberg_marquardt", "gradient_descent"];
+/// Most steps, and contacts, of a gradient descent.
+const MOST_STEPS: f64 = 1e7;
 /// Scales of the losses where none is given, in standard deviations. Huber and Cauchy: 95 % efficiency on Gaussian noise
 /// (Zhang 1997, table 1). Geman–McClure: a contact at 3σ keeps a quarter of its weight.
 const HUBER: f64 = 1.345;
@@ -32,16 +38,17 @@ pub(super) struct Wanted {
     pub(super) fixtures: bool,
     /// The joints' zeros may differ from placement to placement.
     pub(super) joint_drift: bool,
+    pub(super) method: Method,
     pub(super) loss: Loss,
 }
 
 pub(super) fn wanted(estimate: &EstimateToml, robot: &Robot, context: &Context<'_>) -> Result<Wanted, IoError> {
-    check_method(estimate.method.as_ref(), context)?;
     let mut wanted = Wanted {
         parameters: Vec::new(),
         tool: false,
         fixtures: false,
         joint_drift: false,
+        method: method(estimate, context)?,
         loss: loss(estimate, context)?,
     };
     let priors = Priors::of(&estimate.prior, context)?;
@@ -117,15 +124,48 @@ fn loss(estimate: &EstimateToml, context: &Context<'_>) -> Result<Loss, IoError>
     })
 }
 
-fn check_method(method: Option<&Text>, context: &Context<'_>) -> Result<(), IoError> {
-    const METHODS: [&str; 2] = ["levenberg_marquardt", "gradient_descent"];
-    let Some(method) = method else { return Ok(()) };
-    let found = match method.get_ref().as_str() {
-        "levenberg_marquardt" => return Ok(()),
-        "gradient_descent" => "`gradient_descent`, which is not available yet".to_owned(),
-        other => format!("{}{}", quoted(other), did_you_mean(other, METHODS)),
-    };
-    Err(IoError::unexpected(context.place(method.span(), "estimate, method"), "`levenberg_marquardt`", found))
+fn method(estimate: &EstimateToml, context: &Context<'_>) -> Result<Method, IoError> {
+    let name = estimate.method.as_ref().map_or(METHODS[0], |name| name.get_ref());
+    if !METHODS.contains(&name) {
+        let place = context.place(estimate.method.as_ref().map_or(0..0, Spanned::span), "estimate, method");
+        let found = format!("{}{}", quoted(name), did_you_mean(name, METHODS));
+        return Err(IoError::unexpected(place, list(METHODS), found));
+    }
+    if name == METHODS[0] {
+        let Some(table) = &estimate.descent else { return Ok(Method::LevenbergMarquardt) };
+        let place = context.place(table.span(), "estimate, descent");
+        return Err(IoError::unexpected(place, format!("`method = \"{}\"`", METHODS[1]), quoted(name)));
+    }
+    let mut descent = Descent::default();
+    let Some(table) = &estimate.descent else { return Ok(Method::GradientDescent(descent)) };
+    let table = table.get_ref();
+    if let Some(optimiser) = table.optimiser {
+        descent.optimiser = match optimiser {
+            OptimiserToml::Adam => Optimiser::Adam,
+            OptimiserToml::Plain => Optimiser::Plain,
+        };
+    }
+    if let Some(rate) = context.number(table.rate.as_ref(), 1.0, Allowed::Positive, "estimate.descent, rate")? {
+        descent.rate = rate;
+    }
+    if let Some(steps) = whole(table.steps.as_ref(), context, "estimate.descent, steps")? {
+        descent.steps = steps;
+    }
+    if let Some(contacts) = whole(table.contacts.as_ref(), context, "estimate.descent, contacts")? {
+        descent.contacts = contacts;
+    }
+    Ok(Method::GradientDescent(descent))
+}
+
+/// A whole number from 1 to [`MOST_STEPS`].
+fn whole(number: Option<&Number>, context: &Context<'_>, field: &str) -> Result<Option<usize>, IoError> {
+    let Some(number) = number else { return Ok(None) };
+    let value = *number.get_ref();
+    if value.fract() != 0.0 || !(1.0..=MOST_STEPS).contains(&value) {
+        let place = context.place(number.span(), field);
+        return Err(IoError::unexpected(place, format!("a whole number from 1 to {MOST_STEPS}"), format!("{value}")));
+    }
+    Ok(Some(value as usize))
 }
 
 /// Standard deviations of the priors, in SI units.
@@ -140,7 +180,7 @@ struct Priors {
 
 impl Priors {
     fn of(prior: &PriorToml, context: &Context<'_>) -> Result<Priors, IoError> {
-        let sigma = |number: &Option<super::schema::Number>, unit, key: &str| {
+        let sigma = |number: &Option<Number>, unit, key: &str| {
             context.number(number.as_ref(), unit, Allowed::Positive, &format!("estimate.prior, {key}"))
         };
         Ok(Priors {

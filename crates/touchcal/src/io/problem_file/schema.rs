@@ -157,6 +157,22 @@ pub(super) enum LossToml {
     GemanMcClure,
 }
 
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub(super) enum OptimiserToml {
+    Adam,
+    Plain,
+}
+
+#[derive(Debug, Default, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct DescentToml {
+    pub(super) optimiser: Option<OptimiserToml>,
+    pub(super) steps: Option<Number>,
+    pub(super) rate: Option<Number>,
+    pub(super) contacts: Option<Number>,
+}
+
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct EstimateToml {
@@ -169,4 +185,5 @@ pub(super) struct EstimateToml {
     #[serde(default)]
     pub(super) prior: PriorToml,
     pub(super) method: Option<Text>,
+    pub(super) descent: Option<Spanned<DescentToml>>,
 }
