@@ -19,6 +19,7 @@
 //! | [`manifold`] | contact manifolds: peg in hole, ball in socket, tool on plane, or your own |
 //! | [`estimate`] | the estimator, covariance, identifiability, outcomes |
 //! | [`sim`] | simulated touching, for demonstrations and tests |
+//! | [`experiment`] | calibrations of which the truth is known |
 //! | [`io`] | files, to and from these types |
 //!
 //! # Example
@@ -98,6 +99,7 @@
 
 pub mod contact;
 pub mod estimate;
+pub mod experiment;
 pub mod geometry;
 pub mod io;
 pub mod manifold;

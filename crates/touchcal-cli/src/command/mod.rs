@@ -9,6 +9,7 @@ use std::path::Path;
 use std::time::Instant;
 
 use touchcal::estimate::{Estimate, Score, StopReason};
+use touchcal::experiment::PartsError;
 use touchcal::io::mukca::{self, MukcaOptions};
 use touchcal::io::urdf::{self, Ends, UrdfFile};
 use touchcal::io::{IoError, Loaded, problem_file};
@@ -35,6 +36,9 @@ pub enum Failure {
     /// A simulation.
     #[error(transparent)]
     Simulation(#[from] SimulationError),
+    /// An experiment's parts.
+    #[error(transparent)]
+    Parts(#[from] PartsError),
     /// The user.
     #[error("interrupted; no result was written")]
     Interrupted,

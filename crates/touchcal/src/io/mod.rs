@@ -6,6 +6,7 @@
 //! | [`contact_csv`] | joint logs, plain or gzipped | [`ContactLog`](crate::contact::ContactLog) |
 //! | [`problem_file`] | `problem.toml` and what it refers to | [`Problem`](crate::estimate::Problem) |
 //! | [`mukca`] | a folder of ball-in-socket logs | [`Problem`](crate::estimate::Problem) |
+//! | [`trial_folder`] | trials with truth | [`Trial`](crate::experiment::Trial)s |
 //! | [`estimate_file`] | `estimate.json` | [`EstimateFile`](estimate_file::EstimateFile), and writes it |
 //! | [`atomic`] | | writes a file whole or not at all |
 //!
@@ -22,6 +23,7 @@ pub mod mukca;
 mod outline;
 pub mod problem_file;
 mod suggest;
+pub mod trial_folder;
 pub mod urdf;
 
 pub use bytes::Input;

@@ -1,20 +1,21 @@
 //! `touchcal demo`: the whole way, without input.
 
 mod comparison;
-mod experiment;
 
 use std::path::Path;
 
 use serde::Serialize;
+use touchcal::experiment;
+use touchcal::io::urdf::{self, Ends};
 use touchcal::io::{atomic, problem_file};
-use touchcal::sim::InsertionLog;
+use touchcal::robot::{Block, Column};
+use touchcal::sim::{Insertion, InsertionLog};
 
 use super::{Failure, Outcome, Solved, calibrate};
 use crate::args::DemoArgs;
 use crate::output;
 use crate::progress::{Spinner, interrupted};
 use crate::summary;
-use experiment::Experiment;
 
 /// The experiment as a user would describe it.
 const PROBLEM: &str = include_str!("problem.toml");
@@ -28,17 +29,17 @@ const TRUTH_FILE: &str = "truth.json";
 /// Simulates, writes the example, calibrates it as `touchcal calibrate` would, compares with the truth.
 pub fn run(args: &DemoArgs) -> Result<Outcome, Failure> {
     spare_foreign_files(&args.out)?;
-    let experiment = Experiment::new(args.seed)?;
-    let log = simulate(&experiment, args)?;
+    let insertion = experiment::paper(urdf::read_builtin("iiwa14", Ends::default())?.robot, args.seed)?;
+    let log = simulate(&insertion, args)?;
     let problem = args.out.join(PROBLEM_FILE);
-    write_example(&args.out, &experiment, &log)?;
+    write_example(args, &insertion, &log)?;
     let loaded = problem_file::read_file(&problem)?;
     let solved = super::calibrate(&loaded)?;
     let Solved { estimate, prefit, .. } = &solved;
     let file = output::estimate_file(&loaded, &solved);
     output::write(&args.out, &loaded, estimate, &file)?;
     let text = [
-        comparison::text(&experiment, &loaded.problem, estimate),
+        comparison::text(&insertion, args.seed, &loaded.problem, estimate),
         "Distance from touching (mm)\n".to_owned(),
         summary::residuals(&loaded.problem.fixtures, &[("before", prefit), ("after", &estimate.postfit)]),
         next(&args.out),
@@ -58,10 +59,10 @@ fn spare_foreign_files(folder: &Path) -> Result<(), Failure> {
     }
 }
 
-fn simulate(experiment: &Experiment, args: &DemoArgs) -> Result<InsertionLog, Failure> {
+fn simulate(insertion: &Insertion, args: &DemoArgs) -> Result<InsertionLog, Failure> {
     let spinner = Spinner::new("Simulating contacts");
     spinner.run();
-    let log = experiment.insertion.run(args.contacts as usize, args.seed)?;
+    let log = insertion.run(args.contacts as usize, args.seed)?;
     if interrupted() { Err(Failure::Interrupted) } else { Ok(log) }
 }
 
@@ -74,22 +75,25 @@ struct Truth {
     joint_offset_rad: Vec<f64>,
 }
 
-fn write_example(folder: &Path, experiment: &Experiment, log: &InsertionLog) -> Result<(), Failure> {
+fn write_example(args: &DemoArgs, insertion: &Insertion, log: &InsertionLog) -> Result<(), Failure> {
+    let value =
+        |wanted: fn(&Column) -> bool| insertion.errors.iter().filter(move |(column, _)| wanted(column)).map(|e| e.1);
+    let folder = &args.out;
     let truth = Truth {
         note: "what the simulation was made with; calibrate does not read this file",
-        seed: experiment.seed,
-        strain: experiment::STRAIN,
-        joint_offset_rad: experiment.offsets.clone(),
+        seed: args.seed,
+        strain: value(|column| *column == Column::Strain).sum(),
+        joint_offset_rad: value(|column| column.block() == Block::JointOffset).collect(),
     };
     atomic::write(&folder.join(TRUTH_FILE), (serde_json::to_string_pretty(&truth)? + "\n").as_bytes())?;
-    atomic::write(&folder.join(CONTACTS_FILE), csv(experiment, log).as_bytes())?;
+    atomic::write(&folder.join(CONTACTS_FILE), csv(insertion, log).as_bytes())?;
     atomic::write(&folder.join(PROBLEM_FILE), PROBLEM.as_bytes())?;
     Ok(())
 }
 
 /// The log as an arm's recorder would write it: seconds, joint positions (rad), contact force (N).
-fn csv(experiment: &Experiment, log: &InsertionLog) -> String {
-    let names: Vec<&str> = experiment.insertion.robot.moving().map(|joint| joint.name.as_str()).collect();
+fn csv(insertion: &Insertion, log: &InsertionLog) -> String {
+    let names: Vec<&str> = insertion.robot.moving().map(|joint| joint.name.as_str()).collect();
     let mut text = format!("t,{},force_n\n", names.join(","));
     for ((time, q), force) in log.time.iter().zip(&log.q).zip(&log.force) {
         let q: Vec<String> = q.iter().map(|q| format!("{q:.9}")).collect();

@@ -1,0 +1,113 @@
+//! A calibration of which the truth is known.
+
+use crate::contact::{ContactLog, Source};
+use crate::estimate::{Fixture, Freedom, Loss, Method, Noise, Problem, Tool};
+use crate::manifold::ContactManifold;
+use crate::robot::{Column, Robot, joint_offset, strain};
+use crate::se3::Pose;
+use crate::sim::{Insertion, SimulationError};
+
+/// Contacts of a peg with a hole, both known, by an arm of which it is known what is wrong with it.
+#[derive(Clone, Debug)]
+pub struct Trial {
+    /// A name of its own.
+    pub name: String,
+    /// The arm as its maker drew it.
+    pub robot: Robot,
+    /// The peg's place on the tip.
+    pub tip_from_peg: Pose,
+    /// The hole's place in base.
+    pub base_from_hole: Pose,
+    /// The contacts, all of fixture 0.
+    pub contacts: ContactLog,
+    /// What is wrong with the arm: read by [`Trial::error`] and nothing else.
+    pub truth: Vec<(Column, f64)>,
+}
+
+/// How a trial's parameters are searched for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Search {
+    /// Which search.
+    pub method: Method,
+    /// Noise that the contacts are taken to have.
+    pub noise: Noise,
+    /// Robust loss, for Levenberg–Marquardt.
+    pub loss: Loss,
+}
+
+/// Mean absolute errors of estimated parameters.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct TrialError {
+    /// Of the common strain.
+    pub strain: f64,
+    /// Of the encoder biases (rad).
+    pub offset: f64,
+}
+
+impl Trial {
+    /// Simulates `contacts` contacts.
+    ///
+    /// # Errors
+    /// As [`Insertion::run`].
+    pub fn simulated(insertion: &Insertion, contacts: usize, seed: u64) -> Result<Trial, SimulationError> {
+        let log = insertion.run(contacts, seed)?;
+        let mut contacts = ContactLog::new(insertion.robot.dof());
+        for (row, q) in log.q.iter().enumerate() {
+            contacts.push(q, 0, Source { file: 0, line: row as u64 + 1 });
+        }
+        Ok(Trial {
+            name: format!("seed_{seed}"),
+            robot: insertion.robot.clone(),
+            tip_from_peg: insertion.tip_from_peg,
+            base_from_hole: insertion.base_from_hole,
+            contacts,
+            truth: insertion.errors.clone(),
+        })
+    }
+
+    /// The problem of finding strain and encoder biases, peg and hole known, by what `manifold` makes of a contact.
+    pub fn problem(&self, manifold: Box<dyn ContactManifold>, search: Search) -> Problem {
+        let mut parameters = vec![strain()];
+        parameters.extend(joint_offset(&self.robot));
+        let fixture = Fixture {
+            name: "hole".to_owned(),
+            manifold,
+            base_from_fixture: Some(self.base_from_hole),
+            freedom: Freedom::Known,
+            placement: String::new(),
+        };
+        Problem {
+            robot: self.robot.clone(),
+            tool: Tool { tip_from_tool: self.tip_from_peg, freedom: Freedom::Known },
+            fixtures: vec![fixture],
+            distances: Vec::new(),
+            contacts: self.contacts.clone(),
+            noise: search.noise,
+            parameters,
+            joint_drift: false,
+            method: search.method,
+            loss: search.loss,
+        }
+    }
+
+    /// The arm as it truly is.
+    pub fn true_robot(&self) -> Robot {
+        let (columns, values): (Vec<Column>, Vec<f64>) = self.truth.iter().copied().unzip();
+        self.robot.calibrated(&columns, &values)
+    }
+
+    /// How far parameters found are from the true ones.
+    pub fn error(&self, found: impl Fn(Column) -> Option<f64>) -> TrialError {
+        let mut error = TrialError::default();
+        let offsets = self.truth.iter().filter(|(column, _)| matches!(column, Column::JointOffset(_))).count();
+        for &(column, truth) in &self.truth {
+            let size = (found(column).unwrap_or(0.0) - truth).abs();
+            match column {
+                Column::Strain => error.strain += size,
+                Column::JointOffset(_) => error.offset += size / offsets.max(1) as f64,
+                _ => {}
+            }
+        }
+        error
+    }
+}
