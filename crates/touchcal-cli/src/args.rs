@@ -28,6 +28,9 @@ pub enum Command {
     Calibrate(CalibrateArgs),
     /// Score a URDF on contacts, without fitting anything
     Evaluate(EvaluateArgs),
+    /// Compare methods on trials of which the truth is known
+    #[command(subcommand)]
+    Experiment(ExperimentArgs),
 }
 
 /// Where a problem is read from.
@@ -116,4 +119,43 @@ pub struct DemoArgs {
     /// Contacts to simulate
     #[arg(long, default_value_t = 3000, value_parser = clap::value_parser!(u32).range(20..=1_000_000))]
     pub contacts: u32,
+}
+
+/// The experiments.
+#[derive(Debug, Subcommand)]
+pub enum ExperimentArgs {
+    /// The paper's table: learned, nearest and exact contact manifolds, by gradient descent and Levenberg-Marquardt
+    Table1(Table1Args),
+}
+
+/// Arguments of `experiment table1`.
+#[derive(Debug, clap::Args)]
+pub struct Table1Args {
+    /// Folder to write table1.csv, table1.json, table1.svg and rows/ into; rows found there are not computed again
+    #[arg(long, value_name = "DIR")]
+    pub out: PathBuf,
+    /// Instead of simulating: a folder of trials, each with contact.csv.gz and truth.json
+    #[arg(long, value_name = "DIR")]
+    pub logs: Option<PathBuf>,
+    /// Trials to simulate
+    #[arg(long, default_value_t = 20, value_parser = clap::value_parser!(u32).range(1..=100_000), conflicts_with = "logs")]
+    pub trials: u32,
+    /// Contacts to simulate in each
+    #[arg(long, default_value_t = 3000, value_parser = clap::value_parser!(u32).range(20..=1_000_000), conflicts_with = "logs")]
+    pub contacts: u32,
+    /// Seed of the first simulated trial; the others count on from it
+    #[arg(long, default_value_t = 1, conflicts_with = "logs")]
+    pub seed: u64,
+    /// Samples of the contact manifold, from `touchcal manifold`
+    #[arg(long, value_name = "FILE")]
+    pub manifold: Option<PathBuf>,
+    /// Trained weights of the projection, from `touchcal train`
+    #[arg(long, value_name = "FILE")]
+    pub weights: Option<PathBuf>,
+    /// Steps of gradient descent
+    #[arg(long, default_value_t = 2000, value_parser = clap::value_parser!(u32).range(10..=1_000_000))]
+    pub steps: u32,
+    /// Contacts that gradient descent looks at
+    #[arg(long, default_value_t = 500, value_parser = clap::value_parser!(u32).range(10..=1_000_000))]
+    pub descent_contacts: u32,
 }

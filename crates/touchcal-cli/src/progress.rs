@@ -80,3 +80,32 @@ impl Drop for Spinner {
         self.bar.finish_and_clear();
     }
 }
+
+/// A bar on a terminal's stderr that counts things done, and says how long the rest takes; nothing where stderr is no terminal.
+pub struct Counter {
+    bar: ProgressBar,
+}
+
+impl Counter {
+    /// A bar of `count` things that begins with `what`.
+    pub fn new(what: &'static str, count: u64) -> Self {
+        let bar = ProgressBar::with_draw_target(Some(count), ProgressDrawTarget::stderr());
+        if let Ok(style) = ProgressStyle::with_template("{spinner} {prefix} {pos}/{len} {bar:30} {elapsed}, left {eta}")
+        {
+            bar.set_style(style);
+        }
+        bar.set_prefix(what);
+        Counter { bar }
+    }
+
+    /// One more is done.
+    pub fn one_more(&self) {
+        self.bar.inc(1);
+    }
+}
+
+impl Drop for Counter {
+    fn drop(&mut self) {
+        self.bar.finish_and_clear();
+    }
+}

@@ -3,6 +3,7 @@
 pub mod calibrate;
 pub mod demo;
 pub mod evaluate;
+pub mod experiment;
 pub mod inspect;
 
 use std::path::Path;

@@ -2,6 +2,7 @@
 
 use std::f64::consts::{PI, TAU};
 use std::fmt::Debug;
+use std::sync::Arc;
 
 use nalgebra::Matrix6;
 
@@ -43,12 +44,12 @@ pub trait Projection: Send + Sync + Debug {
 /// The residual is from point to point: it also counts motion along the manifold, which contacts do not measure, so that no covariance follows from
 /// it (Bonnabel, Barczyk & Goulette 2016, arXiv 1410.7632).
 #[derive(Debug)]
-pub struct Projected<P>(pub P);
+pub struct Projected(pub Arc<dyn Projection>);
 
 /// Distance (m) that one unit of envelope stands for.
 const ENVELOPE_LENGTH: f64 = 0.5e-3;
 
-impl<P: Projection> Projected<P> {
+impl Projected {
     /// `c − F(c)` (m), turns the shorter way round.
     fn values(&self, at: &Coordinates, onto: &Coordinates) -> Coordinates {
         let turn = |k: usize| (at[k] - onto[k] + PI).rem_euclid(TAU) - PI;
@@ -57,7 +58,7 @@ impl<P: Projection> Projected<P> {
     }
 }
 
-impl<P: Projection> ContactManifold for Projected<P> {
+impl ContactManifold for Projected {
     fn name(&self) -> &'static str {
         self.0.name()
     }

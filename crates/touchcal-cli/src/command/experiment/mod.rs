@@ -1,0 +1,16 @@
+//! `touchcal experiment`: methods compared on trials with truth.
+
+mod approach;
+mod figure;
+mod row;
+mod table1;
+
+use super::{Failure, Outcome};
+use crate::args::ExperimentArgs;
+
+/// Runs the experiment asked for.
+pub fn run(args: &ExperimentArgs) -> Result<Outcome, Failure> {
+    match args {
+        ExperimentArgs::Table1(args) => table1::run(args),
+    }
+}

@@ -1,0 +1,311 @@
+//! `touchcal experiment table1`: the table of Negi, Manyar & Gupta (2025), and what each part of the method buys.
+
+use std::ops::ControlFlow;
+use std::sync::Arc;
+use std::time::Instant;
+
+use rayon::prelude::*;
+use serde::Serialize;
+use touchcal::estimate::{Descent, StopReason};
+use touchcal::experiment::{self, Trial};
+use touchcal::io::urdf::{self, Ends};
+use touchcal::io::{atomic, trial_folder};
+use touchcal::sim::Insertion;
+
+use super::approach::{ALL, Approach, Manifolds};
+use super::figure;
+use super::row::{Row, Tool};
+use crate::args::Table1Args;
+use crate::command::{Failure, Outcome};
+use crate::output;
+use crate::progress::{Counter, interrupted};
+use crate::table::Table;
+
+/// What the paper reports of its own experiment: mean absolute errors of strain and biases (deg), and how much smaller they became.
+const PUBLISHED_STRAIN: f64 = 0.019;
+const PUBLISHED_BIAS_DEG: f64 = 1.48;
+const PUBLISHED_REDUCTION: (f64, f64) = (2.6, 3.37);
+
+/// A trial, known by name before it is simulated.
+enum Source {
+    Simulated { insertion: Box<Insertion>, seed: u64 },
+    Recorded(Box<Trial>),
+}
+
+impl Source {
+    fn name(&self) -> String {
+        match self {
+            Source::Simulated { seed, .. } => format!("seed_{seed}"),
+            Source::Recorded(trial) => trial.name.clone(),
+        }
+    }
+}
+
+/// Runs all approaches on all trials, keeping each row as it is done; then the table, as text, CSV, JSON and figure.
+pub fn run(args: &Table1Args) -> Result<Outcome, Failure> {
+    let robot = urdf::read_builtin("iiwa14", Ends::default())?.robot;
+    let parts = experiment::paper(robot.clone(), 0)?.parts;
+    let manifolds = Manifolds { parts, nearest: None, learned: None };
+    let sources: Vec<Source> = match &args.logs {
+        Some(folder) => {
+            let trials = trial_folder::read(folder, &robot)?;
+            trials.into_iter().map(|trial| Source::Recorded(Box::new(trial))).collect()
+        }
+        None => {
+            let seeds = (0..u64::from(args.trials)).map(|k| args.seed.wrapping_add(k));
+            let each = seeds.map(|seed| {
+                let insertion = Box::new(experiment::paper(robot.clone(), seed)?);
+                Ok(Source::Simulated { insertion, seed })
+            });
+            each.collect::<Result<_, Failure>>()?
+        }
+    };
+    let approaches: Vec<Approach> =
+        ALL.into_iter().filter(|approach| manifolds.manifold(approach.touch).is_some()).collect();
+    let rows = rows(args, &sources, &approaches, &manifolds)?;
+    let of = |approach: &Approach| rows.iter().filter(|row| row.approach == approach.key).collect::<Vec<&Row>>();
+    let grouped: Vec<Vec<&Row>> = approaches.iter().map(of).collect();
+    let summaries: Vec<Summary> =
+        approaches.iter().zip(&grouped).map(|(approach, rows)| Summary::of(approach, rows)).collect();
+    write(args, &rows, &summaries)?;
+    let labels: Vec<&str> = approaches.iter().map(|approach| approach.label).collect();
+    let svg = figure::svg(&labels, &grouped, (PUBLISHED_BIAS_DEG, PUBLISHED_STRAIN)).map_err(Failure::Setup)?;
+    atomic::write(&args.out.join("table1.svg"), svg.as_bytes())?;
+    output::print(&text(args, sources.len(), &summaries))?;
+    Ok(Outcome::Done)
+}
+
+/// Rows of all trials and approaches: those kept from before, and the others computed in parallel and kept.
+fn rows(
+    args: &Table1Args,
+    sources: &[Source],
+    approaches: &[Approach],
+    manifolds: &Manifolds,
+) -> Result<Vec<Row>, Failure> {
+    let counter = Counter::new("Calibrating", (sources.len() * approaches.len()) as u64);
+    let per_trial = sources.par_iter().map(|source| {
+        let mut trial: Option<Arc<Trial>> = None;
+        let mut rows = Vec::with_capacity(approaches.len());
+        for approach in approaches {
+            let settings = settings(args, approach);
+            let path = Row::path(&args.out, &source.name(), approach.key);
+            let row = match Row::kept(&path, &settings) {
+                Some(row) => row,
+                None => {
+                    let trial = match &trial {
+                        Some(trial) => Arc::clone(trial),
+                        None => Arc::clone(trial.insert(Arc::new(begin(args, source)?))),
+                    };
+                    let row = solve(args, &trial, approach, manifolds, settings)?;
+                    row.keep(&path)?;
+                    row
+                }
+            };
+            counter.one_more();
+            rows.push(row);
+        }
+        Ok(rows)
+    });
+    let per_trial: Vec<Vec<Row>> = per_trial.collect::<Result<_, Failure>>()?;
+    Ok(per_trial.into_iter().flatten().collect())
+}
+
+fn begin(args: &Table1Args, source: &Source) -> Result<Trial, Failure> {
+    if interrupted() {
+        return Err(Failure::Interrupted);
+    }
+    match source {
+        Source::Simulated { insertion, seed } => Ok(Trial::simulated(insertion, args.contacts as usize, *seed)?),
+        Source::Recorded(trial) => Ok(Trial::clone(trial)),
+    }
+}
+
+fn descent(args: &Table1Args) -> Descent {
+    Descent { steps: args.steps as usize, contacts: args.descent_contacts as usize, ..Descent::default() }
+}
+
+/// All that a row depends on besides its trial's name.
+fn settings(args: &Table1Args, approach: &Approach) -> String {
+    let logs = args.logs.as_deref().map_or_else(|| format!("{} simulated", args.contacts), |p| p.display().to_string());
+    format!("touchcal {}; {logs}; {:?}", env!("CARGO_PKG_VERSION"), approach.search(descent(args)))
+}
+
+fn solve(
+    args: &Table1Args,
+    trial: &Trial,
+    approach: &Approach,
+    manifolds: &Manifolds,
+    settings: String,
+) -> Result<Row, Failure> {
+    let Some(manifold) = manifolds.manifold(approach.touch) else {
+        return Err(Failure::Setup(format!("nothing was given for {}", approach.label)));
+    };
+    let problem = trial.problem(manifold, approach.search(descent(args)));
+    let start = Instant::now();
+    let mut look = |_: &_| if interrupted() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) };
+    let estimate = touchcal::estimate::calibrate(&problem, &mut look);
+    let seconds = start.elapsed().as_secs_f64();
+    if estimate.termination.reason == StopReason::Interrupted || interrupted() {
+        return Err(Failure::Interrupted);
+    }
+    Ok(Row::new(settings, trial, approach.key, &estimate, seconds))
+}
+
+/// A row of the table: means over the trials.
+#[derive(Debug, Serialize)]
+struct Summary {
+    approach: &'static str,
+    label: &'static str,
+    trials: usize,
+    strain_mae: f64,
+    bias_mae_deg: f64,
+    strain_reduction: f64,
+    bias_reduction: f64,
+    hole: Tool,
+    workspace: Tool,
+    converged: f64,
+    seconds: f64,
+}
+
+impl Summary {
+    fn of(approach: &Approach, rows: &[&Row]) -> Summary {
+        let mean = |value: &dyn Fn(&Row) -> f64| rows.iter().map(|row| value(row)).sum::<f64>() / rows.len() as f64;
+        let tool = |tool: fn(&Row) -> Tool| Tool {
+            mean_mm: mean(&|row| tool(row).mean_mm),
+            mm_95: mean(&|row| tool(row).mm_95),
+            mean_deg: mean(&|row| tool(row).mean_deg),
+            deg_95: mean(&|row| tool(row).deg_95),
+        };
+        let strain_mae = mean(&|row| row.strain_error);
+        let bias_mae_deg = mean(&|row| row.bias_error_deg);
+        Summary {
+            approach: approach.key,
+            label: approach.label,
+            trials: rows.len(),
+            strain_mae,
+            bias_mae_deg,
+            strain_reduction: mean(&|row| row.strain_before) / strain_mae,
+            bias_reduction: mean(&|row| row.bias_before_deg) / bias_mae_deg,
+            hole: tool(|row| row.hole),
+            workspace: tool(|row| row.workspace),
+            converged: mean(&|row| f64::from(u8::from(row.converged()))),
+            seconds: mean(&|row| row.seconds),
+        }
+    }
+}
+
+#[derive(Serialize)]
+struct Published {
+    strain_mae: f64,
+    bias_mae_deg: f64,
+    strain_reduction: f64,
+    bias_reduction: f64,
+}
+
+#[derive(Serialize)]
+struct File<'a> {
+    version: &'static str,
+    published: Published,
+    summary: &'a [Summary],
+    rows: &'a [Row],
+}
+
+fn write(args: &Table1Args, rows: &[Row], summary: &[Summary]) -> Result<(), Failure> {
+    let published = Published {
+        strain_mae: PUBLISHED_STRAIN,
+        bias_mae_deg: PUBLISHED_BIAS_DEG,
+        strain_reduction: PUBLISHED_REDUCTION.0,
+        bias_reduction: PUBLISHED_REDUCTION.1,
+    };
+    let file = File { version: env!("CARGO_PKG_VERSION"), published, summary, rows };
+    let json = serde_json::to_string_pretty(&file)? + "\n";
+    atomic::write(&args.out.join("table1.json"), json.as_bytes())?;
+    atomic::write(&args.out.join("table1.csv"), csv(rows).as_bytes())?;
+    Ok(())
+}
+
+fn csv(rows: &[Row]) -> String {
+    let mut text = "trial,approach,status,strain_error,bias_error_deg,strain_before,bias_before_deg,hole_mean_mm,hole_mm_95,\
+                    hole_mean_deg,hole_deg_95,workspace_mean_mm,workspace_mm_95,workspace_mean_deg,workspace_deg_95,seconds\n"
+        .to_owned();
+    for row in rows {
+        let trial = format!("\"{}\"", row.trial.replace('"', "\"\""));
+        let of = |tool: &Tool| [tool.mean_mm, tool.mm_95, tool.mean_deg, tool.deg_95];
+        let numbers = [row.strain_error, row.bias_error_deg, row.strain_before, row.bias_before_deg].into_iter();
+        let numbers = numbers.chain(of(&row.hole)).chain(of(&row.workspace)).chain([row.seconds]);
+        let numbers: Vec<String> = numbers.map(|number| format!("{number:.6e}")).collect();
+        text.push_str(&format!("{trial},{},{},{}\n", row.approach, row.status, numbers.join(",")));
+    }
+    text
+}
+
+fn text(args: &Table1Args, trials: usize, summaries: &[Summary]) -> String {
+    let mut table = Table::new([
+        "",
+        "strain",
+        "bias deg",
+        "strain ×",
+        "bias ×",
+        "hole mm",
+        "95 %",
+        "deg",
+        "elsewhere mm",
+        "95 %",
+        "deg",
+        "95 %",
+        "converged",
+        "s",
+    ]);
+    let blank = || "-".to_owned();
+    let published = [
+        "paper (published, real arm)".to_owned(),
+        format!("{PUBLISHED_STRAIN}"),
+        format!("{PUBLISHED_BIAS_DEG}"),
+        format!("{:.1}", PUBLISHED_REDUCTION.0),
+        format!("{:.1}", PUBLISHED_REDUCTION.1),
+    ];
+    table.row(published.into_iter().chain(std::iter::repeat_with(blank).take(9)));
+    for summary in summaries {
+        let Summary { hole, workspace, .. } = summary;
+        table.row([
+            summary.label.to_owned(),
+            format!("{:.1e}", summary.strain_mae),
+            format!("{:.4}", summary.bias_mae_deg),
+            format!("{:.1}", summary.strain_reduction),
+            format!("{:.1}", summary.bias_reduction),
+            format!("{:.3}", hole.mean_mm),
+            format!("{:.3}", hole.mm_95),
+            format!("{:.4}", hole.mean_deg),
+            format!("{:.3}", workspace.mean_mm),
+            format!("{:.3}", workspace.mm_95),
+            format!("{:.4}", workspace.mean_deg),
+            format!("{:.4}", workspace.deg_95),
+            format!("{:.0} %", 100.0 * summary.converged),
+            format!("{:.2}", summary.seconds),
+        ]);
+    }
+    [
+        format!(
+            "Mean absolute errors over {trials} trials, and those of the tool at the hole and at 1000 other poses\n"
+        ),
+        table.to_string(),
+        format!(
+            "\nWritten to {}: table1.csv, table1.json, table1.svg, and a row a file in rows/.\n",
+            args.out.display()
+        ),
+        left_out(args),
+    ]
+    .concat()
+}
+
+/// What is missing in the table, and how to get it.
+fn left_out(args: &Table1Args) -> String {
+    let mut text = String::new();
+    if args.manifold.is_none() {
+        text.push_str("Left out without --manifold FILE (see `touchcal manifold`): nearest sample.\n");
+    }
+    if args.weights.is_none() {
+        text.push_str("Left out without --weights FILE (see `touchcal train`): MLP.\n");
+    }
+    text
+}
