@@ -1,5 +1,7 @@
 //! Six coordinates of a pose, and what counts as near in them.
 
+use std::f64::consts::{PI, TAU};
+
 use nalgebra::{Matrix3, Matrix6, Translation3, UnitQuaternion};
 
 use crate::se3::Pose;
@@ -43,6 +45,11 @@ pub fn coordinates_jacobian(pose: &Pose) -> Matrix6<f64> {
     jacobian
 }
 
+/// An angle (rad) brought within half a turn of zero.
+pub fn wrapped(angle: f64) -> f64 {
+    if angle.abs() <= PI { angle } else { (angle + PI).rem_euclid(TAU) - PI }
+}
+
 /// How angles compare with lengths in a distance of poses.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Metric {
@@ -59,6 +66,21 @@ impl Metric {
         let [x, y, z, roll, pitch, yaw] = *coordinates;
         let length = self.metres_per_radian;
         [x, y, z, roll * length, pitch * length, yaw * length]
+    }
+
+    /// Length (m) of a full turn.
+    pub(super) fn circumference(&self) -> f64 {
+        TAU * self.metres_per_radian
+    }
+
+    /// `to − from` as such a vector (m), turns the shorter way round.
+    pub fn difference(&self, to: &Coordinates, from: &Coordinates) -> [f64; 6] {
+        self.point(&std::array::from_fn(|k| if k < 3 { to[k] - from[k] } else { wrapped(to[k] - from[k]) }))
+    }
+
+    /// Distance (m) of two poses: the length of their [`difference`](Metric::difference).
+    pub fn distance(&self, to: &Coordinates, from: &Coordinates) -> f64 {
+        self.difference(to, from).iter().map(|each| each * each).sum::<f64>().sqrt()
     }
 }
 
@@ -90,5 +112,9 @@ mod tests {
     fn a_degree_is_a_millimetre() {
         let point = Metric::MILLIMETRE_PER_DEGREE.point(&[0.0, 0.0, 0.0, 1f64.to_radians(), 0.0, 0.0]);
         assert!((point[3] - 1e-3).abs() < 1e-15);
+        let (ahead, behind) = ([0.0, 0.0, 3e-3, 3.1, 0.0, 0.0], [0.0, 0.0, 0.0, -3.1, 0.0, 0.0]);
+        let turn = (TAU - 6.2) * Metric::MILLIMETRE_PER_DEGREE.metres_per_radian;
+        let distance = Metric::MILLIMETRE_PER_DEGREE.distance(&ahead, &behind);
+        assert!((distance - turn.hypot(3e-3)).abs() < 1e-15, "{distance}");
     }
 }

@@ -2,14 +2,23 @@
 
 mod ball_in_socket;
 pub mod coordinates;
+mod coverage;
+mod nearest;
 mod peg_in_hole;
 mod plane;
 mod projection;
+mod samples;
+mod training_pairs;
+mod tree;
 
 pub use ball_in_socket::BallInSocket;
+pub use coverage::{Coverage, Quantiles};
+pub use nearest::{NearestSample, Neighbour};
 pub use peg_in_hole::PegInHole;
 pub use plane::Plane;
 pub use projection::{Projected, Projection};
+pub use samples::{PoseSamples, SamplesError};
+pub use training_pairs::TrainingPairs;
 
 use crate::se3::{Pose, Twist};
 

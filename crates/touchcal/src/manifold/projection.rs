@@ -1,6 +1,5 @@
 //! Touch as distance from a projection: a pose minus the pose on the manifold that stands for it.
 
-use std::f64::consts::{PI, TAU};
 use std::fmt::Debug;
 use std::sync::Arc;
 
@@ -39,7 +38,7 @@ pub trait Projection: Send + Sync + Debug {
     );
 }
 
-/// The contact manifold of a projection. Residual: `c − F(c)`, six rows in metres, angles times the metric's length.
+/// The contact manifold of a projection. Residual: `c − F(c)`, six rows in metres, angles times the metric's length, the shorter way round.
 ///
 /// The residual is from point to point: it also counts motion along the manifold, which contacts do not measure, so that no covariance follows from
 /// it (Bonnabel, Barczyk & Goulette 2016, arXiv 1410.7632).
@@ -48,15 +47,6 @@ pub struct Projected(pub Arc<dyn Projection>);
 
 /// Distance (m) that one unit of envelope stands for.
 const ENVELOPE_LENGTH: f64 = 0.5e-3;
-
-impl Projected {
-    /// `c − F(c)` (m), turns the shorter way round.
-    fn values(&self, at: &Coordinates, onto: &Coordinates) -> Coordinates {
-        let turn = |k: usize| (at[k] - onto[k] + PI).rem_euclid(TAU) - PI;
-        let difference = std::array::from_fn(|k| if k < 3 { at[k] - onto[k] } else { turn(k) });
-        self.0.metric().point(&difference)
-    }
-}
 
 impl ContactManifold for Projected {
     fn name(&self) -> &'static str {
@@ -70,7 +60,7 @@ impl ContactManifold for Projected {
         let (Some(onto), Some(change)) = (onto.first(), change.first()) else { return };
         let jacobian = (Matrix6::identity() - change) * coordinates_jacobian(fixture_from_tool);
         let lengths = self.0.metric().point(&[1.0; 6]);
-        for (k, value) in self.values(&at, onto).into_iter().enumerate() {
+        for (k, value) in self.0.metric().difference(&at, onto).into_iter().enumerate() {
             rows.push(value, jacobian.row(k).transpose() * lengths[k]);
         }
     }
@@ -81,7 +71,7 @@ impl ContactManifold for Projected {
         let mut pulled = Vec::new();
         let mut of_projection = |i: usize, onto: &Coordinates| {
             let mut y = [0.0; 6];
-            cotangent(i, &self.values(&at[i], onto), &mut y);
+            cotangent(i, &self.0.metric().difference(&at[i], onto), &mut y);
             direct[i] = self.0.metric().point(&y);
             direct[i]
         };

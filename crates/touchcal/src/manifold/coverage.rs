@@ -1,0 +1,75 @@
+//! How well samples cover the manifold that they stand for.
+
+use rayon::prelude::*;
+
+use super::coordinates::Metric;
+use super::samples::PoseSamples;
+use super::tree::{Nearest, NearestOutside, Tree};
+
+/// Parts of a record that are held out in turn.
+const PARTS: usize = 10;
+
+/// Least, 5 %, 50 %, 95 % and greatest of some values.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Quantiles {
+    /// The least.
+    pub least: f64,
+    /// 5 % are at most this.
+    pub q05: f64,
+    /// The median.
+    pub median: f64,
+    /// 95 % are at most this.
+    pub q95: f64,
+    /// The greatest.
+    pub greatest: f64,
+}
+
+/// What samples cover.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Coverage {
+    /// Number of samples.
+    pub count: usize,
+    /// Of each coordinate (m, rad).
+    pub coordinates: [Quantiles; 6],
+    /// Distance (m) of each sample from the nearest other one: how densely they lie where they lie.
+    pub spacing: Quantiles,
+    /// Distance (m) of each tenth of the record from the nearest sample of the other nine: how far from the samples a contact recorded
+    /// anew would be. Where it is much greater than the spacing, the record has seen only a part of the manifold.
+    pub unseen: Quantiles,
+}
+
+impl PoseSamples {
+    /// What these samples cover, distances in `metric`.
+    pub fn coverage(&self, metric: Metric) -> Coverage {
+        let points = self.points(metric);
+        let tree = Tree::new(&points, metric.circumference());
+        let count = points.len();
+        let away = |excluded: &(dyn Fn(usize) -> std::ops::Range<usize> + Sync)| {
+            let distances = points.par_iter().enumerate().map(|(i, point)| {
+                let mut found = NearestOutside { nearest: Nearest::new(), excluded: excluded(i) };
+                tree.search(point, &mut found);
+                found.nearest.found().map_or(0.0, |(squared, _)| squared.sqrt())
+            });
+            Quantiles::of(distances.collect())
+        };
+        let start = |part: usize| (part * count).div_ceil(PARTS);
+        let part = |i: usize| i * PARTS / count;
+        Coverage {
+            count,
+            coordinates: std::array::from_fn(|k| {
+                Quantiles::of(self.coordinates().iter().map(|each| each[k]).collect())
+            }),
+            spacing: away(&|i| i..i + 1),
+            unseen: away(&|i| start(part(i))..start(part(i) + 1)),
+        }
+    }
+}
+
+impl Quantiles {
+    /// Of finite values, at least one.
+    fn of(mut values: Vec<f64>) -> Self {
+        values.sort_unstable_by(f64::total_cmp);
+        let at = |share: f64| values[(share * (values.len() - 1) as f64).round() as usize];
+        Quantiles { least: at(0.0), q05: at(0.05), median: at(0.5), q95: at(0.95), greatest: at(1.0) }
+    }
+}

@@ -1,0 +1,110 @@
+//! A contact manifold as poses recorded on it.
+
+use super::coordinates::{Coordinates, Metric, coordinates, wrapped};
+use super::tree::{Point, Tree, Within};
+use crate::se3::Pose;
+
+/// Poses at which the tool touched, `fixture_from_tool`, in the order in which they were recorded; at least two different ones.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PoseSamples {
+    coordinates: Vec<Coordinates>,
+}
+
+/// Why poses are no samples of a manifold.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum SamplesError {
+    /// None at all, or the same one again and again.
+    #[error("expected at least two different poses, found {distinct} in {count}")]
+    TooFew {
+        /// Different poses.
+        distinct: usize,
+        /// All poses.
+        count: usize,
+    },
+    /// A coordinate that is no number or infinite.
+    #[error("expected finite coordinates, found {value} in pose {index}")]
+    NotFinite {
+        /// Which pose, 0 for the first.
+        index: usize,
+        /// What was there.
+        value: f64,
+    },
+}
+
+impl PoseSamples {
+    /// The manifold through these poses; angles are brought within half a turn of zero.
+    ///
+    /// # Errors
+    /// If there are fewer than two different ones, or a coordinate is not finite.
+    pub fn new(mut coordinates: Vec<Coordinates>) -> Result<Self, SamplesError> {
+        for (index, each) in coordinates.iter_mut().enumerate() {
+            if let Some(&value) = each.iter().find(|value| !value.is_finite()) {
+                return Err(SamplesError::NotFinite { index, value });
+            }
+            each[3..].iter_mut().for_each(|angle| *angle = wrapped(*angle));
+        }
+        let count = coordinates.len();
+        let distinct = usize::from(count > 0) + usize::from(coordinates.iter().any(|each| each != &coordinates[0]));
+        if distinct < 2 {
+            return Err(SamplesError::TooFew { distinct, count });
+        }
+        Ok(PoseSamples { coordinates })
+    }
+
+    /// As [`new`](PoseSamples::new), from poses `fixture_from_tool`.
+    ///
+    /// # Errors
+    /// As [`new`](PoseSamples::new).
+    pub fn from_poses<'p>(poses: impl IntoIterator<Item = &'p Pose>) -> Result<Self, SamplesError> {
+        PoseSamples::new(poses.into_iter().map(coordinates).collect())
+    }
+
+    /// The samples' coordinates.
+    pub fn coordinates(&self) -> &[Coordinates] {
+        &self.coordinates
+    }
+
+    /// Number of samples; never zero.
+    #[expect(clippy::len_without_is_empty, reason = "there are always some")]
+    pub fn len(&self) -> usize {
+        self.coordinates.len()
+    }
+
+    /// Least and greatest value of each coordinate.
+    pub fn bounds(&self) -> [(f64, f64); 6] {
+        let mut bounds = [(f64::INFINITY, f64::NEG_INFINITY); 6];
+        for each in &self.coordinates {
+            for (bound, value) in bounds.iter_mut().zip(each) {
+                *bound = (bound.0.min(*value), bound.1.max(*value));
+            }
+        }
+        bounds
+    }
+
+    /// Those samples that no kept earlier one is nearer to than `spacing` (m): any two of them are at least that far apart, and each
+    /// sample left out is nearer to a kept one. A spacing of 0 keeps all.
+    ///
+    /// # Errors
+    /// If fewer than two are left.
+    pub fn thinned(&self, spacing: f64, metric: Metric) -> Result<PoseSamples, SamplesError> {
+        let points = self.points(metric);
+        let tree = Tree::new(&points, metric.circumference());
+        let mut covered = vec![false; points.len()];
+        let mut kept = Vec::new();
+        let mut near = Within { squared: spacing.max(0.0).powi(2), found: Vec::new() };
+        for (i, point) in points.iter().enumerate() {
+            if !covered[i] {
+                kept.push(self.coordinates[i]);
+                tree.search(point, &mut near);
+                near.found.drain(..).for_each(|other| covered[other] = true);
+            }
+        }
+        PoseSamples::new(kept)
+    }
+
+    /// The samples as points (m) of the metric's space.
+    pub(super) fn points(&self, metric: Metric) -> Vec<Point> {
+        self.coordinates.iter().map(|each| metric.point(each)).collect()
+    }
+}
