@@ -153,7 +153,7 @@ pub struct Table1Args {
     #[arg(long, value_name = "FILE")]
     pub weights: Option<PathBuf>,
     /// Steps of gradient descent
-    #[arg(long, default_value_t = 2000, value_parser = clap::value_parser!(u32).range(10..=1_000_000))]
+    #[arg(long, default_value_t = 5000, value_parser = clap::value_parser!(u32).range(10..=1_000_000))]
     pub steps: u32,
     /// Contacts that gradient descent looks at
     #[arg(long, default_value_t = 500, value_parser = clap::value_parser!(u32).range(10..=1_000_000))]
