@@ -193,6 +193,9 @@ pub struct Table1Args {
     /// Trained weights of the projection, from `touchcal train`
     #[arg(long, value_name = "FILE")]
     pub weights: Option<PathBuf>,
+    /// Millimetres that a degree counts as, in the distance of nearest samples
+    #[arg(long, value_name = "MM", default_value_t = 1.0, value_parser = positive)]
+    pub mm_per_deg: f64,
     /// Steps of gradient descent
     #[arg(long, default_value_t = 5000, value_parser = clap::value_parser!(u32).range(10..=1_000_000))]
     pub steps: u32,
