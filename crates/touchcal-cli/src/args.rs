@@ -28,6 +28,8 @@ pub enum Command {
     Calibrate(CalibrateArgs),
     /// Score a URDF on contacts, without fitting anything
     Evaluate(EvaluateArgs),
+    /// Store a contact manifold: recorded poses of the tool, thinned, with what they cover
+    Manifold(ManifoldArgs),
     /// Compare methods on trials of which the truth is known
     #[command(subcommand)]
     Experiment(ExperimentArgs),
@@ -107,6 +109,45 @@ pub struct InspectArgs {
     pub json: bool,
 }
 
+/// Arguments of `manifold`.
+#[derive(Debug, clap::Args)]
+pub struct ManifoldArgs {
+    /// Take the poses from the contacts of a problem whose arm is calibrated
+    #[arg(value_name = "PROBLEM.toml", required_unless_present = "poses", conflicts_with = "poses")]
+    pub problem: Option<PathBuf>,
+    /// Instead of a problem: poses of the tool in the fixture, a table x,y,z,qw,qx,qy,qz in metres
+    #[arg(long, value_name = "FILE")]
+    pub poses: Option<PathBuf>,
+    /// The fixture that was touched; needed if the problem has several
+    #[arg(long, value_name = "NAME")]
+    pub fixture: Option<String>,
+    /// Keep only samples that are this far apart
+    #[arg(long, value_name = "MM", default_value_t = 0.0, value_parser = not_negative)]
+    pub spacing_mm: f64,
+    /// Millimetres that count as much as a degree
+    #[arg(long, value_name = "MM", default_value_t = 1.0, value_parser = positive)]
+    pub mm_per_deg: f64,
+    /// File to write
+    #[arg(long, value_name = "FILE.safetensors")]
+    pub out: PathBuf,
+    /// Print JSON instead of tables
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Largest number of an argument.
+const LARGEST: f64 = 1e4;
+
+fn not_negative(text: &str) -> Result<f64, String> {
+    let value = text.parse().map_err(|_| "expected a number".to_owned())?;
+    if (0.0..=LARGEST).contains(&value) { Ok(value) } else { Err(format!("expected a number from 0 to {LARGEST}")) }
+}
+
+fn positive(text: &str) -> Result<f64, String> {
+    let value = not_negative(text)?;
+    if value > 0.0 { Ok(value) } else { Err("expected a number above 0".to_owned()) }
+}
+
 /// Arguments of `demo`.
 #[derive(Debug, clap::Args)]
 pub struct DemoArgs {
@@ -152,8 +193,11 @@ pub struct Table1Args {
     /// Trained weights of the projection, from `touchcal train`
     #[arg(long, value_name = "FILE")]
     pub weights: Option<PathBuf>,
+    /// Millimetres that a degree counts as, in the distance of nearest samples
+    #[arg(long, value_name = "MM", default_value_t = 1.0, value_parser = positive)]
+    pub mm_per_deg: f64,
     /// Steps of gradient descent
-    #[arg(long, default_value_t = 2000, value_parser = clap::value_parser!(u32).range(10..=1_000_000))]
+    #[arg(long, default_value_t = 5000, value_parser = clap::value_parser!(u32).range(10..=1_000_000))]
     pub steps: u32,
     /// Contacts that gradient descent looks at
     #[arg(long, default_value_t = 500, value_parser = clap::value_parser!(u32).range(10..=1_000_000))]

@@ -26,6 +26,7 @@ fn main() -> ExitCode {
         Command::Calibrate(args) => command::calibrate::run(args),
         Command::Evaluate(args) => command::evaluate::run(args),
         Command::Inspect(args) => command::inspect::run(args),
+        Command::Manifold(args) => command::manifold::run(args),
         Command::Experiment(args) => command::experiment::run(args),
         Command::Demo(args) => command::demo::run(args),
     };

@@ -300,6 +300,60 @@ fn what_does_not_fit_together_is_refused() {
     assert!(read(&known).unwrap_err().contains("`base_from_fixture`, or `free = true`"));
 }
 
+const POSES: &str = "x,y,z,qw,qx,qy,qz\n0,0,0,1,0,0,0\n0,0,-0.01,1,0,0,0\n0,0,-0.02,1,0,0,0\n";
+
+#[test]
+fn a_hole_may_be_known_by_samples() {
+    let folder = folder();
+    std::fs::write(folder.path().join("poses.csv"), POSES).unwrap();
+    std::fs::write(folder.path().join("one.csv"), "x,y,z,qw,qx,qy,qz\n0,0,0,1,0,0,0\n").unwrap();
+    std::fs::write(folder.path().join("m.safetensors"), POSES).unwrap();
+    let with = |lines: &str| read_in(folder.path(), &FULL.replace("depth_mm = 30", &format!("depth_mm = 30\n{lines}")));
+    let named = |lines: &str| with(lines).unwrap().problem.fixtures[0].manifold.name();
+    assert_eq!(named("manifold = \"exact\""), "peg in hole");
+    assert_eq!(named("manifold = \"nearest\"\nsamples = \"poses.csv\""), "nearest sample");
+    assert_eq!(
+        named("manifold = \"nearest\"\nsamples = \"poses.csv\"\nneighbours = 2\nmm_per_deg = 2"),
+        "nearest samples"
+    );
+    let loaded = with("manifold = \"nearest\"\nsamples = \"poses.csv\"").unwrap();
+    assert!(loaded.inputs.iter().any(|input| input.path.ends_with("poses.csv")));
+    // Neither outline nor depth matters to samples.
+    let bare = FULL.replace("outline = \"peg.csv\"\n", "").replace("outline_offset_mm = 0.5\n", "");
+    let bare = bare[..bare.find("[[fixture]]\nname = \"table\"").unwrap()].to_owned()
+        + "[[contacts]]\nfile = \"log.csv\"\nfixture = \"hole\"\n[estimate]\nparameters = [\"strain\"]\n";
+    let nearest = bare.replace("depth_mm = 30", "manifold = \"nearest\"\nsamples = \"poses.csv\"");
+    assert!(read_in(folder.path(), &nearest).is_ok());
+    let message = read_in(folder.path(), &bare).unwrap_err();
+    assert!(message.contains("`outline` or `builtin` of the peg, found none"), "{message}");
+
+    for (lines, parts) in [
+        ("manifold = \"nearst\"", &["problem.toml:20:", "did you mean `nearest`?"][..]),
+        ("manifold = \"nearest\"", &["fixture `hole`", "`samples`", "found none"]),
+        ("manifold = \"nearest\"\nsample = \"poses.csv\"", &["did you mean `samples`?"]),
+        (
+            "manifold = \"nearest\"\nsamples = \"pose.csv\"",
+            &["problem.toml:21:11", "\"pose.csv\", which does not exist"],
+        ),
+        ("manifold = \"nearest\"\nsamples = \"peg.csv\"", &["peg.csv:1", "x,y,z,qw,qx,qy,qz"]),
+        ("manifold = \"nearest\"\nsamples = \"one.csv\"", &["one.csv", "at least two different poses, found 1 in 1"]),
+        ("manifold = \"nearest\"\nsamples = \"m.safetensors\"", &["m.safetensors", "a whole safetensors file"]),
+        (
+            "manifold = \"nearest\"\nsamples = \"poses.csv\"\nneighbours = 0",
+            &["neighbours", "a whole number from 1 to 1000"],
+        ),
+        ("manifold = \"nearest\"\nsamples = \"poses.csv\"\nneighbours = 1.5", &["found 1.5"]),
+        ("manifold = \"nearest\"\nsamples = \"poses.csv\"\nmm_per_deg = 0", &["mm_per_deg", "a positive number"]),
+        ("samples = \"poses.csv\"", &["`manifold = \"nearest\"`", "`samples` without it"]),
+        ("manifold = \"exact\"\nneighbours = 3", &["problem.toml:21:14", "`neighbours` without it"]),
+    ] {
+        let message = with(lines).unwrap_err();
+        assert!(parts.iter().all(|part| message.contains(part)), "expected {parts:?} in: {message}");
+    }
+    let plane = FULL.replace("kind = \"plane\"", "kind = \"plane\"\nmanifold = \"exact\"");
+    assert!(read_in(folder.path(), &plane).unwrap_err().contains("what belongs to a plane, found `manifold`"));
+}
+
 #[test]
 fn other_kinds_of_files_are_refused() {
     let folder = folder();

@@ -5,6 +5,7 @@ pub mod demo;
 pub mod evaluate;
 pub mod experiment;
 pub mod inspect;
+pub mod manifold;
 
 use std::path::Path;
 use std::time::Instant;
@@ -14,6 +15,7 @@ use touchcal::experiment::PartsError;
 use touchcal::io::mukca::{self, MukcaOptions};
 use touchcal::io::urdf::{self, Ends, UrdfFile};
 use touchcal::io::{IoError, Loaded, problem_file};
+use touchcal::manifold::SamplesError;
 use touchcal::sim::SimulationError;
 
 use crate::args::Source;
@@ -40,6 +42,14 @@ pub enum Failure {
     /// An experiment's parts.
     #[error(transparent)]
     Parts(#[from] PartsError),
+    /// Poses that are no manifold.
+    #[error("{of}: {error}")]
+    Samples {
+        /// Where they came from.
+        of: String,
+        /// What is wrong with them.
+        error: SamplesError,
+    },
     /// The user.
     #[error("interrupted; no result was written")]
     Interrupted,

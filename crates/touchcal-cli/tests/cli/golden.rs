@@ -5,7 +5,7 @@ use std::path::Path;
 use super::{data, stdout, touchcal};
 
 #[track_caller]
-fn golden(name: &str, text: &str) {
+pub(super) fn golden(name: &str, text: &str) {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/cli/golden").join(name);
     if std::env::var_os("TOUCHCAL_UPDATE").is_some() {
         std::fs::write(&path, text).unwrap();
@@ -31,7 +31,11 @@ fn without_numbers(text: &str) -> String {
 #[test]
 fn help() {
     let folder = tempfile::tempdir().unwrap();
-    for (name, args) in [("help.txt", &["--help"][..]), ("help_calibrate.txt", &["calibrate", "--help"])] {
+    for (name, args) in [
+        ("help.txt", &["--help"][..]),
+        ("help_calibrate.txt", &["calibrate", "--help"]),
+        ("help_manifold.txt", &["manifold", "--help"]),
+    ] {
         golden(name, &stdout(&touchcal(folder.path(), args).success()));
     }
 }

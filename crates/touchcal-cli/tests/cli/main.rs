@@ -8,6 +8,7 @@ mod failures;
 mod golden;
 #[cfg(unix)]
 mod interrupt;
+mod manifold;
 mod real;
 
 use std::path::{Path, PathBuf};

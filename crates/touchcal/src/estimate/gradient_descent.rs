@@ -38,9 +38,9 @@ pub struct Descent {
 }
 
 impl Default for Descent {
-    /// Adam, 2000 steps, the first of 2 % of a plausible size, on 500 contacts.
+    /// Adam, 5000 steps, the first of 5 % of a plausible size, on 500 contacts.
     fn default() -> Self {
-        Descent { optimiser: Optimiser::Adam, steps: 2000, rate: 0.02, contacts: 500 }
+        Descent { optimiser: Optimiser::Adam, steps: 5000, rate: 0.05, contacts: 500 }
     }
 }
 

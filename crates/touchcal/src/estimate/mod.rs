@@ -13,6 +13,7 @@ mod loss;
 mod noise_bias;
 mod normal;
 mod outcome;
+mod poses;
 mod problem;
 mod rows;
 mod score;
@@ -28,5 +29,6 @@ pub use loss::Loss;
 pub use outcome::{
     ContactCount, Estimate, Estimated, Progress, Stage, Status, StopReason, Termination, Verdict, Warning,
 };
+pub use poses::contact_poses;
 pub use problem::{Distance, Fixture, Freedom, Method, Noise, Problem, Tool};
 pub use score::{Score, Spread};

@@ -54,21 +54,31 @@ pub(crate) fn open(path: &Path) -> Result<File, IoError> {
     File::open(path).map_err(|source| IoError::file(path, "open", source))
 }
 
-/// The text of a file of at most `limit` bytes, and its fingerprint.
-pub(crate) fn read_text(path: &Path, limit: u64) -> Result<(String, Input), IoError> {
+/// The bytes of a file of at most `limit`, and their fingerprint.
+pub(crate) fn read_all(path: &Path, limit: u64) -> Result<(Vec<u8>, Input), IoError> {
     let name = path.display().to_string();
     let mut bytes = Vec::new();
-    let mut limited = open(path)?.take(limit + 1);
+    let file = open(path)?;
+    let size = file.metadata().map_err(|source| IoError::file(path, "read", source))?.len();
+    check_size(size, limit, &name)?;
+    // It may grow meanwhile.
+    let mut limited = file.take(limit + 1);
     limited.read_to_end(&mut bytes).map_err(|source| IoError::file(path, "read", source))?;
     check_size(bytes.len() as u64, limit, &name)?;
-    let sha256 = hex(&Sha256::digest(&bytes));
-    let text = text_from(&bytes, &name)?.to_owned();
-    Ok((text, Input { path: name, sha256 }))
+    let sha256 = sha256(&bytes);
+    Ok((bytes, Input { path: name, sha256 }))
 }
 
-/// The fingerprint of a text.
-pub(crate) fn sha256(text: &str) -> String {
-    hex(&Sha256::digest(text.as_bytes()))
+/// The text of a file of at most `limit` bytes, and its fingerprint.
+pub(crate) fn read_text(path: &Path, limit: u64) -> Result<(String, Input), IoError> {
+    let (bytes, input) = read_all(path, limit)?;
+    let text = text_from(&bytes, &input.path)?.to_owned();
+    Ok((text, input))
+}
+
+/// The fingerprint of a text or of bytes.
+pub(crate) fn sha256(content: impl AsRef<[u8]>) -> String {
+    hex(&Sha256::digest(content))
 }
 
 /// Refuses more than `limit` bytes.

@@ -7,6 +7,8 @@
 //! | [`problem_file`] | `problem.toml` and what it refers to | [`Problem`](crate::estimate::Problem) |
 //! | [`mukca`] | a folder of ball-in-socket logs | [`Problem`](crate::estimate::Problem) |
 //! | [`trial_folder`] | trials with truth | [`Trial`](crate::experiment::Trial)s |
+//! | [`pose_file`] | poses of a tool in contact | [`PoseSamples`](crate::manifold::PoseSamples) |
+//! | [`manifold_file`] | `manifold.safetensors` | [`ManifoldFile`](manifold_file::ManifoldFile), and writes it |
 //! | [`estimate_file`] | `estimate.json` | [`EstimateFile`](estimate_file::EstimateFile), and writes it |
 //! | [`atomic`] | | writes a file whole or not at all |
 //!
@@ -19,8 +21,10 @@ pub mod contact_csv;
 mod error;
 pub mod estimate_file;
 mod loaded;
+pub mod manifold_file;
 pub mod mukca;
 mod outline;
+pub mod pose_file;
 pub mod problem_file;
 mod suggest;
 pub mod trial_folder;

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use touchcal::estimate::{Descent, Loss, Method, Noise};
 use touchcal::experiment::Search;
 use touchcal::geometry::extrusion::PegAndHole;
+use touchcal::io::Input;
 use touchcal::manifold::{ContactManifold, PegInHole, Projected, Projection};
 
 const DEG: f64 = std::f64::consts::PI / 180.0;
@@ -74,6 +75,8 @@ pub struct Manifolds {
     pub nearest: Option<Arc<dyn Projection>>,
     /// A trained network.
     pub learned: Option<Arc<dyn Projection>>,
+    /// The files that they came from.
+    pub inputs: Vec<(Touch, Input)>,
 }
 
 impl Manifolds {

@@ -1,6 +1,7 @@
 //! `touchcal experiment table1`: the table of Negi, Manyar & Gupta (2025), and what each part of the method buys.
 
 use std::ops::ControlFlow;
+use std::path::Path;
 use std::sync::Arc;
 use std::time::Instant;
 
@@ -9,10 +10,12 @@ use serde::Serialize;
 use touchcal::estimate::{Descent, StopReason};
 use touchcal::experiment::{self, Trial};
 use touchcal::io::urdf::{self, Ends};
-use touchcal::io::{atomic, trial_folder};
+use touchcal::io::{Input, atomic, manifold_file, trial_folder};
+use touchcal::manifold::coordinates::Metric;
+use touchcal::manifold::{NearestSample, Projection};
 use touchcal::sim::Insertion;
 
-use super::approach::{ALL, Approach, Manifolds};
+use super::approach::{ALL, Approach, Manifolds, Touch};
 use super::figure;
 use super::row::{Row, Tool};
 use crate::args::Table1Args;
@@ -45,7 +48,9 @@ impl Source {
 pub fn run(args: &Table1Args) -> Result<Outcome, Failure> {
     let robot = urdf::read_builtin("iiwa14", Ends::default())?.robot;
     let parts = experiment::paper(robot.clone(), 0)?.parts;
-    let manifolds = Manifolds { parts, nearest: None, learned: None };
+    let mut inputs = Vec::new();
+    let nearest = args.manifold.as_ref().map(|path| nearest(args, path, &mut inputs)).transpose()?;
+    let manifolds = Manifolds { parts, nearest, learned: None, inputs };
     let sources: Vec<Source> = match &args.logs {
         Some(folder) => {
             let trials = trial_folder::read(folder, &robot)?;
@@ -87,7 +92,7 @@ fn rows(
         let mut trial: Option<Arc<Trial>> = None;
         let mut rows = Vec::with_capacity(approaches.len());
         for approach in approaches {
-            let settings = settings(args, approach);
+            let settings = settings(args, approach, manifolds);
             let path = Row::path(&args.out, &source.name(), approach.key);
             let row = match Row::kept(&path, &settings) {
                 Some(row) => row,
@@ -124,10 +129,22 @@ fn descent(args: &Table1Args) -> Descent {
     Descent { steps: args.steps as usize, contacts: args.descent_contacts as usize, ..Descent::default() }
 }
 
+/// The samples of `path`, in the metric asked for.
+fn nearest(args: &Table1Args, path: &Path, inputs: &mut Vec<(Touch, Input)>) -> Result<Arc<dyn Projection>, Failure> {
+    let (samples, _, input) = manifold_file::read_samples(path)?;
+    let metric = Metric { metres_per_radian: 1e-3 * args.mm_per_deg * 180.0 / std::f64::consts::PI };
+    inputs.push((Touch::Nearest, input));
+    Ok(Arc::new(NearestSample::new(samples, metric)))
+}
+
 /// All that a row depends on besides its trial's name.
-fn settings(args: &Table1Args, approach: &Approach) -> String {
+fn settings(args: &Table1Args, approach: &Approach, manifolds: &Manifolds) -> String {
     let logs = args.logs.as_deref().map_or_else(|| format!("{} simulated", args.contacts), |p| p.display().to_string());
-    format!("touchcal {}; {logs}; {:?}", env!("CARGO_PKG_VERSION"), approach.search(descent(args)))
+    let mut settings = format!("touchcal {}; {logs}; {:?}", env!("CARGO_PKG_VERSION"), approach.search(descent(args)));
+    if let Some((_, input)) = manifolds.inputs.iter().find(|(touch, _)| *touch == approach.touch) {
+        settings.push_str(&format!("; {}; {} mm per degree", input.sha256, args.mm_per_deg));
+    }
+    settings
 }
 
 fn solve(

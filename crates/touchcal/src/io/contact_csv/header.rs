@@ -188,7 +188,7 @@ impl Search<'_> {
     }
 }
 
-fn same(a: &str, b: &str) -> bool {
+pub(in crate::io) fn same(a: &str, b: &str) -> bool {
     a.trim().eq_ignore_ascii_case(b.trim())
 }
 
@@ -196,7 +196,7 @@ fn number(cell: &[u8]) -> Option<f64> {
     std::str::from_utf8(cell).ok()?.parse().ok()
 }
 
-fn names(cells: &[&[u8]]) -> String {
+pub(in crate::io) fn names(cells: &[&[u8]]) -> String {
     let names: Vec<_> = cells.iter().map(|cell| String::from_utf8_lossy(cell)).collect();
     shown(&names.iter().map(AsRef::as_ref).collect::<Vec<&str>>())
 }
@@ -206,7 +206,7 @@ fn shown(header: &[&str]) -> String {
 }
 
 /// Other separators are a common mistake.
-fn hint(cells: &[&[u8]]) -> &'static str {
+pub(in crate::io) fn hint(cells: &[&[u8]]) -> &'static str {
     match cells {
         [only] if only.contains(&b';') => " (fields are separated by `,`, not by `;`)",
         [only] if only.contains(&b'\t') => " (fields are separated by `,`, not by tabs)",

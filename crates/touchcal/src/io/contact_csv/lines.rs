@@ -8,7 +8,7 @@ use crate::io::error::{IoError, Place};
 
 /// The lines of a file with their numbers. Quoted fields may hold commas but no line breaks, so a stray quote costs one line
 /// and not the rest of the file.
-pub(super) struct Lines<'f, R> {
+pub(in crate::io) struct Lines<'f, R> {
     input: R,
     file: &'f str,
     line: Vec<u8>,
@@ -17,12 +17,12 @@ pub(super) struct Lines<'f, R> {
 }
 
 impl<'f, R: BufRead> Lines<'f, R> {
-    pub(super) fn new(input: R, file: &'f str) -> Self {
+    pub(in crate::io) fn new(input: R, file: &'f str) -> Self {
         Lines { input, file, line: Vec::new(), number: 0, bytes: 0 }
     }
 
     /// The next line that is not blank, without its end, and its number.
-    pub(super) fn next(&mut self) -> Result<Option<(u64, &[u8])>, IoError> {
+    pub(in crate::io) fn next(&mut self) -> Result<Option<(u64, &[u8])>, IoError> {
         loop {
             self.line.clear();
             let mut limited = self.input.by_ref().take(MAX_LINE as u64 + 1);
@@ -62,11 +62,11 @@ impl<'f, R: BufRead> Lines<'f, R> {
 }
 
 /// The fields of a line, trimmed, without their quotes.
-pub(super) fn fields(line: &[u8]) -> Fields<'_> {
+pub(in crate::io) fn fields(line: &[u8]) -> Fields<'_> {
     Fields { rest: Some(line) }
 }
 
-pub(super) struct Fields<'l> {
+pub(in crate::io) struct Fields<'l> {
     rest: Option<&'l [u8]>,
 }
 

@@ -6,9 +6,9 @@
 //!
 //! Which rows are contacts: those a force threshold detects, if one is given; else those flagged, if there are flags; else all.
 
-mod header;
-mod lines;
-mod rows;
+pub(super) mod header;
+pub(super) mod lines;
+pub(super) mod rows;
 mod units;
 
 use std::collections::BTreeMap;
@@ -79,15 +79,18 @@ pub fn read(
     options: &Options,
     log: &mut ContactLog,
 ) -> Result<(), IoError> {
+    rows::read(unpacked(content, file)?, file, robot, options, log)
+}
+
+/// The text of a table, plain or gzipped; other formats are refused.
+pub(super) fn unpacked<'c>(content: impl Read + 'c, file: &str) -> Result<Box<dyn BufRead + 'c>, IoError> {
     let mut content = BufReader::with_capacity(BUFFER, content);
     let start = content.fill_buf().map_err(|source| IoError::file(Path::new(file), "read", source))?;
     refuse_other_formats(start, file)?;
     if start.starts_with(&[0x1f, 0x8b]) {
-        let unpacked = BufReader::with_capacity(BUFFER, MultiGzDecoder::new(content));
-        rows::read(unpacked, file, robot, options, log)
-    } else {
-        rows::read(content, file, robot, options, log)
+        return Ok(Box::new(BufReader::with_capacity(BUFFER, MultiGzDecoder::new(content))));
     }
+    Ok(Box::new(content))
 }
 
 /// Adds the contacts of a file to `log`, and returns its fingerprint.

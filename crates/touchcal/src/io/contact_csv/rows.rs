@@ -143,7 +143,7 @@ impl RowReader<'_> {
     }
 }
 
-fn finite(cell: &[u8]) -> Option<f64> {
+pub(in crate::io) fn finite(cell: &[u8]) -> Option<f64> {
     let value: f64 = std::str::from_utf8(cell).ok()?.parse().ok()?;
     value.is_finite().then_some(value)
 }
@@ -158,6 +158,6 @@ fn flag(cell: &[u8]) -> Option<bool> {
     }
 }
 
-fn shown(cell: &[u8]) -> String {
+pub(in crate::io) fn shown(cell: &[u8]) -> String {
     quoted(&String::from_utf8_lossy(cell))
 }

@@ -96,6 +96,17 @@ impl Context<'_> {
             .ok_or_else(|| IoError::unexpected(self.place(span, field), "a positive number", "none"))
     }
 
+    /// A whole number from 1 to `most`, if it is there.
+    pub(super) fn whole(&self, number: Option<&Number>, most: f64, field: &str) -> Result<Option<usize>, IoError> {
+        let Some(number) = number else { return Ok(None) };
+        let value = *number.get_ref();
+        if value.fract() != 0.0 || !(1.0..=most).contains(&value) {
+            let place = self.place(number.span(), field);
+            return Err(IoError::unexpected(place, format!("a whole number from 1 to {most}"), format!("{value}")));
+        }
+        Ok(Some(value as usize))
+    }
+
     /// A pose; absent parts are zero.
     pub(super) fn pose(&self, pose: Option<&Spanned<PoseToml>>, field: &str) -> Result<Option<Pose>, IoError> {
         let Some(pose) = pose else { return Ok(None) };

@@ -5,6 +5,7 @@
 
 mod context;
 mod parameters;
+mod projected;
 mod schema;
 mod touch;
 

@@ -148,24 +148,13 @@ fn method(estimate: &EstimateToml, context: &Context<'_>) -> Result<Method, IoEr
     if let Some(rate) = context.number(table.rate.as_ref(), 1.0, Allowed::Positive, "estimate.descent, rate")? {
         descent.rate = rate;
     }
-    if let Some(steps) = whole(table.steps.as_ref(), context, "estimate.descent, steps")? {
+    if let Some(steps) = context.whole(table.steps.as_ref(), MOST_STEPS, "estimate.descent, steps")? {
         descent.steps = steps;
     }
-    if let Some(contacts) = whole(table.contacts.as_ref(), context, "estimate.descent, contacts")? {
+    if let Some(contacts) = context.whole(table.contacts.as_ref(), MOST_STEPS, "estimate.descent, contacts")? {
         descent.contacts = contacts;
     }
     Ok(Method::GradientDescent(descent))
-}
-
-/// A whole number from 1 to [`MOST_STEPS`].
-fn whole(number: Option<&Number>, context: &Context<'_>, field: &str) -> Result<Option<usize>, IoError> {
-    let Some(number) = number else { return Ok(None) };
-    let value = *number.get_ref();
-    if value.fract() != 0.0 || !(1.0..=MOST_STEPS).contains(&value) {
-        let place = context.place(number.span(), field);
-        return Err(IoError::unexpected(place, format!("a whole number from 1 to {MOST_STEPS}"), format!("{value}")));
-    }
-    Ok(Some(value as usize))
 }
 
 /// Standard deviations of the priors, in SI units.

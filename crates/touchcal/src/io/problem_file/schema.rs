@@ -78,6 +78,15 @@ pub(super) enum FixtureKind {
     Plane,
 }
 
+/// How the contact manifold of a hole is known.
+#[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq)]
+#[serde(rename_all = "snake_case")]
+pub(super) enum ManifoldToml {
+    #[default]
+    Exact,
+    Nearest,
+}
+
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct FixtureToml {
@@ -90,6 +99,10 @@ pub(super) struct FixtureToml {
     pub(super) builtin: Option<Text>,
     pub(super) mesh: Option<Text>,
     pub(super) depth_mm: Option<Number>,
+    pub(super) manifold: Option<Spanned<ManifoldToml>>,
+    pub(super) samples: Option<Text>,
+    pub(super) neighbours: Option<Number>,
+    pub(super) mm_per_deg: Option<Number>,
     pub(super) sigma_mm: Option<Number>,
     pub(super) sigma_deg: Option<Number>,
     #[serde(default)]

@@ -7,7 +7,8 @@ use nalgebra::{Point2, Point3};
 use toml::Spanned;
 
 use super::context::{Allowed, Context, MM};
-use super::schema::{FixtureKind, FixtureToml, Number, Text, ToolKind, ToolToml};
+use super::projected;
+use super::schema::{FixtureKind, FixtureToml, ManifoldToml, Number, Text, ToolKind, ToolToml};
 use crate::geometry::extrusion::PegAndHole;
 use crate::geometry::profile::Profile;
 use crate::io::bytes::Input;
@@ -73,10 +74,6 @@ impl Shape {
         }
         let sources = Sources { outline: &tool.outline, builtin: &tool.builtin, mesh: &tool.mesh };
         let outline = sources.read("tool", context, inputs)?.map(Rc::new);
-        if tool.kind == ToolKind::Peg && outline.is_none() {
-            let found = "none";
-            return Err(IoError::unexpected(context.place(span, "tool"), "`outline` or `builtin` of the peg", found));
-        }
         Ok(Shape { kind: tool.kind, outline, length, radius, span })
     }
 
@@ -89,23 +86,30 @@ impl Shape {
     ) -> Result<Box<dyn ContactManifold>, IoError> {
         let name = format!("fixture `{}`", fixture.get_ref().name.get_ref());
         check_keys(fixture.get_ref(), &name, context)?;
-        match (self.kind, &self.outline, fixture.get_ref().kind) {
-            (ToolKind::Peg, Some(outline), FixtureKind::Hole) => self.in_hole(outline, fixture, context, inputs),
-            (ToolKind::Peg, Some(outline), FixtureKind::Plane) => {
+        match (self.kind, fixture.get_ref().kind) {
+            (ToolKind::Peg, FixtureKind::Hole) => {
+                projected::check_keys(fixture.get_ref(), &name, context)?;
+                match fixture.get_ref().manifold.as_ref().map_or_else(Default::default, |chosen| *chosen.get_ref()) {
+                    ManifoldToml::Exact => self.in_hole(self.outline(context)?, fixture, context, inputs),
+                    ManifoldToml::Nearest => projected::nearest(fixture, context, inputs),
+                }
+            }
+            (ToolKind::Peg, FixtureKind::Plane) => {
+                let outline = self.outline(context)?;
                 let tip = profile(outline).map_err(|message| place_outline(outline, message))?;
                 let points = tip.vertices().iter().map(|vertex| Point3::new(vertex.x, vertex.y, 0.0));
                 Ok(Box::new(Plane::new(points.collect(), 0.0)))
             }
-            (ToolKind::Ball, _, FixtureKind::Plane) => match self.radius {
+            (ToolKind::Ball, FixtureKind::Plane) => match self.radius {
                 Some(radius) => Ok(Box::new(Plane::ball(radius))),
                 None => {
                     let place = context.place(self.span.clone(), "tool, radius_mm");
                     Err(IoError::unexpected(place, "the ball's radius, which a plane needs", "none"))
                 }
             },
-            (ToolKind::Point, _, FixtureKind::Plane) => Ok(Box::new(Plane::ball(0.0))),
-            (ToolKind::Ball | ToolKind::Point, _, FixtureKind::Socket) => Ok(Box::new(BallInSocket)),
-            (kind, _, _) => {
+            (ToolKind::Point, FixtureKind::Plane) => Ok(Box::new(Plane::ball(0.0))),
+            (ToolKind::Ball | ToolKind::Point, FixtureKind::Socket) => Ok(Box::new(BallInSocket)),
+            (kind, _) => {
                 let expected = match kind {
                     ToolKind::Peg => "a hole or plane, which a peg can touch",
                     ToolKind::Ball => "a socket or plane, which a ball can touch",
@@ -115,6 +119,14 @@ impl Shape {
                 Err(IoError::unexpected(context.place(fixture.span(), name), expected, found))
             }
         }
+    }
+
+    /// The peg's outline.
+    fn outline(&self, context: &Context<'_>) -> Result<&Outline, IoError> {
+        self.outline.as_deref().ok_or_else(|| {
+            let place = context.place(self.span.clone(), "tool");
+            IoError::unexpected(place, "`outline` or `builtin` of the peg", "none")
+        })
     }
 
     fn in_hole(
@@ -184,7 +196,7 @@ impl Sources<'_> {
     }
 }
 
-/// Only a hole has a depth and an outline.
+/// Only a hole has a depth, an outline and a choice of manifolds.
 fn check_keys(fixture: &FixtureToml, name: &str, context: &Context<'_>) -> Result<(), IoError> {
     if fixture.kind == FixtureKind::Hole {
         return Ok(());
@@ -195,7 +207,11 @@ fn check_keys(fixture: &FixtureToml, name: &str, context: &Context<'_>) -> Resul
         .or(number(&fixture.outline_offset_mm, "outline_offset_mm"))
         .or(text(&fixture.outline, "outline"))
         .or(text(&fixture.builtin, "builtin"))
-        .or(text(&fixture.mesh, "mesh"));
+        .or(text(&fixture.mesh, "mesh"))
+        .or(fixture.manifold.as_ref().map(|manifold| (manifold.span(), "manifold")))
+        .or(text(&fixture.samples, "samples"))
+        .or(number(&fixture.neighbours, "neighbours"))
+        .or(number(&fixture.mm_per_deg, "mm_per_deg"));
     match foreign {
         None => Ok(()),
         Some((span, key)) => {
