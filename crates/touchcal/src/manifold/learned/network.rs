@@ -110,7 +110,11 @@ impl Layer {
         matmul(product, Accum::Replace, x, self.matrix().transpose(), 1.0, Par::Seq);
         let least = if rectify { 0.0 } else { f32::NEG_INFINITY };
         for row in y.chunks_exact_mut(self.outputs()) {
-            row.iter_mut().zip(&self.bias).for_each(|(y, b)| *y = (*y + b).max(least));
+            for (y, b) in row.iter_mut().zip(&self.bias) {
+                let sum = *y + b;
+                // Unlike `max`, this keeps what is no number.
+                *y = if sum < least { least } else { sum };
+            }
         }
     }
 
