@@ -3,7 +3,7 @@
 
     pip install torch==2.15.0 numpy==2.4.6
     cargo bench -p touchcal --bench network --no-run     # names the binary
-    crates/touchcal/benches/network_pytorch.py BINARY [ROUNDS]
+    crates/touchcal/benches/network_pytorch.py BINARY [ROUNDS [THREADS]]
 
 Prints for each case the medians and the ratio of times, PyTorch's to touchcal's: its median over the rounds and the middle half. Above 1 touchcal is faster.
 """
@@ -13,7 +13,8 @@ import subprocess
 import sys
 import time
 
-THREADS = 2
+ROUNDS = int(sys.argv[2]) if len(sys.argv) > 2 else 15
+THREADS = int(sys.argv[3]) if len(sys.argv) > 3 else 2
 os.environ["OMP_NUM_THREADS"] = os.environ["MKL_NUM_THREADS"] = os.environ["RAYON_NUM_THREADS"] = str(THREADS)
 
 import torch  # noqa: E402
@@ -68,9 +69,9 @@ def seconds(repetition, count: int) -> float:
     return (time.perf_counter() - start) / count
 
 
-def main(binary: str, rounds: int) -> None:
+def main(binary: str) -> None:
     torch.set_num_threads(THREADS)
-    print(f"PyTorch {torch.__version__}, {THREADS} threads, {rounds} rounds")
+    print(f"PyTorch {torch.__version__}, {THREADS} threads, {ROUNDS} rounds")
     for name, (width, batch, count) in CASES.items():
         with subprocess.Popen([binary, "--serve"], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as server:
 
@@ -80,7 +81,7 @@ def main(binary: str, rounds: int) -> None:
 
             repetition = case(width, batch)
             own(), seconds(repetition, count)
-            pairs = [(own(), seconds(repetition, count)) for _ in range(rounds)]
+            pairs = [(own(), seconds(repetition, count)) for _ in range(ROUNDS)]
             server.stdin.close()
         a, b = (statistics.median(side) for side in zip(*pairs))
         ratios = [theirs / ours for ours, theirs in pairs]
@@ -89,4 +90,4 @@ def main(binary: str, rounds: int) -> None:
 
 
 if __name__ == "__main__":
-    main(sys.argv[1], int(sys.argv[2]) if len(sys.argv) > 2 else 15)
+    main(sys.argv[1])

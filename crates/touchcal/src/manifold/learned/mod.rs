@@ -26,8 +26,10 @@ pub use training::{Best, Checkpoint, Ending, Lessons, Observer, Progress, Traini
 
 use network::{Back, CHUNK, Stack};
 
-/// Bytes of intermediate values that reverse mode may hold at a time, about.
-const MEMORY: usize = 256 << 20;
+/// Bytes of values that reverse mode holds at a time, if a chunk for each thread is not more. New memory costs time too.
+const MEMORY: usize = 64 << 20;
+/// Width above which a layer's weights fill a core's cache.
+const WIDE: usize = 1024;
 
 /// A trained network as a projection.
 #[derive(Clone, Debug, PartialEq)]
@@ -63,7 +65,7 @@ impl LearnedProjection {
         &self.scaling
     }
 
-    /// The network's values for at most [`CHUNK`] poses.
+    /// The network's values for some poses.
     fn forward(&self, poses: &[Coordinates], values: &mut Stack) {
         values.reset(&self.network, poses.len());
         for (x, pose) in values.first_mut().chunks_exact_mut(6).zip(poses) {
@@ -99,10 +101,16 @@ impl LearnedProjection {
         }
     }
 
-    /// Poses whose values may be held at a time: whole chunks, enough of them to share among threads.
+    /// Poses that one thread takes at a time. Each time wide layers are packed anew, which pays only for many.
+    fn chunk(&self) -> usize {
+        if self.network.widths().any(|width| width > WIDE) { 4 * CHUNK } else { CHUNK }
+    }
+
+    /// Poses whose values are held at a time: a chunk for each thread, or more where little memory is needed.
     fn held(&self) -> usize {
-        let bytes = 4 * self.network.widths().sum::<usize>() * CHUNK;
-        (MEMORY / bytes).max(32) * CHUNK
+        let share = rayon::current_num_threads() * self.chunk();
+        let bytes = size_of::<f32>() * self.network.widths().sum::<usize>() * share;
+        (MEMORY / bytes).max(1) * share
     }
 }
 
@@ -122,7 +130,8 @@ impl Projection for LearnedProjection {
     fn project(&self, poses: &[Coordinates], projected: &mut Vec<Coordinates>) {
         projected.clear();
         projected.resize(poses.len(), [0.0; 6]);
-        let chunks = poses.par_chunks(CHUNK).zip(projected.par_chunks_mut(CHUNK));
+        let chunk = self.chunk();
+        let chunks = poses.par_chunks(chunk).zip(projected.par_chunks_mut(chunk));
         chunks.for_each_init(Stack::default, |values, (poses, projected)| {
             self.forward(poses, values);
             projected.iter_mut().zip(self.projected(poses, values)).for_each(|(into, each)| *into = each);
@@ -134,7 +143,8 @@ impl Projection for LearnedProjection {
         projected.resize(poses.len(), [0.0; 6]);
         jacobians.clear();
         jacobians.resize(poses.len(), Matrix6::zeros());
-        let chunks = poses.par_chunks(CHUNK).zip(projected.par_chunks_mut(CHUNK)).zip(jacobians.par_chunks_mut(CHUNK));
+        let chunk = self.chunk();
+        let chunks = poses.par_chunks(chunk).zip(projected.par_chunks_mut(chunk)).zip(jacobians.par_chunks_mut(chunk));
         chunks.for_each_init(<(Stack, Stack)>::default, |(values, deltas), ((poses, projected), jacobians)| {
             self.forward(poses, values);
             projected.iter_mut().zip(self.projected(poses, values)).for_each(|(into, each)| *into = each);
@@ -150,19 +160,20 @@ impl Projection for LearnedProjection {
     ) {
         pulled.clear();
         pulled.reserve(poses.len());
-        let scale = self.scaling.output_scale();
-        let mut values = Vec::new();
+        let (chunk, scale) = (self.chunk(), self.scaling.output_scale());
+        let (mut values, mut deltas) = (Vec::new(), Vec::new());
         for poses in poses.chunks(self.held()) {
-            values.resize(poses.len().div_ceil(CHUNK), Stack::default());
-            poses.par_chunks(CHUNK).zip(&mut values).for_each(|(poses, values)| self.forward(poses, values));
+            values.resize(poses.len().div_ceil(chunk), Stack::default());
+            deltas.resize(values.len(), Stack::default());
+            poses.par_chunks(chunk).zip(&mut values).for_each(|(poses, values)| self.forward(poses, values));
             let first = pulled.len();
-            for (poses, values) in poses.chunks(CHUNK).zip(&values) {
+            for (poses, values) in poses.chunks(chunk).zip(&values) {
                 for onto in self.projected(poses, values) {
                     pulled.push(cotangent(pulled.len(), &onto));
                 }
             }
-            let chunks = pulled[first..].par_chunks_mut(CHUNK).zip(&values);
-            chunks.for_each_init(Stack::default, |deltas, (pulled, values)| {
+            let chunks = pulled[first..].par_chunks_mut(chunk).zip(&values).zip(&mut deltas);
+            chunks.for_each(|((pulled, values), deltas)| {
                 deltas.reset(&self.network, pulled.len());
                 for (delta, y) in deltas.last_mut().chunks_exact_mut(6).zip(&*pulled) {
                     delta.iter_mut().zip(y.iter().zip(scale)).for_each(|(d, (y, scale))| *d = (y * scale) as f32);
