@@ -159,16 +159,36 @@ impl Kinematics {
 
     /// Walks from base to tool. `visit(i, parent rotation, joint's frame before its motion, torque about it)` sees every
     /// stage, the tip last.
-    fn walk(&self, q: &[f64], mut visit: impl FnMut(usize, Matrix3<f64>, &Frame, f64)) -> Frame {
-        let mut torques = self.gravity.as_ref().map(|gravity| Torques::new(gravity, &self.stages, &self.tip, q));
+    fn walk(&self, q: &[f64], visit: impl FnMut(usize, Matrix3<f64>, &Frame, f64)) -> Frame {
+        // Two loops: one that asked at every joint whether it bends would slow the arm that does not.
+        match &self.gravity {
+            None => self.walk_with(q, |_, motion| (motion, 0.0), visit),
+            Some(gravity) => {
+                let mut torques = Torques::new(gravity, &self.stages, &self.tip, q);
+                let bend = |stage: &Stage, motion: f64| {
+                    let torque = torques.next(stage, motion);
+                    (motion + stage.compliance * torque, torque)
+                };
+                self.walk_with(q, bend, visit)
+            }
+        }
+    }
+
+    /// The same walk; `bend(stage, motion)` says how far a joint moves that an ideal one moves by `motion`, and the torque about it.
+    #[inline]
+    fn walk_with(
+        &self,
+        q: &[f64],
+        mut bend: impl FnMut(&Stage, f64) -> (f64, f64),
+        mut visit: impl FnMut(usize, Matrix3<f64>, &Frame, f64),
+    ) -> Frame {
         let mut frame = Frame::base();
         for (i, (stage, &q)) in self.stages.iter().zip(q).enumerate() {
             let parent = frame.rotation;
             frame.enter(stage);
-            let motion = q - stage.offset;
-            let torque = torques.as_mut().map_or(0.0, |torques| torques.next(stage, motion));
+            let (motion, torque) = bend(stage, q - stage.offset);
             visit(i, parent, &frame, torque);
-            frame.pass(stage, motion + stage.compliance * torque);
+            frame.pass(stage, motion);
         }
         let parent = frame.rotation;
         frame.enter(&self.tip);

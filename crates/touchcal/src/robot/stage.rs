@@ -85,12 +85,14 @@ impl Frame {
     }
 
     /// From the previous link's frame to that of the stage's joint before its motion.
+    #[inline]
     pub fn enter(&mut self, stage: &Stage) {
         self.position += self.rotation * stage.origin_translation;
         self.rotation *= stage.origin_rotation;
     }
 
     /// On to the frame of the link that the joint moves by `motion` (rad or m).
+    #[inline]
     pub fn pass(&mut self, stage: &Stage, motion: f64) {
         if stage.prismatic {
             self.position += self.rotation * stage.axis * motion;
@@ -101,6 +103,7 @@ impl Frame {
 }
 
 /// Rodrigues' formula for a unit axis.
+#[inline]
 fn rotation_about(axis: &Vector3<f64>, angle: f64) -> Matrix3<f64> {
     let (sin, cos) = angle.sin_cos();
     let t = 1.0 - cos;
