@@ -25,6 +25,8 @@ pub mod manifold_file;
 pub mod mukca;
 mod outline;
 pub mod pose_file;
+#[cfg(feature = "parquet")]
+mod pose_parquet;
 pub mod problem_file;
 mod suggest;
 pub mod trial_folder;
