@@ -110,6 +110,9 @@ impl<'p> Search<'p> {
         }
         let stage = if rung == Rung::Envelope { Stage::Coarse } else { Stage::Fine };
         let mut look = observer(stage, observe);
+        // A part's minimum need be no nearer than the part knows it.
+        let looseness = if rung == Rung::Envelope { 1.0 } else { stride as f64 };
+        let limits = Limits { decrement: limits.decrement * looseness, ..limits };
         let linearize = |theta: &DVector<f64>| self.system.linearize(theta, rung, stride);
         let minimum = minimise(linearize, self.theta.clone(), &self.scale, limits, &mut look);
         let iterations = self.termination.iterations + minimum.termination.iterations;
