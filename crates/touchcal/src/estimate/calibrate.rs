@@ -25,7 +25,7 @@ const LADDER: usize = 12;
 const NARROWING: f64 = 2.0;
 
 const COARSE: Limits = Limits { iterations: 100, decrement: 1e-3 };
-const NARROW: Limits = Limits { iterations: 12, decrement: 1e-1 };
+const NARROW: Limits = Limits { iterations: 60, decrement: 1e-1 };
 const FINE: Limits = Limits { iterations: 60, decrement: 1e-2 };
 
 type Observe<'o> = &'o mut dyn FnMut(&Progress) -> ControlFlow<()>;
