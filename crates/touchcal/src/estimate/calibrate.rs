@@ -25,7 +25,7 @@ const LADDER: usize = 12;
 const NARROWING: f64 = 2.0;
 
 const COARSE: Limits = Limits { iterations: 100, decrement: 1e-3 };
-const NARROW: Limits = Limits { iterations: 12, decrement: 1e-1 };
+const NARROW: Limits = Limits { iterations: 60, decrement: 1e-1 };
 const FINE: Limits = Limits { iterations: 60, decrement: 1e-2 };
 
 type Observe<'o> = &'o mut dyn FnMut(&Progress) -> ControlFlow<()>;
@@ -110,6 +110,9 @@ impl<'p> Search<'p> {
         }
         let stage = if rung == Rung::Envelope { Stage::Coarse } else { Stage::Fine };
         let mut look = observer(stage, observe);
+        // A part's minimum need be no nearer than the part knows it.
+        let looseness = if rung == Rung::Envelope { 1.0 } else { stride as f64 };
+        let limits = Limits { decrement: limits.decrement * looseness, ..limits };
         let linearize = |theta: &DVector<f64>| self.system.linearize(theta, rung, stride);
         let minimum = minimise(linearize, self.theta.clone(), &self.scale, limits, &mut look);
         let iterations = self.termination.iterations + minimum.termination.iterations;
