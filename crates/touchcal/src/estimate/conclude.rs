@@ -71,7 +71,7 @@ impl Found {
 
 /// Puts the outcome together.
 pub(super) fn conclude(search: &Search<'_>) -> Estimate {
-    let Search { system, scale, theta, held, bias, termination } = search;
+    let Search { system, scale, theta, held, bias, termination, .. } = search;
     let problem = system.problem;
     let found = &Found::new(system, theta);
     // A correction is known no better than to its own size.
@@ -102,6 +102,9 @@ pub(super) fn conclude(search: &Search<'_>) -> Estimate {
     };
     let left = arm_uncertainty_left(problem, &system.parameters, &known.posterior, &system.scale());
     estimate.warnings = warnings(system, found, held, &estimate, left);
+    if search.ambiguous {
+        estimate.warnings.push(Warning::Ambiguous);
+    }
     estimate.status = status(&estimate.termination, &estimate.warnings);
     estimate
 }
@@ -115,6 +118,7 @@ fn status(termination: &Termination, warnings: &[Warning]) -> Status {
                 | Warning::Implausible { .. }
                 | Warning::NoiseContradicted { .. }
                 | Warning::NotTouching { .. }
+                | Warning::Ambiguous
         )
     };
     match termination.reason {

@@ -145,6 +145,8 @@ pub enum Warning {
         /// Mean gap at contact (m), negative if they penetrate.
         gap: f64,
     },
+    /// Searches from other starts ended elsewhere and fit about as well.
+    Ambiguous,
     /// Many contacts do not lie on their manifold.
     ManyRejected {
         /// Share of contacts, 0 to 1.
@@ -185,6 +187,7 @@ impl Warning {
             Warning::NoiseExceeded { .. } => "noise_exceeded",
             Warning::NoiseContradicted { .. } => "noise_contradicted",
             Warning::NotTouching { .. } => "not_touching",
+            Warning::Ambiguous => "ambiguous",
             Warning::ManyRejected { .. } => "many_rejected",
             Warning::JointHardlyMoved { .. } => "joint_hardly_moved",
             Warning::Implausible { .. } => "implausible",
@@ -214,6 +217,10 @@ impl Warning {
             Warning::NotTouching { name, gap } => {
                 let how = if *gap > 0.0 { "float" } else { "penetrate" };
                 format!("`{name}`: contacts {how} by {:.2} mm on average: do not use the result", 1e3 * gap.abs())
+            }
+            Warning::Ambiguous => {
+                "other parameters, found from other starts, fit these contacts about as well: do not use the result"
+                    .to_owned()
             }
             Warning::ManyRejected { share } => {
                 format!("{:.0} % of the contacts do not fit and were rejected", 100.0 * share)
@@ -250,6 +257,7 @@ impl Warning {
             Warning::NotTouching { .. } => {
                 "check the parts' shapes; or the search ended in a wrong minimum: give the fixture's place as well as it is known"
             }
+            Warning::Ambiguous => "record longer, with more motion of the tool and the elbow, or give priors",
             Warning::ManyRejected { .. } => "check the force threshold and the fixtures' places",
             Warning::JointHardlyMoved { .. } => "move it more to tell its errors from its neighbours'",
             Warning::Implausible { .. } => "check units, the robot, and where the fixtures are",
