@@ -31,7 +31,7 @@ pub fn outcome(status: Status) -> Outcome {
     match status {
         Status::Converged => return Outcome::Done,
         Status::NotConverged => output::complain("the estimation did NOT CONVERGE: do not use the result"),
-        Status::NotUsable => output::complain("the result is NOT USABLE: the contacts do not determine the arm"),
+        Status::NotUsable => output::complain("the result is NOT USABLE: its warnings say why"),
     }
     Outcome::NotUsable
 }

@@ -77,7 +77,7 @@ pub enum Status {
     Converged,
     /// The minimisation did not end: do not use it.
     NotConverged,
-    /// It ended, but the data do not determine the arm: do not use it.
+    /// It ended, but the data do not determine the arm or contradict what was declared: do not use it.
     NotUsable,
 }
 
