@@ -30,6 +30,8 @@ pub enum Command {
     Evaluate(EvaluateArgs),
     /// Store a contact manifold: recorded poses of the tool, thinned, with what they cover
     Manifold(ManifoldArgs),
+    /// Teach a network the projection onto a stored manifold
+    Train(TrainArgs),
     /// Compare methods on trials of which the truth is known
     #[command(subcommand)]
     Experiment(ExperimentArgs),
@@ -139,6 +141,92 @@ pub struct ManifoldArgs {
     /// Print JSON instead of tables
     #[arg(long)]
     pub json: bool,
+}
+
+/// Arguments of `train`.
+#[derive(Debug, clap::Args)]
+pub struct TrainArgs {
+    /// Samples of the manifold: from `touchcal manifold`, or a table x,y,z,qw,qx,qy,qz in metres
+    #[arg(long, value_name = "FILE.safetensors")]
+    pub manifold: PathBuf,
+    /// Folder to write weights.safetensors and metrics.json into
+    #[arg(long, value_name = "DIR")]
+    pub out: PathBuf,
+    /// Go on from DIR's checkpoint, with its options, to the result that an uninterrupted run has
+    #[arg(long, conflicts_with_all = OF_THE_START)]
+    pub resume: bool,
+    /// Width of the hidden layers
+    #[arg(long, default_value_t = 512, value_parser = count(1, 1 << 16))]
+    pub width: usize,
+    /// Number of hidden layers
+    #[arg(long, default_value_t = 4, value_parser = count(0, 63))]
+    pub depth: usize,
+    /// Pairs a step
+    #[arg(long, default_value_t = 1024, value_parser = count(1, 1 << 20))]
+    pub batch: usize,
+    /// Steps in all
+    #[arg(long, default_value_t = 20_000, value_parser = clap::value_parser!(u64).range(1..), conflicts_with = "minutes")]
+    pub steps: u64,
+    /// Instead of --steps: as many as take about this long here
+    #[arg(long, value_name = "M", value_parser = positive)]
+    pub minutes: Option<f64>,
+    /// Greatest learning rate
+    #[arg(long, value_name = "RATE", default_value_t = 1e-3, value_parser = positive)]
+    pub learning_rate: f64,
+    /// Different pairs to learn from
+    #[arg(long, value_name = "N", default_value_t = 1 << 20, value_parser = clap::value_parser!(u64).range(1..=1 << 26))]
+    pub pairs: u64,
+    /// Stop early when this many looks in a row (every 500 steps) find nothing better on held-out pairs; 0: never
+    #[arg(long, value_name = "LOOKS", default_value_t = 0)]
+    pub patience: u64,
+    /// Seed of weights and pairs
+    #[arg(long, default_value_t = 1)]
+    pub seed: u64,
+    /// Learn the way to the projection instead of the projected pose
+    #[arg(long)]
+    pub correction: bool,
+    /// Millimetres that count as much as a degree; as stored in the manifold, or 1, if not given
+    #[arg(long, value_name = "MM", value_parser = positive)]
+    pub mm_per_deg: Option<f64>,
+    /// Learn from poses up to this far from samples in each direction
+    #[arg(long, value_name = "MM", default_value_t = 10.0, value_parser = positive)]
+    pub offset_mm: f64,
+    /// Learn from poses turned up to this much from samples in each angle
+    #[arg(long, value_name = "DEG", default_value_t = 10.0, value_parser = positive)]
+    pub offset_deg: f64,
+    /// Seconds between checkpoints
+    #[arg(long, value_name = "S", default_value_t = 30.0, value_parser = not_negative)]
+    pub checkpoint_seconds: f64,
+    /// Write weights.onnx too
+    #[arg(long)]
+    pub onnx: bool,
+    /// Print JSON instead of a table
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// What a checkpoint has settled.
+const OF_THE_START: [&str; 13] = [
+    "width",
+    "depth",
+    "batch",
+    "steps",
+    "minutes",
+    "learning_rate",
+    "pairs",
+    "patience",
+    "seed",
+    "correction",
+    "mm_per_deg",
+    "offset_mm",
+    "offset_deg",
+];
+
+fn count(least: usize, most: usize) -> impl Fn(&str) -> Result<usize, String> + Clone {
+    move |text| match text.parse() {
+        Ok(value) if (least..=most).contains(&value) => Ok(value),
+        _ => Err(format!("expected a whole number from {least} to {most}")),
+    }
 }
 
 /// Largest number of an argument.

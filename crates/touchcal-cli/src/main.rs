@@ -27,6 +27,7 @@ fn main() -> ExitCode {
         Command::Evaluate(args) => command::evaluate::run(args),
         Command::Inspect(args) => command::inspect::run(args),
         Command::Manifold(args) => command::manifold::run(args),
+        Command::Train(args) => command::train::run(args),
         Command::Experiment(args) => command::experiment::run(args),
         Command::Demo(args) => command::demo::run(args),
     };
@@ -35,7 +36,8 @@ fn main() -> ExitCode {
         Ok(Outcome::NotUsable) => ExitCode::from(NOT_USABLE),
         Err(failure) => {
             output::complain(&format!("error: {failure}"));
-            ExitCode::from(if matches!(failure, Failure::Interrupted) { INTERRUPTED } else { FAILED })
+            let interrupted = matches!(failure, Failure::Interrupted | Failure::TrainingInterrupted { .. });
+            ExitCode::from(if interrupted { INTERRUPTED } else { FAILED })
         }
     }
 }

@@ -6,6 +6,7 @@ pub mod evaluate;
 pub mod experiment;
 pub mod inspect;
 pub mod manifold;
+pub mod train;
 
 use std::path::Path;
 use std::time::Instant;
@@ -16,6 +17,7 @@ use touchcal::io::mukca::{self, MukcaOptions};
 use touchcal::io::urdf::{self, Ends};
 use touchcal::io::{IoError, Loaded, problem_file};
 use touchcal::manifold::SamplesError;
+use touchcal::manifold::learned::TrainingError;
 use touchcal::sim::SimulationError;
 
 use crate::args::Source;
@@ -49,6 +51,19 @@ pub enum Failure {
         of: String,
         /// What is wrong with them.
         error: SamplesError,
+    },
+    /// A training.
+    #[error("could not train: {0}")]
+    Training(#[from] TrainingError),
+    /// The user, while something can go on later.
+    #[error("interrupted after {step} steps; {checkpoint} is kept, go on with `{command}`")]
+    TrainingInterrupted {
+        /// Steps done.
+        step: u64,
+        /// What was written.
+        checkpoint: String,
+        /// How to go on.
+        command: String,
     },
     /// The user.
     #[error("interrupted; no result was written")]

@@ -35,6 +35,7 @@ fn help() {
         ("help.txt", &["--help"][..]),
         ("help_calibrate.txt", &["calibrate", "--help"]),
         ("help_manifold.txt", &["manifold", "--help"]),
+        ("help_train.txt", &["train", "--help"]),
     ] {
         golden(name, &stdout(&touchcal(folder.path(), args).success()));
     }

@@ -10,6 +10,7 @@ mod golden;
 mod interrupt;
 mod manifold;
 mod real;
+mod train;
 
 use std::path::{Path, PathBuf};
 

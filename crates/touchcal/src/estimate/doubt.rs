@@ -18,8 +18,8 @@ const DOUBTFUL: f64 = 0.75;
 const STARTS: u64 = 4;
 /// Squared distance of minima, by the information of the contacts looked at, beyond which they are different ones.
 const ELSEWHERE: f64 = 100.0;
-/// A minimum of up to this many times the cost fits about as well.
-const AS_WELL: f64 = 1.5;
+/// A minimum of up to this many times the cost, twice the scatter, fits about as well: where minima abound, the deepest is not yet the right one.
+const AS_WELL: f64 = 4.0;
 
 impl Search<'_> {
     /// Whether other starts lead elsewhere; leaves the search as it was.

@@ -25,6 +25,14 @@ pub fn write(path: &Path, bytes: &[u8]) -> Result<(), IoError> {
     Ok(())
 }
 
+/// Removes a file.
+///
+/// # Errors
+/// If it cannot be removed.
+pub fn remove(path: &Path) -> Result<(), IoError> {
+    std::fs::remove_file(path).map_err(|source| IoError::file(path, "remove", source))
+}
+
 /// Temporary files are private by default, which the final file should not be: let the user's umask decide.
 #[cfg(unix)]
 fn builder() -> tempfile::Builder<'static, 'static> {

@@ -81,6 +81,13 @@ pub(crate) fn sha256(content: impl AsRef<[u8]>) -> String {
     hex(&Sha256::digest(content))
 }
 
+/// The fingerprint of bytes in parts, one after another.
+pub(crate) fn sha256_of_parts<'p>(parts: impl Iterator<Item = &'p [u8]>) -> String {
+    let mut hasher = Sha256::new();
+    parts.for_each(|part| hasher.update(part));
+    hex(&hasher.finalize())
+}
+
 /// Refuses more than `limit` bytes.
 pub(crate) fn check_size(bytes: u64, limit: u64, file: &str) -> Result<(), IoError> {
     if bytes > limit {

@@ -10,6 +10,8 @@
 //! | [`pose_file`] | poses of a tool in contact | [`PoseSamples`](crate::manifold::PoseSamples) |
 //! | [`manifold_file`] | `manifold.safetensors` | [`ManifoldFile`](manifold_file::ManifoldFile), and writes it |
 //! | [`estimate_file`] | `estimate.json` | [`EstimateFile`](estimate_file::EstimateFile), and writes it |
+//! | [`weights_file`], [`checkpoint_file`] | a network, trained or in training | [`WeightsFile`](weights_file::WeightsFile), [`CheckpointFile`](checkpoint_file::CheckpointFile), and writes them |
+//! | [`onnx`] | | writes a network for others |
 //! | [`atomic`] | | writes a file whole or not at all |
 //!
 //! Every failure is an [`IoError`] that names the file, the line or field, what was expected and what was found. Input is
@@ -17,12 +19,16 @@
 
 pub mod atomic;
 mod bytes;
+pub mod checkpoint_file;
 pub mod contact_csv;
 mod error;
 pub mod estimate_file;
 mod loaded;
 pub mod manifold_file;
 pub mod mukca;
+mod network_entry;
+mod network_tensors;
+pub mod onnx;
 mod outline;
 pub mod pose_file;
 #[cfg(feature = "parquet")]
@@ -31,6 +37,7 @@ pub mod problem_file;
 mod suggest;
 pub mod trial_folder;
 pub mod urdf;
+pub mod weights_file;
 
 pub use bytes::Input;
 pub use error::{IoError, Place};

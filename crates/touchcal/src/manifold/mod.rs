@@ -3,6 +3,7 @@
 mod ball_in_socket;
 pub mod coordinates;
 mod coverage;
+pub mod learned;
 mod nearest;
 mod peg_in_hole;
 mod plane;
@@ -13,6 +14,7 @@ mod tree;
 
 pub use ball_in_socket::BallInSocket;
 pub use coverage::{Coverage, Quantiles};
+pub use learned::LearnedProjection;
 pub use nearest::{NearestSample, Neighbour};
 pub use peg_in_hole::PegInHole;
 pub use plane::Plane;

@@ -1,14 +1,15 @@
-//! The contact manifold of a hole as a projection: onto recorded poses.
+//! The contact manifold of a hole as a projection: onto recorded poses, or by a network that learned it.
 
 use std::sync::Arc;
 
 use toml::Spanned;
 
 use super::context::{Allowed, Context, DEG, MM};
-use super::schema::{FixtureToml, ManifoldToml, Number};
+use super::schema::{FixtureToml, ManifoldToml, Number, Text};
 use crate::io::bytes::Input;
 use crate::io::error::IoError;
 use crate::io::manifold_file;
+use crate::io::weights_file::WeightsFile;
 use crate::manifold::coordinates::Metric;
 use crate::manifold::{ContactManifold, NearestSample, Projected};
 
@@ -17,20 +18,23 @@ const MOST_NEIGHBOURS: f64 = 1000.0;
 
 /// Refuses keys of another manifold than the fixture's.
 pub(super) fn check_keys(fixture: &FixtureToml, name: &str, context: &Context<'_>) -> Result<(), IoError> {
+    let text = |value: &Option<Text>, key| value.as_ref().map(|value| (value.span(), key));
     let number = |value: &Option<Number>, key| value.as_ref().map(|value| (value.span(), key));
     let chosen = fixture.manifold.as_ref().map_or(ManifoldToml::Exact, |manifold| *manifold.get_ref());
-    let foreign = match chosen {
-        ManifoldToml::Exact => fixture.samples.as_ref().map(|samples| (samples.span(), "samples")),
-        ManifoldToml::Nearest => return Ok(()),
-    };
-    let foreign = foreign.or(number(&fixture.neighbours, "neighbours")).or(number(&fixture.mm_per_deg, "mm_per_deg"));
-    match foreign {
-        None => Ok(()),
-        Some((span, key)) => {
-            let found = format!("`{key}` without it");
-            Err(IoError::unexpected(context.place(span, name), "`manifold = \"nearest\"`", found))
+    let of_nearest = text(&fixture.samples, "samples")
+        .or(number(&fixture.neighbours, "neighbours"))
+        .or(number(&fixture.mm_per_deg, "mm_per_deg"));
+    let of_learned = text(&fixture.weights, "weights");
+    let foreign = [
+        (of_nearest, ManifoldToml::Nearest, "`manifold = \"nearest\"`"),
+        (of_learned, ManifoldToml::Learned, "`manifold = \"learned\"`"),
+    ];
+    for (key, manifold, expected) in foreign {
+        if let Some((span, key)) = key.filter(|_| manifold != chosen) {
+            return Err(IoError::unexpected(context.place(span, name), expected, format!("`{key}` without it")));
         }
     }
+    Ok(())
 }
 
 /// Touch as distance from the nearest of recorded poses.
@@ -55,4 +59,21 @@ pub(super) fn nearest(
     let given = length.map(|metres_per_radian| Metric { metres_per_radian });
     let metric = given.or(thinned_in).unwrap_or(Metric::MILLIMETRE_PER_DEGREE);
     Ok(Box::new(Projected(Arc::new(NearestSample::new(samples, metric).with_neighbours(neighbours)))))
+}
+
+/// Touch as distance from where a network projects.
+pub(super) fn learned(
+    fixture: &Spanned<FixtureToml>,
+    context: &Context<'_>,
+    inputs: &mut Vec<Input>,
+) -> Result<Box<dyn ContactManifold>, IoError> {
+    let table = fixture.get_ref();
+    let name = format!("fixture `{}`", table.name.get_ref());
+    let Some(weights) = &table.weights else {
+        let expected = "`weights`, a network from `touchcal train`";
+        return Err(IoError::unexpected(context.place(fixture.span(), name), expected, "none"));
+    };
+    let (file, input) = WeightsFile::read_file(&context.path(weights, &format!("{name}, weights"))?)?;
+    inputs.push(input);
+    Ok(Box::new(Projected(Arc::new(file.projection))))
 }

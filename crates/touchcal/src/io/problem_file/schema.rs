@@ -86,6 +86,7 @@ pub(super) enum ManifoldToml {
     #[default]
     Exact,
     Nearest,
+    Learned,
 }
 
 #[derive(Debug, Deserialize)]
@@ -102,6 +103,7 @@ pub(super) struct FixtureToml {
     pub(super) depth_mm: Option<Number>,
     pub(super) manifold: Option<Spanned<ManifoldToml>>,
     pub(super) samples: Option<Text>,
+    pub(super) weights: Option<Text>,
     pub(super) neighbours: Option<Number>,
     pub(super) mm_per_deg: Option<Number>,
     pub(super) sigma_mm: Option<Number>,

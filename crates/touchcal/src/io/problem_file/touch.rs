@@ -92,6 +92,7 @@ impl Shape {
                 match fixture.get_ref().manifold.as_ref().map_or_else(Default::default, |chosen| *chosen.get_ref()) {
                     ManifoldToml::Exact => self.in_hole(self.outline(context)?, fixture, context, inputs),
                     ManifoldToml::Nearest => projected::nearest(fixture, context, inputs),
+                    ManifoldToml::Learned => projected::learned(fixture, context, inputs),
                 }
             }
             (ToolKind::Peg, FixtureKind::Plane) => {
@@ -210,6 +211,7 @@ fn check_keys(fixture: &FixtureToml, name: &str, context: &Context<'_>) -> Resul
         .or(text(&fixture.mesh, "mesh"))
         .or(fixture.manifold.as_ref().map(|manifold| (manifold.span(), "manifold")))
         .or(text(&fixture.samples, "samples"))
+        .or(text(&fixture.weights, "weights"))
         .or(number(&fixture.neighbours, "neighbours"))
         .or(number(&fixture.mm_per_deg, "mm_per_deg"));
     match foreign {

@@ -1,0 +1,201 @@
+//! `touchcal train`.
+
+mod told;
+
+use std::ops::ControlFlow;
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+use touchcal::io::estimate_file::InputEntry;
+use touchcal::io::weights_file::{Teacher, WeightsFile};
+use touchcal::io::{atomic, checkpoint_file, manifold_file, onnx};
+use touchcal::manifold::coordinates::Metric;
+use touchcal::manifold::learned::{
+    Checkpoint, Ending, Lessons, Output, Progress, Training, TrainingError, TrainingOptions, accuracy,
+};
+use touchcal::manifold::{NearestSample, TrainingPairs};
+
+use super::{Failure, Outcome};
+use crate::args::TrainArgs;
+use crate::output;
+use crate::progress::{self, Learning, Spinner};
+
+const CHECKPOINT: &str = "checkpoint.safetensors";
+const WEIGHTS: &str = "weights.safetensors";
+const METRICS: &str = "metrics.json";
+const ONNX: &str = "weights.onnx";
+/// Poses tried for each row of the table.
+const TRIED: u64 = 10_000;
+/// How long to try steps to learn what one takes, and how many not to count.
+const TRIAL: Duration = Duration::from_secs(3);
+const UNCOUNTED: u64 = 5;
+
+/// Reads, learns, writes, tells.
+pub fn run(args: &TrainArgs) -> Result<Outcome, Failure> {
+    let checkpoint = args.out.join(CHECKPOINT);
+    let resumed = match (args.resume, checkpoint.exists()) {
+        (true, _) => Some(checkpoint_file::read_file(&checkpoint)?),
+        (false, true) => {
+            let advice = "go on with it (--resume), remove it, or choose another --out";
+            return Err(Failure::Setup(format!("{} is there: {advice}", checkpoint.display())));
+        }
+        (false, false) => None,
+    };
+    let (samples, thinned_in, input) = manifold_file::read_samples(&args.manifold)?;
+    let (state, pairs, metric) = match resumed {
+        None => {
+            let given = args.mm_per_deg.map(|mm| Metric { metres_per_radian: mm * 1e-3 / 1f64.to_radians() });
+            (None, pairs(args), given.or(thinned_in).unwrap_or(Metric::MILLIMETRE_PER_DEGREE))
+        }
+        Some(file) if file.teacher.manifold.sha256 == input.sha256 => {
+            let (pairs, metric) = (file.teacher.pairs(), file.checkpoint.scaling.metric);
+            (Some(file.checkpoint), pairs, metric)
+        }
+        Some(file) => {
+            let learned = format!("the manifold of {}, SHA-256 {}", checkpoint.display(), file.teacher.manifold.sha256);
+            return Err(Failure::Setup(format!("{}: expected {learned}, found {}", input.path, input.sha256)));
+        }
+    };
+    let projection = NearestSample::new(samples, metric);
+    let teacher = Teacher {
+        manifold: InputEntry::from(&input),
+        samples: projection.samples().len() as u64,
+        bounds: projection.samples().bounds(),
+        offsets: pairs.bounds,
+        seed: pairs.seed,
+    };
+    let lessons = Lessons { projection: &projection, pairs };
+    let training = begin(args, state, &lessons)?;
+    let watch = Watch { args, checkpoint, teacher, lessons };
+    watch.learn(training)
+}
+
+fn pairs(args: &TrainArgs) -> TrainingPairs {
+    let (place, turn) = (args.offset_mm * 1e-3, args.offset_deg.to_radians());
+    TrainingPairs { bounds: [place, place, place, turn, turn, turn], seed: args.seed }
+}
+
+fn begin(args: &TrainArgs, state: Option<Checkpoint>, lessons: &Lessons<'_>) -> Result<Training, Failure> {
+    let spinner = Spinner::new("Labelling pairs");
+    spinner.run();
+    if let Some(state) = state {
+        return Ok(Training::resume(state, lessons)?);
+    }
+    let mut options = TrainingOptions {
+        hidden: vec![args.width; args.depth],
+        output: if args.correction { Output::Correction } else { Output::Pose },
+        batch: args.batch,
+        steps: args.steps,
+        rate: args.learning_rate,
+        pairs: args.pairs,
+        patience: args.patience,
+        seed: args.seed,
+        ..TrainingOptions::default()
+    };
+    if let Some(minutes) = args.minutes {
+        options.steps = steps_in(minutes, &options, lessons)?;
+    }
+    Ok(Training::start(options, lessons)?)
+}
+
+/// Steps that take so many minutes, by trying some.
+fn steps_in(minutes: f64, options: &TrainingOptions, lessons: &Lessons<'_>) -> Result<u64, TrainingError> {
+    let few = TrainingOptions { pairs: options.batch as u64, held_out: 1, steps: u64::MAX, ..options.clone() };
+    let mut start = Instant::now();
+    let mut counted = 0;
+    Training::start(few, lessons)?.run(&mut |progress, _| {
+        if progress.step == UNCOUNTED {
+            start = Instant::now();
+        }
+        counted = progress.step.saturating_sub(UNCOUNTED);
+        let enough = counted > 0 && start.elapsed() >= TRIAL;
+        if enough || progress::interrupted() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    })?;
+    let each = start.elapsed().as_secs_f64() / counted.max(1) as f64;
+    Ok((60.0 * minutes / each).ceil().max(1.0) as u64)
+}
+
+/// Training, watched.
+struct Watch<'a> {
+    args: &'a TrainArgs,
+    checkpoint: PathBuf,
+    teacher: Teacher,
+    lessons: Lessons<'a>,
+}
+
+impl Watch<'_> {
+    fn learn(&self, mut training: Training) -> Result<Outcome, Failure> {
+        let start = Instant::now();
+        let ending = self.run(&mut training)?;
+        if ending == Ending::Interrupted {
+            self.save(training.state())?;
+            return Err(Failure::TrainingInterrupted {
+                step: training.state().adam.steps,
+                checkpoint: self.checkpoint.display().to_string(),
+                command: self.command(),
+            });
+        }
+        let weights = self.weights(&training)?;
+        let rows = accuracy(&weights.projection, &self.lessons, TRIED);
+        let told = told::Told { weights: &weights, ending, rows: &rows, seconds: start.elapsed().as_secs_f64() };
+        let path = |name: &str| self.args.out.join(name);
+        let mut written = vec![path(WEIGHTS), path(METRICS)];
+        atomic::write(&written[0], &weights.to_bytes()?)?;
+        atomic::write(&written[1], told.json()?.as_bytes())?;
+        if self.args.onnx {
+            written.push(path(ONNX));
+            atomic::write(&path(ONNX), &onnx::to_bytes(&weights.projection, &told.properties()))?;
+        }
+        // All that it was for is written.
+        if self.checkpoint.exists() {
+            atomic::remove(&self.checkpoint)?;
+        }
+        output::print(&if self.args.json { told.json()? } else { told.text(&written) })?;
+        Ok(Outcome::Done)
+    }
+
+    fn run(&self, training: &mut Training) -> Result<Ending, Failure> {
+        let state = training.state();
+        let length = state.scaling.distance(1.0).powi(2);
+        let line = Learning::new(state.adam.steps, state.options.steps);
+        let every = Duration::from_secs_f64(self.args.checkpoint_seconds);
+        let mut saved = Instant::now();
+        let mut failed = None;
+        let ending = training.run(&mut |progress: &Progress, state| {
+            let distance = |loss: f64| (length * loss).sqrt();
+            line.show(progress.step, distance(progress.loss), progress.held_out.map(distance));
+            if saved.elapsed() >= every {
+                failed = self.save(state).err();
+                saved = Instant::now();
+            }
+            if failed.is_some() || progress::interrupted() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        })?;
+        failed.map_or(Ok(ending), Err)
+    }
+
+    fn save(&self, state: &Checkpoint) -> Result<(), Failure> {
+        Ok(atomic::write(&self.checkpoint, &checkpoint_file::to_bytes(state, &self.teacher)?)?)
+    }
+
+    fn weights(&self, training: &Training) -> Result<WeightsFile, Failure> {
+        let state = training.state();
+        Ok(WeightsFile {
+            projection: training.learned().map_err(TrainingError::from)?,
+            options: state.options.clone(),
+            teacher: self.teacher.clone(),
+            step: state.best.as_ref().map_or(state.adam.steps, |best| best.step),
+            loss: state.best.as_ref().map(|best| best.loss),
+        })
+    }
+
+    /// What goes on from the checkpoint.
+    fn command(&self) -> String {
+        let shown = |path: &Path| path.display().to_string();
+        let onnx = if self.args.onnx { " --onnx" } else { "" };
+        format!(
+            "touchcal train --manifold {} --out {}{onnx} --resume",
+            shown(&self.args.manifold),
+            shown(&self.args.out)
+        )
+    }
+}

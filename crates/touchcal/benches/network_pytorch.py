@@ -1,0 +1,92 @@
+#!/usr/bin/env python3
+"""The cases of network.rs in PyTorch on the CPU, each repetition beside one of touchcal's: same shapes, threads, single precision, fused Adam.
+
+    pip install torch==2.15.0 numpy==2.4.6
+    cargo bench -p touchcal --bench network --no-run     # names the binary
+    crates/touchcal/benches/network_pytorch.py BINARY [ROUNDS]
+
+Prints for each case the medians and the ratio of times, PyTorch's to touchcal's: its median over the rounds and the middle half. Above 1 touchcal is faster.
+"""
+import os
+import statistics
+import subprocess
+import sys
+import time
+
+THREADS = 2
+os.environ["OMP_NUM_THREADS"] = os.environ["MKL_NUM_THREADS"] = os.environ["RAYON_NUM_THREADS"] = str(THREADS)
+
+import torch  # noqa: E402
+
+CASES = {
+    "train 4x512 batch 1024": (512, 1024, 10),
+    "train 4x4096 batch 256": (4096, 256, 1),
+    "project 3000 with gradient 4x512": (512, None, 5),
+    "project 3000 with gradient 4x4096": (4096, None, 1),
+}
+
+
+def network(width: int) -> torch.nn.Sequential:
+    widths = [6, width, width, width, width, 6]
+    layers = [part for a, b in zip(widths, widths[1:]) for part in (torch.nn.Linear(a, b), torch.nn.ReLU())]
+    return torch.nn.Sequential(*layers[:-1])
+
+
+def case(width: int, batch: int | None):
+    """A function that does one repetition."""
+    model = network(width)
+    if batch is None:
+        model.requires_grad_(False)
+        poses = torch.randn(3000, 6)
+
+        def project():
+            x = poses.clone().requires_grad_(True)
+            model(x).abs().sum().backward()
+            return x.grad
+
+        return project
+    inputs, targets = torch.randn(16, batch, 6), torch.randn(16, batch, 6)
+    optimizer = torch.optim.Adam(model.parameters(), lr=1e-4, fused=True)
+    step = 0
+
+    def train():
+        nonlocal step
+        optimizer.zero_grad(set_to_none=True)
+        loss = torch.nn.functional.mse_loss(model(inputs[step % 16]), targets[step % 16])
+        loss.backward()
+        optimizer.step()
+        step += 1
+        return loss.item()
+
+    return train
+
+
+def seconds(repetition, count: int) -> float:
+    start = time.perf_counter()
+    for _ in range(count):
+        repetition()
+    return (time.perf_counter() - start) / count
+
+
+def main(binary: str, rounds: int) -> None:
+    torch.set_num_threads(THREADS)
+    print(f"PyTorch {torch.__version__}, {THREADS} threads, {rounds} rounds")
+    for name, (width, batch, count) in CASES.items():
+        with subprocess.Popen([binary, "--serve"], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as server:
+
+            def own() -> float:
+                print(name, file=server.stdin, flush=True)
+                return float(server.stdout.readline())
+
+            repetition = case(width, batch)
+            own(), seconds(repetition, count)
+            pairs = [(own(), seconds(repetition, count)) for _ in range(rounds)]
+            server.stdin.close()
+        a, b = (statistics.median(side) for side in zip(*pairs))
+        ratios = [theirs / ours for ours, theirs in pairs]
+        low, middle, high = statistics.quantiles(ratios, n=4)
+        print(f"{name}: touchcal {1e3 * a:.1f} ms, PyTorch {1e3 * b:.1f} ms, ratio {middle:.2f} ({low:.2f} to {high:.2f})", flush=True)
+
+
+if __name__ == "__main__":
+    main(sys.argv[1], int(sys.argv[2]) if len(sys.argv) > 2 else 15)

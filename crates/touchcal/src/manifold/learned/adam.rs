@@ -1,0 +1,76 @@
+//! Adam, fused with the gradient: a block of weights moves as soon as its gradient is known, while both are in the cache.
+
+use rayon::prelude::*;
+
+use super::network::{CHUNK, Layer, Network, Tape, bias_gradient, weight_gradient};
+
+const FIRST_DECAY: f64 = 0.9;
+const SECOND_DECAY: f64 = 0.999;
+const EPSILON: f64 = 1e-8;
+
+/// Means of a network's gradients and of their squares (Kingma & Ba 2015, arXiv 1412.6980).
+#[derive(Clone, Debug, PartialEq)]
+pub struct Adam {
+    /// Mean gradients, as layers.
+    pub first: Vec<Layer>,
+    /// Mean squared gradients, as layers.
+    pub second: Vec<Layer>,
+    /// Steps done.
+    pub steps: u64,
+}
+
+impl Adam {
+    /// Before the first step.
+    pub fn new(network: &Network) -> Adam {
+        let zeros: Vec<Layer> = network.layers().iter().map(|l| Layer::zeros(l.inputs(), l.outputs())).collect();
+        Adam { first: zeros.clone(), second: zeros, steps: 0 }
+    }
+
+    /// Moves the weights by one step along the gradient that `tapes` hold.
+    pub(super) fn step(&mut self, network: &mut Network, tapes: &[Tape], rate: f64) {
+        self.steps += 1;
+        let step = Step::new(rate, self.steps);
+        let layers = network.layers_mut().par_iter_mut().zip(&mut self.first).zip(&mut self.second).enumerate();
+        layers.for_each(|(l, ((layer, first), second))| {
+            let block = CHUNK * layer.inputs();
+            let (weights, bias) = layer.parts_mut();
+            let ((first, first_bias), (second, second_bias)) = (first.parts_mut(), second.parts_mut());
+            let blocks =
+                weights.par_chunks_mut(block).zip(first.par_chunks_mut(block)).zip(second.par_chunks_mut(block));
+            blocks.enumerate().for_each_init(Vec::new, |gradient, (k, ((weights, first), second))| {
+                gradient.resize(weights.len(), 0.0);
+                weight_gradient(tapes, l, k * CHUNK, gradient);
+                step.apply(weights, first, second, gradient);
+            });
+            step.apply(bias, first_bias, second_bias, &bias_gradient(tapes, l));
+        });
+    }
+}
+
+/// The numbers of one step.
+struct Step {
+    rate: f32,
+    epsilon: f32,
+}
+
+impl Step {
+    /// With the corrections for means that began at zero.
+    fn new(rate: f64, steps: u64) -> Step {
+        let steps = steps as f64;
+        let root = (1.0 - SECOND_DECAY.powf(steps)).sqrt();
+        let rate = rate * root / (1.0 - FIRST_DECAY.powf(steps));
+        Step { rate: rate as f32, epsilon: (EPSILON * root) as f32 }
+    }
+
+    fn apply(&self, weights: &mut [f32], first: &mut [f32], second: &mut [f32], gradient: &[f32]) {
+        const KEEP_FIRST: f32 = FIRST_DECAY as f32;
+        const KEEP_SECOND: f32 = SECOND_DECAY as f32;
+        const TAKE_FIRST: f32 = (1.0 - FIRST_DECAY) as f32;
+        const TAKE_SECOND: f32 = (1.0 - SECOND_DECAY) as f32;
+        for (((w, m), v), g) in weights.iter_mut().zip(first).zip(second).zip(gradient) {
+            *m = KEEP_FIRST * *m + TAKE_FIRST * g;
+            *v = KEEP_SECOND * *v + TAKE_SECOND * g * g;
+            *w -= self.rate * *m / (v.sqrt() + self.epsilon);
+        }
+    }
+}

@@ -1,0 +1,292 @@
+//! A perceptron of many layers in single precision, and its derivatives.
+
+use faer::linalg::matmul::matmul;
+use faer::{Accum, MatMut, MatRef, Par};
+use rand::{RngExt, SeedableRng};
+use rand_pcg::Pcg64;
+
+/// Rows of a batch that are worked on together, and rows of weights that are. Work is divided by these and not by the number of
+/// threads, so that results don't depend on it; 128 is where the product of matrices comes near its best speed.
+pub(super) const CHUNK: usize = 128;
+
+/// `y = W x + b`.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Layer {
+    inputs: usize,
+    weights: Vec<f32>,
+    bias: Vec<f32>,
+}
+
+/// Layers, with `max(0, ·)` between them.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Network {
+    layers: Vec<Layer>,
+}
+
+/// Why layers make no network.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum NetworkError {
+    /// No layers, or one without inputs or outputs.
+    #[error("expected layers with inputs and outputs, found none")]
+    Empty,
+    /// Numbers that don't fill a matrix, or inputs that are not the outputs before.
+    #[error("layer {layer}: expected {expected} {what}, found {found}")]
+    Shape {
+        /// Which layer, 0 for the first.
+        layer: usize,
+        /// Inputs, or weights.
+        what: &'static str,
+        /// How many there should be.
+        expected: usize,
+        /// How many there are.
+        found: usize,
+    },
+    /// A weight or bias that is no number or infinite.
+    #[error("layer {layer}: expected finite weights, found {value}")]
+    NotFinite {
+        /// Which layer, 0 for the first.
+        layer: usize,
+        /// What was there.
+        value: String,
+    },
+}
+
+impl Layer {
+    /// `weights`: a row for each output, one after another. `bias`: one for each output.
+    pub fn new(inputs: usize, weights: Vec<f32>, bias: Vec<f32>) -> Layer {
+        Layer { inputs, weights, bias }
+    }
+
+    pub(super) fn zeros(inputs: usize, outputs: usize) -> Layer {
+        Layer { inputs, weights: vec![0.0; inputs * outputs], bias: vec![0.0; outputs] }
+    }
+
+    /// Number of inputs.
+    pub fn inputs(&self) -> usize {
+        self.inputs
+    }
+
+    /// Number of outputs.
+    pub fn outputs(&self) -> usize {
+        self.bias.len()
+    }
+
+    /// A row of weights for each output, one after another.
+    pub fn weights(&self) -> &[f32] {
+        &self.weights
+    }
+
+    /// One for each output.
+    pub fn bias(&self) -> &[f32] {
+        &self.bias
+    }
+
+    pub(super) fn parts_mut(&mut self) -> (&mut [f32], &mut [f32]) {
+        (&mut self.weights, &mut self.bias)
+    }
+
+    fn check(&self, layer: usize) -> Result<(), NetworkError> {
+        if self.inputs == 0 || self.bias.is_empty() {
+            return Err(NetworkError::Empty);
+        }
+        let (expected, found) = (self.inputs.saturating_mul(self.bias.len()), self.weights.len());
+        if found != expected {
+            return Err(NetworkError::Shape { layer, what: "weights", expected, found });
+        }
+        match self.weights.iter().chain(&self.bias).find(|value| !value.is_finite()) {
+            Some(value) => Err(NetworkError::NotFinite { layer, value: value.to_string() }),
+            None => Ok(()),
+        }
+    }
+
+    fn matrix(&self) -> MatRef<'_, f32> {
+        MatRef::from_row_major_slice(&self.weights, self.outputs(), self.inputs)
+    }
+
+    fn forward(&self, rows: usize, x: &[f32], y: &mut [f32], rectify: bool) {
+        let x = MatRef::from_row_major_slice(x, rows, self.inputs);
+        let product = MatMut::from_row_major_slice_mut(y, rows, self.outputs());
+        matmul(product, Accum::Replace, x, self.matrix().transpose(), 1.0, Par::Seq);
+        let least = if rectify { 0.0 } else { f32::NEG_INFINITY };
+        for row in y.chunks_exact_mut(self.outputs()) {
+            for (y, b) in row.iter_mut().zip(&self.bias) {
+                let sum = *y + b;
+                // Unlike `max`, this keeps what is no number.
+                *y = if sum < least { least } else { sum };
+            }
+        }
+    }
+
+    /// `∂/∂x` from `∂/∂y`.
+    fn backward(&self, rows: usize, by_y: &[f32], by_x: &mut [f32]) {
+        let by_y = MatRef::from_row_major_slice(by_y, rows, self.outputs());
+        matmul(
+            MatMut::from_row_major_slice_mut(by_x, rows, self.inputs),
+            Accum::Replace,
+            by_y,
+            self.matrix(),
+            1.0,
+            Par::Seq,
+        );
+    }
+}
+
+/// Matrices of some rows, one for the input and one for the output of each layer: values, or derivatives by them.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Stack {
+    rows: usize,
+    at: Vec<Vec<f32>>,
+}
+
+impl Stack {
+    /// Makes room for `rows` of this network. What the matrices hold is left as it is.
+    pub fn reset(&mut self, network: &Network, rows: usize) {
+        self.rows = rows;
+        self.at.resize(network.layers.len() + 1, Vec::new());
+        for (values, width) in self.at.iter_mut().zip(network.widths()) {
+            values.resize(rows * width, 0.0);
+        }
+    }
+
+    fn matrix(&self, l: usize) -> MatRef<'_, f32> {
+        MatRef::from_row_major_slice(&self.at[l], self.rows, self.at[l].len() / self.rows.max(1))
+    }
+
+    pub fn first_mut(&mut self) -> &mut [f32] {
+        self.at.first_mut().map_or(&mut [], Vec::as_mut_slice)
+    }
+
+    pub fn first(&self) -> &[f32] {
+        self.at.first().map_or(&[], Vec::as_slice)
+    }
+
+    pub fn last_mut(&mut self) -> &mut [f32] {
+        self.at.last_mut().map_or(&mut [], Vec::as_mut_slice)
+    }
+
+    pub fn last(&self) -> &[f32] {
+        self.at.last().map_or(&[], Vec::as_slice)
+    }
+}
+
+/// Values and derivatives of some rows of a batch.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Tape {
+    pub values: Stack,
+    pub deltas: Stack,
+}
+
+/// How far back derivatives are asked for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Back {
+    /// To the network's input.
+    ToInput,
+    /// To the outputs of the first layer: enough for the weights.
+    ToWeights,
+}
+
+impl Network {
+    /// From layers.
+    ///
+    /// # Errors
+    /// If there are none, their shapes don't follow on each other, or a weight is not finite.
+    pub fn new(layers: Vec<Layer>) -> Result<Network, NetworkError> {
+        let mut outputs = layers.first().ok_or(NetworkError::Empty)?.inputs;
+        for (k, layer) in layers.iter().enumerate() {
+            layer.check(k)?;
+            if layer.inputs != outputs {
+                return Err(NetworkError::Shape { layer: k, what: "inputs", expected: outputs, found: layer.inputs });
+            }
+            outputs = layer.outputs();
+        }
+        Ok(Network { layers })
+    }
+
+    /// Random layers between these widths, at least two. Weights are uniform with variance `2 / inputs`, which keeps the size of values from
+    /// layer to layer, in the last one `1 / inputs`; biases are zero (He et al. 2015, arXiv 1502.01852).
+    ///
+    /// # Errors
+    /// If there are fewer than two widths, or one is zero.
+    pub fn random(widths: &[usize], seed: u64) -> Result<Network, NetworkError> {
+        let mut random = Pcg64::seed_from_u64(seed);
+        let layers = widths.windows(2).enumerate().map(|(k, pair)| {
+            let mut layer = Layer::zeros(pair[0], pair[1]);
+            let gain = if k + 2 < widths.len() { 2.0 } else { 1.0 };
+            let bound = (3.0 * gain / pair[0].max(1) as f32).sqrt();
+            layer.weights.iter_mut().for_each(|w| *w = random.random_range(-bound..=bound));
+            layer
+        });
+        Network::new(layers.collect())
+    }
+
+    /// The layers, first to last.
+    pub fn layers(&self) -> &[Layer] {
+        &self.layers
+    }
+
+    pub(super) fn layers_mut(&mut self) -> &mut [Layer] {
+        &mut self.layers
+    }
+
+    /// Number of inputs, then of outputs of each layer.
+    pub fn widths(&self) -> impl Iterator<Item = usize> {
+        self.layers.first().map(Layer::inputs).into_iter().chain(self.layers.iter().map(Layer::outputs))
+    }
+
+    /// Outputs of each row of inputs, one after another.
+    pub fn forward(&self, inputs: &[f32]) -> Vec<f32> {
+        let width = self.layers.first().map_or(1, Layer::inputs);
+        let mut values = Stack::default();
+        let each = inputs.chunks(CHUNK * width).map(|chunk| {
+            values.reset(self, chunk.len() / width);
+            values.first_mut().copy_from_slice(&chunk[..chunk.len() / width * width]);
+            self.run(&mut values);
+            values.last().to_vec()
+        });
+        each.collect::<Vec<_>>().concat()
+    }
+
+    /// From `values`' inputs to its outputs.
+    pub(super) fn run(&self, values: &mut Stack) {
+        for (l, layer) in self.layers.iter().enumerate() {
+            let (before, after) = values.at.split_at_mut(l + 1);
+            layer.forward(values.rows, &before[l], &mut after[0], l + 1 < self.layers.len());
+        }
+    }
+
+    /// Reverse mode: from derivatives by the outputs, in the last of `deltas`, to those by what comes before.
+    pub(super) fn run_back(&self, values: &Stack, deltas: &mut Stack, back: Back) {
+        let first = if back == Back::ToInput { 0 } else { 1 };
+        for l in (first..self.layers.len()).rev() {
+            let (before, after) = deltas.at.split_at_mut(l + 1);
+            self.layers[l].backward(values.rows, &after[0], &mut before[l]);
+            if l > 0 {
+                // The slope of max(0, ·) at zero is taken as zero.
+                before[l].iter_mut().zip(&values.at[l]).for_each(|(d, v)| *d = if *v > 0.0 { *d } else { 0.0 });
+            }
+        }
+    }
+}
+
+/// The derivative by rows `first_row..` of the weights of layer `l`, as many as fit into `gradient`.
+pub(super) fn weight_gradient(tapes: &[Tape], l: usize, first_row: usize, gradient: &mut [f32]) {
+    for (k, tape) in tapes.iter().enumerate() {
+        let by_y = tape.deltas.matrix(l + 1);
+        let x = tape.values.matrix(l);
+        let rows = gradient.len() / x.ncols();
+        let accum = if k == 0 { Accum::Replace } else { Accum::Add };
+        let into = MatMut::from_row_major_slice_mut(&mut *gradient, rows, x.ncols());
+        matmul(into, accum, by_y.subcols(first_row, rows).transpose(), x, 1.0, Par::Seq);
+    }
+}
+
+/// The derivative by the biases of layer `l`.
+pub(super) fn bias_gradient(tapes: &[Tape], l: usize) -> Vec<f32> {
+    let width = tapes.first().map_or(1, |tape| tape.deltas.matrix(l + 1).ncols());
+    let mut gradient = vec![0.0; width];
+    for row in tapes.iter().flat_map(|tape| tape.deltas.at[l + 1].chunks_exact(width)) {
+        gradient.iter_mut().zip(row).for_each(|(sum, d)| *sum += d);
+    }
+    gradient
+}
