@@ -10,9 +10,11 @@
 mod common;
 
 use common::{mujoco_trial, solve};
-use touchcal::estimate::{Estimate, Freedom, Status, Warning};
+use touchcal::estimate::{Estimate, Freedom, Loss, Method, Noise, Status, Warning};
+use touchcal::experiment::{Search, Trial, paper};
 use touchcal::geometry::extrusion::PegAndHole;
 use touchcal::geometry::profile::Profile;
+use touchcal::io::urdf::{self, Ends};
 use touchcal::manifold::PegInHole;
 
 fn warned(estimate: &Estimate, kind: &str) -> bool {
@@ -64,4 +66,31 @@ fn a_wrong_minimum_is_not_called_usable() {
         println!("{trial}: {:?}, worst offset error {worst:.2}°", estimate.status);
         assert!(worst < 0.5 || estimate.status == Status::NotUsable, "{trial}: {worst}° {:?}", estimate.warnings);
     }
+}
+
+/// A second's worth of contacts hardly ever determines an arm, and searches from elsewhere end elsewhere.
+#[test]
+fn few_contacts_hardly_ever_give_a_confident_wrong_answer() {
+    let robot = urdf::read_builtin("iiwa14", Ends::default()).expect("an arm").robot;
+    let (mut trials, mut usable, mut wrong) = (0, 0, 0);
+    for contacts in [150, 200, 300] {
+        for seed in 1..=8 {
+            let insertion = paper(robot.clone(), seed).expect("parts");
+            let trial = Trial::simulated(&insertion, contacts, seed).expect("contacts");
+            let noise = Noise { encoder: 0.002f64.to_radians(), contact: 0.02e-3, learned: false };
+            let search = Search { method: Method::LevenbergMarquardt, noise, loss: Loss::GemanMcClure(3.0) };
+            let estimate = solve(&trial.problem(Box::new(PegInHole::new(insertion.parts.clone())), search));
+            let truth = |column| insertion.errors.iter().find(|(c, _)| *c == column).map(|(_, value)| *value);
+            let deviations = estimate
+                .parameters
+                .iter()
+                .filter_map(|p| Some((p.value - truth(p.parameter.column)?).abs() / p.sigma.unwrap_or(f64::INFINITY)));
+            let most = deviations.fold(0.0, f64::max);
+            trials += 1;
+            usable += usize::from(estimate.status == Status::Converged);
+            wrong += usize::from(estimate.status == Status::Converged && most > 5.0);
+        }
+    }
+    println!("{trials} trials, {usable} called usable, {wrong} of these wrong");
+    assert!(wrong <= 2 && usable >= 3, "{usable} usable, {wrong} wrong");
 }
