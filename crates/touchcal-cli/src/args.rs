@@ -66,6 +66,9 @@ pub struct CalibrateArgs {
     /// With --mukca: the nominal URDF, whose tip link carries the ball
     #[arg(long, value_name = "FILE", requires = "mukca")]
     pub urdf: Option<PathBuf>,
+    /// With --mukca: estimate how far the joints give way to gravity too; only touchcal reads that from a URDF
+    #[arg(long, requires = "mukca")]
+    pub joint_compliance: bool,
     /// Folder to write calibrated.urdf and estimate.json into
     #[arg(long, value_name = "DIR")]
     pub out: PathBuf,
@@ -103,6 +106,9 @@ pub struct InspectArgs {
     /// With --mukca: the nominal URDF, whose tip link carries the ball
     #[arg(long, value_name = "FILE", requires = "mukca")]
     pub urdf: Option<PathBuf>,
+    /// With --mukca: estimate how far the joints give way to gravity too; only touchcal reads that from a URDF
+    #[arg(long, requires = "mukca")]
+    pub joint_compliance: bool,
     /// Print every parameter on a line of its own
     #[arg(long)]
     pub all: bool,

@@ -142,6 +142,16 @@ fn warnings(loaded: &Loaded, estimate: &Estimate) -> Vec<WarningEntry> {
             advice: "move tip_from_tool in the problem by the twist `tool` before you use it elsewhere".to_owned(),
         });
     }
+    if estimate.robot.bends() {
+        warnings.push(WarningEntry {
+            kind: "compliance_needs_driver".to_owned(),
+            words: format!(
+                "only touchcal reads the joints' compliance from {CALIBRATED}, and without it the rest is not the best rigid arm"
+            ),
+            advice: "have the arm's driver apply it (README), or calibrate without joint_compliance"
+                .to_owned(),
+        });
+    }
     warnings
 }
 

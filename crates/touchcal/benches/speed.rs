@@ -14,7 +14,7 @@ use touchcal::geometry::extrusion::PegAndHole;
 use touchcal::geometry::profile::Profile;
 use touchcal::io::mukca::{self, MukcaOptions};
 use touchcal::io::urdf::{self, Ends};
-use touchcal::robot::{Column, Kinematics, Parameter, joint_offset, strain};
+use touchcal::robot::{Column, Kinematics, Parameter, joint_compliance, joint_offset, strain};
 use touchcal::se3::Pose;
 
 fn kinematics(criterion: &mut Criterion) {
@@ -27,6 +27,13 @@ fn kinematics(criterion: &mut Criterion) {
     criterion.bench_function("forward kinematics", |b| b.iter(|| kinematics.pose(black_box(&q))));
     criterion.bench_function("forward kinematics and Jacobian, 7 joints, 8 parameters", |b| {
         b.iter(|| kinematics.pose_and_jacobian(black_box(&q), &mut scratch))
+    });
+    let parameters = [parameters, joint_compliance(&robot)].concat();
+    let columns: Vec<Column> = parameters.iter().map(|parameter| parameter.column).collect();
+    let bending = Kinematics::new(&robot, &columns, Pose::translation(0.0, 0.0, 0.15));
+    let mut scratch = bending.scratch();
+    criterion.bench_function("forward kinematics and Jacobian of an arm that bends, 15 parameters", |b| {
+        b.iter(|| bending.pose_and_jacobian(black_box(&q), &mut scratch))
     });
 }
 

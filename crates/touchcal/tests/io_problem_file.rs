@@ -172,6 +172,37 @@ fn defaults_are_filled_in() {
 }
 
 #[test]
+fn compliance_needs_gravity() {
+    let bending = FULL.replacen("\"joint_origin\"]", "\"joint_origin\", \"joint_compliance\"]", 1);
+    let hanging = bending.replacen("base = \"base_link\"", "base = \"base_link\"\ngravity = [0, 1.5, 9.7]", 1);
+    let problem = read(&hanging).unwrap().problem;
+    assert_eq!(*problem.robot.gravity(), Vector3::new(0.0, 1.5, 9.7));
+    assert_eq!(*read(&bending).unwrap().problem.robot.gravity(), Vector3::new(0.0, 0.0, -9.81));
+    let found: Vec<_> = problem.parameters.iter().filter(|p| p.column.block() == Block::JointCompliance).collect();
+    assert_eq!((found.len(), found[0].name.as_str()), (7, "joint_compliance.joint_a1"));
+    assert!(found.iter().all(|p| p.prior_sigma == Some(1e-4) && p.learned.is_some() && p.unit.symbol() == "rad/(N m)"));
+    let known = bending.replacen("joint_origin_mm = 2", "joint_compliance_rad_per_nm = 2e-5", 1);
+    let problem = read(&known).unwrap().problem;
+    let fixed = problem.parameters.iter().find(|p| p.name == "joint_compliance.joint_a3").unwrap();
+    assert_eq!((fixed.prior_sigma, fixed.learned), (Some(2e-5), None));
+
+    let orbit = hanging.replacen("[0, 1.5, 9.7]", "[0, 0, 0]", 1);
+    let message = read(&orbit).unwrap_err();
+    for part in
+        ["problem.toml:50:", "estimate, parameters", "without gravity", "\"joint_compliance\" with `gravity` of 0"]
+    {
+        assert!(message.contains(part), "expected `{part}` in: {message}");
+    }
+    assert!(read(&orbit.replacen(", \"joint_compliance\"", "", 1)).is_ok());
+    refused(
+        "base = \"base_link\"",
+        "gravity = [0, 0, nan]",
+        &["problem.toml:4:11", "robot, gravity", "numbers within", "NaN"],
+    );
+    refused("base = \"base_link\"", "gravity = [0, -9.81]", &["problem.toml:4:11"]);
+}
+
+#[test]
 fn unknown_keys_and_names_are_refused_with_a_suggestion() {
     refused("[[fixture]]", "[[fixtrue]]", &["problem.toml:14:", "unknown field `fixtrue`", "did you mean `fixture`?"]);
     refused("depth_mm", "dept_mm", &["problem.toml:19:1", "did you mean `depth_mm`?"]);

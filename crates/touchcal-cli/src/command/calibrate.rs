@@ -12,7 +12,7 @@ use crate::summary::{Calibration, Detail, INDENT};
 
 /// Reads, estimates, writes, tells.
 pub fn run(args: &CalibrateArgs) -> Result<Outcome, Failure> {
-    let loaded = super::load(&args.source, args.urdf.as_deref())?;
+    let loaded = super::load(&args.source, args.urdf.as_deref(), args.joint_compliance)?;
     let solved = super::calibrate(&loaded)?;
     let file = output::estimate_file(&loaded, &solved);
     let written = output::write(&args.out, &loaded, &solved.estimate, &file)?;
@@ -31,7 +31,7 @@ pub fn outcome(status: Status) -> Outcome {
     match status {
         Status::Converged => return Outcome::Done,
         Status::NotConverged => output::complain("the estimation did NOT CONVERGE: do not use the result"),
-        Status::NotUsable => output::complain("the result is NOT USABLE: the contacts do not determine the arm"),
+        Status::NotUsable => output::complain("the result is NOT USABLE: its warnings say why"),
     }
     Outcome::NotUsable
 }

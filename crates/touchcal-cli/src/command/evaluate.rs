@@ -5,7 +5,8 @@ use std::path::Path;
 use serde::Serialize;
 use touchcal::estimate::{Fixture, Problem, Score, evaluate};
 use touchcal::io::estimate_file::ResidualStats;
-use touchcal::io::urdf::{self, Ends, UrdfFile};
+use touchcal::io::mukca;
+use touchcal::io::urdf::{self, Ends};
 use touchcal::robot::Robot;
 
 use super::{Failure, Outcome};
@@ -30,16 +31,16 @@ pub fn run(args: &EvaluateArgs) -> Result<Outcome, Failure> {
         Some(folder) => {
             let given = urdf::read_file(&args.urdf, Ends::default())?;
             let nominal = args.nominal.as_deref().map(|path| like(&given.robot, path)).transpose()?;
-            let mut problem = super::load_mukca(&args.source, folder, given)?.problem;
+            let mut problem = mukca::read(folder, given, &super::mukca_options(&args.source))?.problem;
             let score = evaluate(&problem);
-            let nominal = nominal.map(|nominal| with(&mut problem, nominal.robot));
+            let nominal = nominal.map(|nominal| with(&mut problem, nominal));
             Scored { score, nominal, problem }
         }
         None => {
-            let mut problem = super::load(&args.source, None)?.problem;
+            let mut problem = super::load(&args.source, None, false)?.problem;
             let given = like(&problem.robot, &args.urdf)?;
             let nominal = evaluate(&problem);
-            let score = with(&mut problem, given.robot);
+            let score = with(&mut problem, given);
             Scored { score, nominal: Some(nominal), problem }
         }
     };
@@ -81,13 +82,13 @@ fn with(problem: &mut Problem, robot: Robot) -> Score {
     evaluate(problem)
 }
 
-/// Reads the chain that `robot` is from another URDF.
-fn like(robot: &Robot, path: &Path) -> Result<UrdfFile, Failure> {
-    let other = urdf::read_file(path, Ends { base: Some(robot.base()), tip: Some(robot.tip()) })?;
+/// Reads the chain that `robot` is from another URDF, to stand in the same gravity.
+fn like(robot: &Robot, path: &Path) -> Result<Robot, Failure> {
+    let other = urdf::read_file(path, Ends { base: Some(robot.base()), tip: Some(robot.tip()) })?.robot;
     let names = |robot: &Robot| robot.moving().map(|joint| joint.name.clone()).collect::<Vec<_>>().join(", ");
-    let (expected, found) = (names(robot), names(&other.robot));
+    let (expected, found) = (names(robot), names(&other));
     if expected == found {
-        return Ok(other);
+        return Ok(other.with_gravity(*robot.gravity()));
     }
     Err(Failure::OtherRobot { file: path.display().to_string(), expected, found })
 }

@@ -14,7 +14,7 @@ use std::time::Instant;
 use touchcal::estimate::{Estimate, Score, StopReason};
 use touchcal::experiment::PartsError;
 use touchcal::io::mukca::{self, MukcaOptions};
-use touchcal::io::urdf::{self, Ends, UrdfFile};
+use touchcal::io::urdf::{self, Ends};
 use touchcal::io::{IoError, Loaded, problem_file};
 use touchcal::manifold::SamplesError;
 use touchcal::manifold::learned::TrainingError;
@@ -89,24 +89,26 @@ pub enum Failure {
     Stdout(std::io::Error),
 }
 
-/// Reads a problem; `urdf` is the robot of a `--mukca` folder.
-fn load(source: &Source, urdf: Option<&Path>) -> Result<Loaded, Failure> {
+/// Reads a problem; `urdf` is the robot of a `--mukca` folder, `joint_compliance` whether its joints give way.
+fn load(source: &Source, urdf: Option<&Path>, joint_compliance: bool) -> Result<Loaded, Failure> {
     match (&source.mukca, urdf, &source.problem) {
-        (Some(folder), Some(urdf), _) => load_mukca(source, folder, urdf::read_file(urdf, Ends::default())?),
+        (Some(folder), Some(urdf), _) => {
+            let options = MukcaOptions { joint_compliance, ..mukca_options(source) };
+            Ok(mukca::read(folder, urdf::read_file(urdf, Ends::default())?, &options)?)
+        }
         (_, _, Some(problem)) => Ok(problem_file::read_file(problem)?),
         // clap lets neither through.
         _ => Err(Failure::Setup("neither a problem file nor --mukca with --urdf".to_owned())),
     }
 }
 
-fn load_mukca(source: &Source, folder: &Path, urdf: UrdfFile) -> Result<Loaded, Failure> {
-    let options = MukcaOptions {
+fn mukca_options(source: &Source) -> MukcaOptions {
+    MukcaOptions {
         only: source.only.clone(),
         except: source.except.clone(),
         spacing: source.spacing_mm * 1e-3,
         ..MukcaOptions::default()
-    };
-    Ok(mukca::read(folder, urdf, &options)?)
+    }
 }
 
 /// A calibration done.

@@ -69,9 +69,7 @@ impl Calibration<'_> {
                 "*** NOT CONVERGED ({}) after {steps} steps: DO NOT USE this result. ***",
                 self.solved.estimate.termination.reason.name().replace('_', " ")
             ),
-            Status::NotUsable => {
-                "*** NOT USABLE: these contacts do not determine the arm. DO NOT USE this result. ***".to_owned()
-            }
+            Status::NotUsable => "*** NOT USABLE: the warnings say why. DO NOT USE this result. ***".to_owned(),
         }
     }
 

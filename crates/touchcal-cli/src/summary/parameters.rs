@@ -35,6 +35,7 @@ pub fn in_user_units(unit: Unit) -> (f64, &'static str, usize) {
     match unit {
         Unit::Meter => (1e3, "mm", 4),
         Unit::Radian => (1f64.to_degrees(), "deg", 4),
+        Unit::RadianPerNewtonMeter => (1e6, "µrad/(N m)", 2),
         Unit::One => (1.0, "ratio", 6),
     }
 }

@@ -4,6 +4,7 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
 mod demo;
+mod experiment;
 mod failures;
 mod golden;
 #[cfg(unix)]

@@ -36,3 +36,35 @@ fn calibrated_urdf_carries_the_tool() {
     // Drifts between placements are not in the URDF.
     assert!((score["mean_mm"].as_f64().unwrap() - postfit).abs() < 2e-3, "{score}");
 }
+
+/// An arm that bends scores through its URDF as in the estimate, and the user is told who reads it.
+#[test]
+fn calibrated_urdf_carries_the_compliance() {
+    let folder = tempfile::tempdir().unwrap();
+    let mukca = data().canonicalize().unwrap().join("mukca");
+    let (logs, urdf) = (mukca.join("kuka_14"), mukca.join("iiwa14.urdf"));
+    let (logs, urdf) = (logs.to_str().unwrap(), urdf.to_str().unwrap());
+    let args = ["calibrate", "--mukca", logs, "--only", "front", "--urdf", urdf, "--joint-compliance", "--out", "."];
+    let done = touchcal(folder.path(), &args).success();
+    assert!(stdout(&done).contains("only touchcal reads the joints' compliance"), "{}", stdout(&done));
+    let estimate = json(&folder.path().join("estimate.json"));
+    let entry = |entry: &&serde_json::Value| entry["name"] == "joint_compliance.joint_a2";
+    assert_eq!(estimate["parameters"].as_array().unwrap().iter().find(entry).unwrap()["unit"], "rad/(N m)");
+    assert_eq!(estimate["warnings"][0]["kind"], "compliance_needs_driver");
+
+    let score = |placement: &str, urdf: &str| {
+        let args = ["evaluate", "--mukca", logs, "--only", placement, "--urdf", urdf, "--json"];
+        let done = touchcal(folder.path(), &args).success();
+        serde_json::from_str::<serde_json::Value>(&stdout(&done)).unwrap()["mean_mm"].as_f64().unwrap()
+    };
+    let postfit = estimate["residuals"]["postfit"]["mean_mm"].as_f64().unwrap();
+    // The kilogram assumed at the tip moves with the ball's place.
+    assert!((score("front", "calibrated.urdf") - postfit).abs() < 1e-3);
+    let held_out = score("left_back", "calibrated.urdf");
+    assert!(held_out <= 0.1, "{held_out}");
+
+    let text = std::fs::read_to_string(folder.path().join("calibrated.urdf")).unwrap();
+    let rigid: String = text.split_inclusive('\n').filter(|line| !line.contains("touchcal_compliance")).collect();
+    std::fs::write(folder.path().join("rigid.urdf"), rigid).unwrap();
+    assert!(score("left_back", "rigid.urdf") > 1.5 * held_out);
+}

@@ -25,10 +25,10 @@ const LADDER: usize = 12;
 const NARROWING: f64 = 2.0;
 
 const COARSE: Limits = Limits { iterations: 100, decrement: 1e-3 };
-const NARROW: Limits = Limits { iterations: 12, decrement: 1e-1 };
+const NARROW: Limits = Limits { iterations: 60, decrement: 1e-1 };
 const FINE: Limits = Limits { iterations: 60, decrement: 1e-2 };
 
-type Observe<'o> = &'o mut dyn FnMut(&Progress) -> ControlFlow<()>;
+pub(super) type Observe<'o> = &'o mut dyn FnMut(&Progress) -> ControlFlow<()>;
 
 /// Estimates the parameters of a problem.
 ///
@@ -45,17 +45,20 @@ pub fn calibrate(problem: &Problem, observe: Observe<'_>) -> Estimate {
         search.descend(&descent, observe);
         return conclude(&search);
     }
+    let mut coarse = search.theta.clone();
     for _ in 0..ROUNDS {
         search.coarse(observe);
         if search.hold_unbounded() {
             search.coarse(observe);
         }
+        coarse.copy_from(&search.theta);
         search.fine(observe);
         if !search.hold_unbounded() {
             break;
         }
     }
     search.learn(observe);
+    search.ambiguous = search.has_other_minima(&coarse, observe);
     search.unbias();
     conclude(&search)
 }
@@ -80,6 +83,8 @@ pub(super) struct Search<'p> {
     pub held: Held,
     /// Average effect of one-sided noise that was taken off.
     pub bias: DVector<f64>,
+    /// Other starts led to other minima.
+    pub ambiguous: bool,
     pub termination: Termination,
 }
 
@@ -92,14 +97,14 @@ impl<'p> Search<'p> {
         let held = Held { pivots: Vec::new(), participants: Vec::new() };
         let termination =
             Termination { reason: StopReason::Converged, measured: 0.0, threshold: FINE.decrement, iterations: 0 };
-        Search { system, scale, theta, held, bias, termination }
+        Search { system, scale, theta, held, bias, ambiguous: false, termination }
     }
 
-    fn stride(&self) -> usize {
+    pub(super) fn stride(&self) -> usize {
         (self.system.problem.contacts.len() / GLANCE).max(1)
     }
 
-    fn interrupted(&self) -> bool {
+    pub(super) fn interrupted(&self) -> bool {
         self.termination.reason == StopReason::Interrupted
     }
 
@@ -110,6 +115,9 @@ impl<'p> Search<'p> {
         }
         let stage = if rung == Rung::Envelope { Stage::Coarse } else { Stage::Fine };
         let mut look = observer(stage, observe);
+        // A part's minimum need be no nearer than the part knows it.
+        let looseness = if rung == Rung::Envelope { 1.0 } else { stride as f64 };
+        let limits = Limits { decrement: limits.decrement * looseness, ..limits };
         let linearize = |theta: &DVector<f64>| self.system.linearize(theta, rung, stride);
         let minimum = minimise(linearize, self.theta.clone(), &self.scale, limits, &mut look);
         let iterations = self.termination.iterations + minimum.termination.iterations;
@@ -134,6 +142,18 @@ impl<'p> Search<'p> {
     /// Onto the manifolds, the loss narrowing; all contacts at full resolution at the end only.
     fn fine(&mut self, observe: Observe<'_>) {
         let loss = self.system.problem.loss;
+        self.glance(observe);
+        let mut stride = self.stride() / LADDER;
+        while stride > 1 {
+            self.minimise((Rung::Residual(loss), stride), NARROW, observe);
+            stride /= LADDER;
+        }
+        self.minimise((Rung::Residual(loss), 1), FINE, observe);
+    }
+
+    /// Onto the manifolds with a few contacts.
+    pub(super) fn glance(&mut self, observe: Observe<'_>) {
+        let loss = self.system.problem.loss;
         self.system.resolution = 0.0;
         let mut widening = self.system.widening(&self.theta, self.stride());
         while widening > 1.0 {
@@ -141,12 +161,7 @@ impl<'p> Search<'p> {
             widening /= NARROWING;
         }
         self.system.set_resolution(&self.theta, self.stride());
-        let mut stride = self.stride();
-        while stride > 1 {
-            self.minimise((Rung::Residual(loss), stride), NARROW, observe);
-            stride /= LADDER;
-        }
-        self.minimise((Rung::Residual(loss), 1), FINE, observe);
+        self.minimise((Rung::Residual(loss), self.stride()), NARROW, observe);
     }
 
     /// Holds parameters that neither data nor priors bound at zero; says whether any are new.

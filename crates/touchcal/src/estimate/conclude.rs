@@ -17,6 +17,9 @@ const REJECTED_BELOW: f64 = 0.05;
 const MANY_REJECTED: f64 = 0.2;
 /// Measured over declared noise that deserves a warning.
 const NOISE_EXCEEDED: f64 = 1.5;
+/// Measured over declared noise from which one-sided gaps are not usable: their bias goes with the variance, so it is nine times
+/// what was reckoned with.
+const NOISE_CONTRADICTED: f64 = 3.0;
 /// A joint range (rad or m) below which its parameters resemble its neighbours'.
 const HARDLY_MOVED: f64 = 0.035;
 /// A result is usable if the data bring the arm's uncertainty below this share of what it was.
@@ -68,7 +71,7 @@ impl Found {
 
 /// Puts the outcome together.
 pub(super) fn conclude(search: &Search<'_>) -> Estimate {
-    let Search { system, scale, theta, held, bias, termination } = search;
+    let Search { system, scale, theta, held, bias, termination, .. } = search;
     let problem = system.problem;
     let found = &Found::new(system, theta);
     // A correction is known no better than to its own size.
@@ -99,6 +102,9 @@ pub(super) fn conclude(search: &Search<'_>) -> Estimate {
     };
     let left = arm_uncertainty_left(problem, &system.parameters, &known.posterior, &system.scale());
     estimate.warnings = warnings(system, found, held, &estimate, left);
+    if search.ambiguous {
+        estimate.warnings.push(Warning::Ambiguous);
+    }
     estimate.status = status(&estimate.termination, &estimate.warnings);
     estimate
 }
@@ -107,7 +113,12 @@ fn status(termination: &Termination, warnings: &[Warning]) -> Status {
     let unusable = |warning: &Warning| {
         matches!(
             warning,
-            Warning::TooFewContacts { .. } | Warning::ArmUndetermined { .. } | Warning::Implausible { .. }
+            Warning::TooFewContacts { .. }
+                | Warning::ArmUndetermined { .. }
+                | Warning::Implausible { .. }
+                | Warning::NoiseContradicted { .. }
+                | Warning::NotTouching { .. }
+                | Warning::Ambiguous
         )
     };
     match termination.reason {
@@ -131,8 +142,11 @@ fn warnings(system: &System<'_>, found: &Found, held: &Held, estimate: &Estimate
         let names = held.pivots.iter().map(|&k| system.parameters[k].name.clone()).collect();
         warnings.push(Warning::Held { names });
     }
-    if found.noise_factor > NOISE_EXCEEDED {
-        warnings.push(Warning::NoiseExceeded { factor: found.noise_factor });
+    let factor = found.noise_factor;
+    if factor > NOISE_CONTRADICTED && system.has_noise_bias() && !system.problem.noise.learned {
+        warnings.push(Warning::NoiseContradicted { factor });
+    } else if factor > NOISE_EXCEEDED {
+        warnings.push(Warning::NoiseExceeded { factor });
     }
     let share = estimate.contacts.rejected as f64 / found.verdicts.len().max(1) as f64;
     if share > MANY_REJECTED {
@@ -149,17 +163,22 @@ fn warnings(system: &System<'_>, found: &Found, held: &Held, estimate: &Estimate
             warnings.push(Warning::JointHardlyMoved { joint: joint.name.clone(), range: most - least });
         }
     }
-    for estimated in &estimate.parameters {
-        let Parameter { name, column, scale, .. } = &estimated.parameter;
-        if !column.block().is_nuisance() && estimated.value.abs() > IMPLAUSIBLE * scale {
-            warnings.push(Warning::Implausible { name: name.clone(), value: estimated.value });
-        }
-        if let Some(sigma) = estimated.parameter.prior_sigma {
-            let deviations = estimated.value.abs() / sigma;
-            if deviations > FAR_FROM_PRIOR {
-                warnings.push(Warning::FarFromPrior { name: estimated.parameter.name.clone(), deviations });
-            }
-        }
-    }
+    warnings.extend(estimate.parameters.iter().filter_map(implausible));
     warnings
+}
+
+/// What is the matter with a parameter's value.
+fn implausible(estimated: &Estimated) -> Option<Warning> {
+    let Parameter { name, column, scale, .. } = &estimated.parameter;
+    let (name, value) = (name.clone(), estimated.value);
+    let deviations = estimated.parameter.prior_sigma.map_or(0.0, |sigma| value.abs() / sigma);
+    match column {
+        _ if !column.block().is_nuisance() && value.abs() > IMPLAUSIBLE * scale => {
+            Some(Warning::Implausible { name, value })
+        }
+        // Parts touch with their surfaces: half a millimetre off is another place, or another part.
+        Column::Interference(_) if deviations > FAR_FROM_PRIOR => Some(Warning::NotTouching { name, gap: value }),
+        _ if deviations > FAR_FROM_PRIOR => Some(Warning::FarFromPrior { name, deviations }),
+        _ => None,
+    }
 }

@@ -2,12 +2,17 @@
 //!
 //! The damping is Levenberg's, in units of each parameter's scale, so that directions the data cannot see stay where they are;
 //! its update follows Madsen, Nielsen & Tingleff, *Methods for non-linear least squares problems* (2004), section 3.2.
+//!
+//! Far from the minimum a step is judged by the cost. Close to it, by the gradient: a step is good if the next one, from the same matrix, is
+//! shorter (the natural monotonicity test: Deuflhard, *Newton methods for nonlinear problems* (2004), section 3.3). The gradient takes the
+//! variances that rows are whitened with as constants, as it must for its root to be unbiased, so the cost of many contacts has
+//! its minimum elsewhere; and where a contact's nearest feature changes the cost jumps, by as much however many contacts there are.
 
 use std::ops::ControlFlow;
 
 use nalgebra::DVector;
 
-use super::normal::NormalEquations;
+use super::normal::{Damped, NormalEquations};
 use super::outcome::{Progress, Stage, StopReason, Termination};
 
 /// When to stop.
@@ -23,6 +28,9 @@ pub struct Limits {
 /// Where no step descends, a decrement up to this many times the limit still counts as the minimum: gaps have kinks, on which a
 /// step predicted from one side is lost on the other.
 const ON_A_KINK: f64 = 10.0;
+
+/// A minimum is close if a step moves rows by less than this share of their noise (root mean square).
+const CLOSE: f64 = 0.03;
 
 /// Shortest share of a step that is tried before the damping grows.
 const SHORTEST_SHARE: f64 = 0.05;
@@ -58,7 +66,7 @@ pub(crate) fn minimise(
         if !normal.cost.is_finite() {
             break StopReason::NotFinite;
         }
-        let Some(step) = normal.damped_step(scale, damping * largest) else {
+        let Some(damped) = normal.damped(scale, damping * largest) else {
             damping *= growth;
             growth *= 2.0;
             if damping > MOST_DAMPING {
@@ -66,6 +74,7 @@ pub(crate) fn minimise(
             }
             continue;
         };
+        let step = damped.step(&normal.gradient);
         decrement = -normal.gradient.dot(&step);
         if iterations >= limits.iterations && decrement > limits.decrement {
             break StopReason::IterationLimit;
@@ -74,7 +83,7 @@ pub(crate) fn minimise(
             iterations += 1;
             let candidate = &theta + &step * share;
             let next = linearize(&candidate);
-            let gain = (normal.cost - next.cost) / decrement;
+            let gain = gain(&normal, &next, &damped, decrement);
             (candidate, next, gain)
         };
         let mut tried = attempt(1.0);
@@ -103,6 +112,15 @@ pub(crate) fn minimise(
     };
     let termination = Termination { reason, measured: decrement, threshold: limits.decrement, iterations };
     Minimum { theta, termination }
+}
+
+/// How much of a step's promise came true: 1 is all of it, above 0 is progress.
+fn gain(normal: &NormalEquations, next: &NormalEquations, damped: &Damped, decrement: f64) -> f64 {
+    if decrement <= CLOSE.powi(2) * normal.rows {
+        1.0 - damped.decrement(&next.gradient) / decrement
+    } else {
+        (normal.cost - next.cost) / decrement
+    }
 }
 
 /// Reports progress of one stage to the caller's observer.

@@ -2,6 +2,7 @@
 
 mod calibrate;
 mod conclude;
+mod doubt;
 mod evaluate;
 mod gradient_descent;
 mod identifiability;

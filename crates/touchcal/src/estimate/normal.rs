@@ -1,6 +1,6 @@
 //! Normal equations, accumulated contact by contact.
 
-use nalgebra::{Cholesky, DMatrix, DVector};
+use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 
 /// `H = Σ w JᵀJ`, `g = Σ w Jᵀr` and the cost `Σ ρ` of a set of whitened rows.
 ///
@@ -50,6 +50,8 @@ impl NormalEquations {
         self.information *= factor;
         self.gradient *= factor;
         self.cost *= factor;
+        self.squares *= factor;
+        self.rows *= factor;
     }
 
     /// Adds another set of rows.
@@ -67,20 +69,42 @@ impl NormalEquations {
         self
     }
 
-    /// The step `δ` of `(S H S + λ I) S⁻¹δ = −S g`, `S = diag(scale)`; parameters with scale 0 are held.
-    /// `None` where the damped matrix is not positive definite in floating point.
-    pub fn damped_step(&self, scale: &DVector<f64>, damping: f64) -> Option<DVector<f64>> {
+    /// The factored matrix of Newton steps, `S H S + λ I` with `S = diag(scale)`; parameters with scale 0 are held.
+    /// `None` where it is not positive definite in floating point.
+    pub fn damped(&self, scale: &DVector<f64>, damping: f64) -> Option<Damped> {
         let mut scaled = self.scaled_information(scale);
         for k in 0..scaled.nrows() {
             scaled[(k, k)] += if scale[k] == 0.0 { 1.0 } else { damping };
         }
-        let right = -self.gradient.component_mul(scale);
-        let step = Cholesky::new(scaled)?.solve(&right);
-        Some(step.component_mul(scale))
+        Some(Damped { factor: Cholesky::new(scaled)?, scale: scale.clone() })
+    }
+
+    /// The step `δ` of `(S H S + λ I) S⁻¹δ = −S g`, as [`NormalEquations::damped`].
+    pub fn damped_step(&self, scale: &DVector<f64>, damping: f64) -> Option<DVector<f64>> {
+        Some(self.damped(scale, damping)?.step(&self.gradient))
     }
 
     /// `S H S`.
     pub fn scaled_information(&self, scale: &DVector<f64>) -> DMatrix<f64> {
         DMatrix::from_fn(scale.len(), scale.len(), |i, j| scale[i] * self.information[(i, j)] * scale[j])
+    }
+}
+
+/// A damped information matrix, factored.
+pub(crate) struct Damped {
+    factor: Cholesky<f64, Dyn>,
+    scale: DVector<f64>,
+}
+
+impl Damped {
+    /// The step against gradient `g`.
+    pub fn step(&self, gradient: &DVector<f64>) -> DVector<f64> {
+        let right = -gradient.component_mul(&self.scale);
+        self.factor.solve(&right).component_mul(&self.scale)
+    }
+
+    /// Newton decrement `gᵀ(H + λS⁻²)⁻¹g` of gradient `g`.
+    pub fn decrement(&self, gradient: &DVector<f64>) -> f64 {
+        -gradient.dot(&self.step(gradient))
     }
 }

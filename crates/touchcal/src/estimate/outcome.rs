@@ -77,7 +77,7 @@ pub enum Status {
     Converged,
     /// The minimisation did not end: do not use it.
     NotConverged,
-    /// It ended, but the data do not determine the arm: do not use it.
+    /// It ended, but the data do not determine the arm or contradict what was declared: do not use it.
     NotUsable,
 }
 
@@ -133,6 +133,20 @@ pub enum Warning {
         /// Measured over declared standard deviation.
         factor: f64,
     },
+    /// Contacts of one-sided gaps scatter so much more than declared that the correction of their bias, made for the declared noise, is void.
+    NoiseContradicted {
+        /// Measured over declared standard deviation.
+        factor: f64,
+    },
+    /// Contacts float or penetrate on average, further than parts that touch do.
+    NotTouching {
+        /// Name of the interference.
+        name: String,
+        /// Mean gap at contact (m), negative if they penetrate.
+        gap: f64,
+    },
+    /// Searches from other starts ended elsewhere and fit about as well.
+    Ambiguous,
     /// Many contacts do not lie on their manifold.
     ManyRejected {
         /// Share of contacts, 0 to 1.
@@ -171,6 +185,9 @@ impl Warning {
             Warning::Held { .. } => "held",
             Warning::ArmUndetermined { .. } => "arm_undetermined",
             Warning::NoiseExceeded { .. } => "noise_exceeded",
+            Warning::NoiseContradicted { .. } => "noise_contradicted",
+            Warning::NotTouching { .. } => "not_touching",
+            Warning::Ambiguous => "ambiguous",
             Warning::ManyRejected { .. } => "many_rejected",
             Warning::JointHardlyMoved { .. } => "joint_hardly_moved",
             Warning::Implausible { .. } => "implausible",
@@ -194,6 +211,17 @@ impl Warning {
             Warning::NoiseExceeded { factor } => format!(
                 "contacts scatter {factor:.1} times more than [noise] declares; uncertainties were widened by that factor"
             ),
+            Warning::NoiseContradicted { factor } => {
+                format!("contacts scatter {factor:.1} times more than [noise] declares: do not use the result")
+            }
+            Warning::NotTouching { name, gap } => {
+                let how = if *gap > 0.0 { "float" } else { "penetrate" };
+                format!("`{name}`: contacts {how} by {:.2} mm on average: do not use the result", 1e3 * gap.abs())
+            }
+            Warning::Ambiguous => {
+                "other parameters, found from other starts, fit these contacts about as well: do not use the result"
+                    .to_owned()
+            }
             Warning::ManyRejected { share } => {
                 format!("{:.0} % of the contacts do not fit and were rejected", 100.0 * share)
             }
@@ -223,6 +251,13 @@ impl Warning {
             Warning::NoiseExceeded { .. } => {
                 "check the noise values, the parts' shapes, and whether more parameters should be free"
             }
+            Warning::NoiseContradicted { .. } => {
+                "declare the noise as large as it is; else check the parts' shapes, and where the search starts"
+            }
+            Warning::NotTouching { .. } => {
+                "check the parts' shapes; or the search ended in a wrong minimum: give the fixture's place as well as it is known"
+            }
+            Warning::Ambiguous => "record longer, with more motion of the tool and the elbow, or give priors",
             Warning::ManyRejected { .. } => "check the force threshold and the fixtures' places",
             Warning::JointHardlyMoved { .. } => "move it more to tell its errors from its neighbours'",
             Warning::Implausible { .. } => "check units, the robot, and where the fixtures are",

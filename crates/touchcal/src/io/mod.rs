@@ -31,6 +31,8 @@ mod network_tensors;
 pub mod onnx;
 mod outline;
 pub mod pose_file;
+#[cfg(feature = "parquet")]
+mod pose_parquet;
 pub mod problem_file;
 mod suggest;
 pub mod trial_folder;

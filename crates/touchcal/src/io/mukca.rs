@@ -16,7 +16,7 @@ use super::urdf::UrdfFile;
 use crate::contact::ContactLog;
 use crate::estimate::{Distance, Fixture, Freedom, Loss, Method, Noise, Problem, Tool};
 use crate::manifold::BallInSocket;
-use crate::robot::{Robot, joint_origin};
+use crate::robot::{Robot, joint_compliance, joint_origin};
 
 /// Scale of the loss in standard deviations: misfits of real arms are no outliers, a ball out of its socket is.
 const LOSS_SCALE: f64 = 8.0;
@@ -38,10 +38,13 @@ pub struct MukcaOptions {
     pub spacing_sigma: f64,
     /// Measurement noise.
     pub noise: Noise,
+    /// Whether the joints' compliance under gravity is estimated too.
+    pub joint_compliance: bool,
 }
 
 impl Default for MukcaOptions {
-    /// All placements, 50 ± 0.05 mm as the tool is printed, and 0.2 mm of contact noise, about what a fitted arm leaves.
+    /// All placements, 50 ± 0.05 mm as the tool is printed, 0.2 mm of contact noise, about what a fitted arm leaves, and an arm that does
+    /// not bend.
     fn default() -> Self {
         MukcaOptions {
             only: Vec::new(),
@@ -49,12 +52,13 @@ impl Default for MukcaOptions {
             spacing: 50e-3,
             spacing_sigma: 0.05e-3,
             noise: Noise { encoder: 0.0, contact: 0.2e-3, learned: true },
+            joint_compliance: false,
         }
     }
 }
 
 /// Reads a folder for the arm of `urdf`, whose tip link carries the ball: its place is estimated, every socket's is too, and
-/// the parameters are those of the full geometric model. Fixtures are named `PLACEMENT/N` and sorted by placement and N.
+/// the parameters are those of the full geometric model, and compliances if asked for. Fixtures are named `PLACEMENT/N` and sorted by placement and N.
 ///
 /// # Errors
 /// If the folder has no such files, a named placement is not there, or a file is no log of this arm.
@@ -83,7 +87,10 @@ pub fn read(folder: &Path, urdf: UrdfFile, options: &MukcaOptions) -> Result<Loa
         tip_from_tool: Isometry3::identity(),
         freedom: Freedom::Uncertain { sigma: BALL_SIGMA, sigma_angle: 0.0 },
     };
-    let parameters = joint_origin(&robot);
+    let mut parameters = joint_origin(&robot);
+    if options.joint_compliance {
+        parameters.extend(joint_compliance(&robot));
+    }
     let noise = options.noise;
     let problem = Problem {
         robot,

@@ -1,9 +1,10 @@
-//! Poses of a tool in contact, `fixture_from_tool`, as comma-separated values, plain or gzipped.
+//! Poses of a tool in contact, `fixture_from_tool`, as comma-separated values, plain or gzipped, or (cargo feature `parquet`) as Parquet.
 //!
 //! A row is a pose. The header names the columns `x,y,z` (m) and `qw,qx,qy,qz` (a quaternion of norm 1), whatever their case and order; others
 //! are ignored.
 
-use std::io::Read;
+use std::fs::File;
+use std::io::{Read, Seek};
 use std::path::Path;
 
 use nalgebra::{Quaternion, Translation3, UnitQuaternion};
@@ -20,7 +21,9 @@ use crate::se3::Pose;
 /// Most poses of one file, 56 bytes of memory each.
 pub const MAX_POSES: usize = 10_000_000;
 
-const COLUMNS: [&str; 7] = ["x", "y", "z", "qw", "qx", "qy", "qz"];
+pub(super) const COLUMNS: [&str; 7] = ["x", "y", "z", "qw", "qx", "qy", "qz"];
+/// What a Parquet file begins with.
+const PARQUET: &[u8] = b"PAR1";
 /// Largest coordinate (m). A larger one is in another unit.
 const LARGEST: f64 = 10.0;
 /// How far a quaternion's norm may be from 1 (rounded digits) before it is taken for a mistake.
@@ -68,11 +71,31 @@ pub fn read(content: impl Read, file: &str) -> Result<Vec<Pose>, IoError> {
 /// As [`read`], if the file cannot be read, or if its poses are fewer than two different ones.
 pub fn read_file(path: &Path) -> Result<(PoseSamples, Input), IoError> {
     let name = path.display().to_string();
-    let mut hashing = Hashing::new(bytes::open(path)?);
-    let poses = read(&mut hashing, &name)?;
+    let failed = |source| IoError::file(path, "read", source);
+    let mut file = bytes::open(path)?;
+    let mut start = Vec::new();
+    file.by_ref().take(PARQUET.len() as u64).read_to_end(&mut start).map_err(failed)?;
+    file.rewind().map_err(failed)?;
+    let mut hashing = Hashing::new(file.try_clone().map_err(failed)?);
+    let poses = if start == PARQUET { read_parquet(file, &name)? } else { read(&mut hashing, &name)? };
     let samples = PoseSamples::from_poses(&poses).map_err(|error| no_samples(Place::file(&name), &error))?;
-    let sha256 = hashing.finish().map_err(|source| IoError::file(path, "read", source))?;
+    let sha256 = hashing.finish().map_err(failed)?;
     Ok((samples, Input { path: name, sha256 }))
+}
+
+#[cfg(feature = "parquet")]
+fn read_parquet(mut content: File, file: &str) -> Result<Vec<Pose>, IoError> {
+    let failed = |source| IoError::file(Path::new(file), "read", source);
+    let poses = super::pose_parquet::read(content.try_clone().map_err(failed)?, file)?;
+    // Its other handle, which is fingerprinted, shares the position.
+    content.rewind().map_err(failed)?;
+    Ok(poses)
+}
+
+#[cfg(not(feature = "parquet"))]
+fn read_parquet(_: File, file: &str) -> Result<Vec<Pose>, IoError> {
+    let found = "Parquet, which only a build with the cargo feature `parquet` reads";
+    Err(IoError::unexpected(Place::file(file), "CSV or gzipped CSV", found))
 }
 
 /// Poses that are no samples, as an error of the file that they were read from.
@@ -88,7 +111,7 @@ pub(crate) fn no_samples(place: Place, error: &SamplesError) -> IoError {
 }
 
 /// Indices of the columns used.
-fn columns(cells: &[&[u8]], place: Place) -> Result<[usize; 7], IoError> {
+pub(super) fn columns(cells: &[&[u8]], place: Place) -> Result<[usize; 7], IoError> {
     let mut used = [0; 7];
     for (column, name) in used.iter_mut().zip(COLUMNS) {
         let is = |k: &usize| std::str::from_utf8(cells[*k]).is_ok_and(|cell| same(cell, name));
@@ -109,7 +132,7 @@ fn columns(cells: &[&[u8]], place: Place) -> Result<[usize; 7], IoError> {
 }
 
 /// The pose of a row.
-fn pose(values: &[f64; 7], place: Place) -> Result<Pose, IoError> {
+pub(super) fn pose(values: &[f64; 7], place: Place) -> Result<Pose, IoError> {
     let [x, y, z, qw, qx, qy, qz] = *values;
     if let Some(k) = (0..3).find(|&k| values[k].abs() > LARGEST) {
         let found = format!("{}: in millimetres?", values[k]);

@@ -4,7 +4,7 @@ use rayon::prelude::*;
 
 use super::coordinates::Metric;
 use super::samples::PoseSamples;
-use super::tree::{Nearest, NearestOutside, Tree};
+use super::tree::Tree;
 
 /// Parts of a record that are held out in turn.
 const PARTS: usize = 10;
@@ -42,25 +42,27 @@ impl PoseSamples {
     /// What these samples cover, distances in `metric`.
     pub fn coverage(&self, metric: Metric) -> Coverage {
         let points = self.points(metric);
-        let tree = Tree::new(&points, metric.circumference());
         let count = points.len();
-        let away = |excluded: &(dyn Fn(usize) -> std::ops::Range<usize> + Sync)| {
-            let distances = points.par_iter().enumerate().map(|(i, point)| {
-                let mut found = NearestOutside { nearest: Nearest::new(), excluded: excluded(i) };
-                tree.search(point, &mut found);
-                found.nearest.found().map_or(0.0, |(squared, _)| squared.sqrt())
-            });
-            Quantiles::of(distances.collect())
-        };
-        let start = |part: usize| (part * count).div_ceil(PARTS);
-        let part = |i: usize| i * PARTS / count;
+        let tree = Tree::new(points.iter().copied().enumerate(), metric.circumference());
+        let spacing = points.par_iter().enumerate().map(|(i, point)| {
+            // The sample itself and one other.
+            let two = tree.nearest_few(point, 2);
+            two.iter().find(|(_, index)| *index != i).map_or(0.0, |(squared, _)| squared.sqrt())
+        });
+        let unseen = (0..PARTS).into_par_iter().flat_map_iter(|part| {
+            let held_out = (part * count).div_ceil(PARTS)..((part + 1) * count).div_ceil(PARTS);
+            let others = points.iter().copied().enumerate().filter(|(i, _)| !held_out.contains(i));
+            let others = Tree::new(others, metric.circumference());
+            let away = |point| others.nearest(point).map_or(0.0, |(squared, _)| squared.sqrt());
+            points[held_out.clone()].iter().map(away).collect::<Vec<_>>()
+        });
         Coverage {
             count,
             coordinates: std::array::from_fn(|k| {
                 Quantiles::of(self.coordinates().iter().map(|each| each[k]).collect())
             }),
-            spacing: away(&|i| i..i + 1),
-            unseen: away(&|i| start(part(i))..start(part(i) + 1)),
+            spacing: Quantiles::of(spacing.collect()),
+            unseen: Quantiles::of(unseen.collect()),
         }
     }
 }

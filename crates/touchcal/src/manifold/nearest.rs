@@ -6,9 +6,9 @@ use rayon::prelude::*;
 use super::coordinates::{Coordinates, Metric, wrapped};
 use super::projection::Projection;
 use super::samples::PoseSamples;
-use super::tree::{Nearest, NearestFew, Point, Tree};
+use super::tree::{Point, Tree};
 
-/// Poses that a thread takes at a time, and below which there is but one: a search takes some 10 µs.
+/// Poses that a thread takes at a time, and below which there is but one: a search takes some 20 µs.
 const BATCH: usize = 64;
 
 /// Projects a pose onto the sample nearest to it in a metric, or onto a mean of the nearest few.
@@ -40,7 +40,7 @@ pub struct Neighbour {
 impl NearestSample {
     /// Onto the nearest of `samples` in `metric`.
     pub fn new(samples: PoseSamples, metric: Metric) -> Self {
-        let tree = Tree::new(&samples.points(metric), metric.circumference());
+        let tree = Tree::new(samples.points(metric).into_iter().enumerate(), metric.circumference());
         NearestSample { samples, metric, neighbours: 1, tree }
     }
 
@@ -62,9 +62,7 @@ impl NearestSample {
 
     /// The nearest sample; none if the pose is not finite.
     pub fn nearest(&self, pose: &Coordinates) -> Option<Neighbour> {
-        let mut nearest = Nearest::new();
-        self.tree.search(&self.point(pose), &mut nearest);
-        nearest.found().map(|(squared, index)| Neighbour { index, distance: squared.sqrt() })
+        self.tree.nearest(&self.point(pose)).map(|(squared, index)| Neighbour { index, distance: squared.sqrt() })
     }
 
     /// The nearest sample of each pose, in parallel; none where a pose is not finite.
@@ -74,9 +72,8 @@ impl NearestSample {
 
     /// The nearest `k` samples, the nearest first; none if the pose is not finite.
     pub fn nearest_few(&self, pose: &Coordinates, k: usize) -> Vec<Neighbour> {
-        let mut few = NearestFew::new(k.min(self.samples.len()));
-        self.tree.search(&self.point(pose), &mut few);
-        few.best.into_iter().map(|(squared, index)| Neighbour { index, distance: squared.sqrt() }).collect()
+        let few = self.tree.nearest_few(&self.point(pose), k);
+        few.into_iter().map(|(squared, index)| Neighbour { index, distance: squared.sqrt() }).collect()
     }
 
     /// The pose as a point that the tree knows.

@@ -1,7 +1,7 @@
 //! A contact manifold as poses recorded on it.
 
 use super::coordinates::{Coordinates, Metric, coordinates, wrapped};
-use super::tree::{Point, Tree, Within};
+use super::tree::{Point, Tree};
 use crate::se3::Pose;
 
 /// Poses at which the tool touched, `fixture_from_tool`, in the order in which they were recorded; at least two different ones.
@@ -89,15 +89,13 @@ impl PoseSamples {
     /// If fewer than two are left.
     pub fn thinned(&self, spacing: f64, metric: Metric) -> Result<PoseSamples, SamplesError> {
         let points = self.points(metric);
-        let tree = Tree::new(&points, metric.circumference());
+        let tree = Tree::new(points.iter().copied().enumerate(), metric.circumference());
         let mut covered = vec![false; points.len()];
         let mut kept = Vec::new();
-        let mut near = Within { squared: spacing.max(0.0).powi(2), found: Vec::new() };
         for (i, point) in points.iter().enumerate() {
             if !covered[i] {
                 kept.push(self.coordinates[i]);
-                tree.search(point, &mut near);
-                near.found.drain(..).for_each(|other| covered[other] = true);
+                tree.within(point, spacing.max(0.0)).into_iter().for_each(|other| covered[other] = true);
             }
         }
         PoseSamples::new(kept)

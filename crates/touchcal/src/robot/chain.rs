@@ -26,6 +26,15 @@ pub struct Limits {
     pub upper: f64,
 }
 
+/// Mass of a link and where it is.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Inertia {
+    /// Mass (kg).
+    pub mass: f64,
+    /// Centre of mass in the frame of the joint that carries the link, after its motion (m).
+    pub center: Vector3<f64>,
+}
+
 /// A joint and the link it carries.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Joint {
@@ -41,6 +50,10 @@ pub struct Joint {
     pub axis: UnitVector<Vector3<f64>>,
     /// Range of positions, where one is declared.
     pub limits: Option<Limits>,
+    /// How far the joint gives way to a torque about it, rad/(N m), beyond what its encoder sees; 0 for a stiff joint.
+    pub compliance: f64,
+    /// Mass of the link that it carries, where it is known.
+    pub inertia: Option<Inertia>,
 }
 
 /// What is wrong with a chain.
@@ -61,12 +74,15 @@ pub enum RobotError {
         name: String,
     },
     /// A number that is not finite.
-    #[error("joint `{name}`: expected a finite origin and axis, found NaN or infinity")]
+    #[error("joint `{name}`: expected a finite origin, axis and compliance, found NaN or infinity")]
     NotFinite {
         /// The joint.
         name: String,
     },
 }
+
+/// Acceleration of gravity (m/s²) in the base of an arm that stands upright on Earth.
+pub const GRAVITY: [f64; 3] = [0.0, 0.0, -9.81];
 
 /// A serial chain of joints from a base link to a tip link. Immutable: calibration makes a new one.
 #[derive(Clone, Debug, PartialEq)]
@@ -74,15 +90,16 @@ pub struct Robot {
     name: String,
     base: String,
     joints: Vec<Joint>,
+    gravity: Vector3<f64>,
 }
 
 impl Robot {
-    /// A chain from `base` through `joints`, base first; the last joint's child is the tip.
+    /// A chain from `base` through `joints`, base first; the last joint's child is the tip. It stands upright in [`GRAVITY`].
     ///
     /// # Errors
     /// If no joint moves, a name repeats, or a number is not finite.
     pub fn new(name: impl Into<String>, base: impl Into<String>, joints: Vec<Joint>) -> Result<Self, RobotError> {
-        let robot = Robot { name: name.into(), base: base.into(), joints };
+        let robot = Robot { name: name.into(), base: base.into(), joints, gravity: GRAVITY.into() };
         if robot.moving().next().is_none() {
             return Err(RobotError::NoMovingJoint { base: robot.base.clone(), tip: robot.tip().to_owned() });
         }
@@ -93,7 +110,8 @@ impl Robot {
             let origin = &joint.parent_from_joint;
             let finite = origin.translation.vector.iter().all(|v| v.is_finite())
                 && origin.rotation.coords.iter().all(|v| v.is_finite())
-                && joint.axis.iter().all(|v| v.is_finite());
+                && joint.axis.iter().all(|v| v.is_finite())
+                && joint.compliance.is_finite();
             if !finite {
                 return Err(RobotError::NotFinite { name: joint.name.clone() });
             }
@@ -131,12 +149,23 @@ impl Robot {
         self.moving().count()
     }
 
-    /// The same chain with other joint origins: `origins[i]` replaces `parent_from_joint` of `joints()[i]`.
-    pub(crate) fn with_origins(&self, origins: impl IntoIterator<Item = Pose>) -> Robot {
-        let mut robot = self.clone();
-        for (joint, origin) in robot.joints.iter_mut().zip(origins) {
-            joint.parent_from_joint = origin;
-        }
-        robot
+    /// The same chain where gravity accelerates by `gravity` (m/s², in base).
+    pub fn with_gravity(mut self, gravity: Vector3<f64>) -> Robot {
+        self.gravity = gravity;
+        self
+    }
+
+    /// Acceleration of gravity (m/s²) in base.
+    pub fn gravity(&self) -> &Vector3<f64> {
+        &self.gravity
+    }
+
+    /// Whether any joint gives way to gravity.
+    pub fn bends(&self) -> bool {
+        self.joints.iter().any(|joint| joint.compliance != 0.0)
+    }
+
+    pub(super) fn joints_mut(&mut self) -> &mut [Joint] {
+        &mut self.joints
     }
 }

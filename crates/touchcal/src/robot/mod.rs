@@ -2,13 +2,16 @@
 
 pub mod builtin;
 mod chain;
+mod gravity;
 mod kinematics;
 mod parameters;
 mod segments;
+mod stage;
 
-pub use chain::{Joint, JointKind, Limits, Robot, RobotError};
+pub use chain::{GRAVITY, Inertia, Joint, JointKind, Limits, Robot, RobotError};
 pub use kinematics::{Kinematics, Scratch};
 pub use parameters::{
-    Block, Column, Learned, Parameter, Unit, joint_drift, joint_offset, joint_origin, segment_strain, strain,
+    Block, Column, Learned, Parameter, Unit, joint_compliance, joint_drift, joint_offset, joint_origin, segment_strain,
+    strain,
 };
 pub use segments::{Segment, segments};

@@ -10,16 +10,19 @@ pub enum Unit {
     Meter,
     /// Radians.
     Radian,
+    /// Radians per newton metre.
+    RadianPerNewtonMeter,
     /// A ratio.
     One,
 }
 
 impl Unit {
-    /// The unit as written in files: `m`, `rad`, `1`.
+    /// The unit as written in files: `m`, `rad`, `rad/(N m)`, `1`.
     pub fn symbol(self) -> &'static str {
         match self {
             Unit::Meter => "m",
             Unit::Radian => "rad",
+            Unit::RadianPerNewtonMeter => "rad/(N m)",
             Unit::One => "1",
         }
     }
@@ -38,6 +41,8 @@ pub enum Column {
     JointDrift(usize, usize),
     /// Component `k` of the local twist on moving joint `i`'s origin: `origin · Exp(ξ)`.
     JointOrigin(usize, usize),
+    /// Compliance of moving joint `i`, on top of what the arm declares: true angle = measured − offset + compliance · torque of gravity.
+    JointCompliance(usize),
     /// Component `k` of the local twist on the tool's pose on the tip.
     Tool(usize),
     /// Component `k` of the local twist on fixture `f`'s pose in base.
@@ -59,6 +64,8 @@ pub enum Block {
     JointDrift,
     /// Six numbers per joint origin.
     JointOrigin,
+    /// A compliance per turning joint.
+    JointCompliance,
     /// Where the tool sits on the tip.
     Tool,
     /// Where a fixture stands in base.
@@ -76,6 +83,7 @@ impl Block {
             Block::JointOffset => "joint_offset",
             Block::JointDrift => "joint_drift",
             Block::JointOrigin => "joint_origin",
+            Block::JointCompliance => "joint_compliance",
             Block::Tool => "tool",
             Block::Fixture => "fixture",
             Block::Interference => "interference",
@@ -99,6 +107,7 @@ impl Column {
             Column::JointOffset(_) => Block::JointOffset,
             Column::JointDrift(..) => Block::JointDrift,
             Column::JointOrigin(..) => Block::JointOrigin,
+            Column::JointCompliance(_) => Block::JointCompliance,
             Column::Tool(_) => Block::Tool,
             Column::Fixture(..) => Block::Fixture,
             Column::Interference(_) => Block::Interference,
@@ -136,10 +145,11 @@ pub struct Parameter {
 /// Names of the components of a twist.
 pub const TWIST_NAMES: [&str; 6] = ["x", "y", "z", "rx", "ry", "rz"];
 
-/// Plausible sizes: 5 % strain, 5° of angle, 10 mm of length.
+/// Plausible sizes: 5 % strain, 5° of angle, 10 mm of length, a joint of 1e3 N m/rad.
 const STRAIN_SCALE: f64 = 0.05;
 pub(crate) const ANGLE_SCALE: f64 = 5.0 * std::f64::consts::PI / 180.0;
 pub(crate) const LENGTH_SCALE: f64 = 0.01;
+const COMPLIANCE_SCALE: f64 = 1e-3;
 
 /// Priors of the full geometric model, see [`joint_origin`].
 const ORIGIN_LENGTH_PRIOR: f64 = 0.5e-3;
@@ -147,6 +157,10 @@ const ORIGIN_ANGLE_PRIOR: f64 = 0.1 * std::f64::consts::PI / 180.0;
 const ORIGIN_ZERO_PRIOR: f64 = 0.5 * std::f64::consts::PI / 180.0;
 /// Start of the learned prior of drifts.
 const DRIFT_PRIOR: f64 = 0.05 * std::f64::consts::PI / 180.0;
+/// Start of the learned prior of compliances: harmonic drives of an arm's size have about 1e4 N m/rad.
+const COMPLIANCE_PRIOR: f64 = 1e-4;
+/// Arms differ in stiffness by orders of magnitude, so that start counts little: a stiff arm's compliances must go to zero.
+const COMPLIANCE_STRENGTH: f64 = 0.01;
 /// A learned prior's start counts as one observed value.
 const LEARNED_STRENGTH: f64 = 1.0;
 
@@ -182,6 +196,7 @@ impl Parameter {
             Column::JointOffset(_) => format!("the offset of {rest}"),
             Column::JointDrift(..) => format!("the drift of {rest}"),
             Column::JointOrigin(_, k) => format!("the origin {} of {owner}", DIRECTIONS[k.min(5)]),
+            Column::JointCompliance(_) => format!("the compliance of {rest}"),
             Column::Tool(k) => format!("the tool's {}", DIRECTIONS[k.min(5)]),
             Column::Fixture(_, k) => format!("the {} of fixture {owner}", DIRECTIONS[k.min(5)]),
             Column::Interference(_) => format!("the interference of fixture {rest}"),
@@ -280,4 +295,24 @@ pub fn joint_origin(robot: &Robot) -> Vec<Parameter> {
         })
     })
     .collect()
+}
+
+/// A compliance for each turning joint, with a learned prior: gravity bends the arm beyond the encoders, which sit on the motors' side.
+///
+/// The true angle is `q − b + c τ(q)`, with `c` in rad/(N m) and `τ` the torque (N m) of gravity about the joint's axis on all that it carries.
+/// Masses are those of the links' [`Inertia`](super::Inertia)s if every moving joint carries one before the next; links beside the chain do
+/// not count. Otherwise a kilogram in the middle of each moving link, between its joint's origin and the next, and one at the tip stand
+/// in for them: then `c` carries the arm's unknown mass and is a compliance only together with these masses.
+/// What presses at a contact bends the arm too; that is left out.
+pub fn joint_compliance(robot: &Robot) -> Vec<Parameter> {
+    let turning = robot.moving().enumerate().filter(|(_, joint)| joint.kind != JointKind::Prismatic);
+    let each = turning.map(|(i, joint)| Parameter {
+        name: format!("joint_compliance.{}", joint.name),
+        column: Column::JointCompliance(i),
+        unit: Unit::RadianPerNewtonMeter,
+        prior_sigma: Some(COMPLIANCE_PRIOR),
+        learned: Some(Learned { group: "joint_compliance", strength: COMPLIANCE_STRENGTH }),
+        scale: COMPLIANCE_SCALE,
+    });
+    each.collect()
 }

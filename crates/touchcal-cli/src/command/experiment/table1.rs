@@ -10,6 +10,7 @@ use serde::Serialize;
 use touchcal::estimate::{Descent, StopReason};
 use touchcal::experiment::{self, Trial};
 use touchcal::io::urdf::{self, Ends};
+use touchcal::io::weights_file::WeightsFile;
 use touchcal::io::{Input, atomic, manifold_file, trial_folder};
 use touchcal::manifold::coordinates::Metric;
 use touchcal::manifold::{NearestSample, Projection};
@@ -50,7 +51,8 @@ pub fn run(args: &Table1Args) -> Result<Outcome, Failure> {
     let parts = experiment::paper(robot.clone(), 0)?.parts;
     let mut inputs = Vec::new();
     let nearest = args.manifold.as_ref().map(|path| nearest(args, path, &mut inputs)).transpose()?;
-    let manifolds = Manifolds { parts, nearest, learned: None, inputs };
+    let learned = args.weights.as_ref().map(|path| learned(path, &mut inputs)).transpose()?;
+    let manifolds = Manifolds { parts, nearest, learned, inputs };
     let sources: Vec<Source> = match &args.logs {
         Some(folder) => {
             let trials = trial_folder::read(folder, &robot)?;
@@ -135,6 +137,13 @@ fn nearest(args: &Table1Args, path: &Path, inputs: &mut Vec<(Touch, Input)>) -> 
     let metric = Metric { metres_per_radian: 1e-3 * args.mm_per_deg * 180.0 / std::f64::consts::PI };
     inputs.push((Touch::Nearest, input));
     Ok(Arc::new(NearestSample::new(samples, metric)))
+}
+
+/// The network of `path`.
+fn learned(path: &Path, inputs: &mut Vec<(Touch, Input)>) -> Result<Arc<dyn Projection>, Failure> {
+    let (file, input) = WeightsFile::read_file(path)?;
+    inputs.push((Touch::Learned, input));
+    Ok(Arc::new(file.projection))
 }
 
 /// All that a row depends on besides its trial's name.

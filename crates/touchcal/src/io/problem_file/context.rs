@@ -107,6 +107,17 @@ impl Context<'_> {
         Ok(Some(value as usize))
     }
 
+    /// Three numbers of any sign.
+    pub(super) fn vector(&self, vector: &Spanned<[f64; 3]>, field: &str) -> Result<[f64; 3], IoError> {
+        match vector.get_ref().iter().find(|v| v.is_nan() || v.abs() > LARGEST) {
+            None => Ok(*vector.get_ref()),
+            Some(bad) => {
+                let expected = format!("numbers within ±{LARGEST}");
+                Err(IoError::unexpected(self.place(vector.span(), field), expected, format!("{bad}")))
+            }
+        }
+    }
+
     /// A pose; absent parts are zero.
     pub(super) fn pose(&self, pose: Option<&Spanned<PoseToml>>, field: &str) -> Result<Option<Pose>, IoError> {
         let Some(pose) = pose else { return Ok(None) };

@@ -68,6 +68,10 @@ fn build(toml: &ProblemToml, context: &Context<'_>) -> Result<Loaded, IoError> {
         return Err(IoError::unexpected(place, "schema 1", format!("{}", schema.get_ref())));
     }
     let UrdfFile { robot, text: urdf, input } = robot(&toml.robot, context)?;
+    let robot = match &toml.robot.get_ref().gravity {
+        Some(gravity) => robot.with_gravity(context.vector(gravity, "robot, gravity")?.into()),
+        None => robot,
+    };
     let mut inputs = vec![input];
     let wanted = parameters::wanted(&toml.estimate, &robot, context)?;
     let shape = Shape::of(&toml.tool, context, &mut inputs)?;

@@ -7,14 +7,17 @@ use super::schema::{EstimateToml, LossToml, Number, OptimiserToml, PriorToml, Te
 use crate::estimate::{Descent, Loss, Method, Optimiser};
 use crate::io::error::{IoError, quoted};
 use crate::io::suggest::{did_you_mean, list};
-use crate::robot::{Block, Parameter, Robot, Unit, joint_offset, joint_origin, segment_strain, strain};
+use crate::robot::{
+    Block, Parameter, Robot, Unit, joint_compliance, joint_offset, joint_origin, segment_strain, strain,
+};
 
 /// Blocks that may be listed.
-const BLOCKS: [Block; 7] = [
+const BLOCKS: [Block; 8] = [
     Block::Strain,
     Block::SegmentStrain,
     Block::JointOffset,
     Block::JointOrigin,
+    Block::JointCompliance,
     Block::JointDrift,
     Block::Tool,
     Block::Fixture,
@@ -65,6 +68,10 @@ pub(super) fn wanted(estimate: &EstimateToml, robot: &Robot, context: &Context<'
             Block::SegmentStrain => segment_strain(robot),
             Block::JointOffset => joint_offset(robot),
             Block::JointOrigin => joint_origin(robot),
+            Block::JointCompliance => {
+                check_gravity(name, robot, context)?;
+                joint_compliance(robot)
+            }
             Block::JointDrift | Block::Tool | Block::Fixture | Block::Interference => Vec::new(),
         };
         wanted.tool |= block == Block::Tool;
@@ -74,6 +81,19 @@ pub(super) fn wanted(estimate: &EstimateToml, robot: &Robot, context: &Context<'
     }
     freeze(&mut wanted.parameters, &estimate.freeze, context)?;
     Ok(wanted)
+}
+
+/// Without weight nothing bends, and no contact could tell by how much.
+fn check_gravity(block: &Text, robot: &Robot, context: &Context<'_>) -> Result<(), IoError> {
+    if robot.gravity().norm() > 0.0 {
+        return Ok(());
+    }
+    let place = context.place(block.span(), "estimate, parameters");
+    Err(IoError::unexpected(
+        place,
+        "blocks that show without gravity",
+        format!("{} with `gravity` of 0", quoted(block.get_ref())),
+    ))
 }
 
 fn block(name: &Text, context: &Context<'_>) -> Result<Block, IoError> {
@@ -165,6 +185,7 @@ struct Priors {
     offset_length: Option<f64>,
     origin_length: Option<f64>,
     origin_angle: Option<f64>,
+    compliance: Option<f64>,
 }
 
 impl Priors {
@@ -179,6 +200,7 @@ impl Priors {
             offset_length: sigma(&prior.joint_offset_mm, MM, "joint_offset_mm")?,
             origin_length: sigma(&prior.joint_origin_mm, MM, "joint_origin_mm")?,
             origin_angle: sigma(&prior.joint_origin_deg, DEG, "joint_origin_deg")?,
+            compliance: sigma(&prior.joint_compliance_rad_per_nm, 1.0, "joint_compliance_rad_per_nm")?,
         })
     }
 
@@ -190,6 +212,7 @@ impl Priors {
             (Block::JointOffset, _) => self.offset_angle,
             (Block::JointOrigin, Unit::Meter) => self.origin_length,
             (Block::JointOrigin, _) => self.origin_angle,
+            (Block::JointCompliance, _) => self.compliance,
             _ => None,
         };
         match sigma {

@@ -35,6 +35,7 @@ pub(super) struct RobotToml {
     pub(super) base: Option<String>,
     pub(super) tip: Option<String>,
     pub(super) joints: Option<Spanned<Vec<String>>>,
+    pub(super) gravity: Option<Spanned<[f64; 3]>>,
 }
 
 #[derive(Debug, Deserialize)]
@@ -158,6 +159,7 @@ pub(super) struct PriorToml {
     pub(super) joint_offset_mm: Option<Number>,
     pub(super) joint_origin_mm: Option<Number>,
     pub(super) joint_origin_deg: Option<Number>,
+    pub(super) joint_compliance_rad_per_nm: Option<Number>,
 }
 
 #[derive(Clone, Copy, Debug, Default, Deserialize)]

@@ -1,11 +1,13 @@
 //! URDF: the robot's kinematics, read into a [`Robot`], and a calibrated robot written back into the same text.
 //!
-//! Only what a serial chain needs is read: joints with their kind, origin, axis and limits. Meshes, inertias, transmissions and
-//! vendor elements are left alone, when reading and when writing.
+//! Only what a serial chain needs is read: joints with their kind, origin, axis and limits, their links' masses, and the joints'
+//! compliance, `<touchcal_compliance rad_per_nm="…"/>`, an element of our own that other readers of URDF pass over. Meshes, transmissions
+//! and vendor elements are left alone, when reading and when writing.
 
 mod document;
 mod numbers;
 mod read;
+mod weight;
 mod write;
 
 use std::path::Path;

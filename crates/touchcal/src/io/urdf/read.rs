@@ -8,6 +8,7 @@ use roxmltree::Node;
 use super::Ends;
 use super::document::{attribute, child, children, numbers, parse, place, robot_element};
 use super::numbers::pose;
+use super::weight::{compliance, inertia};
 use crate::io::error::{IoError, Place, quoted};
 use crate::io::suggest::{did_you_mean, list};
 use crate::robot::{Joint, JointKind, Limits, Robot};
@@ -36,7 +37,7 @@ pub(super) fn robot(text: &str, file: &str, ends: Ends<'_>) -> Result<Robot, IoE
     let tree = Tree::of(element, file)?;
     let base = tree.base(ends.base)?;
     let tip = tree.tip(base, ends.tip)?;
-    let joints = tree.between(base, tip)?.into_iter().map(|node| joint(&node, file)).collect::<Result<Vec<_>, _>>()?;
+    let joints = tree.between(base, tip)?.into_iter().map(|node| tree.joint(&node)).collect::<Result<Vec<_>, _>>()?;
     let name = element.attribute("name").unwrap_or("robot");
     Robot::new(name, base, joints).map_err(|error| IoError::syntax(Place::file(file), error.to_string()))
 }
@@ -171,29 +172,33 @@ impl<'a, 't> Tree<'a, 't> {
         let found = if base == tip { "the same link" } else { "no chain of joints between them" };
         Err(IoError::unexpected(Place::file(self.file), expected, found))
     }
-}
 
-/// A joint of the chain.
-fn joint(node: &Node<'_, '_>, file: &str) -> Result<Joint, IoError> {
-    let name = attribute(node, "name", file)?;
-    let at = |node: &Node<'_, '_>| place(node, file).field(format!("joint `{name}`"));
-    let kind = kind(node, file, &at)?;
-    if let (Some(mimic), true) = (child(node, "mimic"), kind != JointKind::Fixed) {
-        let found = "a <mimic> joint";
-        return Err(IoError::unexpected(at(&mimic), "joints of the chain to move on their own", found));
+    /// A joint of the chain with the link it carries.
+    fn joint(&self, node: &Node<'a, 't>) -> Result<Joint, IoError> {
+        let file = self.file;
+        let name = attribute(node, "name", file)?;
+        let at = |node: &Node<'_, '_>| place(node, file).field(format!("joint `{name}`"));
+        let kind = kind(node, file, &at)?;
+        if let (Some(mimic), true) = (child(node, "mimic"), kind != JointKind::Fixed) {
+            let found = "a <mimic> joint";
+            return Err(IoError::unexpected(at(&mimic), "joints of the chain to move on their own", found));
+        }
+        let child_link = match child(node, "child") {
+            Some(below) => attribute(&below, "link", file)?,
+            None => "",
+        };
+        let link = children(&self.robot, "link").find(|link| link.attribute("name") == Some(child_link));
+        Ok(Joint {
+            name: name.to_owned(),
+            child_link: child_link.to_owned(),
+            kind,
+            parent_from_joint: origin(node, file)?,
+            axis: axis(node, kind, &at)?,
+            limits: limits(node, kind, &at)?,
+            compliance: compliance(node, kind, file)?,
+            inertia: link.map(|link| inertia(&link, file)).transpose()?.flatten(),
+        })
     }
-    let child_link = match child(node, "child") {
-        Some(below) => attribute(&below, "link", file)?,
-        None => "",
-    };
-    Ok(Joint {
-        name: name.to_owned(),
-        child_link: child_link.to_owned(),
-        kind,
-        parent_from_joint: origin(node, file)?,
-        axis: axis(node, kind, &at)?,
-        limits: limits(node, kind, &at)?,
-    })
 }
 
 fn kind(node: &Node<'_, '_>, file: &str, at: &dyn Fn(&Node<'_, '_>) -> Place) -> Result<JointKind, IoError> {

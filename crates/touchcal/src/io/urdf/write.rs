@@ -8,6 +8,7 @@ use roxmltree::Node;
 use super::document::{child, children, parse, place, robot_element};
 use super::numbers::{roll_pitch_yaw, written};
 use super::read::origin;
+use super::weight::{COMPLIANCE, RAD_PER_NM, compliance};
 use crate::io::error::{IoError, Place};
 use crate::robot::{Joint, Robot};
 use crate::se3::Pose;
@@ -23,10 +24,10 @@ struct Edit {
     with: String,
 }
 
-/// The URDF `text` with the joint origins of `calibrated`.
+/// The URDF `text` with the joint origins and compliances of `calibrated`.
 ///
 /// Of every joint whose origin differs from what the text says, the values of `xyz` and `rpy` are replaced, or added where
-/// absent; every other byte stays as it is. Numbers are written with all their digits.
+/// absent, and so is `<touchcal_compliance rad_per_nm="…"/>`; every other byte stays as it is. Numbers are written with all their digits.
 ///
 /// # Errors
 /// If the text is no URDF, or a joint of the chain is not in it.
@@ -36,7 +37,8 @@ pub fn rewrite(text: &str, calibrated: &Robot) -> Result<String, IoError> {
     let mut edits = Vec::new();
     for joint in calibrated.joints() {
         let node = find(&robot, joint)?;
-        edit(&node, &joint.parent_from_joint, text, &mut edits)?;
+        edit_origin(&node, &joint.parent_from_joint, text, &mut edits)?;
+        edits.extend(compliance_edit(&node, joint, text)?);
     }
     edits.sort_by_key(|edit| edit.range.start);
     let mut out = String::with_capacity(text.len() + 64 * edits.len());
@@ -60,8 +62,20 @@ fn find<'a, 't>(robot: &Node<'a, 't>, joint: &Joint) -> Result<Node<'a, 't>, IoE
     })
 }
 
+/// The edit that gives the joint its compliance, where the text says another.
+fn compliance_edit(node: &Node<'_, '_>, joint: &Joint, text: &str) -> Result<Option<Edit>, IoError> {
+    if compliance(node, joint.kind, FILE)? == joint.compliance {
+        return Ok(None);
+    }
+    let value = format!("{:e}", joint.compliance);
+    Ok(Some(match child(node, COMPLIANCE) {
+        Some(element) => set_attribute(&element, RAD_PER_NM, value, text)?,
+        None => insert_first(node, &format!("<{COMPLIANCE} {RAD_PER_NM}=\"{value}\"/>"))?,
+    }))
+}
+
 /// The edits that give `joint` the origin `to`.
-fn edit(joint: &Node<'_, '_>, to: &Pose, text: &str, edits: &mut Vec<Edit>) -> Result<(), IoError> {
+fn edit_origin(joint: &Node<'_, '_>, to: &Pose, text: &str, edits: &mut Vec<Edit>) -> Result<(), IoError> {
     let from = origin(joint, FILE)?;
     let moved = (to.translation.vector - from.translation.vector).amax() > UNCHANGED;
     let turned = angle(&from.rotation, &to.rotation) > UNCHANGED;

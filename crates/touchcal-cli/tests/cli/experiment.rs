@@ -1,0 +1,77 @@
+//! `touchcal experiment table1`: what it measures, keeps and refuses.
+
+use super::{data, json, stderr, stdout, touchcal};
+
+/// Rows of `table1.json` by one approach.
+fn rows<'f>(file: &'f serde_json::Value, approach: &'f str) -> impl Iterator<Item = &'f serde_json::Value> {
+    file["rows"].as_array().unwrap().iter().filter(move |row| row["approach"] == approach)
+}
+
+#[test]
+fn exact_gaps_beat_the_nearest_sample_on_recorded_trials() {
+    let folder = tempfile::tempdir().unwrap();
+    let logs = data().canonicalize().unwrap().join("mujoco_iiwa14/extrusion");
+    let poses = logs.join("offline/contact_poses.csv.gz");
+    let manifold = ["manifold", "--poses", poses.to_str().unwrap(), "--spacing-mm", "1", "--out", "m.safetensors"];
+    touchcal(folder.path(), &manifold).success();
+    let rich = logs.join("rich");
+    let args =
+        ["experiment", "table1", "--logs", rich.to_str().unwrap(), "--manifold", "m.safetensors", "--out", "out"];
+    let args = [&args[..], &["--steps", "500", "--descent-contacts", "100"]].concat();
+    let done = touchcal(folder.path(), &args).success();
+    assert!(stdout(&done).contains("Left out without --weights FILE"), "{}", stdout(&done));
+    let file = json(&folder.path().join("out/table1.json"));
+    for row in rows(&file, "exact_lm") {
+        let bias = |row: &serde_json::Value| row["bias_error_deg"].as_f64().unwrap();
+        let nearest = rows(&file, "nearest_gd").find(|other| other["trial"] == row["trial"]).unwrap();
+        assert!(bias(row) < 0.005 && bias(nearest) > 4.0 * bias(row), "{row} {nearest}");
+        assert!(row["workspace"]["mean_mm"].as_f64().unwrap() < 0.1, "{row}");
+    }
+    let csv = std::fs::read_to_string(folder.path().join("out/table1.csv")).unwrap();
+    assert_eq!(csv.lines().count(), 1 + file["rows"].as_array().unwrap().len());
+    let svg = std::fs::read_to_string(folder.path().join("out/table1.svg")).unwrap();
+    assert!(svg.contains("<svg") && svg.contains("nearest sample") && svg.matches("<circle").count() >= 21);
+}
+
+#[test]
+fn rows_that_are_there_are_not_computed_again() {
+    let folder = tempfile::tempdir().unwrap();
+    let args = ["experiment", "table1", "--trials", "2", "--contacts", "600", "--out", "out"];
+    touchcal(folder.path(), &args).success();
+    let path = folder.path().join("out/rows/seed_1.exact_lm.json");
+    let before = json(&path);
+    assert!(before["bias_error_deg"].as_f64().unwrap() < 0.1, "{before}");
+    // A mark that a second run would overwrite.
+    let marked = std::fs::read_to_string(&path).unwrap().replace("\"seconds\": ", "\"seconds\": 1234");
+    std::fs::write(&path, &marked).unwrap();
+    std::fs::write(folder.path().join("out/rows/seed_2.exact_lm.json"), "{ half a row").unwrap();
+    touchcal(folder.path(), &args).success();
+    assert_eq!(std::fs::read_to_string(&path).unwrap(), marked);
+    assert_eq!(json(&folder.path().join("out/rows/seed_2.exact_lm.json"))["trial"], "seed_2");
+    // Other settings are another experiment.
+    touchcal(folder.path(), &["experiment", "table1", "--trials", "1", "--contacts", "500", "--out", "out"]).success();
+    assert_ne!(std::fs::read_to_string(&path).unwrap(), marked);
+}
+
+#[test]
+fn what_is_not_there_is_named() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::create_dir_all(folder.path().join("logs/one")).unwrap();
+    let truth = r#"{"geometry": "square", "r": 0, "b_rad": [0], "T_flange_peg": {"position_m": [0, 0, 0], "quat_wxyz": [1, 0, 0, 0]},
+        "T_base_hole": {"position_m": [0, 0, 0], "quat_wxyz": [1, 0, 0, 0]}}"#;
+    let write = |text: &str| std::fs::write(folder.path().join("logs/one/truth.json"), text).unwrap();
+    for (text, part) in [
+        (truth.to_owned(), "truth.json, geometry: expected `extrusion`, found \"square\""),
+        (truth.replace("square", "extrusion"), "b_rad: expected 7 numbers, one for each joint, found 1"),
+        (truth.replace("\"r\"", "\"q\""), "missing field `r`"),
+        (truth[..50].to_owned(), "truth.json:1"),
+    ] {
+        write(&text);
+        let done = touchcal(folder.path(), &["experiment", "table1", "--logs", "logs", "--out", "out"]).code(1);
+        assert!(stderr(&done).contains(part) && stderr(&done).lines().count() == 1, "{}", stderr(&done));
+    }
+    for (args, part) in [(["--logs", "none"], "none"), (["--manifold", "m.csv"], "m.csv"), (["--weights", "w"], "w")] {
+        let done = touchcal(folder.path(), &[&["experiment", "table1", "--out", "out"], &args[..]].concat()).code(1);
+        assert!(stderr(&done).contains(part) && stderr(&done).lines().count() == 1, "{}", stderr(&done));
+    }
+}

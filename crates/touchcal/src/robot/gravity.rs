@@ -1,0 +1,128 @@
+//! What gravity does to the joints of an arm.
+//!
+//! The torque about turning joint `i`, with axis `aᵢ` through `pᵢ`, is `τᵢ = aᵢ · Σₖ (cₖ − pᵢ) × mₖ g`, the sum over the masses `mₖ` at `cₖ` that
+//! the joint carries: minus the derivative of their potential energy `−Σ mₖ g·cₖ` with respect to the joint's angle.
+
+use nalgebra::Vector3;
+
+use super::chain::{JointKind, Robot};
+use super::stage::{Frame, Stage};
+use crate::se3::Pose;
+
+/// Masses in one frame: their sum (kg) and their first moment about the frame's origin (kg m).
+#[derive(Clone, Copy, Debug)]
+struct Load {
+    mass: f64,
+    moment: Vector3<f64>,
+}
+
+impl Load {
+    const NONE: Load = Load { mass: 0.0, moment: Vector3::new(0.0, 0.0, 0.0) };
+
+    fn at_origin(mass: f64) -> Load {
+        Load { mass, ..Load::NONE }
+    }
+
+    /// The load of frame `at` in base.
+    fn seen_from_base(&self, at: &Frame) -> Load {
+        Load { mass: self.mass, moment: at.rotation * self.moment + at.position * self.mass }
+    }
+
+    fn add(&mut self, other: &Load) {
+        self.mass += other.mass;
+        self.moment += other.moment;
+    }
+
+    fn remove(&mut self, other: &Load) {
+        self.mass -= other.mass;
+        self.moment -= other.moment;
+    }
+}
+
+/// Gravity and the masses of an arm.
+#[derive(Clone, Debug)]
+pub(super) struct Gravity {
+    /// Acceleration in base (m/s²).
+    acceleration: Vector3<f64>,
+    /// In the frame of each moving link, the tip's last.
+    loads: Vec<Load>,
+}
+
+impl Gravity {
+    /// None where nothing has weight.
+    pub fn of(robot: &Robot) -> Option<Gravity> {
+        let acceleration = *robot.gravity();
+        let loads = || weighed(robot).unwrap_or_else(|| stand_in(robot.dof()));
+        (acceleration != Vector3::zeros()).then(|| Gravity { acceleration, loads: loads() })
+    }
+}
+
+/// Loads by the links' inertias; none if a moving joint carries nothing with a mass before the next one.
+fn weighed(robot: &Robot) -> Option<Vec<Load>> {
+    let mut loads: Vec<Load> = Vec::new();
+    let mut moved_from_link = Pose::identity();
+    for joint in robot.joints() {
+        if joint.kind == JointKind::Fixed {
+            moved_from_link *= joint.parent_from_joint;
+        } else {
+            moved_from_link = Pose::identity();
+            loads.push(Load::NONE);
+        }
+        // Links before the first moving joint hang on nothing that bends.
+        if let (Some(load), Some(inertia)) = (loads.last_mut(), joint.inertia) {
+            let center = moved_from_link * nalgebra::Point3::from(inertia.center);
+            load.add(&Load { mass: inertia.mass, moment: center.coords * inertia.mass });
+        }
+    }
+    let complete = loads.iter().all(|load| load.mass > 0.0);
+    loads.push(Load::NONE);
+    complete.then_some(loads)
+}
+
+/// A kilogram in the middle of each moving link, between its joint's origin and the next, and one at the tip.
+///
+/// Half of each at either end has the same first moment: what lies in a joint's own origin has no lever about it.
+fn stand_in(dof: usize) -> Vec<Load> {
+    let mut loads = vec![Load::at_origin(1.0); dof];
+    loads.push(Load::at_origin(1.5));
+    loads
+}
+
+/// A walk along the arm, not bent, that knows what the joints ahead still carry.
+pub(super) struct Torques<'a> {
+    gravity: &'a Gravity,
+    frame: Frame,
+    carried: Load,
+    joint: usize,
+}
+
+impl<'a> Torques<'a> {
+    /// Begins at the base, with everything carried at joint positions `q`.
+    pub fn new(gravity: &'a Gravity, stages: &[Stage], tip: &Stage, q: &[f64]) -> Self {
+        let mut frame = Frame::base();
+        let mut carried = Load::NONE;
+        for ((stage, &q), load) in stages.iter().zip(q).zip(&gravity.loads) {
+            frame.enter(stage);
+            frame.pass(stage, q - stage.offset);
+            carried.add(&load.seen_from_base(&frame));
+        }
+        frame.enter(tip);
+        if let Some(load) = gravity.loads.last() {
+            carried.add(&load.seen_from_base(&frame));
+        }
+        Torques { gravity, frame: Frame::base(), carried, joint: 0 }
+    }
+
+    /// The torque (N m) about the next joint, which moves by `motion`; 0 for one that slides.
+    pub fn next(&mut self, stage: &Stage, motion: f64) -> f64 {
+        self.frame.enter(stage);
+        let lever = self.carried.moment - self.frame.position * self.carried.mass;
+        let torque = (self.frame.rotation * stage.axis).dot(&lever.cross(&self.gravity.acceleration));
+        self.frame.pass(stage, motion);
+        if let Some(load) = self.gravity.loads.get(self.joint) {
+            self.carried.remove(&load.seen_from_base(&self.frame));
+        }
+        self.joint += 1;
+        if stage.prismatic { 0.0 } else { torque }
+    }
+}

@@ -1,0 +1,125 @@
+//! Poses from Parquet files: as from CSV, and damage refused.
+#![cfg(feature = "parquet")]
+// Helpers of tests fail by panicking too; the exception in clippy.toml covers only the tests themselves.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
+
+use std::path::Path;
+use std::sync::Arc;
+
+use parquet::basic::{Compression, GzipLevel};
+use parquet::data_type::{DoubleType, FloatType};
+use parquet::file::properties::WriterProperties;
+use parquet::file::writer::SerializedFileWriter;
+use parquet::schema::parser::parse_message_type;
+use proptest::prelude::*;
+use touchcal::io::pose_file;
+use touchcal::manifold::PoseSamples;
+
+/// Row `i`: a place on a line, no turn.
+const ROWS: usize = 500;
+
+fn number(row: usize, column: &str) -> f64 {
+    match column {
+        "x" => 1e-3 * row as f64,
+        "qw" => 1.0,
+        _ => 0.0,
+    }
+}
+
+/// A file of two row groups with these columns, of which those named `f…` are floats without that letter, those `?…` may be empty.
+fn file(columns: &[&str], compression: Compression, change: impl Fn(usize, &str, f64) -> f64) -> Vec<u8> {
+    let field = |name: &&str| match name.split_at(1) {
+        ("f", rest) => format!("required float {rest};"),
+        ("?", rest) => format!("optional double {rest};"),
+        _ => format!("required double {name};"),
+    };
+    let schema = format!("message poses {{ {} }}", columns.iter().map(field).collect::<String>());
+    let properties = Arc::new(WriterProperties::builder().set_compression(compression).build());
+    let schema = Arc::new(parse_message_type(&schema).unwrap());
+    let mut bytes = Vec::new();
+    let mut writer = SerializedFileWriter::new(&mut bytes, schema, properties).unwrap();
+    for group in 0..2 {
+        let mut group_writer = writer.next_row_group().unwrap();
+        for name in columns {
+            let bare = name.trim_start_matches(['f', '?']);
+            let rows = group * ROWS / 2..(group + 1) * ROWS / 2;
+            let values: Vec<f64> = rows.map(|row| change(row, bare, number(row, bare))).collect();
+            let mut column = group_writer.next_column().unwrap().unwrap();
+            if name.starts_with('f') {
+                let values: Vec<f32> = values.iter().map(|value| *value as f32).collect();
+                column.typed::<FloatType>().write_batch(&values, None, None).unwrap();
+            } else if name.starts_with('?') {
+                let levels: Vec<i16> = values.iter().map(|value| i16::from(value.is_finite())).collect();
+                let values: Vec<f64> = values.into_iter().filter(|value| value.is_finite()).collect();
+                column.typed::<DoubleType>().write_batch(&values, Some(&levels), None).unwrap();
+            } else {
+                column.typed::<DoubleType>().write_batch(&values, None, None).unwrap();
+            }
+            column.close().unwrap();
+        }
+        group_writer.close().unwrap();
+    }
+    writer.close().unwrap();
+    bytes
+}
+
+fn read(folder: &Path, bytes: &[u8]) -> Result<PoseSamples, String> {
+    let path = folder.join("p.parquet");
+    std::fs::write(&path, bytes).unwrap();
+    let (samples, input) = pose_file::read_file(&path).map_err(|error| error.to_string())?;
+    assert_eq!(input.sha256.len(), 64);
+    assert_ne!(input.sha256, "e3b0c44298fc1c149afbf4c8996fb92427ae41e4649b934ca495991b7852b855", "of nothing");
+    Ok(samples)
+}
+
+const NAMES: [&str; 8] = ["gap", "qz", "qy", "?x", "qx", "y", "fz", "qw"];
+
+#[test]
+fn columns_are_found_whatever_their_order_type_and_compression() {
+    let folder = tempfile::tempdir().unwrap();
+    for compression in [Compression::UNCOMPRESSED, Compression::SNAPPY, Compression::GZIP(GzipLevel::default())] {
+        let samples = read(folder.path(), &file(&NAMES, compression, |_, _, value| value)).unwrap();
+        let expected: Vec<[f64; 6]> = (0..ROWS).map(|row| [number(row, "x"), 0.0, 0.0, 0.0, 0.0, 0.0]).collect();
+        assert_eq!(samples.coordinates(), expected);
+    }
+}
+
+#[test]
+fn what_is_wrong_is_said() {
+    let folder = tempfile::tempdir().unwrap();
+    let refused = |bytes: &[u8], part: &str| {
+        let message = read(folder.path(), bytes).unwrap_err();
+        assert!(message.contains("p.parquet") && message.contains(part), "expected `{part}` in: {message}");
+    };
+    let changed = |row: usize, column: &'static str, to: f64| {
+        let change = move |at: usize, name: &str, value| if at == row && name == column { to } else { value };
+        file(&NAMES, Compression::UNCOMPRESSED, change)
+    };
+    refused(&changed(300, "y", f64::NAN), "row 301: expected finite numbers, found NaN in column y");
+    refused(
+        &changed(3, "x", f64::NAN),
+        "column x: expected numbers of type DOUBLE or FLOAT, one in each row, found an empty",
+    );
+    refused(&changed(3, "y", 25.0), "column y: expected metres within ±10, found 25: in millimetres?");
+    refused(&changed(499, "qw", 2.0), "row 500: expected a quaternion qw,qx,qy,qz of norm 1, found norm 2");
+    refused(&file(&NAMES[1..7], Compression::SNAPPY, |_, _, value| value), "`qw` is missing");
+    let whole = changed(0, "none", 0.0);
+    for end in [4, 12, whole.len() / 2, whole.len() - 1] {
+        refused(&whole[..end], "a whole Parquet file");
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(3000))]
+
+    #[test]
+    fn damaged_files_are_answered(at in any::<prop::sample::Index>(), with in any::<u8>(), near_end in any::<bool>()) {
+        let folder = tempfile::tempdir().unwrap();
+        let mut bytes = file(&NAMES, Compression::SNAPPY, |_, _, value| value);
+        let size = bytes.len();
+        // The footer, where lengths and places are, is at the end.
+        let at = if near_end { size - 1 - at.index(size.min(1500)) } else { at.index(size) };
+        bytes[at] = with;
+        let _ = read(folder.path(), &bytes);
+    }
+}

@@ -1,0 +1,96 @@
+//! Contacts that contradict what was declared: the result must not be called usable.
+#![allow(
+    clippy::expect_used,
+    clippy::unwrap_used,
+    clippy::panic,
+    clippy::print_stdout,
+    reason = "a test fails by panicking"
+)]
+
+mod common;
+
+use common::{mujoco_trial, solve};
+use touchcal::estimate::{Estimate, Freedom, Loss, Method, Noise, Status, Warning};
+use touchcal::experiment::{Search, Trial, paper};
+use touchcal::geometry::extrusion::PegAndHole;
+use touchcal::geometry::profile::Profile;
+use touchcal::io::urdf::{self, Ends};
+use touchcal::manifold::PegInHole;
+
+fn warned(estimate: &Estimate, kind: &str) -> bool {
+    estimate.warnings.iter().any(|warning: &Warning| warning.kind() == kind)
+}
+
+#[test]
+fn noise_declared_much_too_small_is_contradicted() {
+    let (mut problem, _) = mujoco_trial("extrusion/rich/trial_00");
+    problem.noise.encoder *= 0.1;
+    problem.noise.contact *= 0.1;
+    let estimate = solve(&problem);
+    assert!(warned(&estimate, "noise_contradicted"), "{} {:?}", estimate.noise_factor, estimate.warnings);
+    assert_eq!(estimate.status, Status::NotUsable);
+}
+
+#[test]
+fn noise_declared_a_little_too_small_is_a_warning() {
+    let (mut problem, _) = mujoco_trial("extrusion/rich/trial_00");
+    problem.noise.encoder /= 3.0;
+    problem.noise.contact /= 3.0;
+    let estimate = solve(&problem);
+    assert!(warned(&estimate, "noise_exceeded"), "{} {:?}", estimate.noise_factor, estimate.warnings);
+    assert_eq!(estimate.status, Status::Converged);
+}
+
+#[test]
+fn a_hole_declared_too_wide_is_not_touched() {
+    let (mut problem, _) = mujoco_trial("extrusion/rich/trial_00");
+    let peg = Profile::extrusion25();
+    let hole = peg.offset_mitred(1.3e-3).expect("an outline");
+    let shapes = PegAndHole::new(peg, 0.04, hole, 0.03).expect("parts");
+    problem.fixtures[0].manifold = Box::new(PegInHole::new(shapes));
+    let estimate = solve(&problem);
+    assert!(warned(&estimate, "not_touching"), "{:?}", estimate.warnings);
+    assert_eq!(estimate.status, Status::NotUsable);
+}
+
+/// With nothing known of the hole's place, little elbow motion can lead into a wrong minimum: it must not pass for a result.
+#[test]
+fn a_wrong_minimum_is_not_called_usable() {
+    for trial in ["extrusion/paper/trial_25", "square/paper/trial_00"] {
+        let (mut problem, truth) = mujoco_trial(trial);
+        problem.fixtures[0].freedom = Freedom::Free;
+        let estimate = solve(&problem);
+        // The first offset cannot be told from the hole's yaw.
+        let errors = estimate.parameters[2..8].iter().zip(&truth.offset[1..]).map(|(p, truth)| (p.value - truth).abs());
+        let worst = errors.fold(0.0, f64::max).to_degrees();
+        println!("{trial}: {:?}, worst offset error {worst:.2}°", estimate.status);
+        assert!(worst < 0.5 || estimate.status == Status::NotUsable, "{trial}: {worst}° {:?}", estimate.warnings);
+    }
+}
+
+/// A second's worth of contacts hardly ever determines an arm, and searches from elsewhere end elsewhere.
+#[test]
+fn few_contacts_hardly_ever_give_a_confident_wrong_answer() {
+    let robot = urdf::read_builtin("iiwa14", Ends::default()).expect("an arm").robot;
+    let (mut trials, mut usable, mut wrong) = (0, 0, 0);
+    for contacts in [150, 200, 300] {
+        for seed in 1..=8 {
+            let insertion = paper(robot.clone(), seed).expect("parts");
+            let trial = Trial::simulated(&insertion, contacts, seed).expect("contacts");
+            let noise = Noise { encoder: 0.002f64.to_radians(), contact: 0.02e-3, learned: false };
+            let search = Search { method: Method::LevenbergMarquardt, noise, loss: Loss::GemanMcClure(3.0) };
+            let estimate = solve(&trial.problem(Box::new(PegInHole::new(insertion.parts.clone())), search));
+            let truth = |column| insertion.errors.iter().find(|(c, _)| *c == column).map(|(_, value)| *value);
+            let deviations = estimate
+                .parameters
+                .iter()
+                .filter_map(|p| Some((p.value - truth(p.parameter.column)?).abs() / p.sigma.unwrap_or(f64::INFINITY)));
+            let most = deviations.fold(0.0, f64::max);
+            trials += 1;
+            usable += usize::from(estimate.status == Status::Converged);
+            wrong += usize::from(estimate.status == Status::Converged && most > 5.0);
+        }
+    }
+    println!("{trials} trials, {usable} called usable, {wrong} of these wrong");
+    assert!(wrong <= 2 && usable >= 3, "{usable} usable, {wrong} wrong");
+}
