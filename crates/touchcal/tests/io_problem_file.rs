@@ -376,6 +376,13 @@ fn a_hole_may_be_known_by_samples() {
         ("manifold = \"nearest\"\nsamples = \"poses.csv\"\nneighbours = 1.5", &["found 1.5"]),
         ("manifold = \"nearest\"\nsamples = \"poses.csv\"\nmm_per_deg = 0", &["mm_per_deg", "a positive number"]),
         ("samples = \"poses.csv\"", &["`manifold = \"nearest\"`", "`samples` without it"]),
+        ("manifold = \"learned\"", &["fixture `hole`", "`weights`", "found none"]),
+        ("manifold = \"learned\"\nweights = \"m.safetensors\"", &["m.safetensors", "a whole safetensors file"]),
+        (
+            "manifold = \"learned\"\nweights = \"w\"\nmm_per_deg = 2",
+            &["`manifold = \"nearest\"`", "`mm_per_deg` without it"],
+        ),
+        ("weights = \"w.safetensors\"", &["problem.toml:20:11", "`manifold = \"learned\"`", "`weights` without it"]),
         ("manifold = \"exact\"\nneighbours = 3", &["problem.toml:21:14", "`neighbours` without it"]),
     ] {
         let message = with(lines).unwrap_err();

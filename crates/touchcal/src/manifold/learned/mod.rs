@@ -7,6 +7,7 @@
 mod accuracy;
 mod adam;
 mod network;
+mod pair_set;
 mod scaling;
 #[cfg(test)]
 mod tests;

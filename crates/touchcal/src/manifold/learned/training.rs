@@ -1,18 +1,17 @@
 //! Learning a projection from labelled pairs.
 
 use std::f64::consts::PI;
-use std::ops::{ControlFlow, Range};
+use std::ops::ControlFlow;
 
 use rayon::prelude::*;
 
-use super::network::{Back, CHUNK, Tape};
+use super::network::{Back, Tape};
+use super::pair_set::{PORTION, PairSet};
 use super::{Adam, LearnedProjection, Network, NetworkError, Output, Scaling};
 use crate::manifold::{NearestSample, Projection, TrainingPairs};
 
 /// Number of the first held-out pair: far beyond those learned from, each of which is a pose of its own.
 const HELD_OUT: u64 = 1 << 48;
-/// Pairs made at a time, and pairs that the scaling follows from.
-const PORTION: u64 = 1 << 16;
 /// Share of the steps in which the rate rises from zero.
 const WARM_UP: f64 = 0.02;
 /// Rate at the end, as a share of the greatest.
@@ -172,13 +171,6 @@ pub struct Training {
     tapes: Vec<Tape>,
 }
 
-/// Inputs and targets as the network sees them, six numbers a pair.
-#[derive(Debug, Default)]
-struct PairSet {
-    inputs: Vec<f32>,
-    targets: Vec<f32>,
-}
-
 impl Training {
     /// Before the first step.
     ///
@@ -189,6 +181,7 @@ impl Training {
         let widths: Vec<usize> = [6].into_iter().chain(options.hidden.iter().copied()).chain([6]).collect();
         let network = Network::random(&widths, options.seed)?;
         let (mut inputs, mut targets) = (Vec::new(), Vec::new());
+        // Enough of them for the scaling.
         lessons.pairs.fill(lessons.projection, 0..options.pairs.min(PORTION), &mut inputs, &mut targets);
         let scaling = Scaling::of(options.output, lessons.projection.metric(), &inputs, &targets);
         let adam = Adam::new(&network);
@@ -299,50 +292,5 @@ fn check(options: &TrainingOptions) -> Result<(), TrainingError> {
     match numbers.into_iter().find(|(_, found)| !(found.is_finite() && *found > 0.0)) {
         Some((what, found)) => Err(TrainingError::Option { what, found }),
         None => Ok(()),
-    }
-}
-
-impl PairSet {
-    fn new(scaling: &Scaling, lessons: &Lessons<'_>, range: Range<u64>) -> PairSet {
-        let mut set = PairSet::default();
-        let (mut inputs, mut targets) = (Vec::new(), Vec::new());
-        let mut first = range.start;
-        while first < range.end {
-            let portion = first..range.end.min(first + PORTION);
-            first = portion.end;
-            lessons.pairs.fill(lessons.projection, portion, &mut inputs, &mut targets);
-            set.inputs.extend(inputs.iter().flat_map(|c| scaling.input(c)));
-            set.targets.extend(inputs.iter().zip(&targets).flat_map(|(c, target)| scaling.target(c, target)));
-        }
-        set
-    }
-
-    fn len(&self) -> usize {
-        self.inputs.len() / 6
-    }
-
-    /// Mean square of the outputs' errors for some pairs; `tapes` then hold the values and the derivatives by the outputs.
-    fn loss(&self, network: &Network, range: Range<usize>, tapes: &mut Vec<Tape>) -> f64 {
-        tapes.resize(range.len().div_ceil(CHUNK), Tape::default());
-        let numbers = 6 * range.start..6 * range.end;
-        let slope = 2.0 / numbers.len() as f32;
-        let inputs = self.inputs[numbers.clone()].par_chunks(6 * CHUNK);
-        let targets = self.targets[numbers.clone()].par_chunks(6 * CHUNK);
-        let squares = tapes.par_iter_mut().zip(inputs).zip(targets).map(|((tape, inputs), targets)| {
-            let Tape { values, deltas } = tape;
-            values.reset(network, inputs.len() / 6);
-            deltas.reset(network, inputs.len() / 6);
-            values.first_mut().copy_from_slice(inputs);
-            network.run(values);
-            let mut sum = 0.0;
-            for ((delta, y), target) in deltas.last_mut().iter_mut().zip(values.last()).zip(targets) {
-                let error = y - target;
-                *delta = slope * error;
-                sum += f64::from(error * error);
-            }
-            sum
-        });
-        // Summed in order, whichever thread was first.
-        squares.collect::<Vec<f64>>().iter().sum::<f64>() / numbers.len() as f64
     }
 }
