@@ -290,6 +290,9 @@ pub struct Table1Args {
     /// Millimetres that a degree counts as, in the distance of nearest samples
     #[arg(long, value_name = "MM", default_value_t = 1.0, value_parser = positive)]
     pub mm_per_deg: f64,
+    /// Only this method (may be repeated)
+    #[arg(long, value_name = "METHOD", value_parser = ["learned_gd", "learned_lm", "nearest_gd", "nearest_lm", "exact_lm"])]
+    pub only: Vec<String>,
     /// Steps of gradient descent
     #[arg(long, default_value_t = 5000, value_parser = clap::value_parser!(u32).range(10..=1_000_000))]
     pub steps: u32,

@@ -67,8 +67,9 @@ pub fn run(args: &Table1Args) -> Result<Outcome, Failure> {
             each.collect::<Result<_, Failure>>()?
         }
     };
-    let approaches: Vec<Approach> =
-        ALL.into_iter().filter(|approach| manifolds.manifold(approach.touch).is_some()).collect();
+    let wanted = |approach: &Approach| args.only.is_empty() || args.only.iter().any(|key| key == approach.key);
+    let given = |approach: &Approach| manifolds.manifold(approach.touch).is_some();
+    let approaches: Vec<Approach> = ALL.into_iter().filter(|approach| wanted(approach) && given(approach)).collect();
     let rows = rows(args, &sources, &approaches, &manifolds)?;
     let of = |approach: &Approach| rows.iter().filter(|row| row.approach == approach.key).collect::<Vec<&Row>>();
     let grouped: Vec<Vec<&Row>> = approaches.iter().map(of).collect();
