@@ -27,14 +27,14 @@ fn errors(trial: &str, descent: Descent) -> (f64, f64, Status) {
 /// Far from the hole the gap is nearly a distance from its middle, so that descent comes home, if not as far as a second-order method.
 #[test]
 fn adam_on_exact_gaps_comes_near() {
-    let (offset, strain, status) = errors("extrusion/rich/trial_00", Descent::default());
-    assert_eq!(status, Status::Converged);
+    let (offset, strain, _) = errors("extrusion/rich/trial_00", Descent { steps: 2000, ..Descent::default() });
     assert!(offset < 0.05 && strain < 1e-3, "{offset}°, {strain}");
 }
 
 #[test]
 fn plain_descent_comes_nearer_than_it_began() {
-    let descent = Descent { optimiser: Optimiser::Plain, rate: 0.3, ..Descent::default() };
-    let (offset, strain, _) = errors("extrusion/rich/trial_00", descent);
+    let descent = Descent { optimiser: Optimiser::Plain, rate: 0.3, steps: 1000, ..Descent::default() };
+    let (offset, strain, status) = errors("extrusion/rich/trial_00", descent);
     assert!(offset < 2.5 && strain < 0.025, "{offset}°, {strain}");
+    assert_ne!(status, Status::Converged, "it was still on its way");
 }

@@ -21,7 +21,8 @@ const BATCH: usize = 256;
 const ADAM_SLOPE: f64 = 0.9;
 const ADAM_SQUARE: f64 = 0.999;
 const ADAM_FLOOR: f64 = 1e-12;
-/// The loss must have fallen by less than this share in the last tenth of the steps.
+/// Against the mean gradient of the last tenth of the steps, a step as long as the first must promise less than this share of the loss. That the
+/// loss falls no more would say nothing, as the steps have shrunk.
 const SETTLED: f64 = 1e-2;
 
 /// How to descend.
@@ -69,7 +70,8 @@ pub(super) fn descend(
     let stride = system.problem.contacts.len().div_ceil(descent.contacts.max(1)).max(1);
     let mut theta = DVector::zeros(scale.len());
     let mut stepper = Stepper::new(descent.optimiser, scale.len());
-    let mut before_last_tenth = f64::INFINITY;
+    let last_tenth = descent.steps - descent.steps.div_ceil(10);
+    let mut mean_slope = DVector::zeros(scale.len());
     let mut last = f64::INFINITY;
     let mut termination =
         Termination { reason: StopReason::Converged, measured: 0.0, threshold: SETTLED, iterations: descent.steps };
@@ -83,16 +85,17 @@ pub(super) fn descend(
             termination = Termination { reason: StopReason::NotFinite, iterations: step, ..termination };
             return Descended { theta, termination };
         }
-        if step + descent.steps.div_ceil(10) == descent.steps {
-            before_last_tenth = loss;
-        }
         last = loss;
+        let slope = gradient.component_mul(scale);
+        if step >= last_tenth {
+            mean_slope += &slope / (descent.steps - last_tenth) as f64;
+        }
         let done = step as f64 / descent.steps as f64;
         let length = descent.rate * 0.5 * (1.0 + (std::f64::consts::PI * done).cos());
-        let direction = stepper.direction(&gradient.component_mul(scale));
+        let direction = stepper.direction(&slope);
         theta -= direction.component_mul(scale) * length;
     }
-    termination.measured = 1.0 - last / before_last_tenth;
+    termination.measured = descent.rate * mean_slope.norm() / last.max(f64::MIN_POSITIVE);
     if termination.measured.is_nan() || termination.measured > SETTLED {
         termination.reason = StopReason::IterationLimit;
     }
