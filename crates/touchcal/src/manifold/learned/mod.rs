@@ -28,7 +28,7 @@ pub use training::{Best, Checkpoint, Ending, Lessons, Observer, Progress, Traini
 use network::{Back, CHUNK, Stack};
 
 /// Bytes of values that reverse mode holds at a time, if a chunk for each thread is not more. New memory costs time too.
-const MEMORY: usize = 64 << 20;
+const MEMORY: usize = 8 << 20;
 /// Width above which a layer's weights fill a core's cache.
 const WIDE: usize = 1024;
 
