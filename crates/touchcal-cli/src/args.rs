@@ -57,18 +57,26 @@ pub struct Source {
     pub except: Vec<String>,
 }
 
-/// Arguments of `calibrate`.
-#[derive(Debug, clap::Args)]
-pub struct CalibrateArgs {
-    /// The problem.
-    #[command(flatten)]
-    pub source: Source,
+/// The arm of a `--mukca` folder, which no problem file describes.
+#[derive(Debug, Default, clap::Args)]
+pub struct Arm {
     /// With --mukca: the nominal URDF, whose tip link carries the ball
     #[arg(long, value_name = "FILE", requires = "mukca")]
     pub urdf: Option<PathBuf>,
     /// With --mukca: estimate how far the joints give way to gravity too; only touchcal reads that from a URDF
     #[arg(long, requires = "mukca")]
     pub joint_compliance: bool,
+}
+
+/// Arguments of `calibrate`.
+#[derive(Debug, clap::Args)]
+pub struct CalibrateArgs {
+    /// The problem.
+    #[command(flatten)]
+    pub source: Source,
+    /// The arm of a folder.
+    #[command(flatten)]
+    pub arm: Arm,
     /// Folder to write calibrated.urdf and estimate.json into
     #[arg(long, value_name = "DIR")]
     pub out: PathBuf,
@@ -103,12 +111,9 @@ pub struct InspectArgs {
     /// The problem.
     #[command(flatten)]
     pub source: Source,
-    /// With --mukca: the nominal URDF, whose tip link carries the ball
-    #[arg(long, value_name = "FILE", requires = "mukca")]
-    pub urdf: Option<PathBuf>,
-    /// With --mukca: estimate how far the joints give way to gravity too; only touchcal reads that from a URDF
-    #[arg(long, requires = "mukca")]
-    pub joint_compliance: bool,
+    /// The arm of a folder.
+    #[command(flatten)]
+    pub arm: Arm,
     /// Print every parameter on a line of its own
     #[arg(long)]
     pub all: bool,

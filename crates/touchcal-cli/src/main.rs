@@ -36,7 +36,10 @@ fn main() -> ExitCode {
         Ok(Outcome::NotUsable) => ExitCode::from(NOT_USABLE),
         Err(failure) => {
             output::complain(&format!("error: {failure}"));
-            let interrupted = matches!(failure, Failure::Interrupted | Failure::TrainingInterrupted { .. });
+            let interrupted = matches!(
+                failure,
+                Failure::Interrupted | Failure::TrainingInterrupted { .. } | Failure::ExperimentInterrupted
+            );
             ExitCode::from(if interrupted { INTERRUPTED } else { FAILED })
         }
     }

@@ -87,15 +87,28 @@ pub struct Counter {
 }
 
 impl Counter {
-    /// A bar of `count` things that begins with `what`.
-    pub fn new(what: &'static str, count: u64) -> Self {
+    /// A bar of `count` things that begins with `what`, `done` of which are done.
+    pub fn new(what: &'static str, done: u64, count: u64) -> Self {
         let bar = ProgressBar::with_draw_target(Some(count), ProgressDrawTarget::stderr());
-        if let Ok(style) = ProgressStyle::with_template("{spinner} {prefix} {pos}/{len} {bar:30} {elapsed}, left {eta}")
+        if let Ok(style) =
+            ProgressStyle::with_template("{spinner} {prefix} {pos}/{len} {bar:30} {elapsed}, left {eta}{msg}")
         {
             bar.set_style(style);
         }
         bar.set_prefix(what);
+        bar.set_position(done);
+        bar.reset_eta();
         Counter { bar }
+    }
+
+    /// So many things are done.
+    pub fn show(&self, done: u64) {
+        self.bar.set_position(done);
+    }
+
+    /// What else to say from now on.
+    pub fn say(&self, message: String) {
+        self.bar.set_message(message);
     }
 
     /// One more is done.
@@ -105,40 +118,6 @@ impl Counter {
 }
 
 impl Drop for Counter {
-    fn drop(&mut self) {
-        self.bar.finish_and_clear();
-    }
-}
-
-/// A bar on a terminal's stderr that says how training goes; nothing where stderr is no terminal.
-pub struct Learning {
-    bar: ProgressBar,
-}
-
-impl Learning {
-    /// A bar of `steps`, `done` of which are done.
-    pub fn new(done: u64, steps: u64) -> Self {
-        let bar = ProgressBar::with_draw_target(Some(steps), ProgressDrawTarget::stderr());
-        let template = "{spinner} Training {pos}/{len} {bar:30} {elapsed}, left {eta}{msg}";
-        if let Ok(style) = ProgressStyle::with_template(template) {
-            bar.set_style(style);
-        }
-        bar.set_position(done);
-        bar.reset_eta();
-        Learning { bar }
-    }
-
-    /// So many steps are done. Errors (m) are root mean squares: of a batch, and of held-out pairs where they were looked at.
-    pub fn show(&self, done: u64, error: f64, held_out: Option<f64>) {
-        if let Some(held_out) = held_out {
-            let message = format!(", error {:.3} mm, held out {:.3} mm", 1e3 * error, 1e3 * held_out);
-            self.bar.set_message(message);
-        }
-        self.bar.set_position(done);
-    }
-}
-
-impl Drop for Learning {
     fn drop(&mut self) {
         self.bar.finish_and_clear();
     }

@@ -12,7 +12,7 @@ use crate::summary::{Calibration, Detail, INDENT};
 
 /// Reads, estimates, writes, tells.
 pub fn run(args: &CalibrateArgs) -> Result<Outcome, Failure> {
-    let loaded = super::load(&args.source, args.urdf.as_deref(), args.joint_compliance)?;
+    let loaded = super::load(&args.source, &args.arm)?;
     let solved = super::calibrate(&loaded)?;
     let file = output::estimate_file(&loaded, &solved);
     let written = output::write(&args.out, &loaded, &solved.estimate, &file)?;

@@ -10,7 +10,7 @@ use touchcal::io::urdf::{self, Ends};
 use touchcal::robot::Robot;
 
 use super::{Failure, Outcome};
-use crate::args::EvaluateArgs;
+use crate::args::{Arm, EvaluateArgs};
 use crate::output;
 use crate::summary::residuals;
 
@@ -37,7 +37,7 @@ pub fn run(args: &EvaluateArgs) -> Result<Outcome, Failure> {
             Scored { score, nominal, problem }
         }
         None => {
-            let mut problem = super::load(&args.source, None, false)?.problem;
+            let mut problem = super::load(&args.source, &Arm::default())?.problem;
             let given = like(&problem.robot, &args.urdf)?;
             let nominal = evaluate(&problem);
             let score = with(&mut problem, given);

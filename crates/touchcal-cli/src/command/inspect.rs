@@ -17,7 +17,7 @@ use crate::table::Table;
 
 /// Reads, looks, tells.
 pub fn run(args: &InspectArgs) -> Result<Outcome, Failure> {
-    let loaded = super::load(&args.source, args.urdf.as_deref(), args.joint_compliance)?;
+    let loaded = super::load(&args.source, &args.arm)?;
     let spinner = Spinner::new("Inspecting");
     let inspection = inspect(&loaded.problem, &mut |progress| spinner.observe(progress));
     drop(spinner);

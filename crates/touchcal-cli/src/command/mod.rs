@@ -8,7 +8,6 @@ pub mod inspect;
 pub mod manifold;
 pub mod train;
 
-use std::path::Path;
 use std::time::Instant;
 
 use touchcal::estimate::{Estimate, Score, StopReason};
@@ -20,7 +19,7 @@ use touchcal::manifold::SamplesError;
 use touchcal::manifold::learned::TrainingError;
 use touchcal::sim::SimulationError;
 
-use crate::args::Source;
+use crate::args::{Arm, Source};
 use crate::progress::Spinner;
 
 /// How a command ended.
@@ -65,6 +64,9 @@ pub enum Failure {
         /// How to go on.
         command: String,
     },
+    /// The user, between the rows of an experiment.
+    #[error("interrupted; rows that are done are kept, the same command goes on with the others")]
+    ExperimentInterrupted,
     /// The user.
     #[error("interrupted; no result was written")]
     Interrupted,
@@ -89,11 +91,11 @@ pub enum Failure {
     Stdout(std::io::Error),
 }
 
-/// Reads a problem; `urdf` is the robot of a `--mukca` folder, `joint_compliance` whether its joints give way.
-fn load(source: &Source, urdf: Option<&Path>, joint_compliance: bool) -> Result<Loaded, Failure> {
-    match (&source.mukca, urdf, &source.problem) {
+/// Reads a problem; `arm` is that of a `--mukca` folder.
+fn load(source: &Source, arm: &Arm) -> Result<Loaded, Failure> {
+    match (&source.mukca, &arm.urdf, &source.problem) {
         (Some(folder), Some(urdf), _) => {
-            let options = MukcaOptions { joint_compliance, ..mukca_options(source) };
+            let options = MukcaOptions { joint_compliance: arm.joint_compliance, ..mukca_options(source) };
             Ok(mukca::read(folder, urdf::read_file(urdf, Ends::default())?, &options)?)
         }
         (_, _, Some(problem)) => Ok(problem_file::read_file(problem)?),

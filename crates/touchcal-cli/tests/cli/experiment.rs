@@ -70,6 +70,8 @@ fn what_is_not_there_is_named() {
         let done = touchcal(folder.path(), &["experiment", "table1", "--logs", "logs", "--out", "out"]).code(1);
         assert!(stderr(&done).contains(part) && stderr(&done).lines().count() == 1, "{}", stderr(&done));
     }
+    let done = touchcal(folder.path(), &["experiment", "table1", "--only", "learned_gd", "--out", "out"]).code(1);
+    assert!(stderr(&done).contains("--only learned_gd needs --weights FILE"), "{}", stderr(&done));
     for (args, part) in [(["--logs", "none"], "none"), (["--manifold", "m.csv"], "m.csv"), (["--weights", "w"], "w")] {
         let done = touchcal(folder.path(), &[&["experiment", "table1", "--out", "out"], &args[..]].concat()).code(1);
         assert!(stderr(&done).contains(part) && stderr(&done).lines().count() == 1, "{}", stderr(&done));

@@ -3,9 +3,9 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::calibrate::Search;
-use super::identifiability::Held;
 use super::knowledge::Knowledge;
 use super::outcome::{ContactCount, Estimate, Estimated, Status, StopReason, Termination, Verdict, Warning};
+use super::problem::Problem;
 use super::score::score;
 use super::system::System;
 use super::workspace::arm_uncertainty_left;
@@ -77,7 +77,7 @@ pub(super) fn conclude(search: &Search<'_>) -> Estimate {
     // A correction is known no better than to its own size.
     let mut known = Knowledge::new(system, &found.data, scale, held);
     known.covariance += bias * bias.transpose();
-    let projected = problem.fixtures.iter().any(|fixture| fixture.manifold.is_projection());
+    let projected = has_projection(problem);
     let estimated = system.parameters.iter().enumerate().map(|(k, parameter)| Estimated {
         parameter: parameter.clone(),
         value: theta[k],
@@ -101,10 +101,7 @@ pub(super) fn conclude(search: &Search<'_>) -> Estimate {
         parameters,
     };
     let left = arm_uncertainty_left(problem, &system.parameters, &known.posterior, &system.scale());
-    estimate.warnings = warnings(system, found, held, &estimate, left);
-    if search.ambiguous {
-        estimate.warnings.push(Warning::Ambiguous);
-    }
+    estimate.warnings = warnings(search, found, &estimate, left);
     estimate.status = status(&estimate.termination, &estimate.warnings);
     estimate
 }
@@ -128,7 +125,13 @@ fn status(termination: &Termination, warnings: &[Warning]) -> Status {
     }
 }
 
-fn warnings(system: &System<'_>, found: &Found, held: &Held, estimate: &Estimate, left: f64) -> Vec<Warning> {
+/// Whether any contacts are measured by a projection, from which no uncertainty follows.
+fn has_projection(problem: &Problem) -> bool {
+    problem.fixtures.iter().any(|fixture| fixture.manifold.is_projection())
+}
+
+fn warnings(search: &Search<'_>, found: &Found, estimate: &Estimate, left: f64) -> Vec<Warning> {
+    let Search { system, held, .. } = search;
     let mut warnings = Vec::new();
     let without_prior = system.parameters.iter().filter(|parameter| parameter.prior_sigma.is_none()).count();
     let rows = found.rows + system.problem.distances.len();
@@ -152,7 +155,10 @@ fn warnings(system: &System<'_>, found: &Found, held: &Held, estimate: &Estimate
     if share > MANY_REJECTED {
         warnings.push(Warning::ManyRejected { share });
     }
-    if system.problem.fixtures.iter().any(|fixture| fixture.manifold.is_projection()) {
+    if search.ambiguous {
+        warnings.push(Warning::Ambiguous);
+    }
+    if has_projection(system.problem) {
         warnings.push(Warning::NoUncertainty);
     }
     let contacts = &system.problem.contacts;

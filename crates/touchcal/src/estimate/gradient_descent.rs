@@ -9,10 +9,11 @@ use std::ops::ControlFlow;
 use nalgebra::DVector;
 use rayon::prelude::*;
 
+use super::loss::Loss;
+use super::normal::NormalEquations;
 use super::outcome::{Progress, Stage, StopReason, Termination};
 use super::rows::{At, ContactRows, Rung};
 use super::system::System;
-use crate::estimate::Loss;
 use crate::manifold::MAX_ROWS;
 
 /// Contacts that a manifold is asked for at once.
@@ -150,7 +151,7 @@ impl System<'_> {
             .into_par_iter()
             .map_init(|| at.rows(), |rows, batch| absolute(&at, batch, rows, theta.len()))
             .collect();
-        let mut known = super::normal::NormalEquations::new(theta.len());
+        let mut known = NormalEquations::new(theta.len());
         self.add_priors(theta, Rung::Residual(Loss::Squared), &mut known);
         at.add_distances(&mut known);
         let scale = self.problem.noise.contact;

@@ -188,7 +188,11 @@ impl<'s> At<'s> {
         let contacts = &self.system.problem.contacts;
         let f = contacts.fixture(first);
         let manifold = &self.system.problem.fixtures[f].manifold;
-        let poses: Vec<Pose> = which.iter().map(|&i| self.locate(f, contacts.q(i), into)).collect();
+        let pose = |&i: &usize| {
+            self.without_drift(f, contacts.q(i), &mut into.q);
+            self.fixtures[f].fixture_from_base * self.kinematics.pose(&into.q)
+        };
+        let poses: Vec<Pose> = which.iter().map(pose).collect();
         let mut twists = vec![Twist::zeros(); poses.len()];
         manifold.pull_back(&poses, self.system.resolution, cotangent, &mut twists);
         for ((&i, pose), twist) in which.iter().zip(&poses).zip(&twists) {
@@ -203,11 +207,16 @@ impl<'s> At<'s> {
 
     /// The tool's pose in fixture `f`, its derivatives left in `into`.
     fn locate(&self, f: usize, measured: &[f64], into: &mut ContactRows) -> Pose {
+        self.without_drift(f, measured, &mut into.q);
+        self.fixtures[f].fixture_from_base * self.kinematics.pose_and_jacobian(&into.q, &mut into.scratch)
+    }
+
+    /// Joint positions of a contact with fixture `f` as they would be without its placement's drift.
+    fn without_drift(&self, f: usize, measured: &[f64], q: &mut [f64]) {
         let drift = &self.drift[self.system.placement[f] * measured.len()..];
-        for (q, (measured, drift)) in into.q.iter_mut().zip(measured.iter().zip(drift)) {
+        for (q, (measured, drift)) in q.iter_mut().zip(measured.iter().zip(drift)) {
             *q = measured - drift;
         }
-        self.fixtures[f].fixture_from_base * self.kinematics.pose_and_jacobian(&into.q, &mut into.scratch)
     }
 
     /// Moves joint positions `q` of contact `i` the shortest way to where the tool touches exactly; for manifolds of one row.

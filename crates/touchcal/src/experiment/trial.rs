@@ -12,6 +12,8 @@ use crate::sim::{Insertion, SimulationError};
 pub struct Trial {
     /// A name of its own.
     pub name: String,
+    /// What its contacts are: how they were simulated, or the fingerprints of their files.
+    pub origin: String,
     /// The arm as its maker drew it.
     pub robot: Robot,
     /// The peg's place on the tip.
@@ -57,6 +59,7 @@ impl Trial {
         }
         Ok(Trial {
             name: format!("seed_{seed}"),
+            origin: format!("{} simulated with seed {seed}", contacts.len()),
             robot: insertion.robot.clone(),
             tip_from_peg: insertion.tip_from_peg,
             base_from_hole: insertion.base_from_hole,

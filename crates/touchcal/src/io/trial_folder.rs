@@ -93,10 +93,11 @@ fn read_trial(folder: &Path, robot: &Robot) -> Result<Trial, IoError> {
     let mut contacts = ContactLog::new(robot.dof());
     let gzipped = folder.join("contact.csv.gz");
     let log = if gzipped.is_file() { gzipped } else { folder.join("contact.csv") };
-    contact_csv::read_file(&log, robot, &contact_csv::Options::default(), &mut contacts)?;
+    let logged = contact_csv::read_file(&log, robot, &contact_csv::Options::default(), &mut contacts)?;
     let offsets = truth.b_rad.iter().enumerate().map(|(i, &b)| (Column::JointOffset(i), b));
     Ok(Trial {
         name: folder.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned()),
+        origin: format!("{} and {}", logged.sha256, input.sha256),
         robot: robot.clone(),
         tip_from_peg: truth.flange_from_peg.pose("T_flange_peg", &input.path)?,
         base_from_hole: truth.base_from_hole.pose("T_base_hole", &input.path)?,

@@ -43,6 +43,14 @@ impl Source {
             Source::Recorded(trial) => trial.name.clone(),
         }
     }
+
+    /// What a trial's contacts are, as far as its name does not say so.
+    fn origin(&self, args: &Table1Args) -> String {
+        match self {
+            Source::Simulated { .. } => format!("{} contacts simulated", args.contacts),
+            Source::Recorded(trial) => trial.origin.clone(),
+        }
+    }
 }
 
 /// Runs all approaches on all trials, keeping each row as it is done; then the table, as text, CSV, JSON and figure.
@@ -70,6 +78,10 @@ pub fn run(args: &Table1Args) -> Result<Outcome, Failure> {
     let wanted = |approach: &Approach| args.only.is_empty() || args.only.iter().any(|key| key == approach.key);
     let given = |approach: &Approach| manifolds.manifold(approach.touch).is_some();
     let approaches: Vec<Approach> = ALL.into_iter().filter(|approach| wanted(approach) && given(approach)).collect();
+    if let Some(key) = args.only.iter().find(|key| !approaches.iter().any(|approach| approach.key == **key)) {
+        let missing = if key.starts_with("nearest") { "--manifold FILE" } else { "--weights FILE" };
+        return Err(Failure::Setup(format!("--only {key} needs {missing}")));
+    }
     let rows = rows(args, &sources, &approaches, &manifolds)?;
     let of = |approach: &Approach| rows.iter().filter(|row| row.approach == approach.key).collect::<Vec<&Row>>();
     let grouped: Vec<Vec<&Row>> = approaches.iter().map(of).collect();
@@ -90,12 +102,12 @@ fn rows(
     approaches: &[Approach],
     manifolds: &Manifolds,
 ) -> Result<Vec<Row>, Failure> {
-    let counter = Counter::new("Calibrating", (sources.len() * approaches.len()) as u64);
+    let counter = Counter::new("Calibrating", 0, (sources.len() * approaches.len()) as u64);
     let per_trial = sources.par_iter().map(|source| {
         let mut trial: Option<Arc<Trial>> = None;
         let mut rows = Vec::with_capacity(approaches.len());
         for approach in approaches {
-            let settings = settings(args, approach, manifolds);
+            let settings = settings(args, source, approach, manifolds);
             let path = Row::path(&args.out, &source.name(), approach.key);
             let row = match Row::kept(&path, &settings) {
                 Some(row) => row,
@@ -120,7 +132,7 @@ fn rows(
 
 fn begin(args: &Table1Args, source: &Source) -> Result<Trial, Failure> {
     if interrupted() {
-        return Err(Failure::Interrupted);
+        return Err(Failure::ExperimentInterrupted);
     }
     match source {
         Source::Simulated { insertion, seed } => Ok(Trial::simulated(insertion, args.contacts as usize, *seed)?),
@@ -148,9 +160,9 @@ fn learned(path: &Path, inputs: &mut Vec<(Touch, Input)>) -> Result<Arc<dyn Proj
 }
 
 /// All that a row depends on besides its trial's name.
-fn settings(args: &Table1Args, approach: &Approach, manifolds: &Manifolds) -> String {
-    let logs = args.logs.as_deref().map_or_else(|| format!("{} simulated", args.contacts), |p| p.display().to_string());
-    let mut settings = format!("touchcal {}; {logs}; {:?}", env!("CARGO_PKG_VERSION"), approach.search(descent(args)));
+fn settings(args: &Table1Args, source: &Source, approach: &Approach, manifolds: &Manifolds) -> String {
+    let (version, origin) = (env!("CARGO_PKG_VERSION"), source.origin(args));
+    let mut settings = format!("touchcal {version}; {origin}; {:?}", approach.search(descent(args)));
     if let Some((_, input)) = manifolds.inputs.iter().find(|(touch, _)| *touch == approach.touch) {
         settings.push_str(&format!("; {}; {} mm per degree", input.sha256, args.mm_per_deg));
     }
@@ -173,7 +185,7 @@ fn solve(
     let estimate = touchcal::estimate::calibrate(&problem, &mut look);
     let seconds = start.elapsed().as_secs_f64();
     if estimate.termination.reason == StopReason::Interrupted || interrupted() {
-        return Err(Failure::Interrupted);
+        return Err(Failure::ExperimentInterrupted);
     }
     Ok(Row::new(settings, trial, approach.key, &estimate, seconds))
 }

@@ -18,7 +18,7 @@ use touchcal::manifold::{NearestSample, TrainingPairs};
 use super::{Failure, Outcome};
 use crate::args::TrainArgs;
 use crate::output;
-use crate::progress::{self, Learning, Spinner};
+use crate::progress::{self, Counter, Spinner};
 
 const CHECKPOINT: &str = "checkpoint.safetensors";
 const WEIGHTS: &str = "weights.safetensors";
@@ -157,13 +157,17 @@ impl Watch<'_> {
     fn run(&self, training: &mut Training) -> Result<Ending, Failure> {
         let state = training.state();
         let length = state.scaling.distance(1.0).powi(2);
-        let line = Learning::new(state.adam.steps, state.options.steps);
+        let line = Counter::new("Training", state.adam.steps, state.options.steps);
         let every = Duration::from_secs_f64(self.args.checkpoint_seconds);
         let mut saved = Instant::now();
         let mut failed = None;
         let ending = training.run(&mut |progress: &Progress, state| {
-            let distance = |loss: f64| (length * loss).sqrt();
-            line.show(progress.step, distance(progress.loss), progress.held_out.map(distance));
+            let millimetres = |loss: f64| 1e3 * (length * loss).sqrt();
+            line.show(progress.step);
+            if let Some(held_out) = progress.held_out.map(millimetres) {
+                // Root mean squares, of the batch and of the held-out pairs.
+                line.say(format!(", error {:.3} mm, held out {held_out:.3} mm", millimetres(progress.loss)));
+            }
             if saved.elapsed() >= every {
                 failed = self.save(state).err();
                 saved = Instant::now();
