@@ -22,9 +22,11 @@ const BATCH: usize = 256;
 const ADAM_SLOPE: f64 = 0.9;
 const ADAM_SQUARE: f64 = 0.999;
 const ADAM_FLOOR: f64 = 1e-12;
-/// Against the mean gradient of the last tenth of the steps, a step as long as the first must promise less than this share of the loss. That the
-/// loss falls no more would say nothing, as the steps have shrunk.
-const SETTLED: f64 = 1e-2;
+/// No step against the mean gradient of the last tenth of the steps may lower the loss by more than this share. That the loss falls no more
+/// would say nothing, as the steps have shrunk.
+const SETTLED: f64 = 1e-3;
+/// Lengths of the steps tried, in first steps.
+const TRIED: [f64; 4] = [1.0, 0.1, 0.01, 0.001];
 
 /// How to descend.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -96,7 +98,9 @@ pub(super) fn descend(
         let direction = stepper.direction(&slope);
         theta -= direction.component_mul(scale) * length;
     }
-    termination.measured = descent.rate * mean_slope.norm() / last.max(f64::MIN_POSITIVE);
+    let down = mean_slope.component_mul(scale) * (-descent.rate / mean_slope.norm().max(f64::MIN_POSITIVE));
+    let tried = TRIED.map(|length| system.absolute(&(&theta + &down * length), stride).0);
+    termination.measured = 1.0 - tried.into_iter().fold(last, f64::min) / last.max(f64::MIN_POSITIVE);
     if termination.measured.is_nan() || termination.measured > SETTLED {
         termination.reason = StopReason::IterationLimit;
     }

@@ -32,7 +32,7 @@ pub struct Progress {
 /// Why a minimisation stopped.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum StopReason {
-    /// The Newton decrement, or what gradient descent's mean slope still promises, is below its threshold.
+    /// The Newton decrement, or what gradient descent could still gain, is below its threshold.
     Converged,
     /// The iteration limit came first.
     IterationLimit,
@@ -62,7 +62,7 @@ impl StopReason {
 pub struct Termination {
     /// Why.
     pub reason: StopReason,
-    /// Newton decrement of the last step; of gradient descent, the share of the loss that a first step would still take off.
+    /// Newton decrement of the last step; of gradient descent, the share of the loss that a further step would take off.
     pub measured: f64,
     /// What it had to fall below.
     pub threshold: f64,
