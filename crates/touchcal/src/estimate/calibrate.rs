@@ -217,8 +217,11 @@ impl System<'_> {
         let at = self.at(theta);
         let mut rows = at.rows();
         let each = (0..self.problem.contacts.len()).step_by(stride);
-        let mut deviations: Vec<f64> =
-            each.map(|i| at.contact(i, Rung::Residual(Loss::Squared), &mut rows).sqrt()).collect();
+        let mut deviation = |i| {
+            at.contact(i, Rung::Residual(Loss::Squared), &mut rows);
+            rows.squared().sqrt()
+        };
+        let mut deviations: Vec<f64> = each.map(&mut deviation).collect();
         deviations.sort_unstable_by(f64::total_cmp);
         let ninth = deviations.get(deviations.len() * 9 / 10).copied().unwrap_or(0.0);
         (ninth / k).max(1.0)

@@ -13,7 +13,7 @@ use rand::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64;
 
-use super::rows::{ContactRows, Rung, Touch};
+use super::rows::{ContactRows, Entry, Rung};
 use super::system::System;
 
 /// Antithetic pairs drawn for each contact.
@@ -41,27 +41,27 @@ impl System<'_> {
         let contacts = &self.problem.contacts;
         let stride = (contacts.len() / ENOUGH).max(1);
         let rung = Rung::Residual(self.problem.loss);
-        let share = stride as f64 / (2 * PAIRS) as f64;
+        let entry = Entry { rung, share: stride as f64 / (2 * PAIRS) as f64 };
         let zeros = || vec![0.0; contacts.dof()];
         let room = || Room { rows: at.rows(), on_manifold: zeros(), noise: zeros(), measured: zeros() };
-        let (simulated, _) = self.sum(stride, room, |i, room, normal| {
-            if !self.problem.fixtures[contacts.fixture(i)].manifold.has_interference() {
-                return;
-            }
-            room.on_manifold.copy_from_slice(contacts.q(i));
-            at.move_onto_manifold(i, &mut room.on_manifold, &mut room.rows);
-            // A stream of its own for each contact: the same whatever thread comes by.
-            let mut chance = Pcg64::seed_from_u64(i as u64);
-            for _ in 0..PAIRS {
-                for (noise, variance) in room.noise.iter_mut().zip(&self.joint_variance) {
-                    let standard: f64 = StandardNormal.sample(&mut chance);
-                    *noise = standard * variance.sqrt() * self.noise_factor;
-                }
-                for sign in [1.0, -1.0] {
-                    let moved = room.on_manifold.iter().zip(&room.noise);
-                    room.measured.iter_mut().zip(moved).for_each(|(to, (q, noise))| *to = q + sign * noise);
-                    let touch = Touch { contact: i, measured: &room.measured, rung, share };
-                    at.add_touch(&touch, &mut room.rows, normal);
+        let (simulated, _) = self.sum(stride, room, |batch, room, normal| {
+            for &i in batch.iter().filter(|&&i| self.problem.fixtures[contacts.fixture(i)].manifold.has_interference())
+            {
+                room.on_manifold.copy_from_slice(contacts.q(i));
+                at.move_onto_manifold(i, &mut room.on_manifold, &mut room.rows);
+                // A stream of its own for each contact: the same whatever thread comes by.
+                let mut chance = Pcg64::seed_from_u64(i as u64);
+                for _ in 0..PAIRS {
+                    for (noise, variance) in room.noise.iter_mut().zip(&self.joint_variance) {
+                        let standard: f64 = StandardNormal.sample(&mut chance);
+                        *noise = standard * variance.sqrt() * self.noise_factor;
+                    }
+                    for sign in [1.0, -1.0] {
+                        let moved = room.on_manifold.iter().zip(&room.noise);
+                        room.measured.iter_mut().zip(moved).for_each(|(to, (q, noise))| *to = q + sign * noise);
+                        at.touch(i, &room.measured, rung, &mut room.rows);
+                        at.add(i, entry, &room.rows, normal);
+                    }
                 }
             }
         });

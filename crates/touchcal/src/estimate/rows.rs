@@ -21,15 +21,12 @@ pub(crate) enum Rung {
     Residual(Loss),
 }
 
-/// A contact as it enters the normal equations.
-pub(crate) struct Touch<'q> {
-    /// Which contact.
-    pub contact: usize,
-    /// Joint positions at which it counts as logged.
-    pub measured: &'q [f64],
-    /// Which rows it gives.
+/// How contacts enter the normal equations.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Entry {
+    /// Which rows each gives.
     pub rung: Rung,
-    /// How often it counts.
+    /// How often each counts.
     pub share: f64,
 }
 
@@ -65,6 +62,11 @@ impl ContactRows {
     /// Number of rows of the contact looked at last.
     pub fn len(&self) -> usize {
         self.rows.len()
+    }
+
+    /// Squared norm of those rows.
+    pub fn squared(&self) -> f64 {
+        self.residual[..self.len()].iter().map(|r| r * r).sum()
     }
 }
 
@@ -132,31 +134,37 @@ impl<'s> At<'s> {
         into.deviation
     }
 
-    /// Rows of contact `i`, whitened for [`Rung::Residual`]; returns their squared norm.
-    pub fn contact(&self, i: usize, rung: Rung, into: &mut ContactRows) -> f64 {
-        self.touch(i, self.system.problem.contacts.q(i), rung, into)
+    /// Rows of contact `i`, whitened for [`Rung::Residual`].
+    pub fn contact(&self, i: usize, rung: Rung, into: &mut ContactRows) {
+        self.touch(i, self.system.problem.contacts.q(i), rung, into);
     }
 
     /// The same rows if contact `i` had been logged at joint positions `measured`.
-    pub fn touch(&self, i: usize, measured: &[f64], rung: Rung, into: &mut ContactRows) -> f64 {
-        let system = self.system;
-        let f = system.problem.contacts.fixture(i);
-        let fixture = &self.fixtures[f];
-        let manifold = &system.problem.fixtures[f].manifold;
+    pub fn touch(&self, i: usize, measured: &[f64], rung: Rung, into: &mut ContactRows) {
+        let f = self.system.problem.contacts.fixture(i);
         let fixture_from_tool = self.locate(f, measured, into);
-        into.rows.clear();
-        let whiten = match rung {
-            Rung::Envelope => {
-                manifold.envelope(&fixture_from_tool, &mut into.rows);
-                false
-            }
-            Rung::Residual(_) => {
-                manifold.residual(&fixture_from_tool, system.resolution, &mut into.rows);
-                true
-            }
-        };
+        self.look(f, std::slice::from_ref(&fixture_from_tool), rung, std::slice::from_mut(&mut into.rows));
+        self.whitened(f, &fixture_from_tool, rung, into);
+    }
+
+    /// What the manifold of fixture `f` says of poses, not whitened, in place of what `rows` held.
+    fn look(&self, f: usize, fixture_from_tool: &[Pose], rung: Rung, rows: &mut [Rows]) {
+        let manifold = &self.system.problem.fixtures[f].manifold;
+        match rung {
+            Rung::Residual(_) => manifold.residuals(fixture_from_tool, self.system.resolution, rows),
+            Rung::Envelope => fixture_from_tool.iter().zip(rows).for_each(|(pose, rows)| {
+                rows.clear();
+                manifold.envelope(pose, rows);
+            }),
+        }
+    }
+
+    /// Rows of a pose with fixture `f` that was located and looked at, by all parameters seen.
+    fn whitened(&self, f: usize, fixture_from_tool: &Pose, rung: Rung, into: &mut ContactRows) {
+        let system = self.system;
+        let whiten = rung != Rung::Envelope;
         let seen = &system.seen[f];
-        let fixture_motion = self.fixture_motion(f, &fixture_from_tool);
+        let fixture_motion = self.fixture_motion(f, fixture_from_tool);
         for (r, row) in into.rows.jacobian().iter().enumerate() {
             let jacobian = &mut into.jacobian[r * seen.len()..(r + 1) * seen.len()];
             for (entry, &k) in jacobian.iter_mut().zip(seen) {
@@ -165,12 +173,11 @@ impl<'s> At<'s> {
                     _ => change(&system.parameters[k].column, row, fixture_motion.as_ref(), k, &into.scratch),
                 };
             }
-            into.residual[r] = into.rows.values()[r] - if whiten { fixture.interference } else { 0.0 };
+            into.residual[r] = into.rows.values()[r] - if whiten { self.fixtures[f].interference } else { 0.0 };
         }
         if whiten {
             self.whiten(seen.len(), into);
         }
-        into.residual[..into.rows.len()].iter().map(|r| r * r).sum()
     }
 
     /// `∂ξ/∂ζ` of the tool's twist ξ in its own frame by fixture `f`'s parameters ζ; none if its place is known.
@@ -188,11 +195,7 @@ impl<'s> At<'s> {
         let contacts = &self.system.problem.contacts;
         let f = contacts.fixture(first);
         let manifold = &self.system.problem.fixtures[f].manifold;
-        let pose = |&i: &usize| {
-            self.without_drift(f, contacts.q(i), &mut into.q);
-            self.fixtures[f].fixture_from_base * self.kinematics.pose(&into.q)
-        };
-        let poses: Vec<Pose> = which.iter().map(pose).collect();
+        let poses: Vec<Pose> = which.iter().map(|&i| self.pose(f, contacts.q(i), &mut into.q)).collect();
         let mut twists = vec![Twist::zeros(); poses.len()];
         manifold.pull_back(&poses, self.system.resolution, cotangent, &mut twists);
         for ((&i, pose), twist) in which.iter().zip(&poses).zip(&twists) {
@@ -203,6 +206,12 @@ impl<'s> At<'s> {
                 gradient[k] += change(column, twist, fixture_motion.as_ref(), k, &into.scratch);
             }
         }
+    }
+
+    /// The tool's pose in fixture `f`; `q` is room for joint positions.
+    fn pose(&self, f: usize, measured: &[f64], q: &mut [f64]) -> Pose {
+        self.without_drift(f, measured, q);
+        self.fixtures[f].fixture_from_base * self.kinematics.pose(q)
     }
 
     /// The tool's pose in fixture `f`, its derivatives left in `into`.
@@ -275,23 +284,46 @@ impl<'s> At<'s> {
         }
     }
 
-    /// Adds a touch; returns its squared norm.
-    pub fn add_touch(&self, touch: &Touch<'_>, rows: &mut ContactRows, normal: &mut NormalEquations) -> f64 {
-        let Touch { contact: i, measured, rung, share } = *touch;
-        let squared = self.touch(i, measured, rung, rows);
+    /// Adds contacts of one fixture as they were logged; each one's squared norm and number of rows.
+    pub fn add_logged(
+        &self,
+        batch: &[usize],
+        entry: Entry,
+        into: &mut ContactRows,
+        normal: &mut NormalEquations,
+    ) -> Vec<(f64, usize)> {
+        let Some(&first) = batch.first() else { return Vec::new() };
+        let contacts = &self.system.problem.contacts;
+        let f = contacts.fixture(first);
+        let poses: Vec<Pose> = batch.iter().map(|&i| self.pose(f, contacts.q(i), &mut into.q)).collect();
+        let mut looks = vec![Rows::new(); batch.len()];
+        self.look(f, &poses, entry.rung, &mut looks);
+        let each = batch.iter().zip(looks).map(|(&i, look)| {
+            let fixture_from_tool = self.locate(f, contacts.q(i), into);
+            into.rows = look;
+            self.whitened(f, &fixture_from_tool, entry.rung, into);
+            (self.add(i, entry, into, normal), into.len())
+        });
+        each.collect()
+    }
+
+    /// Adds whitened rows of contact `i`; returns their squared norm.
+    pub fn add(&self, i: usize, entry: Entry, rows: &ContactRows, normal: &mut NormalEquations) -> f64 {
+        let Entry { rung, share } = entry;
         let loss = match rung {
             Rung::Envelope => Loss::Squared,
             Rung::Residual(loss) => loss,
         };
+        let squared = rows.squared();
         let weight = share * loss.weight(squared);
         let seen = &self.system.seen[self.system.problem.contacts.fixture(i)];
-        for r in 0..rows.rows.len() {
+        for r in 0..rows.len() {
             let jacobian = &rows.jacobian[r * seen.len()..(r + 1) * seen.len()];
             normal.add_row(seen, jacobian, rows.residual[r], weight);
         }
         normal.cost += share * loss.cost(squared);
         normal.squares += weight * squared;
-        normal.rows += weight * rows.rows.len() as f64;
+        normal.rows += weight * rows.len() as f64;
         squared
     }
 

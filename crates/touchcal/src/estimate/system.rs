@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use super::loss::Loss;
 use super::normal::NormalEquations;
 use super::problem::{Freedom, Problem};
-use super::rows::{At, Rung, Touch};
+use super::rows::{At, ContactRows, Entry, Rung};
 use crate::robot::{Column, JointKind, Kinematics, Parameter, joint_drift};
 use crate::se3::Pose;
 
@@ -14,6 +14,8 @@ use crate::se3::Pose;
 const CHUNKS: usize = 64;
 /// A chunk has at least this many contacts.
 const SMALLEST_CHUNK: usize = 64;
+/// Most contacts whose residuals are asked for together: as many as a network takes at a time.
+const BATCH: usize = 128;
 /// All contacts together say as much as this many independent ones of where the envelope's middle is: their deviations from it are
 /// how the tool moved, not noise, and must not be explained away by parameters that hardly matter.
 const ENVELOPE_SAY: f64 = 10.0;
@@ -101,39 +103,33 @@ impl<'p> System<'p> {
     /// Normal equations of the contacts alone, upper triangle.
     pub fn contacts(&self, theta: &DVector<f64>, rung: Rung, stride: usize) -> NormalEquations {
         let at = self.at(theta);
-        self.sum(
-            stride,
-            || at.rows(),
-            |i, rows, normal| {
-                at.add_touch(&self.logged(i, rung, stride as f64), rows, normal);
-            },
-        )
-        .0
+        let entry = Entry { rung, share: stride as f64 };
+        let add = |batch: &[usize], rows: &mut ContactRows, normal: &mut NormalEquations| {
+            at.add_logged(batch, entry, rows, normal);
+        };
+        self.sum(stride, || at.rows(), add).0
     }
 
-    /// Contact `i` as logged.
-    fn logged(&self, i: usize, rung: Rung, share: f64) -> Touch<'_> {
-        Touch { contact: i, measured: self.problem.contacts.q(i), rung, share }
-    }
-
-    /// Sums what `add(i, room, sum)` adds for every `stride`-th contact, in parallel chunks of contacts; `room()` makes what a chunk
-    /// works in. The rooms come back in the order of the contacts.
+    /// Sums what `add(batch, room, sum)` adds for every `stride`-th contact, in parallel chunks of contacts; a batch is of one fixture.
+    /// `room()` makes what a chunk works in. The rooms come back in the order of the contacts.
     pub fn sum<R: Send>(
         &self,
         stride: usize,
         room: impl Fn() -> R + Sync,
-        add: impl Fn(usize, &mut R, &mut NormalEquations) + Sync,
+        add: impl Fn(&[usize], &mut R, &mut NormalEquations) + Sync,
     ) -> (NormalEquations, Vec<R>) {
-        let count = self.problem.contacts.len().div_ceil(stride);
+        let contacts = &self.problem.contacts;
+        let count = contacts.len().div_ceil(stride);
         let chunk = count.div_ceil(CHUNKS).max(SMALLEST_CHUNK);
         let parts: Vec<(NormalEquations, R)> = (0..count.div_ceil(chunk))
             .into_par_iter()
             .map(|part| {
                 let mut normal = NormalEquations::new(self.parameters.len());
                 let mut room = room();
-                for i in part * chunk..((part + 1) * chunk).min(count) {
-                    add(i * stride, &mut room, &mut normal);
-                }
+                let which = part * chunk..((part + 1) * chunk).min(count);
+                let which: Vec<usize> = which.map(|i| i * stride).collect();
+                let of_fixture = which.chunk_by(|&a, &b| contacts.fixture(a) == contacts.fixture(b));
+                of_fixture.flat_map(|which| which.chunks(BATCH)).for_each(|batch| add(batch, &mut room, &mut normal));
                 (normal, room)
             })
             .collect();
@@ -150,10 +146,9 @@ impl<'p> System<'p> {
     pub fn statistics(&self, theta: &DVector<f64>) -> (DMatrix<f64>, Vec<(f64, usize)>) {
         let at = self.at(theta);
         let room = || (at.rows(), Vec::new());
-        let (normal, rooms) = self.sum(1, room, |i, (rows, norms), normal| {
-            let touch = self.logged(i, Rung::Residual(Loss::Squared), 1.0);
-            norms.push((at.add_touch(&touch, rows, normal), rows.len()));
-        });
+        let entry = Entry { rung: Rung::Residual(Loss::Squared), share: 1.0 };
+        let (normal, rooms) =
+            self.sum(1, room, |batch, (rows, norms), normal| norms.extend(at.add_logged(batch, entry, rows, normal)));
         (normal.complete().information, rooms.into_iter().flat_map(|(_, norms)| norms).collect())
     }
 

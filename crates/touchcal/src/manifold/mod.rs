@@ -101,6 +101,15 @@ pub trait ContactManifold: Send + Sync + std::fmt::Debug {
     /// told apart, and a manifold of several features may blend them. 0 asks for the exact distance.
     fn residual(&self, fixture_from_tool: &Pose, resolution: f64, rows: &mut Rows);
 
+    /// [`residual`](Self::residual) of each pose, in place of what its rows held. Manifolds that answer many poses faster together than one by
+    /// one have their own.
+    fn residuals(&self, poses: &[Pose], resolution: f64, rows: &mut [Rows]) {
+        for (pose, rows) in poses.iter().zip(rows) {
+            rows.clear();
+            self.residual(pose, resolution, rows);
+        }
+    }
+
     /// Derivatives of a loss by a right twist of each pose, from those by its residual: `Jᵀ cotangent(i, residual)`.
     fn pull_back(&self, poses: &[Pose], resolution: f64, cotangent: Cotangent<'_>, gradients: &mut [Twist]) {
         let mut rows = Rows::new();

@@ -53,15 +53,23 @@ impl ContactManifold for Projected {
         self.0.name()
     }
 
-    fn residual(&self, fixture_from_tool: &Pose, _: f64, rows: &mut Rows) {
-        let at = coordinates(fixture_from_tool);
-        let (mut onto, mut change) = (Vec::new(), Vec::new());
-        self.0.linearize(&[at], &mut onto, &mut change);
-        let (Some(onto), Some(change)) = (onto.first(), change.first()) else { return };
-        let jacobian = (Matrix6::identity() - change) * coordinates_jacobian(fixture_from_tool);
+    fn residual(&self, fixture_from_tool: &Pose, resolution: f64, rows: &mut Rows) {
+        let mut own = Rows::new();
+        self.residuals(std::slice::from_ref(fixture_from_tool), resolution, std::slice::from_mut(&mut own));
+        own.values().iter().zip(own.jacobian()).for_each(|(&value, &jacobian)| rows.push(value, jacobian));
+    }
+
+    fn residuals(&self, poses: &[Pose], _: f64, rows: &mut [Rows]) {
+        let at: Vec<Coordinates> = poses.iter().map(coordinates).collect();
+        let (mut onto, mut changes) = (Vec::new(), Vec::new());
+        self.0.linearize(&at, &mut onto, &mut changes);
         let lengths = self.0.metric().point(&[1.0; 6]);
-        for (k, value) in self.0.metric().difference(&at, onto).into_iter().enumerate() {
-            rows.push(value, jacobian.row(k).transpose() * lengths[k]);
+        for (i, (onto, change)) in onto.iter().zip(&changes).enumerate() {
+            let jacobian = (Matrix6::identity() - change) * coordinates_jacobian(&poses[i]);
+            rows[i].clear();
+            for (k, value) in self.0.metric().difference(&at[i], onto).into_iter().enumerate() {
+                rows[i].push(value, jacobian.row(k).transpose() * lengths[k]);
+            }
         }
     }
 
