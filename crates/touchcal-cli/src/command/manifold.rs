@@ -78,7 +78,8 @@ impl Recorded {
             of: format!("{}, contacts of fixture `{}`", path.display(), names[chosen]),
             error,
         })?;
-        let off = evaluate(&problem).per_fixture.get(chosen).map(|spread| spread.mean);
+        let known = !problem.fixtures[chosen].manifold.is_unknown();
+        let off = evaluate(&problem).per_fixture.get(chosen).filter(|_| known).map(|spread| spread.mean);
         Ok(Recorded {
             samples,
             fixture: names[chosen].to_owned(),

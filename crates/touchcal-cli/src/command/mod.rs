@@ -80,6 +80,15 @@ pub enum Failure {
         /// Joints of the URDF's.
         found: String,
     },
+    /// A fixture that cannot be calibrated with.
+    #[error(
+        "fixture `{fixture}`: expected a known manifold, found `unknown`; record its contacts with a calibrated arm (`touchcal manifold`) \
+         and give them as `manifold = \"nearest\"`"
+    )]
+    ShapeUnknown {
+        /// Its name.
+        fixture: String,
+    },
     /// Parts that do not fit, or arguments that lack a part.
     #[error("could not begin: {0}")]
     Setup(String),
@@ -93,14 +102,18 @@ pub enum Failure {
 
 /// Reads a problem; `arm` is that of a `--mukca` folder.
 fn load(source: &Source, arm: &Arm) -> Result<Loaded, Failure> {
-    match (&source.mukca, &arm.urdf, &source.problem) {
+    let loaded = match (&source.mukca, &arm.urdf, &source.problem) {
         (Some(folder), Some(urdf), _) => {
             let options = MukcaOptions { joint_compliance: arm.joint_compliance, ..mukca_options(source) };
-            Ok(mukca::read(folder, urdf::read_file(urdf, Ends::default())?, &options)?)
+            mukca::read(folder, urdf::read_file(urdf, Ends::default())?, &options)?
         }
-        (_, _, Some(problem)) => Ok(problem_file::read_file(problem)?),
+        (_, _, Some(problem)) => problem_file::read_file(problem)?,
         // clap lets neither through.
-        _ => Err(Failure::Setup("neither a problem file nor --mukca with --urdf".to_owned())),
+        _ => return Err(Failure::Setup("neither a problem file nor --mukca with --urdf".to_owned())),
+    };
+    match loaded.problem.fixtures.iter().find(|fixture| fixture.manifold.is_unknown()) {
+        Some(fixture) => Err(Failure::ShapeUnknown { fixture: fixture.name.clone() }),
+        None => Ok(loaded),
     }
 }
 

@@ -1,6 +1,10 @@
 //! `touchcal experiment table1`: what it measures, keeps and refuses.
 
-use super::{data, json, stderr, stdout, touchcal};
+use std::path::Path;
+use std::process::Command;
+use std::time::{Duration, Instant};
+
+use super::{data, json, start, stderr, stdout, touchcal};
 
 /// Rows of `table1.json` by one approach.
 fn rows<'f>(file: &'f serde_json::Value, approach: &'f str) -> impl Iterator<Item = &'f serde_json::Value> {
@@ -51,6 +55,50 @@ fn rows_that_are_there_are_not_computed_again() {
     // Other settings are another experiment.
     touchcal(folder.path(), &["experiment", "table1", "--trials", "1", "--contacts", "500", "--out", "out"]).success();
     assert_ne!(std::fs::read_to_string(&path).unwrap(), marked);
+}
+
+/// Waits until this many rows are kept.
+fn wait_for_rows(folder: &Path, count: usize) {
+    let begin = Instant::now();
+    while std::fs::read_dir(folder).map_or(0, Iterator::count) < count {
+        assert!(begin.elapsed() < Duration::from_secs(60), "no rows in {}", folder.display());
+        std::thread::sleep(Duration::from_millis(5));
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn an_experiment_interrupted_and_killed_goes_on_to_the_same_table() {
+    let folder = tempfile::tempdir().unwrap();
+    let table = |out: &'static str| ["experiment", "table1", "--trials", "12", "--contacts", "600", "--out", out];
+    touchcal(folder.path(), &table("whole")).success();
+    let rows = folder.path().join("out/rows");
+
+    let child = start(folder.path(), &table("out"));
+    wait_for_rows(&rows, 1);
+    assert!(Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap().success());
+    let output = child.wait_with_output().unwrap();
+    assert_eq!(output.status.code(), Some(130));
+    let said = String::from_utf8(output.stderr).unwrap();
+    assert!(said.contains("rows that are done are kept, the same command goes on"), "{said}");
+
+    let kept = std::fs::read_dir(&rows).unwrap().count();
+    let mut child = start(folder.path(), &table("out"));
+    wait_for_rows(&rows, kept + 2);
+    child.kill().unwrap();
+    assert!(!child.wait().unwrap().success() && !folder.path().join("out/table1.json").exists());
+
+    touchcal(folder.path(), &table("out")).success();
+    let without_seconds = |out: &str| {
+        let mut file = json(&folder.path().join(out).join("table1.json"));
+        for table in ["rows", "summary"] {
+            file[table].as_array_mut().unwrap().iter_mut().for_each(|row| row["seconds"] = 0.into());
+        }
+        file
+    };
+    assert_eq!(without_seconds("out"), without_seconds("whole"));
+    let names = std::fs::read_dir(&rows).unwrap().map(|entry| entry.unwrap().file_name().into_string().unwrap());
+    assert_eq!(names.filter(|name| name.ends_with(".exact_lm.json")).count(), 12);
 }
 
 #[test]

@@ -1,9 +1,9 @@
 //! Ctrl-C.
 
-use std::process::{Command, Stdio};
+use std::process::Command;
 use std::time::Duration;
 
-use super::touchcal;
+use super::{start, touchcal};
 
 #[test]
 fn an_interrupted_calibration_leaves_no_file() {
@@ -17,13 +17,7 @@ fn an_interrupted_calibration_leaves_no_file() {
     let text = std::fs::read_to_string(&contacts).unwrap();
     let (header, rows) = text.split_once('\n').unwrap();
     std::fs::write(&contacts, format!("{header}\n{}", rows.repeat(600))).unwrap();
-    let child = Command::new(env!("CARGO_BIN_EXE_touchcal"))
-        .current_dir(folder.path())
-        .args(["calibrate", "problem.toml", "--out", "out"])
-        .stdout(Stdio::piped())
-        .stderr(Stdio::piped())
-        .spawn()
-        .unwrap();
+    let child = start(folder.path(), &["calibrate", "problem.toml", "--out", "out"]);
     std::thread::sleep(Duration::from_secs(2));
     assert!(Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap().success());
     let output = child.wait_with_output().unwrap();

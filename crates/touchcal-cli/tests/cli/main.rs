@@ -42,3 +42,14 @@ fn data() -> PathBuf {
     assert!(path.is_dir(), "no contact data at {}: set TOUCHCAL_DATA to its folder", path.display());
     path
 }
+
+/// The program, left running.
+fn start(folder: &Path, args: &[&str]) -> std::process::Child {
+    std::process::Command::new(env!("CARGO_BIN_EXE_touchcal"))
+        .current_dir(folder)
+        .args(args)
+        .stdout(std::process::Stdio::piped())
+        .stderr(std::process::Stdio::piped())
+        .spawn()
+        .unwrap()
+}

@@ -53,6 +53,36 @@ fn contacts_of_a_calibrated_arm_are_a_manifold() {
     assert!(inputs.contains("m.safetensors"), "{inputs}");
 }
 
+/// Contacts with a hole whose outline nobody knows give the same manifold as with it, and calibrate nothing before.
+#[test]
+fn a_hole_of_unknown_shape_can_be_recorded() {
+    let folder = tempfile::tempdir().unwrap();
+    touchcal(folder.path(), &["demo", "--contacts", "300", "--out", "."]).success();
+    let text = std::fs::read_to_string(folder.path().join("problem.toml")).unwrap();
+    let shapes = ["outline_offset_mm", "depth_mm", "length_mm"];
+    let shapeless: Vec<&str> =
+        text.lines().filter(|line| !shapes.iter().any(|shape| line.starts_with(shape))).collect();
+    let unknown = shapeless.join("\n").replace("kind = \"hole\"", "kind = \"hole\"\nmanifold = \"unknown\"");
+    std::fs::write(folder.path().join("unknown.toml"), unknown + "\n").unwrap();
+    let record = |problem: &str, out: &str| {
+        let done = touchcal(folder.path(), &["manifold", problem, "--json", "--out", out]).success();
+        let mut told: serde_json::Value = serde_json::from_str(&stdout(&done)).unwrap();
+        told["provenance"]["inputs"].take();
+        told
+    };
+    let (with, mut without) =
+        (record("problem.toml", "with.safetensors"), record("unknown.toml", "without.safetensors"));
+    assert_eq!(without["touch"], serde_json::Value::Null);
+    without["touch"] = with["touch"].clone();
+    assert_eq!(with, without);
+    for command in [&["calibrate", "unknown.toml", "--out", "out"][..], &["inspect", "unknown.toml"]] {
+        let failed = touchcal(folder.path(), command).code(1);
+        let said = stderr(&failed);
+        assert!(said.contains("fixture `hole`: expected a known manifold, found `unknown`"), "{said}");
+    }
+    assert!(!folder.path().join("out").exists());
+}
+
 #[test]
 fn bad_input_gets_one_message_and_no_file() {
     let folder = tempfile::tempdir().unwrap();

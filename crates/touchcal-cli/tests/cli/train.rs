@@ -1,10 +1,10 @@
 //! Training: what it writes and says, what a kill leaves, and calibrating with the result.
 
 use std::path::Path;
-use std::process::{Child, Command, Stdio};
+use std::process::Command;
 use std::time::{Duration, Instant};
 
-use super::{data, json, stderr, stdout, touchcal};
+use super::{data, json, start, stderr, stdout, touchcal};
 
 /// Options of a network that learns in a second.
 const SMALL: [&str; 8] = ["--width", "32", "--depth", "2", "--pairs", "20000", "--learning-rate", "0.003"];
@@ -19,16 +19,6 @@ fn with_manifold() -> tempfile::TempDir {
 
 fn train<'a>(out: &'a str, more: &[&'a str]) -> Vec<&'a str> {
     [&["train", "--manifold", "m.safetensors", "--out", out], &SMALL[..], more].concat()
-}
-
-fn start(folder: &Path, args: &[&str]) -> Child {
-    Command::new(env!("CARGO_BIN_EXE_touchcal"))
-        .current_dir(folder)
-        .args(args)
-        .stdout(Stdio::piped())
-        .stderr(Stdio::piped())
-        .spawn()
-        .unwrap()
 }
 
 /// Waits for the first checkpoint, and then for a later one.

@@ -11,6 +11,7 @@ mod projection;
 mod samples;
 mod training_pairs;
 mod tree;
+mod unknown;
 
 pub use ball_in_socket::BallInSocket;
 pub use coverage::{Coverage, Quantiles};
@@ -21,6 +22,7 @@ pub use plane::Plane;
 pub use projection::{Projected, Projection};
 pub use samples::{PoseSamples, SamplesError};
 pub use training_pairs::TrainingPairs;
+pub use unknown::Unknown;
 
 use crate::se3::{Pose, Twist};
 
@@ -143,6 +145,11 @@ pub trait ContactManifold: Send + Sync + std::fmt::Debug {
     /// Whether the manifold is one point, so that its residual is an offset from it and its place may be unknown: contacts are
     /// then scored by their distance from their mean.
     fn is_point(&self) -> bool {
+        false
+    }
+
+    /// Whether nothing is known of the shapes, so that the residual has no rows.
+    fn is_unknown(&self) -> bool {
         false
     }
 

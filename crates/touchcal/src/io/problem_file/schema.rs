@@ -87,6 +87,7 @@ pub(super) enum ManifoldToml {
     Exact,
     Nearest,
     Learned,
+    Unknown,
 }
 
 #[derive(Debug, Deserialize)]

@@ -15,7 +15,7 @@ use crate::io::bytes::Input;
 use crate::io::error::{IoError, Place, quoted};
 use crate::io::outline;
 use crate::io::suggest::did_you_mean;
-use crate::manifold::{BallInSocket, ContactManifold, PegInHole, Plane};
+use crate::manifold::{BallInSocket, ContactManifold, PegInHole, Plane, Unknown};
 
 /// The only outline that comes with the crate.
 const EXTRUSION: &str = "extrusion25";
@@ -93,6 +93,7 @@ impl Shape {
                     ManifoldToml::Exact => self.in_hole(self.outline(context)?, fixture, context, inputs),
                     ManifoldToml::Nearest => projected::nearest(fixture, context, inputs),
                     ManifoldToml::Learned => projected::learned(fixture, context, inputs),
+                    ManifoldToml::Unknown => Ok(Box::new(Unknown)),
                 }
             }
             (ToolKind::Peg, FixtureKind::Plane) => {
