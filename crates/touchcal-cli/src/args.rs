@@ -97,6 +97,9 @@ pub struct EvaluateArgs {
     /// The URDF to score
     #[arg(long, value_name = "FILE")]
     pub urdf: PathBuf,
+    /// With a problem file: estimate.json of the calibration, to score the URDF with tool and fixtures where it found them
+    #[arg(long, value_name = "FILE", conflicts_with = "mukca")]
+    pub estimate: Option<PathBuf>,
     /// With --mukca: another URDF to compare with; a problem file names its own
     #[arg(long, value_name = "FILE", requires = "mukca")]
     pub nominal: Option<PathBuf>,

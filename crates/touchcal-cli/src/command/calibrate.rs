@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use touchcal::estimate::Status;
+use touchcal::estimate::{Freedom, Problem, Status};
 use touchcal::io::Loaded;
 
 use super::{Failure, Outcome};
@@ -41,8 +41,14 @@ fn next(loaded: &Loaded, source: &Source, written: &output::Written) -> String {
     let urdf = written.urdf.display();
     let (Some(folder), None) = (&source.mukca, &source.problem) else {
         let problem = source.problem.as_deref().unwrap_or(Path::new("PROBLEM.toml")).display();
+        let Problem { tool, fixtures, .. } = &loaded.problem;
+        let places = fixtures.iter().map(|fixture| fixture.freedom).chain([tool.freedom]);
+        let found = match places.into_iter().any(|freedom| freedom != Freedom::Known) {
+            true => format!(" --estimate {}", written.estimate.display()),
+            false => String::new(),
+        };
         return format!(
-            "score it; best on other contacts, named in a copy of the problem file\n{INDENT}touchcal evaluate {problem} --urdf {urdf}"
+            "score it; best on other contacts, named in a copy of the problem file\n{INDENT}touchcal evaluate {problem} --urdf {urdf}{found}"
         );
     };
     let folder = folder.display();

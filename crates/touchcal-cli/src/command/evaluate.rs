@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use serde::Serialize;
-use touchcal::estimate::{Fixture, Problem, Score, evaluate};
-use touchcal::io::estimate_file::ResidualStats;
+use touchcal::estimate::{Fixture, Problem, Score, evaluate, place};
+use touchcal::io::estimate_file::{EstimateFile, ResidualStats};
 use touchcal::io::mukca;
 use touchcal::io::urdf::{self, Ends};
 use touchcal::robot::Robot;
@@ -40,6 +40,11 @@ pub fn run(args: &EvaluateArgs) -> Result<Outcome, Failure> {
             let mut problem = super::load(&args.source, &Arm::default())?.problem;
             let given = like(&problem.robot, &args.urdf)?;
             let nominal = evaluate(&problem);
+            if let Some(path) = &args.estimate {
+                let estimate = EstimateFile::read_file(path)?;
+                let found = |name: &str| estimate.parameters.iter().find(|entry| entry.name == name);
+                place(&mut problem, |name| found(name).map(|entry| entry.value));
+            }
             let score = with(&mut problem, given);
             Scored { score, nominal: Some(nominal), problem }
         }

@@ -42,6 +42,29 @@ fn demo_finds_the_truth_and_its_example_gives_the_same_again() {
     assert!(score["mean_mm"].as_f64() < Some(0.05) && score["nominal"]["mean_mm"].as_f64() > Some(10.0));
 }
 
+/// A hole whose declared place is off by what the problem allows is scored where the calibration found it.
+#[test]
+fn a_score_takes_the_places_that_were_found() {
+    let folder = tempfile::tempdir().unwrap();
+    touchcal(folder.path(), &["demo", "--contacts", "1000", "--out", "."]).success();
+    let text = std::fs::read_to_string(folder.path().join("problem.toml")).unwrap();
+    let place = text.lines().find(|line| line.starts_with("base_from_fixture")).unwrap();
+    let off =
+        "base_from_fixture = { xyz_mm = [601, 99, 150.5], rpy_deg = [0.2, 0, 20] }\nsigma_mm = 1\nsigma_deg = 0.2";
+    std::fs::write(folder.path().join("off.toml"), text.replace(place, off)).unwrap();
+    let done = touchcal(folder.path(), &["calibrate", "off.toml", "--out", "out"]).success();
+    assert!(stdout(&done).contains("--estimate out/estimate.json"), "{}", stdout(&done));
+    let score = |more: &[&str]| -> f64 {
+        let args = ["evaluate", "off.toml", "--urdf", "out/calibrated.urdf", "--json"];
+        let done = touchcal(folder.path(), &[&args[..], more].concat()).success();
+        serde_json::from_str::<serde_json::Value>(&stdout(&done)).unwrap()["mean_mm"].as_f64().unwrap()
+    };
+    let postfit = json(&folder.path().join("out/estimate.json"))["residuals"]["postfit"]["mean_mm"].as_f64().unwrap();
+    let found = score(&["--estimate", "out/estimate.json"]);
+    assert!((found - postfit).abs() < 1e-9 * postfit, "{found} and {postfit} mm");
+    assert!(score(&[]) > 5.0 * postfit, "{} and {postfit} mm", score(&[]));
+}
+
 #[test]
 fn inspect_expects_what_calibrate_then_finds() {
     let folder = tempfile::tempdir().unwrap();

@@ -22,7 +22,7 @@ mod system;
 mod workspace;
 
 pub use calibrate::calibrate;
-pub use evaluate::evaluate;
+pub use evaluate::{evaluate, place};
 pub use gradient_descent::{Descent, Optimiser};
 pub use identifiability::{Identifiability, NullDirection};
 pub use inspect::{Expected, Inspection, JointRange, inspect};
