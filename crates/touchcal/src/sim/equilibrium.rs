@@ -4,7 +4,7 @@
 //! met by springs of [`CONTACT`] N/m, which 100 N press in by 0.1 µm. Friction is a tangential spring on each pair that touches, whose force stays within
 //! μ times the normal force: it sticks until that is reached and then slides, opposing the motion (Cundall & Strack 1979, without damping).
 
-use nalgebra::{Cholesky, Matrix3, Matrix3x6, Matrix6, Translation3, UnitQuaternion, Vector3};
+use nalgebra::{Cholesky, Matrix3, Matrix3x6, Matrix6, Point3, Translation3, UnitQuaternion, Vector3};
 
 use super::parts::{Near, Pair, Parts};
 use crate::se3::{self, Pose, Twist};
@@ -55,12 +55,11 @@ struct Load {
     friction: Vector3<f64>,
 }
 
-/// A pair as the linear model has it, at the present displacement.
+/// The gap of a pair as the linear model has it, at the present displacement.
 #[derive(Clone, Copy, Debug)]
 struct Linear {
     gap: f64,
     gradient: Twist,
-    friction: Option<Friction>,
 }
 
 /// Forces and lengths in the tool frame.
@@ -75,14 +74,34 @@ struct Friction {
 }
 
 impl Friction {
-    fn force(&self, trial: &Vector3<f64>) -> Vector3<f64> {
-        let size = trial.norm();
-        if size <= self.most { *trial } else { trial * (self.most / size) }
+    fn force(&self) -> Vector3<f64> {
+        bounded(&self.trial, self.most)
+    }
+}
+
+/// A point of the tool that rubs; directions and forces in the fixture's frame.
+#[derive(Clone, Copy, Debug)]
+struct Rubbing {
+    pair: Pair,
+    point_in_tool: Point3<f64>,
+    normal: Vector3<f64>,
+    /// Force (N) when the last command ended.
+    carried: Vector3<f64>,
+    /// Greatest force (N).
+    most: f64,
+}
+
+impl Rubbing {
+    /// Force (N) at `pose` if the point sticks.
+    fn trial(&self, pose: &Pose, before: &Pose) -> Vector3<f64> {
+        let moved = pose * self.point_in_tool - before * self.point_in_tool;
+        let trial = self.carried - moved * STICKING;
+        trial - self.normal * self.normal.dot(&trial)
     }
 
-    /// Energy of the spring and of what slides.
-    fn energy(&self) -> f64 {
-        let size = self.trial.norm();
+    /// Energy (J) of the tangential spring and of what has slid.
+    fn energy(&self, pose: &Pose, before: &Pose) -> f64 {
+        let size = self.trial(pose, before).norm();
         let energy = if size <= self.most { 0.5 * size * size } else { self.most * (size - 0.5 * self.most) };
         energy / STICKING
     }
@@ -99,21 +118,36 @@ pub(super) struct Equilibrium<'a> {
     loads: Vec<Load>,
     near: Vec<Near>,
     touches: Vec<Linear>,
+    rubbing: Vec<Rubbing>,
+    frictions: Vec<Friction>,
 }
 
 impl<'a> Equilibrium<'a> {
     pub fn new(parts: &'a Parts, stiffness: Stiffness, friction: f64, fixture_from_tool: Pose) -> Self {
-        let (loads, near, touches) = (Vec::new(), Vec::new(), Vec::new());
-        Equilibrium { parts, stiffness, friction, pose: fixture_from_tool, loads, near, touches }
+        Equilibrium {
+            parts,
+            stiffness,
+            friction,
+            pose: fixture_from_tool,
+            loads: Vec::new(),
+            near: Vec::new(),
+            touches: Vec::new(),
+            rubbing: Vec::new(),
+            frictions: Vec::new(),
+        }
     }
 
     /// Where the tool comes to rest under a command, from where it is. None if no rest is found.
     pub fn settle(&mut self, fixture_from_command: &Pose) -> Option<Rest> {
         let before = self.pose;
         let mut pose = before;
-        self.look(&pose, &before);
-        let mut energy = self.energy(&pose, fixture_from_command);
+        self.look(&pose);
         for round in 0..LINEARISATIONS {
+            if round < BOUNDINGS {
+                self.rub(&pose);
+            }
+            self.linearize_friction(&pose, &before);
+            let energy = self.energy(&pose, &before, fixture_from_command);
             let spring = self.spring(&pose, fixture_from_command);
             let step = self.step(&spring)?;
             let length = se3::linear(&step).norm() + se3::angular(&step).norm() * self.parts.size();
@@ -122,22 +156,20 @@ impl<'a> Equilibrium<'a> {
             }
             if self.friction > 0.0 && round < BOUNDINGS {
                 self.keep_normal_forces();
-                self.look(&pose, &before);
-                energy = self.energy(&pose, fixture_from_command);
             }
             let mut share = self.parts.reach().map_or(1.0, |reach| (reach / length).min(1.0));
             loop {
                 let candidate = pose * se3::exp(&(step * share));
-                self.look(&candidate, &before);
-                let next = self.energy(&candidate, fixture_from_command);
-                if next <= energy + NEGLIGIBLE {
-                    (pose, energy) = (candidate, next);
+                self.look(&candidate);
+                if self.energy(&candidate, &before, fixture_from_command) <= energy + NEGLIGIBLE {
+                    pose = candidate;
                     break;
                 }
                 share *= 0.5;
                 if share * length < SETTLED {
                     // An edge, where the nearest faces change: no way leads down from it.
-                    self.look(&pose, &before);
+                    self.look(&pose);
+                    self.linearize_friction(&pose, &before);
                     return Some(self.rest(pose, spring));
                 }
             }
@@ -158,36 +190,53 @@ impl<'a> Equilibrium<'a> {
         se3::twist(&(pose.rotation.inverse() * apart * self.stiffness.translation), &(turned * self.stiffness.rotation))
     }
 
-    fn energy(&self, pose: &Pose, command: &Pose) -> f64 {
+    /// Energy (J) of springs and parts, and of what rubs as last looked at.
+    fn energy(&self, pose: &Pose, before: &Pose, command: &Pose) -> f64 {
         let (apart, turned) = apart(pose, command);
         let Stiffness { translation, rotation } = self.stiffness;
         let springs = 0.5 * (translation * apart.norm_squared() + rotation * turned.norm_squared());
-        let touch = |touch: &Linear| {
-            0.5 * CONTACT * touch.gap.min(0.0).powi(2) + touch.friction.map_or(0.0, |friction| friction.energy())
-        };
-        springs + self.touches.iter().map(touch).sum::<f64>()
+        let parts = self.touches.iter().map(|touch| 0.5 * CONTACT * touch.gap.min(0.0).powi(2)).sum::<f64>();
+        springs + parts + self.rubbing.iter().map(|rubbing| rubbing.energy(pose, before)).sum::<f64>()
     }
 
-    /// Finds what is near at `pose`, having been at `before` when the last command ended.
-    fn look(&mut self, pose: &Pose, before: &Pose) {
+    /// Finds what is near at `pose`.
+    fn look(&mut self, pose: &Pose) {
         self.near.clear();
         let near = &mut self.near;
         self.parts.visit_near(pose, |pair| near.push(pair));
         self.touches.clear();
-        for near in &self.near {
-            let load = if self.friction > 0.0 { self.loads.iter().find(|load| load.pair == near.pair) } else { None };
-            let friction = load.map(|load| {
-                let normal = near.normal_in_tool;
-                let tangential = Matrix3::identity() - normal * normal.transpose();
-                let mut slip_by = Matrix3x6::zeros();
-                slip_by.fixed_columns_mut::<3>(0).copy_from(&tangential);
-                slip_by.fixed_columns_mut::<3>(3).copy_from(&(-tangential * se3::skew(&near.point_in_tool.coords)));
-                let moved = pose * near.point_in_tool - before * near.point_in_tool;
-                let trial = pose.rotation.inverse() * (load.friction - moved * STICKING);
-                Friction { slip_by, trial: tangential * trial, most: self.friction * load.normal }
+        let linear = |near: &Near| Linear { gap: near.gap, gradient: near.gradient };
+        self.touches.extend(self.near.iter().map(linear));
+    }
+
+    /// Finds what rubs: pairs near at `pose` whose normal force is known.
+    fn rub(&mut self, pose: &Pose) {
+        self.rubbing.clear();
+        for load in self.loads.iter().filter(|load| load.normal > 0.0) {
+            let Some(near) = self.near.iter().find(|near| near.pair == load.pair) else { continue };
+            self.rubbing.push(Rubbing {
+                pair: near.pair,
+                point_in_tool: near.point_in_tool,
+                normal: pose.rotation * near.normal_in_tool,
+                carried: load.friction,
+                most: self.friction * load.normal,
             });
-            self.touches.push(Linear { gap: near.gap, gradient: near.gradient, friction });
         }
+    }
+
+    /// Friction about `pose`, the tool having been at `before` when the last command ended.
+    fn linearize_friction(&mut self, pose: &Pose, before: &Pose) {
+        let linear = |rubbing: &Rubbing| {
+            let normal = pose.rotation.inverse() * rubbing.normal;
+            let tangential = Matrix3::identity() - normal * normal.transpose();
+            let mut slip_by = Matrix3x6::zeros();
+            slip_by.fixed_columns_mut::<3>(0).copy_from(&tangential);
+            slip_by.fixed_columns_mut::<3>(3).copy_from(&(-tangential * se3::skew(&rubbing.point_in_tool.coords)));
+            let trial = pose.rotation.inverse() * rubbing.trial(pose, before);
+            Friction { slip_by, trial, most: rubbing.most }
+        };
+        self.frictions.clear();
+        self.frictions.extend(self.rubbing.iter().map(linear));
     }
 
     /// Displacement of the tool (a right twist) to the least energy of the linear model: exact where the same pairs stay in touch.
@@ -195,36 +244,33 @@ impl<'a> Equilibrium<'a> {
         let Stiffness { translation, rotation } = self.stiffness;
         let stiffness = Twist::new(translation, translation, translation, rotation, rotation, rotation);
         let mut moved = Twist::zeros();
-        let mut touches = std::mem::take(&mut self.touches);
-        let mut found = None;
+        let Equilibrium { touches, frictions, .. } = self;
         for _ in 0..STEPS {
             let mut gradient = spring + stiffness.component_mul(&moved);
             let mut curvature = Matrix6::from_diagonal(&stiffness);
-            for touch in &touches {
+            for touch in touches.iter() {
                 if touch.gap < 0.0 {
                     gradient += touch.gradient * (CONTACT * touch.gap);
                     curvature.ger(CONTACT, &touch.gradient, &touch.gradient, 1.0);
                 }
-                if let Some(friction) = touch.friction.filter(|friction| friction.most > 0.0) {
-                    add_friction(&friction, &mut gradient, &mut curvature);
-                }
+            }
+            for friction in frictions.iter() {
+                add_friction(friction, &mut gradient, &mut curvature);
             }
             let step = -Cholesky::new(curvature)?.solve(&gradient);
             if -gradient.dot(&step) < NEGLIGIBLE {
-                found = Some(moved);
-                break;
+                return Some(moved);
             }
-            let share = share_of(&step, gradient.dot(&step), &stiffness, &touches);
+            let share = share_of(&step, gradient.dot(&step), &stiffness, (touches, frictions));
             moved += step * share;
-            for touch in &mut touches {
+            for touch in touches.iter_mut() {
                 touch.gap += share * touch.gradient.dot(&step);
-                if let Some(friction) = &mut touch.friction {
-                    friction.trial -= friction.slip_by * step * (share * STICKING);
-                }
+            }
+            for friction in frictions.iter_mut() {
+                friction.trial -= friction.slip_by * step * (share * STICKING);
             }
         }
-        self.touches = touches;
-        found
+        None
     }
 
     /// Normal forces of the linear model just solved bound the friction of the next.
@@ -240,13 +286,14 @@ impl<'a> Equilibrium<'a> {
 
     /// What the pairs bear at rest; those that no longer touch bear nothing.
     fn keep_loads(&mut self, pose: &Pose) {
+        self.loads.clear();
         if self.friction == 0.0 {
             return;
         }
-        self.loads.clear();
         for (near, touch) in self.near.iter().zip(&self.touches).filter(|(_, touch)| touch.gap < 0.0) {
-            let friction = touch.friction.map_or_else(Vector3::zeros, |friction| friction.force(&friction.trial));
-            let friction = pose.rotation * friction;
+            let mut rubbed = self.rubbing.iter().zip(&self.frictions);
+            let friction = rubbed.find(|(rubbing, _)| rubbing.pair == near.pair).map(|(_, friction)| friction.force());
+            let friction = pose.rotation * friction.unwrap_or_default();
             self.loads.push(Load { pair: near.pair, normal: -CONTACT * touch.gap, friction });
         }
     }
@@ -261,7 +308,7 @@ fn apart(pose: &Pose, command: &Pose) -> (Vector3<f64>, Vector3<f64>) {
 
 fn add_friction(friction: &Friction, gradient: &mut Twist, curvature: &mut Matrix6<f64>) {
     let size = friction.trial.norm();
-    *gradient -= friction.slip_by.tr_mul(&friction.force(&friction.trial));
+    *gradient -= friction.slip_by.tr_mul(&friction.force());
     let sticking = (friction.most / size).min(1.0) * STICKING;
     *curvature += friction.slip_by.tr_mul(&friction.slip_by) * sticking;
     if size > friction.most {
@@ -270,25 +317,28 @@ fn add_friction(friction: &Friction, gradient: &mut Twist, curvature: &mut Matri
     }
 }
 
+/// A vector, shortened to a length.
+fn bounded(vector: &Vector3<f64>, most: f64) -> Vector3<f64> {
+    let size = vector.norm();
+    if size <= most { *vector } else { vector * (most / size) }
+}
+
 /// Share of a step at which the energy is least along it, whose slope at 0 is `start`.
-fn share_of(step: &Twist, start: f64, stiffness: &Twist, touches: &[Linear]) -> f64 {
+fn share_of(step: &Twist, start: f64, stiffness: &Twist, (touches, frictions): (&[Linear], &[Friction])) -> f64 {
     let springs = step.component_mul(stiffness).dot(step);
-    let resisted = |touch: &Linear| if touch.gap < 0.0 { CONTACT * touch.gap * touch.gradient.dot(step) } else { 0.0 };
-    let rubbed = |friction: &Friction| -friction.force(&friction.trial).dot(&(friction.slip_by * step));
-    let of = |touch: &Linear| resisted(touch) + touch.friction.as_ref().map_or(0.0, rubbed);
-    let base = start - touches.iter().map(of).sum::<f64>();
-    let slope = |share: f64| {
-        let mut slope = base + share * springs;
-        for touch in touches {
+    let resisted = |share: f64| {
+        let touched = touches.iter().map(|touch| {
             let rate = touch.gradient.dot(step);
-            slope += CONTACT * (touch.gap + share * rate).min(0.0) * rate;
-            if let Some(friction) = &touch.friction {
-                let slip = friction.slip_by * step;
-                slope -= friction.force(&(friction.trial - slip * (share * STICKING))).dot(&slip);
-            }
-        }
-        slope
+            CONTACT * (touch.gap + share * rate).min(0.0) * rate
+        });
+        let rubbed = frictions.iter().map(|friction| {
+            let slip = friction.slip_by * step;
+            -bounded(&(friction.trial - slip * (share * STICKING)), friction.most).dot(&slip)
+        });
+        touched.sum::<f64>() + rubbed.sum::<f64>()
     };
+    let base = start - resisted(0.0);
+    let slope = |share: f64| base + share * springs + resisted(share);
     let (mut low, mut high) = ((0.0, start), (1.0, slope(1.0)));
     if high.1 <= 0.0 {
         return 1.0;
