@@ -4,7 +4,11 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
 use proptest::prelude::*;
+use touchcal::estimate::Problem;
+use touchcal::experiment;
 use touchcal::io::{problem_file, scenario_file};
+use touchcal::manifold::Rows;
+use touchcal::se3::{self, Pose};
 use touchcal::sim::{Distribution, Parts, Preset};
 
 const FULL: &str = r#"schema = 1
@@ -102,6 +106,41 @@ fn every_key_is_read() {
     assert_eq!((points.len(), *radius), (4, 0.0));
 }
 
+/// The problem read from files is the one made in memory, to the digits of the file.
+#[track_caller]
+fn same(read: &Problem, made: &Problem) {
+    let near = |a: f64, b: f64| assert!((a - b).abs() <= 1e-9 * b.abs(), "{a} {b}");
+    let names = |problem: &Problem| problem.parameters.iter().map(|p| p.name.clone()).collect::<Vec<_>>();
+    assert_eq!(names(read), names(made));
+    assert_eq!((read.method, read.loss, read.joint_drift), (made.method, made.loss, made.joint_drift));
+    near(read.noise.encoder, made.noise.encoder);
+    near(read.noise.contact, made.noise.contact);
+    assert_eq!((read.fixtures.len(), read.distances.len()), (made.fixtures.len(), made.distances.len()));
+    for (a, b) in read.fixtures.iter().zip(&made.fixtures) {
+        assert_eq!((&a.name, &a.placement), (&b.name, &b.placement));
+        assert_eq!(std::mem::discriminant(&a.freedom), std::mem::discriminant(&b.freedom));
+        let apart = a.base_from_fixture.zip(b.base_from_fixture).map(|(a, b)| se3::log(&(a.inverse() * b)).norm());
+        assert!(apart < Some(1e-9) && a.base_from_fixture.is_some() == b.base_from_fixture.is_some());
+        // The same shapes: the same rows at any pose.
+        let pose = Pose::translation(1e-3, -2e-3, 3e-3);
+        let rows = |fixture: &touchcal::estimate::Fixture| {
+            let mut rows = Rows::new();
+            fixture.manifold.residual(&pose, 0.0, &mut rows);
+            rows.values().to_vec()
+        };
+        for (a, b) in rows(a).into_iter().zip(rows(b)) {
+            assert!((a - b).abs() < 1e-9, "{a} {b}");
+        }
+    }
+    for (a, b) in read.distances.iter().zip(&made.distances) {
+        assert_eq!(a.between, b.between);
+        near(a.distance, b.distance);
+        near(a.sigma, b.sigma);
+    }
+    assert_eq!(read.contacts.len(), made.contacts.len());
+    assert_eq!(read.contacts.rows_read(), made.contacts.rows_read());
+}
+
 /// What is written reads as the same scenario, whose text is the same again; the logs, simulated from it, make a problem that can be read.
 #[test]
 fn what_is_written_is_read_again() {
@@ -123,7 +162,7 @@ fn what_is_written_is_read_again() {
         write(&scenario_file::log_texts(&file.scenario, &simulated));
         write(&scenario_file::problem_text(&file));
         let problem = problem_file::read_file(&out.path().join(scenario_file::PROBLEM)).unwrap().problem;
-        assert_eq!(problem.fixtures.len(), file.scenario.touches.len());
+        same(&problem, &experiment::problem(&file.scenario, &simulated));
         // Detection by force finds the rows that the recorder took for contacts.
         let contacts: usize = simulated.logs.iter().map(|log| log.contacts().count()).sum();
         assert_eq!(problem.contacts.len(), contacts);

@@ -7,15 +7,11 @@ use serde::Serialize;
 
 use super::ScenarioFile;
 use super::write::{Lines, TextFile, file_name, fixture_text, quoted, robot_text, tool_text};
+use crate::estimate::Distance;
+use crate::experiment;
 use crate::io::error::{IoError, Place};
 use crate::robot::{Block, segments};
 use crate::sim::{Log, Scenario, Simulated, Touch, WRENCH_DIGITS};
-
-/// Noise (degrees, mm) that a problem declares at least: without any, nothing could be weighed.
-const LEAST_ENCODER_DEG: f64 = 1e-5;
-const LEAST_CONTACT_MM: f64 = 1e-3;
-/// How well the distance of fixtures on one block is declared to be known (mm).
-const SPACING_SIGMA_MM: f64 = 0.01;
 
 /// Name of the problem file.
 pub const PROBLEM: &str = "problem.toml";
@@ -44,12 +40,12 @@ pub fn problem_text(file: &ScenarioFile) -> Vec<TextFile> {
         }
     }
     let mut line = Lines(&mut text);
-    for pair in scenario.touches.windows(2).filter(|pair| pair[0].block() == pair[1].block()) {
-        let between = pair[1].base_from_fixture.translation.vector - pair[0].base_from_fixture.translation.vector;
+    for Distance { between: (first, second), distance, sigma } in experiment::distances(scenario) {
+        let names = [first, second].map(|fixture| quoted(&scenario.touches[fixture].name));
         line.table("[[distance]]");
-        line.raw("between", &format!("[{}, {}]", quoted(&pair[0].name), quoted(&pair[1].name)));
-        line.number("mm", 1e3 * between.norm());
-        line.number("sigma_mm", SPACING_SIGMA_MM);
+        line.raw("between", &format!("[{}]", names.join(", ")));
+        line.number("mm", 1e3 * distance);
+        line.number("sigma_mm", 1e3 * sigma);
     }
     for touch in &scenario.touches {
         line.table("[[contacts]]");
@@ -58,35 +54,16 @@ pub fn problem_text(file: &ScenarioFile) -> Vec<TextFile> {
         line.number("force_threshold_n", scenario.recorder.force_threshold);
     }
     line.table("[noise]");
-    let rounding = scenario.recorder.encoder_step / 12f64.sqrt();
-    let encoder = scenario.recorder.encoder_sigma.hypot(rounding);
-    line.number("encoder_deg", encoder.to_degrees().max(LEAST_ENCODER_DEG));
-    line.number("contact_mm", (1e3 * scenario.contact_sigma).max(LEAST_CONTACT_MM));
+    let noise = experiment::noise(scenario);
+    line.number("encoder_deg", noise.encoder.to_degrees());
+    line.number("contact_mm", 1e3 * noise.contact);
     line.table("[estimate]");
-    let names: Vec<&str> = blocks(scenario).into_iter().map(Block::name).collect();
+    let names: Vec<&str> = experiment::blocks(scenario).into_iter().map(Block::name).collect();
     line.raw("parameters", &format!("{names:?}"));
     line.text("loss", "geman_mcclure");
-    line.number("loss_scale", 3.0);
+    line.number("loss_scale", experiment::LOSS_SCALE);
     files.push(TextFile::new(PROBLEM, text));
     files
-}
-
-/// What may be wrong with the arm, and so is to be estimated.
-fn blocks(scenario: &Scenario) -> Vec<Block> {
-    let errors = &scenario.errors;
-    let strain = if errors.segment_strain > 0.0 { Block::SegmentStrain } else { Block::Strain };
-    let origin = errors.origin_length > 0.0 || errors.origin_angle > 0.0 || errors.origin_zero > 0.0;
-    let wanted = [
-        (errors.strain > 0.0 || errors.segment_strain > 0.0, strain),
-        (errors.joint_offset > 0.0, Block::JointOffset),
-        (origin, Block::JointOrigin),
-        (errors.joint_compliance > 0.0, Block::JointCompliance),
-    ];
-    let mut blocks: Vec<Block> = wanted.into_iter().filter(|(wanted, _)| *wanted).map(|(_, block)| block).collect();
-    if blocks.is_empty() {
-        blocks.push(Block::JointOffset);
-    }
-    blocks
 }
 
 fn log_name(scenario: &Scenario, touch: &Touch) -> String {
