@@ -17,7 +17,7 @@ const POSTURE_MET: f64 = 1e-3;
 /// Joint positions that put the tool at `base_from_tool`, searched from `q`; redundant joints go towards `posture`.
 /// `None` if the pose is out of reach from there.
 ///
-/// As [`Follower::follow`].
+/// Newton steps `q ← q + J⁺ e + (I − J⁺J)(posture − q)` with `J⁺ = Jᵀ(JJᵀ + λI)⁻¹`, the last ones without the posture; the pose is met to 1e-12.
 pub fn follow(kinematics: &Kinematics, base_from_tool: &Pose, q: &[f64], posture: &[f64]) -> Option<Vec<f64>> {
     let mut q = q.to_vec();
     Follower::new(kinematics).follow(base_from_tool, &mut q, posture).then_some(q)
@@ -37,10 +37,7 @@ impl<'a> Follower<'a> {
         Follower { kinematics, scratch: kinematics.scratch(), towards: zeros(), step: zeros() }
     }
 
-    /// Moves `q` to where the tool is at `base_from_tool`, redundant joints towards `posture`. False if the pose is out of reach.
-    ///
-    /// Newton steps `q ← q + J⁺ e + (I − J⁺J)(posture − q)` with `J⁺ = Jᵀ(JJᵀ + λI)⁻¹`, the last ones without the posture; the pose is met to
-    /// 1e-12.
+    /// Moves `q` as [`follow`] does. False if the pose is out of reach.
     pub fn follow(&mut self, base_from_tool: &Pose, q: &mut [f64], posture: &[f64]) -> bool {
         let mut pulled = true;
         for step in 0..STEPS {
