@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use clap::{Parser, Subcommand};
+use touchcal::sim::Preset;
 
 /// Calibrate a robot arm by touch: URDF, joint log and touched parts in, calibrated URDF with honest error bars out.
 #[derive(Debug, Parser)]
@@ -32,6 +33,8 @@ pub enum Command {
     Manifold(ManifoldArgs),
     /// Teach a network the projection onto a stored manifold
     Train(TrainArgs),
+    /// Simulate an arm of which it is known what is wrong with it; write logs, problem.toml and truth.json
+    Simulate(SimulateArgs),
     /// Compare methods on trials of which the truth is known
     #[command(subcommand)]
     Experiment(ExperimentArgs),
@@ -262,6 +265,26 @@ pub struct DemoArgs {
     /// Contacts to simulate
     #[arg(long, default_value_t = 3000, value_parser = clap::value_parser!(u32).range(20..=1_000_000))]
     pub contacts: u32,
+}
+
+/// Arguments of `simulate`.
+#[derive(Debug, clap::Args)]
+pub struct SimulateArgs {
+    /// What to simulate
+    #[arg(value_name = "SCENARIO.toml", required_unless_present = "preset", conflicts_with = "preset")]
+    pub scenario: Option<PathBuf>,
+    /// Instead of a scenario file: a scenario that comes with touchcal
+    #[arg(long, value_name = "NAME", value_parser = Preset::ALL.map(Preset::name))]
+    pub preset: Option<String>,
+    /// Folder to write the logs, problem.toml, scenario.toml and truth.json into
+    #[arg(long, value_name = "DIR")]
+    pub out: PathBuf,
+    /// Seed of the errors and the noise
+    #[arg(long, default_value_t = 1)]
+    pub seed: u64,
+    /// Contacts to simulate with each fixture; the scenario says how many otherwise
+    #[arg(long, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    pub contacts: Option<u32>,
 }
 
 /// The experiments.

@@ -29,6 +29,7 @@ fn main() -> ExitCode {
         Command::Manifold(args) => command::manifold::run(args),
         Command::Train(args) => command::train::run(args),
         Command::Experiment(args) => command::experiment::run(args),
+        Command::Simulate(args) => command::simulate::run(args),
         Command::Demo(args) => command::demo::run(args),
     };
     match done {

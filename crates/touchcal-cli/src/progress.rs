@@ -54,7 +54,7 @@ impl Spinner {
             Stage::Fine => "fine",
             Stage::Descent => "descent",
         };
-        self.show(format!("{stage} step {}, residual (cost) {:.4e}", progress.iteration, progress.cost));
+        self.tell(|| format!("{stage} step {}, residual (cost) {:.4e}", progress.iteration, progress.cost));
         if interrupted() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     }
 
@@ -64,12 +64,13 @@ impl Spinner {
         self.bar.enable_steady_tick(PATIENCE / 5);
     }
 
-    fn show(&self, message: String) {
+    /// Shows how far the work is, once it takes long.
+    pub fn tell(&self, message: impl FnOnce() -> String) {
         if self.since.elapsed() >= PATIENCE {
             if self.bar.is_hidden() {
                 self.bar.set_draw_target(ProgressDrawTarget::stderr());
             }
-            self.bar.set_message(message);
+            self.bar.set_message(message());
             self.bar.tick();
         }
     }

@@ -31,7 +31,7 @@ use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
 use touchcal::contact::{ContactLog, Source};
 use touchcal::estimate::{Freedom, Loss, Method, Noise, Problem, calibrate};
-use touchcal::experiment::{Search, Trial, paper};
+use touchcal::experiment::{Search, Trial};
 use touchcal::geometry::extrusion::{Gap, PegAndHole};
 use touchcal::io::urdf::{self, Ends};
 use touchcal::io::weights_file::WeightsFile;
@@ -42,6 +42,7 @@ use touchcal::manifold::{
 };
 use touchcal::robot::Column;
 use touchcal::se3::{self, Twist};
+use touchcal::sim::{Parts, Preset};
 
 /// Noise of recorded gaps, and of projections (learned), as `touchcal experiment table1` takes it.
 const GAP_NOISE: Noise = Noise { encoder: 3.5e-5, contact: 0.02e-3, learned: false };
@@ -237,7 +238,9 @@ fn main() {
     let base = data().join("mujoco_iiwa14/extrusion");
     let samples = pose_file::read_file(&base.join("offline/contact_poses.csv.gz")).unwrap().0;
     let robot = urdf::read_builtin("iiwa14", Ends::default()).unwrap().robot;
-    let parts = paper(robot.clone(), 0).unwrap().parts;
+    let scenario = Preset::Paper.scenario(robot.clone()).unwrap();
+    let Parts::PegInHole(parts) = &scenario.touches[0].parts else { unreachable!("the paper's experiment has a hole") };
+    let parts = parts.as_ref().clone();
     let trial = trial_folder::read(&base.join("rich"), &robot).unwrap().remove(0);
     let nearest = Arc::new(NearestSample::new(samples.clone(), METRIC));
     let mut projections: Vec<Arc<dyn Projection>> = vec![

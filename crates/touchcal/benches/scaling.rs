@@ -10,14 +10,13 @@
 #[path = "../tests/common/mod.rs"]
 mod common;
 
+use std::ops::ControlFlow;
+
 use common::{mujoco_trial, solve};
 use rayon::prelude::*;
 use touchcal::contact::{ContactLog, Source};
 use touchcal::estimate::Problem;
-use touchcal::geometry::extrusion::PegAndHole;
-use touchcal::geometry::profile::Profile;
-use touchcal::robot::Column;
-use touchcal::sim::{Compliance, Exploration, Insertion};
+use touchcal::sim::{Log, Preset, Scenario, Truth};
 
 const COUNTS: [usize; 6] = [3_000, 10_000, 30_000, 100_000, 300_000, 1_000_000];
 /// Contacts simulated in one go.
@@ -38,50 +37,44 @@ fn processor_seconds() -> f64 {
     times.split_whitespace().next().and_then(|ns| ns.parse::<f64>().ok()).expect("nanoseconds") * 1e-9
 }
 
-/// The insertion that `problem` describes, done by an arm with errors of the published size.
-fn insertion(problem: &Problem) -> Insertion {
-    let peg = Profile::extrusion25();
-    let hole = peg.offset_mitred(0.5e-3).expect("an outline");
-    let degrees = [2.0, -3.0, 1.5, 4.0, -2.5, 3.5, -1.0f64];
-    let offsets = degrees.iter().enumerate().map(|(joint, b)| (Column::JointOffset(joint), b.to_radians()));
-    Insertion {
-        robot: problem.robot.clone(),
-        errors: std::iter::once((Column::Strain, 0.02)).chain(offsets).collect(),
-        tip_from_peg: problem.tool.tip_from_tool,
-        base_from_hole: problem.fixtures[0].base_from_fixture.expect("a known hole"),
-        parts: PegAndHole::new(peg, 0.04, hole, 0.03).expect("parts"),
-        posture: vec![0.0, 0.73, 0.26, -1.56, -0.23, 0.87, -0.02],
-        compliance: Compliance { translation: 3000.0, rotation: 30.0, contact: 5e6 },
-        exploration: Exploration { radius: 2e-3, tilt: 0.04, swing: 0.2, rate: 300.0 },
-        encoder_sigma: problem.noise.encoder,
-        contact_sigma: problem.noise.contact,
-        force_threshold: 3.0,
-    }
+/// The exploration that `problem` describes, with elbow motion, by an arm with errors of the published size.
+fn scenario(problem: &Problem) -> (Scenario, Truth) {
+    let mut scenario = Preset::Paper.scenario(problem.robot.clone()).expect("parts");
+    scenario.touches[0].exploration.swing = 0.2;
+    scenario.contact_sigma = problem.noise.contact;
+    scenario.recorder.encoder_sigma = problem.noise.encoder;
+    let truth = scenario.draw(1);
+    (scenario, truth)
 }
 
 /// Explores until the log has `count` contacts, with new noise in each run.
-fn explore(insertion: &Insertion, contacts: &mut ContactLog, count: usize) {
+fn explore(scenario: &Scenario, truth: &Truth, contacts: &mut ContactLog, count: usize) {
     let missing: Vec<usize> = (contacts.len()..count).step_by(RUN).collect();
     for starts in missing.chunks(RUNS_AT_ONCE) {
-        let run = |&start: &usize| insertion.run(RUN.min(count - start), start as u64).expect("contacts").q;
-        let runs: Vec<Vec<Vec<f64>>> = starts.par_iter().map(run).collect();
-        for q in runs.iter().flatten() {
-            let line = contacts.len() as u64 + 1;
-            contacts.push(q, 0, Source { file: 0, line });
+        let run = |&start: &usize| {
+            let scenario = Scenario { contacts: RUN.min(count - start), ..scenario.clone() };
+            scenario.run(truth, start as u64, &mut |_| ControlFlow::Continue(())).expect("contacts")
+        };
+        let runs: Vec<Vec<Log>> = starts.par_iter().map(run).collect();
+        for log in runs.iter().flatten() {
+            for row in log.contacts() {
+                let line = contacts.len() as u64 + 1;
+                contacts.push(log.q(row), 0, Source { file: 0, line });
+            }
         }
     }
 }
 
 fn main() {
     let (mut problem, _) = mujoco_trial("extrusion/rich/trial_00");
-    let insertion = insertion(&problem);
+    let (scenario, truth) = scenario(&problem);
     problem.contacts = ContactLog::new(problem.robot.dof());
     problem.contacts.add_file("simulated");
     let one_core = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
     let base = peak_memory();
     println!("{:>10} {:>10} {:>14} {:>18}", "contacts", "seconds", "µs a contact", "bytes a contact");
     for count in COUNTS {
-        explore(&insertion, &mut problem.contacts, count);
+        explore(&scenario, &truth, &mut problem.contacts, count);
         let (estimate, seconds) = one_core.install(|| {
             let start = processor_seconds();
             let estimate = solve(&problem);

@@ -27,15 +27,14 @@
 //!
 //! ```
 //! use std::ops::ControlFlow;
-//! use touchcal::estimate::{Fixture, Freedom, Loss, Method, Noise, Problem, Status, Tool, calibrate};
 //! use touchcal::contact::{ContactLog, Source};
+//! use touchcal::estimate::{Fixture, Freedom, Loss, Method, Noise, Problem, Status, Tool, calibrate};
 //! use touchcal::geometry::{extrusion::PegAndHole, profile::Profile};
 //! use touchcal::io::urdf::{self, Ends};
 //! use touchcal::manifold::PegInHole;
 //! use touchcal::robot::{Column, joint_offset, strain};
-//! use touchcal::se3::Pose;
-//! use touchcal::sim::{Compliance, Exploration, Insertion};
-//! use nalgebra::{Point2, Quaternion, UnitQuaternion};
+//! use touchcal::sim::{Parts, Preset, Truth};
+//! use nalgebra::Point2;
 //!
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
 //! let robot = urdf::read_builtin("iiwa14", Ends::default())?.robot;
@@ -43,38 +42,27 @@
 //! let peg = Profile::new(corners.map(Point2::from).to_vec())?;
 //! let hole = peg.offset_mitred(0.0005)?;
 //! let parts = PegAndHole::new(peg, 0.04, hole, 0.03)?;
-//! let turned = UnitQuaternion::new_normalize(Quaternion::new(0.0, 0.0, 1.0, 0.0));
-//! let tip_from_peg = Pose::from_parts([0.0, 0.0, 0.15].into(), turned);
-//! let base_from_hole = Pose::translation(0.6, 0.1, 0.15);
 //!
-//! let log = Insertion {
-//!     robot: robot.clone(),
-//!     errors: vec![(Column::Strain, 0.01), (Column::JointOffset(0), 0.035)],
-//!     tip_from_peg,
-//!     base_from_hole,
-//!     parts: parts.clone(),
-//!     posture: vec![0.0, 0.73, 0.26, -1.56, -0.23, 0.87, -0.02],
-//!     compliance: Compliance { translation: 3000.0, rotation: 30.0, contact: 5e6 },
-//!     exploration: Exploration { radius: 2e-3, tilt: 0.04, swing: 0.1, rate: 300.0 },
-//!     encoder_sigma: 3.5e-5,
-//!     contact_sigma: 1e-5,
-//!     force_threshold: 3.0,
-//! }
-//! .run(1000, 1)?;
+//! let mut scenario = Preset::Paper.scenario(robot.clone())?;
+//! scenario.contacts = 1000;
+//! scenario.touches[0].parts = Parts::PegInHole(Box::new(parts.clone()));
+//! let errors = vec![(Column::Strain, 0.01), (Column::JointOffset(0), 0.035)];
+//! let truth = Truth { errors, ..Truth::default() };
+//! let log = &scenario.run(&truth, 1, &mut |_| ControlFlow::Continue(()))?[0];
 //!
 //! let mut contacts = ContactLog::new(7);
-//! for (row, q) in log.q.iter().enumerate() {
-//!     contacts.push(q, 0, Source { file: 0, line: row as u64 + 1 });
+//! for row in log.contacts() {
+//!     contacts.push(log.q(row), 0, Source { file: 0, line: row as u64 + 1 });
 //! }
 //! let mut parameters = vec![strain()];
 //! parameters.extend(joint_offset(&robot));
 //! let problem = Problem {
 //!     robot,
-//!     tool: Tool { tip_from_tool: tip_from_peg, freedom: Freedom::Known },
+//!     tool: Tool { tip_from_tool: scenario.tip_from_tool, freedom: Freedom::Known },
 //!     fixtures: vec![Fixture {
 //!         name: "hole".to_owned(),
 //!         manifold: Box::new(PegInHole::new(parts)),
-//!         base_from_fixture: Some(base_from_hole),
+//!         base_from_fixture: Some(scenario.touches[0].base_from_fixture),
 //!         freedom: Freedom::Known,
 //!         placement: String::new(),
 //!     }],

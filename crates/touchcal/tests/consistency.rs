@@ -10,16 +10,15 @@
 mod common;
 
 use common::solve;
-use nalgebra::{DMatrix, DVector, Quaternion, UnitQuaternion, Vector3};
+use nalgebra::{DMatrix, DVector, UnitQuaternion, Vector3};
 use touchcal::contact::{ContactLog, Source};
 use touchcal::estimate::{Estimate, Fixture, Freedom, Loss, Method, Noise, Problem, Status, Tool};
-use touchcal::geometry::extrusion::PegAndHole;
-use touchcal::geometry::profile::Profile;
+use touchcal::experiment::{Search, Trial};
 use touchcal::io::urdf::{self, Ends};
 use touchcal::manifold::{BallInSocket, PegInHole};
 use touchcal::robot::{Column, Kinematics, Robot, joint_offset, strain};
 use touchcal::se3::Pose;
-use touchcal::sim::{Compliance, Exploration, Insertion, follow};
+use touchcal::sim::{Distribution, Exploration, Parts, Preset, follow};
 
 const ENCODER: f64 = 3.5e-5;
 const CONTACT: f64 = 20e-6;
@@ -76,37 +75,21 @@ fn log_of(rows: &[Vec<f64>]) -> ContactLog {
     contacts
 }
 
-/// A T-slot peg in its hole, explored with elbow motion.
-fn insertion(seed: u64, contacts: usize, encoder_sigma: f64) -> Problem {
-    let peg = Profile::extrusion25();
-    let hole = peg.offset_mitred(0.5e-3).expect("an outline");
-    let parts = PegAndHole::new(peg, 0.04, hole, 0.03).expect("parts");
-    let turned = UnitQuaternion::new_normalize(Quaternion::new(0.0, 0.0, 1.0, 0.0));
-    let tip_from_peg = Pose::from_parts(Vector3::new(0.0, 0.0, 0.15).into(), turned);
-    let yaw = UnitQuaternion::from_euler_angles(0.0, 0.0, 20f64.to_radians());
-    let base_from_hole = Pose::from_parts(Vector3::new(0.6, 0.1, 0.15).into(), yaw);
-    let insertion = Insertion {
-        robot: iiwa(),
-        errors: columns().into_iter().zip(truth(seed)).collect(),
-        tip_from_peg,
-        base_from_hole,
-        parts: parts.clone(),
-        posture: vec![0.0, 0.73, 0.26, -1.56, -0.23, 0.87, -0.02],
-        compliance: Compliance { translation: 3000.0, rotation: 30.0, contact: 5e6 },
-        exploration: Exploration { radius: 2e-3, tilt: 0.04, swing: 0.2, rate: 300.0 },
-        encoder_sigma,
-        contact_sigma: CONTACT,
-        force_threshold: 3.0,
-    };
-    let log = insertion.run(contacts, seed).expect("contacts");
-    let fixture = Fixture {
-        name: "hole".to_owned(),
-        manifold: Box::new(PegInHole::new(parts)),
-        base_from_fixture: Some(base_from_hole),
-        freedom: Freedom::Known,
-        placement: String::new(),
-    };
-    problem(fixture, tip_from_peg, log_of(&log.q), Noise { encoder: ENCODER, contact: CONTACT, learned: false })
+/// A T-slot peg in its hole, explored with elbow motion, and what is true.
+fn insertion(seed: u64, contacts: usize, encoder_sigma: f64) -> (Problem, DVector<f64>) {
+    let mut scenario = Preset::Paper.scenario(iiwa()).expect("parts");
+    scenario.errors.distribution = Distribution::Uniform;
+    scenario.contacts = contacts;
+    scenario.contact_sigma = CONTACT;
+    scenario.recorder.encoder_sigma = encoder_sigma;
+    scenario.stiffness.rotation = 30.0;
+    scenario.touches[0].exploration = Exploration { radius: 2e-3, tilt: 0.04, press: 3e-3, swing: 0.2, pace: 1.0 };
+    let trial = Trial::simulated(&scenario, seed).expect("contacts");
+    let Parts::PegInHole(parts) = &scenario.touches[0].parts else { panic!("a hole") };
+    let noise = Noise { encoder: ENCODER, contact: CONTACT, learned: false };
+    let search = Search { method: Method::LevenbergMarquardt, noise, loss: Loss::GemanMcClure(3.0) };
+    let truth = DVector::from_iterator(8, trial.truth.iter().map(|(_, value)| *value));
+    (trial.problem(Box::new(PegInHole::new(parts.as_ref().clone())), search), truth)
 }
 
 /// A ball held in one known socket while the arm turns about it, without any noise.
@@ -136,8 +119,8 @@ fn socket(seed: u64) -> Problem {
 }
 
 /// Errors of the arm's parameters.
-fn errors(estimate: &Estimate, seed: u64) -> DVector<f64> {
-    DVector::from_iterator(8, estimate.parameters.iter().zip(truth(seed)).map(|(p, truth)| p.value - truth))
+fn errors(estimate: &Estimate, truth: &[f64]) -> DVector<f64> {
+    DVector::from_iterator(8, estimate.parameters.iter().zip(truth).map(|(p, truth)| p.value - truth))
 }
 
 #[test]
@@ -146,7 +129,7 @@ fn without_noise_the_truth_is_found_to_a_billionth() {
         let estimate = solve(&socket(seed));
         assert_eq!(estimate.status, Status::Converged, "{:?}", estimate.warnings);
         // The seventh joint turns about an axis near the ball: the rest must be exact.
-        let worst = errors(&estimate, seed).amax();
+        let worst = errors(&estimate, &truth(seed)).amax();
         assert!(worst < 1e-9, "seed {seed}: {worst:e}");
     }
 }
@@ -157,9 +140,10 @@ fn intervals_cover_the_truth_as_often_as_they_say() {
     let (mut inside, mut nees) = (0, 0.0);
     let mut bias = [0.0; 8];
     for seed in 1..=TRIALS {
-        let estimate = solve(&insertion(seed, 1500, ENCODER));
+        let (problem, truth) = insertion(seed, 1500, ENCODER);
+        let estimate = solve(&problem);
         assert_eq!(estimate.status, Status::Converged, "seed {seed}: {:?}", estimate.termination);
-        let error = errors(&estimate, seed);
+        let error = errors(&estimate, truth.as_slice());
         let covariance: DMatrix<f64> = estimate.covariance.view((0, 0), (8, 8)).into_owned();
         nees += error.dot(&covariance.clone().cholesky().expect("positive definite").solve(&error)) / TRIALS as f64;
         println!(
@@ -187,8 +171,8 @@ fn intervals_cover_the_truth_as_often_as_they_say() {
 /// Contacts scattered more than declared must widen the intervals.
 #[test]
 fn more_noise_than_declared_widens_the_intervals() {
-    let quiet = solve(&insertion(3, 1500, ENCODER));
-    let noisy = solve(&insertion(3, 1500, 3.0 * ENCODER));
+    let quiet = solve(&insertion(3, 1500, ENCODER).0);
+    let noisy = solve(&insertion(3, 1500, 3.0 * ENCODER).0);
     let sigma = |estimate: &Estimate| estimate.parameters[1].sigma.expect("a standard deviation");
     assert!(noisy.noise_factor > 1.8, "{}", noisy.noise_factor);
     assert!(sigma(&noisy) > 1.8 * sigma(&quiet), "{} {}", sigma(&noisy), sigma(&quiet));

@@ -6,18 +6,18 @@ pub mod evaluate;
 pub mod experiment;
 pub mod inspect;
 pub mod manifold;
+pub mod simulate;
 pub mod train;
 
 use std::time::Instant;
 
 use touchcal::estimate::{Estimate, Score, StopReason};
-use touchcal::experiment::PartsError;
 use touchcal::io::mukca::{self, MukcaOptions};
 use touchcal::io::urdf::{self, Ends};
 use touchcal::io::{IoError, Loaded, problem_file};
 use touchcal::manifold::SamplesError;
 use touchcal::manifold::learned::TrainingError;
-use touchcal::sim::SimulationError;
+use touchcal::sim::{PartsError, SimulationError};
 
 use crate::args::{Arm, Source};
 use crate::progress::Spinner;
@@ -40,7 +40,7 @@ pub enum Failure {
     /// A simulation.
     #[error(transparent)]
     Simulation(#[from] SimulationError),
-    /// An experiment's parts.
+    /// A scenario's parts.
     #[error(transparent)]
     Parts(#[from] PartsError),
     /// Poses that are no manifold.

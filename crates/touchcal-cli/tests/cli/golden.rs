@@ -36,6 +36,7 @@ fn help() {
         ("help_calibrate.txt", &["calibrate", "--help"]),
         ("help_manifold.txt", &["manifold", "--help"]),
         ("help_train.txt", &["train", "--help"]),
+        ("help_simulate.txt", &["simulate", "--help"]),
         ("help_table1.txt", &["experiment", "table1", "--help"]),
     ] {
         golden(name, &stdout(&touchcal(folder.path(), args).success()));

@@ -13,12 +13,30 @@ fn an_interrupted_calibration_leaves_no_file() {
         std::fs::remove_file(folder.path().join(name)).unwrap();
     }
     // Enough contacts for a minute.
-    let contacts = folder.path().join("contacts.csv");
+    let contacts = folder.path().join("hole.csv");
     let text = std::fs::read_to_string(&contacts).unwrap();
     let (header, rows) = text.split_once('\n').unwrap();
     std::fs::write(&contacts, format!("{header}\n{}", rows.repeat(600))).unwrap();
     let child = start(folder.path(), &["calibrate", "problem.toml", "--out", "out"]);
     std::thread::sleep(Duration::from_secs(2));
+    assert!(Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap().success());
+    let output = child.wait_with_output().unwrap();
+    assert_eq!(output.status.code(), Some(130));
+    assert_eq!(String::from_utf8(output.stderr).unwrap(), "touchcal: error: interrupted; no result was written\n");
+    assert!(output.stdout.is_empty() && !folder.path().join("out").exists());
+}
+
+#[test]
+fn an_interrupted_simulation_leaves_no_file() {
+    let folder = tempfile::tempdir().unwrap();
+    let child = Command::new(env!("CARGO_BIN_EXE_touchcal"))
+        .current_dir(folder.path())
+        .args(["simulate", "--preset", "paper", "--contacts", "1000000", "--out", "out"])
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    std::thread::sleep(Duration::from_secs(1));
     assert!(Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap().success());
     let output = child.wait_with_output().unwrap();
     assert_eq!(output.status.code(), Some(130));

@@ -11,6 +11,7 @@ mod golden;
 mod interrupt;
 mod manifold;
 mod real;
+mod simulate;
 mod train;
 
 use std::path::{Path, PathBuf};

@@ -113,7 +113,7 @@ fn bad_input_gets_one_message_and_no_file() {
 #[test]
 fn one_of_several_fixtures_must_be_named() {
     let folder = tempfile::tempdir().unwrap();
-    touchcal(folder.path(), &["demo", "--contacts", "300", "--out", "."]).success();
+    touchcal(folder.path(), &["demo", "--contacts", "600", "--out", "."]).success();
     let path = folder.path().join("problem.toml");
     let text = std::fs::read_to_string(&path).unwrap();
     let table =

@@ -55,7 +55,7 @@ fn a_network_is_trained_and_used() {
     let value = |name: &str| near[name]["place_mean"].as_f64().unwrap();
     assert!(value("output_to_nearest") < 0.6 * value("pose_to_nearest"), "{near}");
 
-    touchcal(folder.path(), &["demo", "--contacts", "300", "--out", "."]).success();
+    touchcal(folder.path(), &["demo", "--contacts", "600", "--out", "."]).success();
     let text = std::fs::read_to_string(folder.path().join("problem.toml")).unwrap();
     let key = "outline_offset_mm";
     let learned = |weights: &str| text.replace(key, &format!("manifold = \"learned\"\nweights = \"{weights}\"\n{key}"));

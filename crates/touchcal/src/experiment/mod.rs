@@ -1,9 +1,12 @@
 //! Calibrations of which the truth is known: simulated or recorded trials, and how far an estimate is from what was true.
 
-mod paper;
+mod posed;
+mod touching;
 mod transfer;
 mod trial;
 
-pub use paper::{PAPER_OFFSET, PAPER_STRAIN, PartsError, paper};
+pub use posed::problem;
+pub(crate) use posed::{LOSS_SCALE, blocks, distances, noise};
+pub use touching::manifold_of;
 pub use transfer::{ToolError, random_positions, tool_error};
 pub use trial::{Search, Trial, TrialError};

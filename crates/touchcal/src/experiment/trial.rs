@@ -5,7 +5,7 @@ use crate::estimate::{Fixture, Freedom, Loss, Method, Noise, Problem, Tool};
 use crate::manifold::ContactManifold;
 use crate::robot::{Column, Robot, joint_offset, strain};
 use crate::se3::Pose;
-use crate::sim::{Insertion, SimulationError};
+use crate::sim::{Scenario, SimulationError};
 
 /// Contacts of a peg with a hole, both known, by an arm of which it is known what is wrong with it.
 #[derive(Clone, Debug)]
@@ -47,24 +47,24 @@ pub struct TrialError {
 }
 
 impl Trial {
-    /// Simulates `contacts` contacts.
+    /// Simulates the first fixture of a scenario, a hole, and takes the rows recorded as contacts.
     ///
     /// # Errors
-    /// As [`Insertion::run`].
-    pub fn simulated(insertion: &Insertion, contacts: usize, seed: u64) -> Result<Trial, SimulationError> {
-        let log = insertion.run(contacts, seed)?;
-        let mut contacts = ContactLog::new(insertion.robot.dof());
-        for (row, q) in log.q.iter().enumerate() {
-            contacts.push(q, 0, Source { file: 0, line: row as u64 + 1 });
+    /// As [`Scenario::simulate`].
+    pub fn simulated(scenario: &Scenario, seed: u64) -> Result<Trial, SimulationError> {
+        let simulated = scenario.simulate(seed)?;
+        let mut contacts = ContactLog::new(scenario.robot.dof());
+        if let Some(log) = simulated.logs.first() {
+            log.contacts().for_each(|row| contacts.push(log.q(row), 0, Source { file: 0, line: row as u64 + 1 }));
         }
         Ok(Trial {
             name: format!("seed_{seed}"),
             origin: format!("{} simulated with seed {seed}", contacts.len()),
-            robot: insertion.robot.clone(),
-            tip_from_peg: insertion.tip_from_peg,
-            base_from_hole: insertion.base_from_hole,
+            robot: scenario.robot.clone(),
+            tip_from_peg: scenario.tip_from_tool,
+            base_from_hole: scenario.touches.first().map_or_else(Pose::identity, |touch| touch.base_from_fixture),
             contacts,
-            truth: insertion.errors.clone(),
+            truth: simulated.truth.errors,
         })
     }
 

@@ -254,13 +254,21 @@ impl PegAndHole {
     ///
     /// A corner or edge that penetrates is reported against the nearest face or edge and that one's neighbours in a corner
     /// of the hole.
-    pub fn visit_within(&self, hole_from_peg: &Pose, margin: f64, mut visit: impl FnMut(&Gap)) -> Gap {
+    pub fn visit_within(&self, hole_from_peg: &Pose, margin: f64, visit: impl FnMut(&Gap)) -> Gap {
         let scan = Scan::new(self, hole_from_peg);
         let gap = scan.gap(&smallest(&scan));
-        let reach = (gap.value + margin).next_up();
-        scan.run(&mut Within { reach, visit: |candidate: &Candidate| visit(&scan.gap(candidate)) });
+        visit_below(&scan, (gap.value + margin).next_up(), visit);
         gap
     }
+
+    /// Calls `visit` as [`PegAndHole::visit_within`] does, for the features whose signed distance is below `reach` (m): in one sweep.
+    pub fn visit_below(&self, hole_from_peg: &Pose, reach: f64, visit: impl FnMut(&Gap)) {
+        visit_below(&Scan::new(self, hole_from_peg), reach, visit);
+    }
+}
+
+fn visit_below(scan: &Scan, reach: f64, mut visit: impl FnMut(&Gap)) {
+    scan.run(&mut Within { reach, visit: |candidate: &Candidate| visit(&scan.gap(candidate)) });
 }
 
 /// The least of all distances.

@@ -5,6 +5,7 @@
 //! | [`urdf`] | a robot description | [`Robot`](crate::robot::Robot), and writes a calibrated one back into the text |
 //! | [`contact_csv`] | joint logs, plain or gzipped | [`ContactLog`](crate::contact::ContactLog) |
 //! | [`problem_file`] | `problem.toml` and what it refers to | [`Problem`](crate::estimate::Problem) |
+//! | [`scenario_file`] | `scenario.toml` | [`Scenario`](crate::sim::Scenario), and writes it with the problem that it poses |
 //! | [`mukca`] | a folder of ball-in-socket logs | [`Problem`](crate::estimate::Problem) |
 //! | [`trial_folder`] | trials with truth | [`Trial`](crate::experiment::Trial)s |
 //! | [`pose_file`] | poses of a tool in contact | [`PoseSamples`](crate::manifold::PoseSamples) |
@@ -34,6 +35,7 @@ pub mod pose_file;
 #[cfg(feature = "parquet")]
 mod pose_parquet;
 pub mod problem_file;
+pub mod scenario_file;
 mod suggest;
 pub mod trial_folder;
 pub mod urdf;

@@ -1,88 +1,363 @@
-//! Where a compliant peg comes to rest against stiff parts.
+//! Where a tool held by springs comes to rest against stiff parts.
+//!
+//! `min ½ ξᵀKξ` subject to `gap ≥ 0`, with `ξ` the tool's displacement from its command and the contact forces as multipliers. The constraints are
+//! met by springs of [`CONTACT`] N/m, which 100 N press in by 0.1 µm. Friction is a tangential spring on each pair that touches, whose force stays within
+//! μ times the normal force: it sticks until that is reached and then slides, opposing the motion (Cundall & Strack 1979, without damping).
 
-use nalgebra::{Cholesky, Matrix6, Vector6};
+use nalgebra::{Cholesky, Matrix3, Matrix3x6, Matrix6, Point3, Translation3, UnitQuaternion, Vector3};
 
-use crate::geometry::extrusion::PegAndHole;
+use super::parts::{Near, Pair, Parts};
 use crate::se3::{self, Pose, Twist};
 
-/// Stiffness of the controlled arm and of the contact.
+/// How an arm under Cartesian impedance control yields at the tool's origin.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Compliance {
-    /// Translational stiffness of the controller (N/m).
+pub struct Stiffness {
+    /// Force over displacement (N/m).
     pub translation: f64,
-    /// Rotational stiffness of the controller (Nm/rad).
+    /// Torque over rotation (N m/rad).
     pub rotation: f64,
-    /// Stiffness of each contact (N/m): force over penetration.
-    pub contact: f64,
 }
 
-/// Gauss–Newton steps: a warm start needs three to six.
-const STEPS: usize = 60;
-/// Contacts that a step may open: features within this of touching take part in the search (m).
-const NEAR: f64 = 0.2e-3;
+/// Normal stiffness of parts (N/m).
+const CONTACT: f64 = 1e9;
+/// Tangential stiffness of what sticks (N/m): 10 N shear it by 1 µm.
+const STICKING: f64 = 1e7;
+/// Linearisations of the parts before a search is given up: one that slides along a wall needs three to five.
+const LINEARISATIONS: usize = 100;
+/// Of these, the first bound friction anew by the normal forces just found. Where a tool jams they can chase each other: then the bounds stay.
+const BOUNDINGS: usize = 30;
+/// Newton steps within one linearisation.
+const STEPS: usize = 100;
+/// A search has ended when the next step moves no point of the tool further (m).
+const SETTLED: f64 = 1e-9;
+/// What is nearer than this touches (m).
+const TOUCHING: f64 = 1e-7;
+/// Energy (J) that no step need gain.
+const NEGLIGIBLE: f64 = 1e-18;
 
-impl Compliance {
-    fn stiffness(&self) -> Matrix6<f64> {
-        let (t, r) = (self.translation, self.rotation);
-        Matrix6::from_diagonal(&Vector6::new(t, t, t, r, r, r))
+/// A tool at rest.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Rest {
+    pub fixture_from_tool: Pose,
+    /// `[f; τ]` (N, N m) of the fixture on the tool, in the tool frame about its origin.
+    pub wrench: Twist,
+    /// Whether any pair touches.
+    pub touching: bool,
+}
+
+/// What a pair that touches bears.
+#[derive(Clone, Copy, Debug)]
+struct Load {
+    pair: Pair,
+    /// Normal force (N).
+    normal: f64,
+    /// Friction (N, fixture frame).
+    friction: Vector3<f64>,
+}
+
+/// The gap of a pair as the linear model has it, at the present displacement.
+#[derive(Clone, Copy, Debug)]
+struct Linear {
+    gap: f64,
+    gradient: Twist,
+}
+
+/// Forces and lengths in the tool frame.
+#[derive(Clone, Copy, Debug)]
+struct Friction {
+    /// Tangential motion of the point for a displacement of the tool.
+    slip_by: Matrix3x6<f64>,
+    /// Force (N) if the pair sticks.
+    trial: Vector3<f64>,
+    /// Greatest force (N).
+    most: f64,
+}
+
+impl Friction {
+    fn force(&self) -> Vector3<f64> {
+        bounded(&self.trial, self.most)
+    }
+}
+
+/// A point of the tool that rubs; directions and forces in the fixture's frame.
+#[derive(Clone, Copy, Debug)]
+struct Rubbing {
+    pair: Pair,
+    point_in_tool: Point3<f64>,
+    normal: Vector3<f64>,
+    /// Force (N) when the last command ended.
+    carried: Vector3<f64>,
+    /// Greatest force (N).
+    most: f64,
+}
+
+impl Rubbing {
+    /// Force (N) at `pose` if the point sticks.
+    fn trial(&self, pose: &Pose, before: &Pose) -> Vector3<f64> {
+        let moved = pose * self.point_in_tool - before * self.point_in_tool;
+        let trial = self.carried - moved * STICKING;
+        trial - self.normal * self.normal.dot(&trial)
     }
 
-    /// The pose at rest, and the contact force (N), for a commanded `hole_from_command`, searched from `hole_from_peg`.
-    ///
-    /// Minimises `½ eᵀKe + ½ κ Σ min(0, gap)²` with `e = Log(command⁻¹ · peg)`, over every pair of features that touches. Quasi-static
-    /// and frictionless: springs alone decide.
-    pub(super) fn rest(&self, parts: &PegAndHole, hole_from_command: &Pose, hole_from_peg: Pose) -> (Pose, f64) {
-        let stiffness = self.stiffness();
-        let mut pose = hole_from_peg;
-        let mut state = self.energy(parts, hole_from_command, &pose);
-        for _ in 0..STEPS {
-            let Some(cholesky) = Cholesky::new(stiffness + state.curvature) else { break };
-            let step = -cholesky.solve(&state.gradient);
-            let mut share = 1.0;
-            let expected = -state.gradient.dot(&step);
-            if expected < 1e-16 {
-                break;
+    /// Energy (J) of the tangential spring and of what has slid.
+    fn energy(&self, pose: &Pose, before: &Pose) -> f64 {
+        let size = self.trial(pose, before).norm();
+        let energy = if size <= self.most { 0.5 * size * size } else { self.most * (size - 0.5 * self.most) };
+        energy / STICKING
+    }
+}
+
+/// A tool that is pushed along a fixture, command by command.
+pub(super) struct Equilibrium<'a> {
+    parts: &'a Parts,
+    stiffness: Stiffness,
+    /// Coefficient of friction μ.
+    friction: f64,
+    /// Where the tool rests, and what it bears there.
+    pose: Pose,
+    loads: Vec<Load>,
+    near: Vec<Near>,
+    touches: Vec<Linear>,
+    rubbing: Vec<Rubbing>,
+    frictions: Vec<Friction>,
+}
+
+impl<'a> Equilibrium<'a> {
+    pub fn new(parts: &'a Parts, stiffness: Stiffness, friction: f64, fixture_from_tool: Pose) -> Self {
+        Equilibrium {
+            parts,
+            stiffness,
+            friction,
+            pose: fixture_from_tool,
+            loads: Vec::new(),
+            near: Vec::new(),
+            touches: Vec::new(),
+            rubbing: Vec::new(),
+            frictions: Vec::new(),
+        }
+    }
+
+    /// Where the tool comes to rest under a command, from where it is. None if no rest is found.
+    pub fn settle(&mut self, fixture_from_command: &Pose) -> Option<Rest> {
+        let before = self.pose;
+        let mut pose = before;
+        self.look(&pose);
+        for round in 0..LINEARISATIONS {
+            if round < BOUNDINGS {
+                self.rub(&pose);
             }
+            self.linearize_friction(&pose, &before);
+            let energy = self.energy(&pose, &before, fixture_from_command);
+            let spring = self.spring(&pose, fixture_from_command);
+            let step = self.step(&spring)?;
+            let length = se3::linear(&step).norm() + se3::angular(&step).norm() * self.parts.size();
+            if length < SETTLED {
+                return Some(self.rest(pose, spring));
+            }
+            if self.friction > 0.0 && round < BOUNDINGS {
+                self.keep_normal_forces();
+            }
+            let mut share = self.parts.reach().map_or(1.0, |reach| (reach / length).min(1.0));
             loop {
                 let candidate = pose * se3::exp(&(step * share));
-                let next = self.energy(parts, hole_from_command, &candidate);
-                if next.energy < state.energy - 1e-4 * share * expected {
+                self.look(&candidate);
+                if self.energy(&candidate, &before, fixture_from_command) <= energy + NEGLIGIBLE {
                     pose = candidate;
-                    state = next;
                     break;
                 }
                 share *= 0.5;
-                if share < 1e-6 {
-                    return (pose, state.force);
+                if share * length < SETTLED {
+                    // An edge, where the nearest faces change: no way leads down from it.
+                    self.look(&pose);
+                    self.linearize_friction(&pose, &before);
+                    return Some(self.rest(pose, spring));
                 }
             }
         }
-        (pose, state.force)
+        None
     }
 
-    fn energy(&self, parts: &PegAndHole, hole_from_command: &Pose, pose: &Pose) -> State {
-        let error = se3::log(&(hole_from_command.inverse() * pose));
-        let spring = self.stiffness() * error;
-        let mut state = State { energy: 0.5 * error.dot(&spring), gradient: spring, ..State::default() };
-        let mut total = nalgebra::Vector3::zeros();
-        parts.visit_within(pose, NEAR, |gap| {
-            if gap.value < 0.0 {
-                let force = -self.contact * gap.value;
-                state.energy += 0.5 * force * -gap.value;
-                state.gradient -= gap.gradient * force;
-                state.curvature += gap.gradient * gap.gradient.transpose() * self.contact;
-                total += gap.normal_in_hole * force;
+    fn rest(&mut self, pose: Pose, spring: Twist) -> Rest {
+        self.keep_loads(&pose);
+        self.pose = pose;
+        let touching = self.near.iter().any(|near| near.gap < TOUCHING);
+        Rest { fixture_from_tool: pose, wrench: spring, touching }
+    }
+
+    /// Force and torque (tool frame) by which the controller's springs resist: the gradient of their energy.
+    fn spring(&self, pose: &Pose, command: &Pose) -> Twist {
+        let (apart, turned) = apart(pose, command);
+        se3::twist(&(pose.rotation.inverse() * apart * self.stiffness.translation), &(turned * self.stiffness.rotation))
+    }
+
+    /// Energy (J) of springs and parts, and of what rubs as last looked at.
+    fn energy(&self, pose: &Pose, before: &Pose, command: &Pose) -> f64 {
+        let (apart, turned) = apart(pose, command);
+        let Stiffness { translation, rotation } = self.stiffness;
+        let springs = 0.5 * (translation * apart.norm_squared() + rotation * turned.norm_squared());
+        let parts = self.touches.iter().map(|touch| 0.5 * CONTACT * touch.gap.min(0.0).powi(2)).sum::<f64>();
+        springs + parts + self.rubbing.iter().map(|rubbing| rubbing.energy(pose, before)).sum::<f64>()
+    }
+
+    /// Finds what is near at `pose`.
+    fn look(&mut self, pose: &Pose) {
+        self.near.clear();
+        let near = &mut self.near;
+        self.parts.visit_near(pose, |pair| near.push(pair));
+        self.touches.clear();
+        let linear = |near: &Near| Linear { gap: near.gap, gradient: near.gradient };
+        self.touches.extend(self.near.iter().map(linear));
+    }
+
+    /// Finds what rubs: pairs near at `pose` whose normal force is known.
+    fn rub(&mut self, pose: &Pose) {
+        self.rubbing.clear();
+        for load in self.loads.iter().filter(|load| load.normal > 0.0) {
+            let Some(near) = self.near.iter().find(|near| near.pair == load.pair) else { continue };
+            self.rubbing.push(Rubbing {
+                pair: near.pair,
+                point_in_tool: near.point_in_tool,
+                normal: pose.rotation * near.normal_in_tool,
+                carried: load.friction,
+                most: self.friction * load.normal,
+            });
+        }
+    }
+
+    /// Friction about `pose`, the tool having been at `before` when the last command ended.
+    fn linearize_friction(&mut self, pose: &Pose, before: &Pose) {
+        let linear = |rubbing: &Rubbing| {
+            let normal = pose.rotation.inverse() * rubbing.normal;
+            let tangential = Matrix3::identity() - normal * normal.transpose();
+            let mut slip_by = Matrix3x6::zeros();
+            slip_by.fixed_columns_mut::<3>(0).copy_from(&tangential);
+            slip_by.fixed_columns_mut::<3>(3).copy_from(&(-tangential * se3::skew(&rubbing.point_in_tool.coords)));
+            let trial = pose.rotation.inverse() * rubbing.trial(pose, before);
+            Friction { slip_by, trial, most: rubbing.most }
+        };
+        self.frictions.clear();
+        self.frictions.extend(self.rubbing.iter().map(linear));
+    }
+
+    /// Displacement of the tool (a right twist) to the least energy of the linear model: exact where the same pairs stay in touch.
+    fn step(&mut self, spring: &Twist) -> Option<Twist> {
+        let Stiffness { translation, rotation } = self.stiffness;
+        let stiffness = Twist::new(translation, translation, translation, rotation, rotation, rotation);
+        let mut moved = Twist::zeros();
+        let Equilibrium { touches, frictions, .. } = self;
+        for _ in 0..STEPS {
+            let mut gradient = spring + stiffness.component_mul(&moved);
+            let mut curvature = Matrix6::from_diagonal(&stiffness);
+            for touch in touches.iter() {
+                if touch.gap < 0.0 {
+                    gradient += touch.gradient * (CONTACT * touch.gap);
+                    curvature.ger(CONTACT, &touch.gradient, &touch.gradient, 1.0);
+                }
             }
-        });
-        state.force = total.norm();
-        state
+            for friction in frictions.iter() {
+                add_friction(friction, &mut gradient, &mut curvature);
+            }
+            let step = -Cholesky::new(curvature)?.solve(&gradient);
+            if -gradient.dot(&step) < NEGLIGIBLE {
+                return Some(moved);
+            }
+            let share = share_of(&step, gradient.dot(&step), &stiffness, (touches, frictions));
+            moved += step * share;
+            for touch in touches.iter_mut() {
+                touch.gap += share * touch.gradient.dot(&step);
+            }
+            for friction in frictions.iter_mut() {
+                friction.trial -= friction.slip_by * step * (share * STICKING);
+            }
+        }
+        None
+    }
+
+    /// Normal forces of the linear model just solved bound the friction of the next.
+    fn keep_normal_forces(&mut self) {
+        for (near, touch) in self.near.iter().zip(&self.touches) {
+            let normal = -CONTACT * touch.gap.min(0.0);
+            match self.loads.iter_mut().find(|load| load.pair == near.pair) {
+                Some(load) => load.normal = normal,
+                None => self.loads.push(Load { pair: near.pair, normal, friction: Vector3::zeros() }),
+            }
+        }
+    }
+
+    /// What the pairs bear at rest; those that no longer touch bear nothing.
+    fn keep_loads(&mut self, pose: &Pose) {
+        self.loads.clear();
+        if self.friction == 0.0 {
+            return;
+        }
+        for (near, touch) in self.near.iter().zip(&self.touches).filter(|(_, touch)| touch.gap < 0.0) {
+            let mut rubbed = self.rubbing.iter().zip(&self.frictions);
+            let friction = rubbed.find(|(rubbing, _)| rubbing.pair == near.pair).map(|(_, friction)| friction.force());
+            let friction = pose.rotation * friction.unwrap_or_default();
+            self.loads.push(Load { pair: near.pair, normal: -CONTACT * touch.gap, friction });
+        }
     }
 }
 
-#[derive(Default)]
-struct State {
-    energy: f64,
-    gradient: Twist,
-    curvature: Matrix6<f64>,
-    force: f64,
+/// How far a pose is from its command: displacement (m, fixture frame) and rotation vector (rad, tool frame).
+fn apart(pose: &Pose, command: &Pose) -> (Vector3<f64>, Vector3<f64>) {
+    let turned: UnitQuaternion<f64> = command.rotation.inverse() * pose.rotation;
+    let Translation3 { vector } = pose.translation;
+    (vector - command.translation.vector, se3::rotation_log(&turned))
+}
+
+fn add_friction(friction: &Friction, gradient: &mut Twist, curvature: &mut Matrix6<f64>) {
+    let size = friction.trial.norm();
+    *gradient -= friction.slip_by.tr_mul(&friction.force());
+    let sticking = (friction.most / size).min(1.0) * STICKING;
+    *curvature += friction.slip_by.tr_mul(&friction.slip_by) * sticking;
+    if size > friction.most {
+        let along = friction.slip_by.tr_mul(&(friction.trial / size));
+        curvature.ger(-sticking, &along, &along, 1.0);
+    }
+}
+
+/// A vector, shortened to a length.
+fn bounded(vector: &Vector3<f64>, most: f64) -> Vector3<f64> {
+    let size = vector.norm();
+    if size <= most { *vector } else { vector * (most / size) }
+}
+
+/// Share of a step at which the energy is least along it, whose slope at 0 is `start`.
+fn share_of(step: &Twist, start: f64, stiffness: &Twist, (touches, frictions): (&[Linear], &[Friction])) -> f64 {
+    let springs = step.component_mul(stiffness).dot(step);
+    let resisted = |share: f64| {
+        let touched = touches.iter().map(|touch| {
+            let rate = touch.gradient.dot(step);
+            CONTACT * (touch.gap + share * rate).min(0.0) * rate
+        });
+        let rubbed = frictions.iter().map(|friction| {
+            let slip = friction.slip_by * step;
+            -bounded(&(friction.trial - slip * (share * STICKING)), friction.most).dot(&slip)
+        });
+        touched.sum::<f64>() + rubbed.sum::<f64>()
+    };
+    let base = start - resisted(0.0);
+    let slope = |share: f64| base + share * springs + resisted(share);
+    let (mut low, mut high) = ((0.0, start), (1.0, slope(1.0)));
+    if high.1 <= 0.0 {
+        return 1.0;
+    }
+    // Regula falsi, the end that stays halved (Illinois).
+    let mut share = 1.0;
+    for _ in 0..40 {
+        share = (low.0 * high.1 - high.0 * low.1) / (high.1 - low.1);
+        let here = slope(share);
+        if here.abs() < 1e-3 * start.abs() {
+            break;
+        }
+        if here < 0.0 {
+            low = (share, here);
+            high.1 *= 0.5;
+        } else {
+            high = (share, here);
+            low.1 *= 0.5;
+        }
+    }
+    share
 }

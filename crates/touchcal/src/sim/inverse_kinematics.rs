@@ -2,41 +2,76 @@
 
 use nalgebra::{Cholesky, DVector, Matrix6};
 
-use crate::robot::Kinematics;
+use crate::robot::{Kinematics, Scratch};
 use crate::se3::{self, Pose, Twist};
 
 /// Newton steps before a pose counts as out of reach.
 const STEPS: usize = 200;
+/// Of these, the first go towards the posture too.
+const POSTURE_STEPS: usize = 30;
 /// Longest step (rad or m) of any joint.
 const LONGEST_STEP: f64 = 0.2;
-/// Share of the way to the preferred posture taken at each step.
-const POSTURE_SHARE: f64 = 0.2;
+/// Close enough to the posture (rad or m): the pose is what counts.
+const POSTURE_MET: f64 = 1e-3;
 
 /// Joint positions that put the tool at `base_from_tool`, searched from `q`; redundant joints go towards `posture`.
 /// `None` if the pose is out of reach from there.
 ///
-/// Newton steps `q ← q + J⁺ e + (I − J⁺J)(posture − q)` with `J⁺ = Jᵀ(JJᵀ + λI)⁻¹`; the pose is met to 1e-12.
+/// Newton steps `q ← q + J⁺ e + (I − J⁺J)(posture − q)` with `J⁺ = Jᵀ(JJᵀ + λI)⁻¹`, the last ones without the posture; the pose is met to 1e-12.
 pub fn follow(kinematics: &Kinematics, base_from_tool: &Pose, q: &[f64], posture: &[f64]) -> Option<Vec<f64>> {
-    let mut scratch = kinematics.scratch();
     let mut q = q.to_vec();
-    for step in 0..STEPS {
-        let error = se3::log(&(kinematics.pose_and_jacobian(&q, &mut scratch).inverse() * base_from_tool));
-        // The posture is given up towards the end: the pose is what counts.
-        let posture_share = if step < STEPS / 2 { POSTURE_SHARE } else { 0.0 };
-        let towards = DVector::from_iterator(q.len(), posture.iter().zip(&q).map(|(p, q)| posture_share * (p - q)));
-        let along: Twist = scratch.joints.iter().zip(towards.iter()).map(|(joint, towards)| joint * *towards).sum();
-        let mut gram = Matrix6::identity() * 1e-9;
-        for joint in &scratch.joints {
-            gram += joint * joint.transpose();
-        }
-        let lift = Cholesky::new(gram)?.solve(&(error - along));
-        let move_by = DVector::from_iterator(q.len(), scratch.joints.iter().map(|joint| joint.dot(&lift))) + &towards;
-        if error.amax() < 1e-12 && move_by.amax() < 1e-7 {
-            return Some(q);
-        }
-        let share = (LONGEST_STEP / move_by.amax()).min(1.0);
-        q.iter_mut().zip(move_by.iter()).for_each(|(q, by)| *q += share * by);
+    Follower::new(kinematics).follow(base_from_tool, &mut q, posture).then_some(q)
+}
+
+/// An arm that follows poses.
+pub(super) struct Follower<'a> {
+    kinematics: &'a Kinematics,
+    scratch: Scratch,
+    towards: DVector<f64>,
+    step: DVector<f64>,
+}
+
+impl<'a> Follower<'a> {
+    pub fn new(kinematics: &'a Kinematics) -> Self {
+        let zeros = || DVector::zeros(kinematics.dof());
+        Follower { kinematics, scratch: kinematics.scratch(), towards: zeros(), step: zeros() }
     }
-    let error = se3::log(&(kinematics.pose(&q).inverse() * base_from_tool));
-    (error.amax() < 1e-10).then_some(q)
+
+    /// Moves `q` as [`follow`] does. False if the pose is out of reach.
+    pub fn follow(&mut self, base_from_tool: &Pose, q: &mut [f64], posture: &[f64]) -> bool {
+        let mut pulled = true;
+        for step in 0..STEPS {
+            let pose = self.kinematics.pose_and_jacobian(q, &mut self.scratch);
+            let error = se3::log(&(pose.inverse() * base_from_tool));
+            if !pulled && error.amax() < 1e-12 {
+                return true;
+            }
+            pulled = pulled && step < POSTURE_STEPS;
+            for (i, towards) in self.towards.iter_mut().enumerate() {
+                *towards = if pulled { posture[i] - q[i] } else { 0.0 };
+            }
+            let joints = &self.scratch.joints;
+            let along: Twist = joints.iter().zip(self.towards.iter()).map(|(joint, towards)| joint * *towards).sum();
+            let mut gram = Matrix6::identity() * 1e-9;
+            for joint in joints {
+                gram.ger(1.0, joint, joint, 1.0);
+            }
+            let Some(cholesky) = Cholesky::new(gram) else { return false };
+            let lift = cholesky.solve(&(error - along));
+            for (i, joint) in joints.iter().enumerate() {
+                self.step[i] = joint.dot(&lift) + self.towards[i];
+            }
+            let longest = self.step.amax();
+            let share = (LONGEST_STEP / longest).min(1.0);
+            q.iter_mut().zip(self.step.iter()).for_each(|(q, by)| *q += share * by);
+            pulled = pulled && longest > POSTURE_MET;
+        }
+        let error = se3::log(&(self.kinematics.pose(q).inverse() * base_from_tool));
+        error.amax() < 1e-10
+    }
+
+    /// Torque or force that `wrench` (tool frame, about its origin) exerts on joint `i` where the arm is.
+    pub fn torque(&self, i: usize, wrench: &Twist) -> f64 {
+        self.scratch.joints[i].dot(wrench)
+    }
 }

@@ -2,8 +2,8 @@
 
 use touchcal::estimate::{Estimate, Problem};
 use touchcal::experiment::{random_positions, tool_error};
-use touchcal::robot::{Block, Column};
-use touchcal::sim::Insertion;
+use touchcal::robot::{Block, Robot};
+use touchcal::sim::Truth;
 
 use crate::summary::in_user_units;
 use crate::table::{Table, signed};
@@ -12,23 +12,23 @@ use crate::table::{Table, signed};
 const OTHER_POSES: usize = 100;
 
 /// Tables of parameters and of tool errors, before and after.
-pub fn text(insertion: &Insertion, seed: u64, problem: &Problem, estimate: &Estimate) -> String {
+pub fn text(nominal: &Robot, truth: &Truth, seed: u64, problem: &Problem, estimate: &Estimate) -> String {
     let contacts = problem.contacts.len();
     [
         format!(
             "An iiwa 14 with wrong link lengths and encoder zeros explored a hole with a peg: {contacts} contacts.\n"
         ),
         "Calibrated from zero, from joint positions alone; peg and hole known.\n\n".to_owned(),
-        parameters(insertion, estimate),
+        parameters(truth, estimate),
         "\nTool error against the true arm (mean)\n".to_owned(),
-        tool_errors(insertion, seed, problem, estimate),
+        tool_errors((nominal, truth), seed, problem, estimate),
         "\n".to_owned(),
     ]
     .concat()
 }
 
-fn parameters(insertion: &Insertion, estimate: &Estimate) -> String {
-    let truth = |column: Column| insertion.errors.iter().find(|(c, _)| *c == column).map(|(_, value)| *value);
+fn parameters(truth: &Truth, estimate: &Estimate) -> String {
+    let truth = |column| truth.errors.iter().find(|(c, _)| *c == column).map(|(_, value)| *value);
     let mut table = Table::new(["parameter", "true", "start", "estimate", "± sigma", "error", "unit"]);
     for entry in &estimate.parameters {
         let Some(truth) = truth(entry.parameter.column) else { continue };
@@ -52,9 +52,8 @@ fn parameters(insertion: &Insertion, estimate: &Estimate) -> String {
 }
 
 /// How far the tool is from where an arm's model puts it, at the same encoder readings.
-fn tool_errors(insertion: &Insertion, seed: u64, problem: &Problem, estimate: &Estimate) -> String {
-    let nominal = &insertion.robot;
-    let (columns, values): (Vec<Column>, Vec<f64>) = insertion.errors.iter().copied().unzip();
+fn tool_errors((nominal, truth): (&Robot, &Truth), seed: u64, problem: &Problem, estimate: &Estimate) -> String {
+    let (columns, values) = truth.of_arm();
     let truth = nominal.calibrated(&columns, &values);
     let contacts = &problem.contacts;
     let at_hole: Vec<Vec<f64>> = (0..contacts.len()).map(|i| contacts.q(i).to_vec()).collect();
@@ -63,8 +62,8 @@ fn tool_errors(insertion: &Insertion, seed: u64, problem: &Problem, estimate: &E
     let named = [("at the hole".to_owned(), at_hole), (format!("at {OTHER_POSES} other poses"), elsewhere)];
     for (name, poses) in named {
         let positions = || poses.iter().map(Vec::as_slice);
-        let [before, after] =
-            [nominal, &estimate.robot].map(|arm| tool_error(&truth, arm, insertion.tip_from_peg, positions()));
+        let tip_from_tool = problem.tool.tip_from_tool;
+        let [before, after] = [nominal, &estimate.robot].map(|arm| tool_error(&truth, arm, tip_from_tool, positions()));
         table.row([
             name,
             format!("{:.3}", 1e3 * before.mean_distance),

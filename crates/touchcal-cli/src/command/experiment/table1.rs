@@ -8,13 +8,13 @@ use std::time::Instant;
 use rayon::prelude::*;
 use serde::Serialize;
 use touchcal::estimate::{Descent, StopReason};
-use touchcal::experiment::{self, Trial};
+use touchcal::experiment::Trial;
 use touchcal::io::urdf::{self, Ends};
 use touchcal::io::weights_file::WeightsFile;
 use touchcal::io::{Input, atomic, manifold_file, trial_folder};
 use touchcal::manifold::coordinates::Metric;
 use touchcal::manifold::{NearestSample, Projection};
-use touchcal::sim::Insertion;
+use touchcal::sim::{Parts, Preset, Scenario};
 
 use super::approach::{ALL, Approach, Manifolds, Touch};
 use super::figure;
@@ -32,7 +32,7 @@ const PUBLISHED_REDUCTION: (f64, f64) = (2.6, 3.37);
 
 /// A trial, known by name before it is simulated.
 enum Source {
-    Simulated { insertion: Box<Insertion>, seed: u64 },
+    Simulated { scenario: Arc<Scenario>, seed: u64 },
     Recorded(Box<Trial>),
 }
 
@@ -56,11 +56,14 @@ impl Source {
 /// Runs all approaches on all trials, keeping each row as it is done; then the table, as text, CSV, JSON and figure.
 pub fn run(args: &Table1Args) -> Result<Outcome, Failure> {
     let robot = urdf::read_builtin("iiwa14", Ends::default())?.robot;
-    let parts = experiment::paper(robot.clone(), 0)?.parts;
+    let scenario = Scenario { contacts: args.contacts as usize, ..Preset::Paper.scenario(robot.clone())? };
+    let Some(Parts::PegInHole(parts)) = scenario.touches.first().map(|touch| touch.parts.clone()) else {
+        return Err(Failure::Setup("the paper's experiment has no hole".to_owned()));
+    };
     let mut inputs = Vec::new();
     let nearest = args.manifold.as_ref().map(|path| nearest(args, path, &mut inputs)).transpose()?;
     let learned = args.weights.as_ref().map(|path| learned(path, &mut inputs)).transpose()?;
-    let manifolds = Manifolds { parts, nearest, learned, inputs };
+    let manifolds = Manifolds { parts: *parts, nearest, learned, inputs };
     let sources: Vec<Source> = match &args.logs {
         Some(folder) => {
             let trials = trial_folder::read(folder, &robot)?;
@@ -68,11 +71,8 @@ pub fn run(args: &Table1Args) -> Result<Outcome, Failure> {
         }
         None => {
             let seeds = (0..u64::from(args.trials)).map(|k| args.seed.wrapping_add(k));
-            let each = seeds.map(|seed| {
-                let insertion = Box::new(experiment::paper(robot.clone(), seed)?);
-                Ok(Source::Simulated { insertion, seed })
-            });
-            each.collect::<Result<_, Failure>>()?
+            let scenario = Arc::new(scenario);
+            seeds.map(|seed| Source::Simulated { scenario: Arc::clone(&scenario), seed }).collect()
         }
     };
     let wanted = |approach: &Approach| args.only.is_empty() || args.only.iter().any(|key| key == approach.key);
@@ -114,7 +114,7 @@ fn rows(
                 None => {
                     let trial = match &trial {
                         Some(trial) => Arc::clone(trial),
-                        None => Arc::clone(trial.insert(Arc::new(begin(args, source)?))),
+                        None => Arc::clone(trial.insert(Arc::new(begin(source)?))),
                     };
                     let row = solve(args, &trial, approach, manifolds, settings)?;
                     row.keep(&path)?;
@@ -130,12 +130,12 @@ fn rows(
     Ok(per_trial.into_iter().flatten().collect())
 }
 
-fn begin(args: &Table1Args, source: &Source) -> Result<Trial, Failure> {
+fn begin(source: &Source) -> Result<Trial, Failure> {
     if interrupted() {
         return Err(Failure::ExperimentInterrupted);
     }
     match source {
-        Source::Simulated { insertion, seed } => Ok(Trial::simulated(insertion, args.contacts as usize, *seed)?),
+        Source::Simulated { scenario, seed } => Ok(Trial::simulated(scenario, *seed)?),
         Source::Recorded(trial) => Ok(Trial::clone(trial)),
     }
 }

@@ -13,8 +13,8 @@ use crate::io::suggest::did_you_mean;
 use crate::se3::Pose;
 
 /// Millimetres and degrees in SI.
-pub(super) const MM: f64 = 1e-3;
-pub(super) const DEG: f64 = std::f64::consts::PI / 180.0;
+pub(in crate::io) const MM: f64 = 1e-3;
+pub(in crate::io) const DEG: f64 = std::f64::consts::PI / 180.0;
 /// Largest magnitude of any number: a kilometre in mm, and more than any angle, force or ratio.
 const LARGEST: f64 = 1e6;
 /// How far a quaternion's norm may be from 1 (rounded digits) before it is taken for a mistake.
@@ -22,24 +22,24 @@ const NORM_TOLERANCE: f64 = 1e-3;
 
 /// What a number may be.
 #[derive(Clone, Copy)]
-pub(super) enum Allowed {
+pub(in crate::io) enum Allowed {
     Positive,
     NotNegative,
 }
 
-pub(super) struct Context<'a> {
-    pub(super) text: &'a str,
-    pub(super) file: &'a str,
-    pub(super) folder: &'a Path,
+pub(in crate::io) struct Context<'a> {
+    pub(in crate::io) text: &'a str,
+    pub(in crate::io) file: &'a str,
+    pub(in crate::io) folder: &'a Path,
 }
 
 impl Context<'_> {
-    pub(super) fn place(&self, span: Range<usize>, field: impl Into<String>) -> Place {
+    pub(in crate::io) fn place(&self, span: Range<usize>, field: impl Into<String>) -> Place {
         Place::file(self.file).at_byte(self.text, span.start).field(field)
     }
 
     /// The path that a value names.
-    pub(super) fn path(&self, name: &Text, field: &str) -> Result<PathBuf, IoError> {
+    pub(in crate::io) fn path(&self, name: &Text, field: &str) -> Result<PathBuf, IoError> {
         let path = self.folder.join(name.get_ref());
         if path.exists() {
             return Ok(path);
@@ -49,7 +49,7 @@ impl Context<'_> {
     }
 
     /// The error of a parser.
-    pub(super) fn syntax(&self, error: &toml::de::Error) -> IoError {
+    pub(in crate::io) fn syntax(&self, error: &toml::de::Error) -> IoError {
         let place = match error.span() {
             Some(span) => Place::file(self.file).at_byte(self.text, span.start),
             None => Place::file(self.file),
@@ -64,7 +64,7 @@ impl Context<'_> {
     }
 
     /// A number times `unit`, if it is there.
-    pub(super) fn number(
+    pub(in crate::io) fn number(
         &self,
         number: Option<&Number>,
         unit: f64,
@@ -85,7 +85,7 @@ impl Context<'_> {
     }
 
     /// A number that must be there.
-    pub(super) fn required(
+    pub(in crate::io) fn required(
         &self,
         number: Option<&Number>,
         unit: f64,
@@ -97,7 +97,12 @@ impl Context<'_> {
     }
 
     /// A whole number from 1 to `most`, if it is there.
-    pub(super) fn whole(&self, number: Option<&Number>, most: f64, field: &str) -> Result<Option<usize>, IoError> {
+    pub(in crate::io) fn whole(
+        &self,
+        number: Option<&Number>,
+        most: f64,
+        field: &str,
+    ) -> Result<Option<usize>, IoError> {
         let Some(number) = number else { return Ok(None) };
         let value = *number.get_ref();
         if value.fract() != 0.0 || !(1.0..=most).contains(&value) {
@@ -108,7 +113,7 @@ impl Context<'_> {
     }
 
     /// Three numbers of any sign.
-    pub(super) fn vector(&self, vector: &Spanned<[f64; 3]>, field: &str) -> Result<[f64; 3], IoError> {
+    pub(in crate::io) fn vector(&self, vector: &Spanned<[f64; 3]>, field: &str) -> Result<[f64; 3], IoError> {
         match vector.get_ref().iter().find(|v| v.is_nan() || v.abs() > LARGEST) {
             None => Ok(*vector.get_ref()),
             Some(bad) => {
@@ -119,7 +124,7 @@ impl Context<'_> {
     }
 
     /// A pose; absent parts are zero.
-    pub(super) fn pose(&self, pose: Option<&Spanned<PoseToml>>, field: &str) -> Result<Option<Pose>, IoError> {
+    pub(in crate::io) fn pose(&self, pose: Option<&Spanned<PoseToml>>, field: &str) -> Result<Option<Pose>, IoError> {
         let Some(pose) = pose else { return Ok(None) };
         let PoseToml { xyz_mm, quat_wxyz, rpy_deg } = pose.get_ref();
         let at = |part: &str| self.place(pose.span(), format!("{field}.{part}"));
@@ -152,7 +157,7 @@ impl Context<'_> {
     }
 
     /// How well a place is known. Sigmas of zero mean exactly.
-    pub(super) fn freedom(
+    pub(in crate::io) fn freedom(
         &self,
         free: bool,
         sigma_mm: Option<&Number>,

@@ -3,11 +3,11 @@
 //! Lengths in the file are millimetres and angles degrees, as its keys say; paths are relative to its folder. Every key that is
 //! not known, every name that does not resolve and every number out of range is an error with line and column.
 
-mod context;
+pub(super) mod context;
 mod parameters;
 mod projected;
-mod schema;
-mod touch;
+pub(super) mod schema;
+pub(super) mod touch;
 
 use std::collections::HashMap;
 use std::path::Path;
@@ -68,10 +68,6 @@ fn build(toml: &ProblemToml, context: &Context<'_>) -> Result<Loaded, IoError> {
         return Err(IoError::unexpected(place, "schema 1", format!("{}", schema.get_ref())));
     }
     let UrdfFile { robot, text: urdf, input } = robot(&toml.robot, context)?;
-    let robot = match &toml.robot.get_ref().gravity {
-        Some(gravity) => robot.with_gravity(context.vector(gravity, "robot, gravity")?.into()),
-        None => robot,
-    };
     let mut inputs = vec![input];
     let wanted = parameters::wanted(&toml.estimate, &robot, context)?;
     let shape = Shape::of(&toml.tool, context, &mut inputs)?;
@@ -117,10 +113,11 @@ fn build(toml: &ProblemToml, context: &Context<'_>) -> Result<Loaded, IoError> {
     Ok(Loaded { problem, urdf, inputs })
 }
 
-fn robot(table: &Spanned<RobotToml>, context: &Context<'_>) -> Result<UrdfFile, IoError> {
-    let RobotToml { urdf, builtin, base, tip, .. } = table.get_ref();
+/// The robot that a table names, under the gravity it states.
+pub(super) fn robot(table: &Spanned<RobotToml>, context: &Context<'_>) -> Result<UrdfFile, IoError> {
+    let RobotToml { urdf, builtin, base, tip, gravity, .. } = table.get_ref();
     let ends = Ends { base: base.as_deref(), tip: tip.as_deref() };
-    match (urdf, builtin) {
+    let mut file = match (urdf, builtin) {
         (Some(file), None) => urdf::read_file(&context.path(file, "robot, urdf")?, ends),
         (None, Some(name)) => urdf::read_builtin(name.get_ref(), ends).map_err(|error| match error {
             IoError::Unexpected { place, expected, found } if place.file == "builtin" => {
@@ -132,7 +129,11 @@ fn robot(table: &Spanned<RobotToml>, context: &Context<'_>) -> Result<UrdfFile, 
             let found = if urdf.is_some() { "both" } else { "neither" };
             Err(IoError::unexpected(context.place(table.span(), "robot"), "`urdf` or `builtin`", found))
         }
+    }?;
+    if let Some(gravity) = gravity {
+        file.robot = file.robot.with_gravity(context.vector(gravity, "robot, gravity")?.into());
     }
+    Ok(file)
 }
 
 /// Here, where the line is known; reading a log checks again.

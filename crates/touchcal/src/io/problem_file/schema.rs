@@ -6,50 +6,50 @@ use serde::Deserialize;
 use toml::Spanned;
 
 /// A number with its place in the file.
-pub(super) type Number = Spanned<f64>;
+pub(in crate::io) type Number = Spanned<f64>;
 /// A text with its place in the file.
-pub(super) type Text = Spanned<String>;
+pub(in crate::io) type Text = Spanned<String>;
 
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(super) struct ProblemToml {
-    pub(super) schema: Option<Spanned<i64>>,
-    pub(super) robot: Spanned<RobotToml>,
-    pub(super) tool: Spanned<ToolToml>,
+pub(in crate::io) struct ProblemToml {
+    pub(in crate::io) schema: Option<Spanned<i64>>,
+    pub(in crate::io) robot: Spanned<RobotToml>,
+    pub(in crate::io) tool: Spanned<ToolToml>,
     #[serde(default)]
-    pub(super) fixture: Vec<Spanned<FixtureToml>>,
+    pub(in crate::io) fixture: Vec<Spanned<FixtureToml>>,
     #[serde(default)]
-    pub(super) distance: Vec<Spanned<DistanceToml>>,
+    pub(in crate::io) distance: Vec<Spanned<DistanceToml>>,
     #[serde(default)]
-    pub(super) contacts: Vec<Spanned<ContactsToml>>,
+    pub(in crate::io) contacts: Vec<Spanned<ContactsToml>>,
     #[serde(default)]
-    pub(super) noise: NoiseToml,
-    pub(super) estimate: EstimateToml,
+    pub(in crate::io) noise: NoiseToml,
+    pub(in crate::io) estimate: EstimateToml,
 }
 
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(super) struct RobotToml {
-    pub(super) urdf: Option<Text>,
-    pub(super) builtin: Option<Text>,
-    pub(super) base: Option<String>,
-    pub(super) tip: Option<String>,
-    pub(super) joints: Option<Spanned<Vec<String>>>,
-    pub(super) gravity: Option<Spanned<[f64; 3]>>,
+pub(in crate::io) struct RobotToml {
+    pub(in crate::io) urdf: Option<Text>,
+    pub(in crate::io) builtin: Option<Text>,
+    pub(in crate::io) base: Option<String>,
+    pub(in crate::io) tip: Option<String>,
+    pub(in crate::io) joints: Option<Spanned<Vec<String>>>,
+    pub(in crate::io) gravity: Option<Spanned<[f64; 3]>>,
 }
 
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(super) struct PoseToml {
+pub(in crate::io) struct PoseToml {
     #[serde(default)]
-    pub(super) xyz_mm: [f64; 3],
-    pub(super) quat_wxyz: Option<[f64; 4]>,
-    pub(super) rpy_deg: Option<[f64; 3]>,
+    pub(in crate::io) xyz_mm: [f64; 3],
+    pub(in crate::io) quat_wxyz: Option<[f64; 4]>,
+    pub(in crate::io) rpy_deg: Option<[f64; 3]>,
 }
 
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]
 #[serde(rename_all = "snake_case")]
-pub(super) enum ToolKind {
+pub(in crate::io) enum ToolKind {
     Peg,
     Ball,
     Point,
@@ -57,23 +57,23 @@ pub(super) enum ToolKind {
 
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(super) struct ToolToml {
-    pub(super) kind: ToolKind,
-    pub(super) tip_from_tool: Option<Spanned<PoseToml>>,
-    pub(super) outline: Option<Text>,
-    pub(super) builtin: Option<Text>,
-    pub(super) mesh: Option<Text>,
-    pub(super) length_mm: Option<Number>,
-    pub(super) radius_mm: Option<Number>,
-    pub(super) sigma_mm: Option<Number>,
-    pub(super) sigma_deg: Option<Number>,
+pub(in crate::io) struct ToolToml {
+    pub(in crate::io) kind: ToolKind,
+    pub(in crate::io) tip_from_tool: Option<Spanned<PoseToml>>,
+    pub(in crate::io) outline: Option<Text>,
+    pub(in crate::io) builtin: Option<Text>,
+    pub(in crate::io) mesh: Option<Text>,
+    pub(in crate::io) length_mm: Option<Number>,
+    pub(in crate::io) radius_mm: Option<Number>,
+    pub(in crate::io) sigma_mm: Option<Number>,
+    pub(in crate::io) sigma_deg: Option<Number>,
     #[serde(default)]
-    pub(super) free: bool,
+    pub(in crate::io) free: bool,
 }
 
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]
 #[serde(rename_all = "snake_case")]
-pub(super) enum FixtureKind {
+pub(in crate::io) enum FixtureKind {
     Hole,
     Socket,
     Plane,
@@ -82,7 +82,7 @@ pub(super) enum FixtureKind {
 /// How the contact manifold of a hole is known.
 #[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq)]
 #[serde(rename_all = "snake_case")]
-pub(super) enum ManifoldToml {
+pub(in crate::io) enum ManifoldToml {
     #[default]
     Exact,
     Nearest,
@@ -92,37 +92,37 @@ pub(super) enum ManifoldToml {
 
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(super) struct FixtureToml {
-    pub(super) name: Text,
-    pub(super) kind: FixtureKind,
-    pub(super) placement: Option<String>,
-    pub(super) base_from_fixture: Option<Spanned<PoseToml>>,
-    pub(super) outline: Option<Text>,
-    pub(super) outline_offset_mm: Option<Number>,
-    pub(super) builtin: Option<Text>,
-    pub(super) mesh: Option<Text>,
-    pub(super) depth_mm: Option<Number>,
-    pub(super) manifold: Option<Spanned<ManifoldToml>>,
-    pub(super) samples: Option<Text>,
-    pub(super) weights: Option<Text>,
-    pub(super) neighbours: Option<Number>,
-    pub(super) mm_per_deg: Option<Number>,
-    pub(super) sigma_mm: Option<Number>,
-    pub(super) sigma_deg: Option<Number>,
+pub(in crate::io) struct FixtureToml {
+    pub(in crate::io) name: Text,
+    pub(in crate::io) kind: FixtureKind,
+    pub(in crate::io) placement: Option<String>,
+    pub(in crate::io) base_from_fixture: Option<Spanned<PoseToml>>,
+    pub(in crate::io) outline: Option<Text>,
+    pub(in crate::io) outline_offset_mm: Option<Number>,
+    pub(in crate::io) builtin: Option<Text>,
+    pub(in crate::io) mesh: Option<Text>,
+    pub(in crate::io) depth_mm: Option<Number>,
+    pub(in crate::io) manifold: Option<Spanned<ManifoldToml>>,
+    pub(in crate::io) samples: Option<Text>,
+    pub(in crate::io) weights: Option<Text>,
+    pub(in crate::io) neighbours: Option<Number>,
+    pub(in crate::io) mm_per_deg: Option<Number>,
+    pub(in crate::io) sigma_mm: Option<Number>,
+    pub(in crate::io) sigma_deg: Option<Number>,
     #[serde(default)]
-    pub(super) free: bool,
+    pub(in crate::io) free: bool,
 }
 
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(super) struct DistanceToml {
-    pub(super) between: [Text; 2],
-    pub(super) mm: Number,
-    pub(super) sigma_mm: Option<Number>,
+pub(in crate::io) struct DistanceToml {
+    pub(in crate::io) between: [Text; 2],
+    pub(in crate::io) mm: Number,
+    pub(in crate::io) sigma_mm: Option<Number>,
 }
 
 #[derive(Clone, Copy, Debug, Default, Deserialize)]
-pub(super) enum UnitToml {
+pub(in crate::io) enum UnitToml {
     #[default]
     #[serde(rename = "rad")]
     Radian,
@@ -132,40 +132,40 @@ pub(super) enum UnitToml {
 
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(super) struct ContactsToml {
-    pub(super) file: Text,
-    pub(super) fixture: Text,
-    pub(super) force_threshold_n: Option<Number>,
-    pub(super) release_n: Option<Number>,
-    pub(super) debounce: Option<Spanned<i64>>,
+pub(in crate::io) struct ContactsToml {
+    pub(in crate::io) file: Text,
+    pub(in crate::io) fixture: Text,
+    pub(in crate::io) force_threshold_n: Option<Number>,
+    pub(in crate::io) release_n: Option<Number>,
+    pub(in crate::io) debounce: Option<Spanned<i64>>,
     #[serde(default)]
-    pub(super) unit: UnitToml,
+    pub(in crate::io) unit: UnitToml,
     #[serde(default)]
-    pub(super) columns: BTreeMap<String, String>,
+    pub(in crate::io) columns: BTreeMap<String, String>,
 }
 
 #[derive(Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(super) struct NoiseToml {
-    pub(super) encoder_deg: Option<Number>,
-    pub(super) contact_mm: Option<Number>,
+pub(in crate::io) struct NoiseToml {
+    pub(in crate::io) encoder_deg: Option<Number>,
+    pub(in crate::io) contact_mm: Option<Number>,
 }
 
 #[derive(Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(super) struct PriorToml {
-    pub(super) strain: Option<Number>,
-    pub(super) segment_strain: Option<Number>,
-    pub(super) joint_offset_deg: Option<Number>,
-    pub(super) joint_offset_mm: Option<Number>,
-    pub(super) joint_origin_mm: Option<Number>,
-    pub(super) joint_origin_deg: Option<Number>,
-    pub(super) joint_compliance_rad_per_nm: Option<Number>,
+pub(in crate::io) struct PriorToml {
+    pub(in crate::io) strain: Option<Number>,
+    pub(in crate::io) segment_strain: Option<Number>,
+    pub(in crate::io) joint_offset_deg: Option<Number>,
+    pub(in crate::io) joint_offset_mm: Option<Number>,
+    pub(in crate::io) joint_origin_mm: Option<Number>,
+    pub(in crate::io) joint_origin_deg: Option<Number>,
+    pub(in crate::io) joint_compliance_rad_per_nm: Option<Number>,
 }
 
 #[derive(Clone, Copy, Debug, Default, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub(super) enum LossToml {
+pub(in crate::io) enum LossToml {
     Squared,
     Huber,
     Cauchy,
@@ -177,31 +177,31 @@ pub(super) enum LossToml {
 
 #[derive(Clone, Copy, Debug, Deserialize)]
 #[serde(rename_all = "snake_case")]
-pub(super) enum OptimiserToml {
+pub(in crate::io) enum OptimiserToml {
     Adam,
     Plain,
 }
 
 #[derive(Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(super) struct DescentToml {
-    pub(super) optimiser: Option<OptimiserToml>,
-    pub(super) steps: Option<Number>,
-    pub(super) rate: Option<Number>,
-    pub(super) contacts: Option<Number>,
+pub(in crate::io) struct DescentToml {
+    pub(in crate::io) optimiser: Option<OptimiserToml>,
+    pub(in crate::io) steps: Option<Number>,
+    pub(in crate::io) rate: Option<Number>,
+    pub(in crate::io) contacts: Option<Number>,
 }
 
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(super) struct EstimateToml {
-    pub(super) parameters: Vec<Text>,
+pub(in crate::io) struct EstimateToml {
+    pub(in crate::io) parameters: Vec<Text>,
     #[serde(default)]
-    pub(super) loss: LossToml,
-    pub(super) loss_scale: Option<Number>,
+    pub(in crate::io) loss: LossToml,
+    pub(in crate::io) loss_scale: Option<Number>,
     #[serde(default)]
-    pub(super) freeze: Vec<Text>,
+    pub(in crate::io) freeze: Vec<Text>,
     #[serde(default)]
-    pub(super) prior: PriorToml,
-    pub(super) method: Option<Text>,
-    pub(super) descent: Option<Spanned<DescentToml>>,
+    pub(in crate::io) prior: PriorToml,
+    pub(in crate::io) method: Option<Text>,
+    pub(in crate::io) descent: Option<Spanned<DescentToml>>,
 }

@@ -1,4 +1,4 @@
-//! Tool and fixture together: the contact manifold.
+//! Tool and fixture together: their shapes and contact manifold.
 
 use std::ops::Range;
 use std::rc::Rc;
@@ -9,13 +9,15 @@ use toml::Spanned;
 use super::context::{Allowed, Context, MM};
 use super::projected;
 use super::schema::{FixtureKind, FixtureToml, ManifoldToml, Number, Text, ToolKind, ToolToml};
+use crate::experiment::manifold_of;
 use crate::geometry::extrusion::PegAndHole;
 use crate::geometry::profile::Profile;
 use crate::io::bytes::Input;
 use crate::io::error::{IoError, Place, quoted};
 use crate::io::outline;
 use crate::io::suggest::did_you_mean;
-use crate::manifold::{BallInSocket, ContactManifold, PegInHole, Plane, Unknown};
+use crate::manifold::{ContactManifold, Unknown};
+use crate::sim::Parts;
 
 /// The only outline that comes with the crate.
 const EXTRUSION: &str = "extrusion25";
@@ -37,7 +39,7 @@ enum HoleOutline {
 }
 
 /// What the tool table says of the tool's shape.
-pub(super) struct Shape {
+pub(in crate::io) struct Shape {
     kind: ToolKind,
     outline: Option<Rc<Outline>>,
     length: Option<f64>,
@@ -46,7 +48,7 @@ pub(super) struct Shape {
 }
 
 impl Shape {
-    pub(super) fn of(
+    pub(in crate::io) fn of(
         tool: &Spanned<ToolToml>,
         context: &Context<'_>,
         inputs: &mut Vec<Input>,
@@ -86,31 +88,44 @@ impl Shape {
     ) -> Result<Box<dyn ContactManifold>, IoError> {
         let name = format!("fixture `{}`", fixture.get_ref().name.get_ref());
         check_keys(fixture.get_ref(), &name, context)?;
-        match (self.kind, fixture.get_ref().kind) {
-            (ToolKind::Peg, FixtureKind::Hole) => {
-                projected::check_keys(fixture.get_ref(), &name, context)?;
-                match fixture.get_ref().manifold.as_ref().map_or_else(Default::default, |chosen| *chosen.get_ref()) {
-                    ManifoldToml::Exact => self.in_hole(self.outline(context)?, fixture, context, inputs),
-                    ManifoldToml::Nearest => projected::nearest(fixture, context, inputs),
-                    ManifoldToml::Learned => projected::learned(fixture, context, inputs),
-                    ManifoldToml::Unknown => Ok(Box::new(Unknown)),
-                }
+        if (self.kind, fixture.get_ref().kind) == (ToolKind::Peg, FixtureKind::Hole) {
+            projected::check_keys(fixture.get_ref(), &name, context)?;
+            match fixture.get_ref().manifold.as_ref().map_or_else(Default::default, |chosen| *chosen.get_ref()) {
+                ManifoldToml::Exact => {}
+                ManifoldToml::Nearest => return projected::nearest(fixture, context, inputs),
+                ManifoldToml::Learned => return projected::learned(fixture, context, inputs),
+                ManifoldToml::Unknown => return Ok(Box::new(Unknown)),
             }
+        }
+        Ok(manifold_of(&self.parts(fixture, context, inputs)?))
+    }
+
+    /// This tool and a fixture.
+    pub(in crate::io) fn parts(
+        &self,
+        fixture: &Spanned<FixtureToml>,
+        context: &Context<'_>,
+        inputs: &mut Vec<Input>,
+    ) -> Result<Parts, IoError> {
+        let name = format!("fixture `{}`", fixture.get_ref().name.get_ref());
+        check_keys(fixture.get_ref(), &name, context)?;
+        let on_plane = |points, radius| Ok(Parts::OnPlane { points, radius });
+        match (self.kind, fixture.get_ref().kind) {
+            (ToolKind::Peg, FixtureKind::Hole) => self.in_hole(self.outline(context)?, fixture, context, inputs),
             (ToolKind::Peg, FixtureKind::Plane) => {
                 let outline = self.outline(context)?;
                 let tip = profile(outline).map_err(|message| place_outline(outline, message))?;
-                let points = tip.vertices().iter().map(|vertex| Point3::new(vertex.x, vertex.y, 0.0));
-                Ok(Box::new(Plane::new(points.collect(), 0.0)))
+                on_plane(tip.vertices().iter().map(|vertex| Point3::new(vertex.x, vertex.y, 0.0)).collect(), 0.0)
             }
             (ToolKind::Ball, FixtureKind::Plane) => match self.radius {
-                Some(radius) => Ok(Box::new(Plane::ball(radius))),
+                Some(radius) => on_plane(vec![Point3::origin()], radius),
                 None => {
                     let place = context.place(self.span.clone(), "tool, radius_mm");
                     Err(IoError::unexpected(place, "the ball's radius, which a plane needs", "none"))
                 }
             },
-            (ToolKind::Point, FixtureKind::Plane) => Ok(Box::new(Plane::ball(0.0))),
-            (ToolKind::Ball | ToolKind::Point, FixtureKind::Socket) => Ok(Box::new(BallInSocket)),
+            (ToolKind::Point, FixtureKind::Plane) => on_plane(vec![Point3::origin()], 0.0),
+            (ToolKind::Ball | ToolKind::Point, FixtureKind::Socket) => Ok(Parts::BallInSocket),
             (kind, _) => {
                 let expected = match kind {
                     ToolKind::Peg => "a hole or plane, which a peg can touch",
@@ -137,7 +152,7 @@ impl Shape {
         fixture: &Spanned<FixtureToml>,
         context: &Context<'_>,
         inputs: &mut Vec<Input>,
-    ) -> Result<Box<dyn ContactManifold>, IoError> {
+    ) -> Result<Parts, IoError> {
         let span = fixture.span();
         let fixture = fixture.get_ref();
         let name = format!("fixture `{}`", fixture.name.get_ref());
@@ -248,20 +263,15 @@ fn place_outline(outline: &Outline, message: String) -> IoError {
     IoError::syntax(Place::file(file), message)
 }
 
-/// The contact manifold of a peg of `length` (m) in a hole of `depth` (m).
-fn peg_in_hole(
-    outline: &Outline,
-    hole_outline: &HoleOutline,
-    depth: f64,
-    length: f64,
-) -> Result<Box<dyn ContactManifold>, String> {
+/// A peg of `length` (m) and a hole of `depth` (m).
+fn peg_in_hole(outline: &Outline, hole_outline: &HoleOutline, depth: f64, length: f64) -> Result<Parts, String> {
     let peg = profile(outline)?;
     let hole = match hole_outline {
         HoleOutline::Own(own) => profile(own)?,
         HoleOutline::Offset(offset) => peg.offset_mitred(*offset).map_err(|error| error.to_string())?,
     };
     let shapes = PegAndHole::new(peg, length, hole, depth).map_err(|error| error.to_string())?;
-    Ok(Box::new(PegInHole::new(shapes)))
+    Ok(Parts::PegInHole(Box::new(shapes)))
 }
 
 fn profile(outline: &Outline) -> Result<Profile, String> {

@@ -1,0 +1,92 @@
+//! `touchcal simulate`: a log of an arm of which it is known what is wrong with it.
+
+use std::ops::ControlFlow;
+use std::path::Path;
+
+use touchcal::io::atomic;
+use touchcal::io::scenario_file::{self, PROBLEM, ScenarioFile, TRUTH};
+use touchcal::sim::{Simulated, SimulationError};
+
+use super::{Failure, Outcome};
+use crate::args::SimulateArgs;
+use crate::output;
+use crate::progress::{Spinner, interrupted};
+use crate::table::Table;
+
+/// Simulates a scenario and writes the logs, the problem that they pose, the scenario with every key, and the truth.
+pub fn run(args: &SimulateArgs) -> Result<Outcome, Failure> {
+    spare_foreign_files(&args.out)?;
+    let mut file = match (&args.scenario, &args.preset) {
+        (Some(path), _) => scenario_file::read_file(path)?,
+        (None, preset) => scenario_file::preset(preset.as_deref().unwrap_or_default())?,
+    };
+    if let Some(contacts) = args.contacts {
+        file.scenario.contacts = contacts as usize;
+    }
+    let simulated = simulate(&file, args.seed)?;
+    write(&args.out, &file, &simulated, args.seed)?;
+    output::print(&summary(&args.out, &file, &simulated))?;
+    Ok(Outcome::Done)
+}
+
+/// An earlier simulation may be overwritten, a user's own problem not.
+pub fn spare_foreign_files(folder: &Path) -> Result<(), Failure> {
+    let problem = folder.join(PROBLEM);
+    if problem.exists() && !folder.join(TRUTH).exists() {
+        let message = format!("{} is there and not from a simulation; choose another --out", problem.display());
+        return Err(Failure::Setup(message));
+    }
+    Ok(())
+}
+
+/// Simulates, watched.
+pub fn simulate(file: &ScenarioFile, seed: u64) -> Result<Simulated, Failure> {
+    let spinner = Spinner::new("Simulating");
+    let truth = file.scenario.draw(seed);
+    let mut watch = |contacts: usize| {
+        spinner.tell(|| format!("{contacts} contacts"));
+        if interrupted() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    };
+    match file.scenario.run(&truth, seed, &mut watch) {
+        Err(SimulationError::Interrupted) => Err(Failure::Interrupted),
+        logs => Ok(Simulated { truth, logs: logs? }),
+    }
+}
+
+/// Writes all files of a simulation, the problem last.
+pub fn write(folder: &Path, file: &ScenarioFile, simulated: &Simulated, seed: u64) -> Result<(), Failure> {
+    let mut files = vec![scenario_file::truth_text(&file.scenario, simulated, seed)?];
+    files.extend(scenario_file::log_texts(&file.scenario, simulated));
+    files.extend(scenario_file::scenario_text(file));
+    files.extend(scenario_file::problem_text(file));
+    for file in files {
+        atomic::write(&folder.join(file.name), file.text.as_bytes())?;
+    }
+    Ok(())
+}
+
+fn summary(folder: &Path, file: &ScenarioFile, simulated: &Simulated) -> String {
+    let mut table = Table::new(["fixture", "rows", "contacts", "force N: median", "95 %", "seconds"]);
+    for (touch, log) in file.scenario.touches.iter().zip(&simulated.logs) {
+        let size = |row: usize| log.wrench[row][..3].iter().map(|part| part * part).sum::<f64>().sqrt();
+        let mut forces: Vec<f64> = log.contacts().map(size).collect();
+        forces.sort_unstable_by(f64::total_cmp);
+        let quantile = |percent: usize| forces.get(forces.len() * percent / 100).copied().unwrap_or(f64::NAN);
+        table.row([
+            touch.name.clone(),
+            log.len().to_string(),
+            forces.len().to_string(),
+            format!("{:.1}", quantile(50)),
+            format!("{:.1}", quantile(95)),
+            format!("{:.1}", log.time.last().copied().unwrap_or(0.0)),
+        ]);
+    }
+    let folder = folder.display();
+    [
+        table.to_string(),
+        format!("\nWritten to {folder}: problem.toml and the logs it names, scenario.toml, truth.json.\n\nTry next\n"),
+        format!("  touchcal inspect {folder}/problem.toml\n"),
+        format!("  touchcal calibrate {folder}/problem.toml --out {folder}/calibrated\n"),
+    ]
+    .concat()
+}

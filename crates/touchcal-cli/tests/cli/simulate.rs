@@ -1,0 +1,109 @@
+//! Simulated logs: files, that they can be calibrated, errors.
+
+use std::path::Path;
+
+use super::{json, stderr, stdout, touchcal};
+
+fn bytes(folder: &Path, names: &[&str]) -> Vec<Vec<u8>> {
+    names.iter().map(|name| std::fs::read(folder.join(name)).unwrap()).collect()
+}
+
+#[test]
+fn a_preset_is_simulated_and_calibrated() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    let args = ["simulate", "--preset", "leo_aluminium", "--seed", "3", "--contacts", "1500", "--out"];
+    let done = touchcal(folder.path(), &[&args[..], &["a"]].concat()).success();
+    assert!(stderr(&done).is_empty() && stdout(&done).contains("touchcal calibrate a/problem.toml"));
+    touchcal(folder.path(), &[&args[..], &["b"]].concat()).success();
+    let names = ["problem.toml", "scenario.toml", "hole.csv", "truth.json"];
+    assert_eq!(bytes(&at("a"), &names), bytes(&at("b"), &names), "the same seed, the same bytes");
+    let header = std::fs::read_to_string(at("a/hole.csv")).unwrap().lines().next().unwrap().to_owned();
+    assert!(
+        header.starts_with("t,joint_a1,")
+            && header.ends_with(",tz,contact,temperature_0_c,temperature_1_c,temperature_2_c,temperature_3_c")
+    );
+
+    touchcal(folder.path(), &["calibrate", "a/problem.toml", "--out", "out"]).success();
+    let (estimate, truth) = (json(&at("out/estimate.json")), json(&at("a/truth.json")));
+    assert_eq!(
+        estimate["contacts"]["used"].as_u64().unwrap() + estimate["contacts"]["rejected"].as_u64().unwrap(),
+        1500
+    );
+    let truth = truth["parameters"].as_object().unwrap();
+    assert_eq!(truth.len(), 11, "four segments and seven offsets");
+    for parameter in estimate["parameters"].as_array().unwrap() {
+        let Some(truth) = truth.get(parameter["name"].as_str().unwrap()) else { continue };
+        let (error, sigma) =
+            (parameter["value"].as_f64().unwrap() - truth.as_f64().unwrap(), parameter["sigma"].as_f64().unwrap());
+        assert!(error.abs() < 5.0 * sigma, "{}: {error} ± {sigma}", parameter["name"]);
+    }
+}
+
+/// What is written is what was simulated: to the digits of the file.
+#[test]
+fn the_scenario_written_gives_the_same_log() {
+    let folder = tempfile::tempdir().unwrap();
+    let text = "preset = \"workcell\"\ncontacts = 300\n[exploration]\nswing_deg = 12\n[recorder]\nmissed = 0.1\nspurious = 0.2\n";
+    std::fs::write(folder.path().join("mine.toml"), text).unwrap();
+    touchcal(folder.path(), &["simulate", "mine.toml", "--out", "a"]).success();
+    touchcal(folder.path(), &["simulate", "a/scenario.toml", "--out", "b"]).success();
+    let names = ["problem.toml", "scenario.toml"];
+    assert_eq!(bytes(&folder.path().join("a"), &names), bytes(&folder.path().join("b"), &names));
+    let log = |name: &str| std::fs::read_to_string(folder.path().join(name).join("hole.csv")).unwrap();
+    let (first, second) = (log("a"), log("b"));
+    assert_eq!(first.lines().count(), second.lines().count());
+    for (a, b) in first.lines().zip(second.lines()).skip(1) {
+        for (a, b) in a.split(',').zip(b.split(',')) {
+            let [a, b] = [a, b].map(|cell| cell.parse::<f64>().unwrap());
+            assert!((a - b).abs() < 3e-4, "{a} {b}");
+        }
+    }
+    let truth = json(&folder.path().join("a/truth.json"));
+    assert!(
+        truth["rows"]["hole"]["spurious"].as_u64().unwrap() > 30
+            && truth["rows"]["hole"]["missed"].as_u64().unwrap() > 10
+    );
+}
+
+#[track_caller]
+fn refused(text: &str, message: &[&str]) {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("s.toml"), text).unwrap();
+    let done = touchcal(folder.path(), &["simulate", "s.toml", "--out", "out"]).code(1);
+    for part in message {
+        assert!(stderr(&done).contains(part), "expected `{part}` in: {}", stderr(&done));
+    }
+    assert_eq!(stderr(&done).lines().count(), 1);
+    assert!(stdout(&done).is_empty() && !folder.path().join("out").exists());
+}
+
+#[test]
+fn wrong_scenarios_are_refused_with_line_and_column() {
+    refused("preset = \"papr\"", &["s.toml:1:10, preset: expected `paper`, ", "did you mean `paper`?"]);
+    refused(
+        "preset = \"paper\"\n[recorder]\nrate_h = 300\n",
+        &["s.toml:3:1: unknown field `rate_h`", "did you mean `rate_hz`?"],
+    );
+    refused(
+        "[recorder]\nspurious = 1.5\n",
+        &["s.toml:2:12, recorder, spurious: expected a share from 0 to below 1, found 1.5"],
+    );
+    refused("contacts = 0\n", &["s.toml:1:12, contacts: expected a whole number from 1 to 1000000, found 0"]);
+    refused("[robot]\nbuiltin = \"panda\"\n[[fixture]]\nname = \"a\"\n", &["missing field `kind`"]);
+    refused("[tool]\nkind = \"ball\"\n", &["s.toml:1:1, tool: expected [[fixture]] tables"]);
+    refused("[exploration]\nradius_mm = 0\npress_mm = 0\ntilt_deg = 0\n", &["expected contacts with `hole`"]);
+    refused(
+        "[tool]\nkind = \"ball\"\n[[fixture]]\nname = \"s\"\nkind = \"socket\"\nbase_from_fixture = { xyz_mm = [9000, 0, 0] }\npostures_deg = [[0, 40, 0, -90, 0, 50, 0]]\n",
+        &["the arm cannot reach `s`"],
+    );
+}
+
+#[test]
+fn a_users_problem_is_not_overwritten() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("problem.toml"), "mine").unwrap();
+    let done = touchcal(folder.path(), &["simulate", "--preset", "paper", "--out", "."]).code(1);
+    assert!(stderr(&done).contains("problem.toml is there and not from a simulation"));
+    assert_eq!(std::fs::read_to_string(folder.path().join("problem.toml")).unwrap(), "mine");
+}

@@ -1,0 +1,104 @@
+//! The calibration problem that a scenario's logs pose to a user who believes what the scenario says.
+
+use crate::contact::{ContactLog, Source};
+use crate::estimate::{Distance, Fixture, Freedom, Loss, Method, Noise, Problem, Tool};
+use crate::robot::{Block, Parameter, Robot, joint_compliance, joint_offset, joint_origin, segment_strain, strain};
+use crate::sim::{PlaceError, Scenario, Simulated, Touch};
+
+use super::manifold_of;
+
+/// Noise that is declared at least (rad, m): without any, nothing could be weighed.
+const LEAST_ENCODER: f64 = 2e-7;
+const LEAST_CONTACT: f64 = 1e-6;
+/// How well the distance of fixtures on one block is declared to be known (m).
+const SPACING_SIGMA: f64 = 1e-5;
+
+/// The problem of one simulated trial: its contacts, all that may be wrong with the arm to be estimated, places as uncertain as they are drawn.
+pub fn problem(scenario: &Scenario, simulated: &Simulated) -> Problem {
+    let robot = &scenario.robot;
+    let mut contacts = ContactLog::new(robot.dof());
+    for (fixture, (touch, log)) in scenario.touches.iter().zip(&simulated.logs).enumerate() {
+        let file = contacts.add_file(&touch.name);
+        contacts.count_rows(log.len() as u64);
+        log.contacts().for_each(|row| contacts.push(log.q(row), fixture, Source { file, line: row as u64 + 1 }));
+    }
+    Problem {
+        robot: robot.clone(),
+        tool: Tool { tip_from_tool: scenario.tip_from_tool, freedom: freedom(scenario.tool_error) },
+        fixtures: scenario.touches.iter().map(fixture).collect(),
+        distances: distances(scenario),
+        contacts,
+        noise: noise(scenario),
+        parameters: blocks(scenario).into_iter().flat_map(|block| parameters(block, robot)).collect(),
+        joint_drift: false,
+        method: Method::LevenbergMarquardt,
+        loss: Loss::GemanMcClure(LOSS_SCALE),
+    }
+}
+
+/// Scale of the robust loss (standard deviations).
+pub(crate) const LOSS_SCALE: f64 = 3.0;
+
+/// What may be wrong with the arm, and so is to be estimated.
+pub(crate) fn blocks(scenario: &Scenario) -> Vec<Block> {
+    let errors = &scenario.errors;
+    let strain = if errors.segment_strain > 0.0 { Block::SegmentStrain } else { Block::Strain };
+    let origin = errors.origin_length > 0.0 || errors.origin_angle > 0.0 || errors.origin_zero > 0.0;
+    let wanted = [
+        (errors.strain > 0.0 || errors.segment_strain > 0.0, strain),
+        (errors.joint_offset > 0.0, Block::JointOffset),
+        (origin, Block::JointOrigin),
+        (errors.joint_compliance > 0.0, Block::JointCompliance),
+    ];
+    let mut blocks: Vec<Block> = wanted.into_iter().filter(|(wanted, _)| *wanted).map(|(_, block)| block).collect();
+    if blocks.is_empty() {
+        blocks.push(Block::JointOffset);
+    }
+    blocks
+}
+
+fn parameters(block: Block, robot: &Robot) -> Vec<Parameter> {
+    match block {
+        Block::Strain => vec![strain()],
+        Block::SegmentStrain => segment_strain(robot),
+        Block::JointOrigin => joint_origin(robot),
+        Block::JointCompliance => joint_compliance(robot),
+        _ => joint_offset(robot),
+    }
+}
+
+/// The recorder's noise, rounding included.
+pub(crate) fn noise(scenario: &Scenario) -> Noise {
+    let rounding = scenario.recorder.encoder_step / 12f64.sqrt();
+    Noise {
+        encoder: scenario.recorder.encoder_sigma.hypot(rounding).max(LEAST_ENCODER),
+        contact: scenario.contact_sigma.max(LEAST_CONTACT),
+        learned: false,
+    }
+}
+
+/// Distances of fixtures that follow each other on one block.
+pub(crate) fn distances(scenario: &Scenario) -> Vec<Distance> {
+    let place = |touch: &Touch| touch.base_from_fixture.translation.vector;
+    let pairs = scenario.touches.windows(2).enumerate().filter(|(_, pair)| pair[0].block() == pair[1].block());
+    let each = pairs.map(|(first, pair)| Distance {
+        between: (first, first + 1),
+        distance: (place(&pair[1]) - place(&pair[0])).norm(),
+        sigma: SPACING_SIGMA,
+    });
+    each.collect()
+}
+
+fn fixture(touch: &Touch) -> Fixture {
+    Fixture {
+        name: touch.name.clone(),
+        manifold: manifold_of(&touch.parts),
+        base_from_fixture: (!touch.free).then_some(touch.base_from_fixture),
+        freedom: if touch.free { Freedom::Free } else { freedom(touch.place_error) },
+        placement: touch.name.split('/').next().unwrap_or_default().to_owned(),
+    }
+}
+
+fn freedom(PlaceError { length, angle }: PlaceError) -> Freedom {
+    if length > 0.0 || angle > 0.0 { Freedom::Uncertain { sigma: length, sigma_angle: angle } } else { Freedom::Known }
+}

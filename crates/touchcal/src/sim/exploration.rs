@@ -1,0 +1,46 @@
+//! How the tool is commanded to move about a fixture.
+
+use std::f64::consts::TAU;
+
+use crate::se3::{self, Pose, Twist};
+
+/// An exploration command: a spiral in x and y, rotations out of step about all axes, a press in and out along z, and a swing of the redundant joints.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Exploration {
+    /// Radius of the spiral in x and y (m).
+    pub radius: f64,
+    /// Amplitude of the rotations about all three axes (rad).
+    pub tilt: f64,
+    /// How far the command goes beyond the deepest place that the fixture allows (m).
+    pub press: f64,
+    /// Amplitude of the swing of each joint about its posture (rad).
+    pub swing: f64,
+    /// How many times as fast as the paper's exploration.
+    pub pace: f64,
+}
+
+impl Exploration {
+    /// The commanded pose, `time` seconds after the start, over a fixture that is first touched at one height and goes down to another (m).
+    pub(super) fn command(&self, time: f64, (top, bottom): (f64, f64)) -> Pose {
+        let Exploration { radius, tilt, press, .. } = *self;
+        let wave = |hertz: f64, phase: f64| self.wave(time, hertz, phase);
+        let reach = radius * (0.6 + 0.4 * wave(0.31, 0.0));
+        let below = (top - bottom + press) * (0.5 - 0.5 * wave(0.17, 0.25));
+        let translation = Pose::translation(reach * wave(1.3, 0.25), reach * wave(1.3, 0.0), top - below);
+        let rotation =
+            Twist::new(0.0, 0.0, 0.0, tilt * wave(0.73, 0.1), tilt * wave(0.59, 0.4), tilt * wave(0.43, 0.7));
+        translation * se3::exp(&rotation)
+    }
+
+    /// The posture, with every joint swung a little, neighbours in opposite directions.
+    pub(super) fn swung(&self, posture: &[f64], time: f64, into: &mut [f64]) {
+        let swing = self.swing * self.wave(time, 0.11, 0.0);
+        for (i, (joint, q)) in into.iter_mut().zip(posture).enumerate() {
+            *joint = if i % 2 == 0 { q + swing } else { q - swing };
+        }
+    }
+
+    fn wave(&self, time: f64, hertz: f64, phase: f64) -> f64 {
+        (TAU * (hertz * self.pace * time + phase)).sin()
+    }
+}

@@ -1,0 +1,107 @@
+//! What writes a log: encoders, a force sensor, and what it takes for contact.
+
+use nalgebra::Vector3;
+use rand::RngExt;
+use rand_distr::{Distribution, StandardNormal};
+use rand_pcg::Pcg64;
+
+use crate::se3::Pose;
+
+/// Encoders, force sensor and contact detection.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Recorder {
+    /// Rows per second.
+    pub rate: f64,
+    /// Standard deviation of the encoders (rad or m).
+    pub encoder_sigma: f64,
+    /// Steps in which encoders count (rad or m); 0 for none.
+    pub encoder_step: f64,
+    /// Standard deviation of each component of the force (N).
+    pub force_sigma: f64,
+    /// Standard deviation of each component of the torque (N m).
+    pub torque_sigma: f64,
+    /// Standard deviation of the bias of each component of the force, drawn once a log (N).
+    pub force_bias: f64,
+    /// Standard deviation of the bias of each component of the torque, drawn once a log (N m).
+    pub torque_bias: f64,
+    /// Force above which a row counts as contact (N).
+    pub force_threshold: f64,
+    /// Share of the touching rows that are taken for free.
+    pub missed: f64,
+    /// Share of the contacts that are none: free poses close to the fixture.
+    pub spurious: f64,
+}
+
+impl Recorder {
+    /// A recorder that sees everything as it is, at `rate` rows a second, with contact above `force_threshold` (N).
+    pub const fn exact(rate: f64, force_threshold: f64) -> Recorder {
+        Recorder {
+            rate,
+            encoder_sigma: 0.0,
+            encoder_step: 0.0,
+            force_sigma: 0.0,
+            torque_sigma: 0.0,
+            force_bias: 0.0,
+            torque_bias: 0.0,
+            force_threshold,
+            missed: 0.0,
+            spurious: 0.0,
+        }
+    }
+
+    /// What the sensor shows when nothing presses.
+    pub(super) fn bias(&self, chance: &mut Pcg64) -> [f64; 6] {
+        std::array::from_fn(|k| normal(chance) * if k < 3 { self.force_bias } else { self.torque_bias })
+    }
+
+    /// A true joint position as its encoder counts it.
+    pub(super) fn encoder(&self, q: f64, chance: &mut Pcg64) -> f64 {
+        let read = q + self.encoder_sigma * normal(chance);
+        if self.encoder_step > 0.0 { (read / self.encoder_step).round() * self.encoder_step } else { read }
+    }
+
+    /// A true wrench as the sensor shows it, to its last digit.
+    pub(super) fn wrench(&self, wrench: [f64; 6], bias: &[f64; 6], chance: &mut Pcg64) -> [f64; 6] {
+        std::array::from_fn(|k| {
+            let sigma = if k < 3 { self.force_sigma } else { self.torque_sigma };
+            to_last_digit(wrench[k] + bias[k] + sigma * normal(chance))
+        })
+    }
+
+    /// Scales the force to one that detection takes for no contact, or for one: what a missed or a spurious contact looks like.
+    pub(super) fn pretend(&self, touching: bool, mut wrench: [f64; 6], chance: &mut Pcg64) -> [f64; 6] {
+        let size = force(&wrench);
+        let share: f64 = chance.random();
+        let wanted = self.force_threshold * if touching { 1.0 + share } else { 0.9 * share };
+        if size > 0.0 {
+            wrench.iter_mut().for_each(|part| *part = to_last_digit(*part * wanted / size));
+        } else {
+            wrench[2] = to_last_digit(wanted);
+        }
+        wrench
+    }
+}
+
+/// Digits after the point to which force sensors are read (N, N m): a log written so says the same as the recorder.
+pub const WRENCH_DIGITS: usize = 4;
+
+fn to_last_digit(value: f64) -> f64 {
+    (value * 1e4).round() / 1e4
+}
+
+/// Size of a wrench's force (N).
+pub(super) fn force(wrench: &[f64; 6]) -> f64 {
+    Vector3::new(wrench[0], wrench[1], wrench[2]).norm()
+}
+
+/// The wrench `[f; τ]` of the tool frame about its origin, in the tip frame about the tip's.
+pub(super) fn at_tip(tip_from_tool: &Pose, wrench: &crate::se3::Twist) -> [f64; 6] {
+    let force = tip_from_tool.rotation * crate::se3::linear(wrench);
+    let torque = tip_from_tool.rotation * crate::se3::angular(wrench) + tip_from_tool.translation.vector.cross(&force);
+    [force.x, force.y, force.z, torque.x, torque.y, torque.z]
+}
+
+/// A standard normal number.
+pub(super) fn normal(chance: &mut Pcg64) -> f64 {
+    StandardNormal.sample(chance)
+}

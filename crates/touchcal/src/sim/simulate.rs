@@ -1,0 +1,314 @@
+//! A scenario run: the truth drawn, each fixture explored, what the recorder writes.
+
+use std::ops::ControlFlow;
+
+use nalgebra::Translation3;
+use rand::{RngExt, SeedableRng};
+use rand_pcg::Pcg64;
+
+use super::equilibrium::{Equilibrium, Rest};
+use super::inverse_kinematics::Follower;
+use super::parts::{DIRECTIONS, Parts};
+use super::recorder::{at_tip, force, normal};
+use super::scenario::{Scenario, Thermal, Touch};
+use super::truth::Truth;
+use crate::robot::{Kinematics, segments};
+use crate::se3::{self, Pose, Twist};
+
+/// One simulated trial.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Simulated {
+    /// What the estimator looks for and never reads.
+    pub truth: Truth,
+    /// A log for each touch of the scenario.
+    pub logs: Vec<Log>,
+}
+
+/// What was recorded at one fixture, row by row, in contact or not.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Log {
+    /// Moving joints.
+    pub dof: usize,
+    /// Seconds since the start.
+    pub time: Vec<f64>,
+    /// Measured joint positions, `dof` a row (rad or m).
+    pub q: Vec<f64>,
+    /// Measured wrench `[f; τ]` of the fixture on the tool about the tip's origin, in the tip frame (N, N m).
+    pub wrench: Vec<[f64; 6]>,
+    /// Measured temperature of each segment of the arm (°C), `segments` a row; empty where it is not recorded.
+    pub temperature: Vec<f64>,
+    /// Whether the recorder takes the row for a contact.
+    pub contact: Vec<bool>,
+    /// What is truly the case in each row; not part of what is recorded.
+    pub truth: Vec<TrueRow>,
+}
+
+/// The truth of a row.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct TrueRow {
+    /// Where the tool is in the fixture: at rest, where parts overlap by less than 1 µm, and then off by the contact's form errors.
+    pub fixture_from_tool: Pose,
+    /// Force of the fixture on the tool (N).
+    pub force: f64,
+    /// Whether it touches.
+    pub touching: bool,
+}
+
+impl Log {
+    /// Number of rows.
+    pub fn len(&self) -> usize {
+        self.time.len()
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.time.is_empty()
+    }
+
+    /// Measured joint positions of row `i` (rad or m).
+    pub fn q(&self, i: usize) -> &[f64] {
+        &self.q[i * self.dof..(i + 1) * self.dof]
+    }
+
+    /// Numbers of the rows taken for contacts.
+    pub fn contacts(&self) -> impl Iterator<Item = usize> {
+        (0..self.len()).filter(|&i| self.contact[i])
+    }
+}
+
+/// Why a simulation cannot run.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum SimulationError {
+    /// The arm does not reach a fixture.
+    #[error(
+        "the arm cannot reach `{fixture}`: no joint positions put the tool there from the posture given, {time:.2} s after the start"
+    )]
+    OutOfReach {
+        /// The fixture.
+        fixture: String,
+        /// Seconds since the start.
+        time: f64,
+    },
+    /// The exploration hardly ever touches.
+    #[error(
+        "expected contacts with `{fixture}`, found only {found} in {rows} rows: widen the exploration or lower the force threshold"
+    )]
+    NoContact {
+        /// The fixture.
+        fixture: String,
+        /// Contacts found.
+        found: usize,
+        /// Rows simulated.
+        rows: usize,
+    },
+    /// The tool finds no place to rest.
+    #[error(
+        "the tool comes to no rest at `{fixture}`, {time:.2} s after the start: slow the exploration or lower the friction"
+    )]
+    NoRest {
+        /// The fixture.
+        fixture: String,
+        /// Seconds since the start.
+        time: f64,
+    },
+    /// Broken off by who watched it.
+    #[error("the simulation was broken off")]
+    Interrupted,
+    /// A hole whose outline does not survive the change drawn for it.
+    #[error("`{fixture}` cannot be {wider_mm:+.3} mm wider: lower its clearance_sigma")]
+    Clearance {
+        /// The fixture.
+        fixture: String,
+        /// How much wider it was to be (mm per side).
+        wider_mm: f64,
+    },
+}
+
+/// Rows simulated for each contact wanted before giving up.
+const PATIENCE: usize = 20;
+/// Height (m) above a fixture at which a tool starts.
+const START: f64 = 1e-3;
+
+/// Chance for one purpose. No purpose disturbs another: more rows leave the truth and the other fixtures as they are.
+fn chance(seed: u64, purpose: u64) -> Pcg64 {
+    Pcg64::seed_from_u64(seed ^ purpose.wrapping_mul(0x9E37_79B9_7F4A_7C15))
+}
+
+impl Scenario {
+    /// Draws the truth and runs it. The same seed gives the same trial, to the last bit where sine and cosine are the same.
+    ///
+    /// # Errors
+    /// As [`Scenario::run`].
+    pub fn simulate(&self, seed: u64) -> Result<Simulated, SimulationError> {
+        let truth = self.draw(seed);
+        let logs = self.run(&truth, seed, &mut |_| ControlFlow::Continue(()))?;
+        Ok(Simulated { truth, logs })
+    }
+
+    /// Draws what is wrong in the trial of `seed`.
+    pub fn draw(&self, seed: u64) -> Truth {
+        Truth::draw(self, &mut chance(seed, 0))
+    }
+
+    /// Runs a truth, with the noise of `seed`: a log for each touch. `watch` is told the number of contacts after each, and may break the run off.
+    ///
+    /// # Errors
+    /// If the arm cannot reach a fixture, touches too rarely, or finds no rest; and if broken off.
+    pub fn run(
+        &self,
+        truth: &Truth,
+        seed: u64,
+        watch: &mut dyn FnMut(usize) -> ControlFlow<()>,
+    ) -> Result<Vec<Log>, SimulationError> {
+        let (columns, values) = truth.of_arm();
+        // The kinematics of the true arm: driven by what its encoders say, as the real one is.
+        let mut arm = Kinematics::new(&self.robot, &columns, self.tip_from_tool);
+        arm.set(&values);
+        let temperature = |thermal: Thermal, k| thermal.reference + truth.strain(k) / thermal.expansion;
+        let temperatures: Vec<f64> = match self.thermal {
+            Some(thermal) => (0..segments(&self.robot).len()).map(|k| temperature(thermal, k)).collect(),
+            None => Vec::new(),
+        };
+        let mut logs: Vec<Log> = Vec::with_capacity(self.touches.len());
+        for (f, touch) in self.touches.iter().enumerate() {
+            let parts = truth.parts(self, f).ok_or_else(|| SimulationError::Clearance {
+                fixture: touch.name.clone(),
+                wider_mm: 1e3 * truth.clearance.get(f).copied().unwrap_or(0.0),
+            })?;
+            let mut run = Run {
+                scenario: self,
+                touch,
+                parts: &parts,
+                base_from_fixture: truth.base_from_fixture(self, f),
+                tip_from_tool: truth.tip_from_tool(self),
+                follower: Follower::new(&arm),
+                temperatures: &temperatures,
+                chance: chance(seed, 1 + f as u64),
+                bias: [0.0; 6],
+                log: Log { dof: self.robot.dof(), ..Log::default() },
+            };
+            let before: usize = logs.iter().map(|log| log.contacts().count()).sum();
+            run.explore(&mut |found| watch(before + found))?;
+            logs.push(run.log);
+        }
+        Ok(logs)
+    }
+}
+
+/// One fixture being explored.
+struct Run<'a> {
+    scenario: &'a Scenario,
+    touch: &'a Touch,
+    parts: &'a Parts,
+    base_from_fixture: Pose,
+    tip_from_tool: Pose,
+    follower: Follower<'a>,
+    /// True temperature of each segment (°C).
+    temperatures: &'a [f64],
+    chance: Pcg64,
+    bias: [f64; 6],
+    log: Log,
+}
+
+impl Run<'_> {
+    fn explore(&mut self, watch: &mut dyn FnMut(usize) -> ControlFlow<()>) -> Result<(), SimulationError> {
+        let (touch, recorder) = (self.touch, &self.scenario.recorder);
+        self.bias = recorder.bias(&mut self.chance);
+        let most = PATIENCE * self.scenario.contacts.max(100);
+        let mut found = 0;
+        for (k, posture) in touch.postures.iter().enumerate() {
+            let wanted = self.scenario.contacts * (k + 1) / touch.postures.len();
+            let heights = self.parts.heights();
+            let start = Pose::translation(0.0, 0.0, heights.0 + START);
+            let mut rest = Equilibrium::new(self.parts, self.scenario.stiffness, self.scenario.friction, start);
+            let mut joints = posture.clone();
+            let mut swung = posture.clone();
+            while found < wanted {
+                let time = self.log.len() as f64 / recorder.rate;
+                let command = touch.exploration.command(time, heights);
+                let fixture = || touch.name.clone();
+                let rest = rest.settle(&command).ok_or_else(|| SimulationError::NoRest { fixture: fixture(), time })?;
+                touch.exploration.swung(posture, time, &mut swung);
+                if !self.record(time, &rest, &mut joints, &swung) {
+                    return Err(SimulationError::OutOfReach { fixture: fixture(), time });
+                }
+                if self.log.contact.last() == Some(&true) {
+                    found += 1;
+                    if watch(found).is_break() {
+                        return Err(SimulationError::Interrupted);
+                    }
+                }
+                if self.log.len() > most {
+                    return Err(SimulationError::NoContact { fixture: fixture(), found, rows: self.log.len() });
+                }
+            }
+        }
+        Ok(())
+    }
+
+    /// Writes a row; false if the arm does not reach it.
+    fn record(&mut self, time: f64, rest: &Rest, joints: &mut [f64], posture: &[f64]) -> bool {
+        let recorder = &self.scenario.recorder;
+        let form: [f64; DIRECTIONS] = std::array::from_fn(|_| self.scenario.contact_sigma * normal(&mut self.chance));
+        let placed =
+            if rest.touching { self.parts.moved_off(&rest.fixture_from_tool, &form) } else { rest.fixture_from_tool };
+        let mut truth =
+            TrueRow { fixture_from_tool: placed, force: se3::linear(&rest.wrench).norm(), touching: rest.touching };
+        let mut load = rest.wrench;
+        let [missed, spurious]: [f64; 2] = std::array::from_fn(|_| self.chance.random());
+        let mut wrench = recorder.wrench(at_tip(&self.tip_from_tool, &load), &self.bias, &mut self.chance);
+        let seen = force(&wrench) > recorder.force_threshold;
+        if seen && spurious < recorder.spurious {
+            load = Twist::zeros();
+            truth = TrueRow { fixture_from_tool: self.free_pose(&rest.fixture_from_tool), force: 0.0, touching: false };
+            wrench = recorder.pretend(true, wrench, &mut self.chance);
+        } else if seen && missed < recorder.missed {
+            wrench = recorder.pretend(false, wrench, &mut self.chance);
+        }
+        let target = self.base_from_fixture * truth.fixture_from_tool;
+        if !self.follower.follow(&target, joints, posture) {
+            // A far jump: there may be a way from the posture itself.
+            joints.copy_from_slice(posture);
+            if !self.follower.follow(&target, joints, posture) {
+                return false;
+            }
+        }
+        let bent = self.scenario.errors.joint_compliance;
+        for (i, &q) in joints.iter().enumerate() {
+            // The encoder sits on the motor's side of a joint that gives way to the load by compliance × torque.
+            let q = if bent == 0.0 { q } else { q - bent * self.follower.torque(i, &load) };
+            self.log.q.push(recorder.encoder(q, &mut self.chance));
+        }
+        if let Some(thermal) = self.scenario.thermal {
+            let noise = |_: &f64| thermal.sensor_sigma * normal(&mut self.chance);
+            let noise: Vec<f64> = self.temperatures.iter().map(noise).collect();
+            self.log.temperature.extend(self.temperatures.iter().zip(noise).map(|(celsius, noise)| celsius + noise));
+        }
+        self.log.time.push(time);
+        self.log.wrench.push(wrench);
+        self.log.contact.push(force(&wrench) > recorder.force_threshold);
+        self.log.truth.push(truth);
+        true
+    }
+
+    /// A pose close to the fixture that does not touch it: inside of a hole, above anything else.
+    fn free_pose(&mut self, near: &Pose) -> Pose {
+        let mut even = |size: f64| size * self.chance.random_range(-1.0..=1.0);
+        let Parts::PegInHole(parts) = self.parts else {
+            return Translation3::new(0.0, 0.0, 3e-3 + even(2e-3)) * near;
+        };
+        let depth = parts.depth();
+        let mut wide = 1.0;
+        loop {
+            let place = Pose::translation(wide * even(1e-3), wide * even(1e-3), depth * (-0.5 + even(0.5)));
+            let [x, y, z] = std::array::from_fn(|_| wide * even(0.03));
+            let pose = place * se3::exp(&Twist::new(0.0, 0.0, 0.0, x, y, z));
+            // Tighter and tighter: the middle of the hole is free, if anything is.
+            if parts.gap(&pose).value > 0.05e-3 || wide < 1e-3 {
+                return pose;
+            }
+            wide *= 0.9;
+        }
+    }
+}

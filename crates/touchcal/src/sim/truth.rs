@@ -1,0 +1,162 @@
+//! What is truly the case in one trial, drawn from a scenario.
+
+use rand::RngExt;
+use rand_pcg::Pcg64;
+
+use super::parts::Parts;
+use super::recorder::normal;
+use super::scenario::{ArmErrors, Distribution, PlaceError, Scenario};
+use crate::geometry::extrusion::PegAndHole;
+use crate::robot::{
+    Column, JointKind, Parameter, Robot, joint_compliance, joint_offset, joint_origin, segment_strain, segments, strain,
+};
+use crate::se3::{self, Pose, Twist};
+
+/// What is wrong with an arm, its tool and the fixtures: the numbers that a calibration looks for.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Truth {
+    /// Parameters that are not zero. Places are off by `believed · Exp(ξ)`, `ξ` the columns `Tool` or `Fixture`.
+    pub errors: Vec<(Column, f64)>,
+    /// How much wider each hole is than believed (m per side).
+    pub clearance: Vec<f64>,
+}
+
+impl Truth {
+    /// Draws what `scenario` leaves to chance. Always in the same order: settings that draw nothing leave the rest as it is.
+    pub(super) fn draw(scenario: &Scenario, chance: &mut Pcg64) -> Truth {
+        let mut errors = arm_errors(&scenario.robot, &scenario.errors, chance);
+        errors.extend(place_error(scenario.tool_error, chance, Column::Tool));
+        let mut clearance = Vec::with_capacity(scenario.touches.len());
+        let mut blocks: Vec<(&str, Pose)> = Vec::new();
+        for (f, touch) in scenario.touches.iter().enumerate() {
+            let drawn = place_error(touch.place_error, chance, |k| Column::Fixture(f, k));
+            // A block is moved by what its first fixture is; the others go with it.
+            match blocks.iter().find(|(block, _)| *block == touch.block()) {
+                Some((_, moved)) => {
+                    let xi = se3::log(&(touch.base_from_fixture.inverse() * moved * touch.base_from_fixture));
+                    errors.extend((0..6).map(|k| (Column::Fixture(f, k), xi[k])));
+                }
+                None => {
+                    let xi = sum(&drawn);
+                    let moved = touch.base_from_fixture * se3::exp(&xi) * touch.base_from_fixture.inverse();
+                    blocks.push((touch.block(), moved));
+                    errors.extend(drawn);
+                }
+            }
+            clearance.push(touch.clearance_sigma * normal(chance));
+        }
+        errors.retain(|(_, value)| *value != 0.0);
+        Truth { errors, clearance }
+    }
+
+    /// The value of a parameter, 0 if it is right.
+    pub fn value(&self, column: Column) -> f64 {
+        self.errors.iter().filter(|(c, _)| *c == column).map(|(_, value)| value).sum()
+    }
+
+    /// Strain of segment `k` of the arm, the common one included.
+    pub fn strain(&self, k: usize) -> f64 {
+        self.value(Column::Strain) + self.value(Column::SegmentStrain(k))
+    }
+
+    /// Columns and values of what is wrong with the arm and its tool.
+    pub fn of_arm(&self) -> (Vec<Column>, Vec<f64>) {
+        self.errors.iter().filter(|(column, _)| !matches!(column, Column::Fixture(..))).copied().unzip()
+    }
+
+    /// Where fixture `f` truly is.
+    pub fn base_from_fixture(&self, scenario: &Scenario, f: usize) -> Pose {
+        let xi = Twist::from_fn(|k, _| self.value(Column::Fixture(f, k)));
+        scenario.touches[f].base_from_fixture * se3::exp(&xi)
+    }
+
+    /// Where the tool truly is on the tip.
+    pub fn tip_from_tool(&self, scenario: &Scenario) -> Pose {
+        scenario.tip_from_tool * se3::exp(&Twist::from_fn(|k, _| self.value(Column::Tool(k))))
+    }
+
+    /// What tool and fixture `f` truly are. None if the outline does not survive its change.
+    pub(super) fn parts(&self, scenario: &Scenario, f: usize) -> Option<Parts> {
+        let wider = self.clearance.get(f).copied().unwrap_or(0.0);
+        match &scenario.touches[f].parts {
+            Parts::PegInHole(parts) if wider != 0.0 => {
+                let hole = parts.hole().offset_mitred(wider).ok()?;
+                let parts = PegAndHole::new(parts.peg().clone(), parts.length(), hole, parts.depth()).ok()?;
+                Some(Parts::PegInHole(Box::new(parts)))
+            }
+            parts => Some(parts.clone()),
+        }
+    }
+
+    /// The true parameters with their names and units.
+    pub fn named(&self, scenario: &Scenario) -> Vec<(Parameter, f64)> {
+        let robot = &scenario.robot;
+        let mut known = vec![strain()];
+        known.extend(segment_strain(robot));
+        known.extend(joint_offset(robot));
+        known.extend(joint_origin(robot));
+        known.extend(joint_compliance(robot));
+        known.extend((0..6).map(|k| Parameter::twist("tool", Column::Tool(k), k)));
+        for (f, touch) in scenario.touches.iter().enumerate() {
+            let prefix = format!("fixture.{}", touch.name);
+            known.extend((0..6).map(|k| Parameter::twist(&prefix, Column::Fixture(f, k), k)));
+        }
+        let given = |parameter: &Parameter| self.errors.iter().any(|(column, _)| *column == parameter.column);
+        let value = |parameter: Parameter| {
+            let value = self.value(parameter.column);
+            (parameter, value)
+        };
+        known.into_iter().filter(given).map(value).collect()
+    }
+}
+
+fn draw(distribution: Distribution, size: f64, chance: &mut Pcg64) -> f64 {
+    match distribution {
+        Distribution::Sign => {
+            if chance.random_bool(0.5) {
+                size
+            } else {
+                -size
+            }
+        }
+        Distribution::Uniform => size * chance.random_range(-1.0..=1.0),
+        Distribution::Normal => size * normal(chance),
+    }
+}
+
+/// A common strain counts as part of each segment's where segments differ.
+fn arm_errors(robot: &Robot, sizes: &ArmErrors, chance: &mut Pcg64) -> Vec<(Column, f64)> {
+    let mut one = |size: f64| draw(sizes.distribution, size, chance);
+    let common = one(sizes.strain);
+    let own: Vec<f64> = segments(robot).iter().map(|_| one(sizes.segment_strain)).collect();
+    let mut errors = Vec::new();
+    if sizes.segment_strain == 0.0 {
+        errors.push((Column::Strain, common));
+    } else {
+        errors.extend(own.iter().enumerate().map(|(k, own)| (Column::SegmentStrain(k), common + own)));
+    }
+    for (i, _) in robot.moving().enumerate() {
+        errors.push((Column::JointOffset(i), one(sizes.joint_offset)));
+    }
+    for (i, joint) in robot.moving().enumerate() {
+        let turns = joint.kind != JointKind::Prismatic;
+        for k in 0..6 {
+            let size = match k {
+                0..3 => sizes.origin_length,
+                _ if turns && joint.axis[k - 3].abs() > 0.5 => sizes.origin_zero,
+                _ => sizes.origin_angle,
+            };
+            errors.push((Column::JointOrigin(i, k), one(size)));
+        }
+        errors.push((Column::JointCompliance(i), if turns { sizes.joint_compliance } else { 0.0 }));
+    }
+    errors
+}
+
+fn place_error(error: PlaceError, chance: &mut Pcg64, column: impl Fn(usize) -> Column) -> Vec<(Column, f64)> {
+    (0..6).map(|k| (column(k), normal(chance) * if k < 3 { error.length } else { error.angle })).collect()
+}
+
+fn sum(errors: &[(Column, f64)]) -> Twist {
+    Twist::from_fn(|k, _| errors[k].1)
+}
