@@ -292,6 +292,49 @@ pub struct SimulateArgs {
 pub enum ExperimentArgs {
     /// The paper's table: learned, nearest and exact contact manifolds, by gradient descent and Levenberg-Marquardt
     Table1(Table1Args),
+    /// Simulate and calibrate one scenario many times: are the uncertainties true?
+    #[cfg(feature = "parquet")]
+    Campaign(CampaignArgs),
+}
+
+/// Arguments of `experiment campaign`.
+#[cfg(feature = "parquet")]
+#[derive(Debug, clap::Args)]
+pub struct CampaignArgs {
+    /// What to simulate
+    #[arg(value_name = "SCENARIO.toml", required_unless_present = "preset", conflicts_with = "preset")]
+    pub scenario: Option<PathBuf>,
+    /// Instead of a scenario file: a scenario that comes with touchcal
+    #[arg(long, value_name = "NAME", value_parser = Preset::ALL.map(Preset::name))]
+    pub preset: Option<String>,
+    /// Folder to write campaign.json and parts/ into; parts found there are not computed again
+    #[arg(long, value_name = "DIR")]
+    pub out: PathBuf,
+    /// Trials
+    #[arg(long, default_value_t = 500, value_parser = clap::value_parser!(u64).range(1..=100_000_000))]
+    pub trials: u64,
+    /// Seed of the first trial; the others count on from it
+    #[arg(long, default_value_t = 1)]
+    pub seed: u64,
+    /// Contacts to simulate with each fixture; the scenario says how many otherwise
+    #[arg(long, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    pub contacts: Option<u32>,
+    /// Only the i-th of n equal shares of the parts, for one of n machines
+    #[arg(long, value_name = "I/N", default_value = "1/1")]
+    pub shard: Shard,
+    /// Print JSON instead of a table
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Which share of a campaign to compute.
+#[cfg(feature = "parquet")]
+#[derive(Clone, Copy, Debug)]
+pub struct Shard {
+    /// From 1 to `of`.
+    pub number: u64,
+    /// How many there are.
+    pub of: u64,
 }
 
 /// Arguments of `experiment table1`.

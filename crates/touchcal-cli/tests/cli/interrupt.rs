@@ -29,13 +29,8 @@ fn an_interrupted_calibration_leaves_no_file() {
 #[test]
 fn an_interrupted_simulation_leaves_no_file() {
     let folder = tempfile::tempdir().unwrap();
-    let child = Command::new(env!("CARGO_BIN_EXE_touchcal"))
-        .current_dir(folder.path())
-        .args(["simulate", "--preset", "paper", "--contacts", "1000000", "--out", "out"])
-        .stdout(Stdio::piped())
-        .stderr(Stdio::piped())
-        .spawn()
-        .unwrap();
+    let args = ["simulate", "--preset", "paper", "--contacts", "1000000", "--out", "out"];
+    let child = start(folder.path(), &args);
     std::thread::sleep(Duration::from_secs(1));
     assert!(Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap().success());
     let output = child.wait_with_output().unwrap();

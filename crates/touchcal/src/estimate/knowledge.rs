@@ -44,7 +44,7 @@ impl Knowledge {
 }
 
 /// Inverse of the information over the parameters that are not held.
-fn covariance(information: &DMatrix<f64>, scale: &DVector<f64>) -> DMatrix<f64> {
+pub(super) fn covariance(information: &DMatrix<f64>, scale: &DVector<f64>) -> DMatrix<f64> {
     let size = scale.len();
     let scaled = DMatrix::from_fn(size, size, |i, j| {
         let held = scale[i] == 0.0 || scale[j] == 0.0;

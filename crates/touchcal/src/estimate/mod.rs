@@ -1,5 +1,6 @@
 //! The estimator: from a problem to parameters, their covariance, and what the data cannot determine.
 
+mod bound;
 mod calibrate;
 mod conclude;
 mod doubt;
@@ -21,6 +22,7 @@ mod score;
 mod system;
 mod workspace;
 
+pub use bound::cramer_rao;
 pub use calibrate::calibrate;
 pub use evaluate::{evaluate, place};
 pub use gradient_descent::{Descent, Optimiser};

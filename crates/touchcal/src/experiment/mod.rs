@@ -1,10 +1,12 @@
 //! Calibrations of which the truth is known: simulated or recorded trials, and how far an estimate is from what was true.
 
+mod campaign;
 mod posed;
 mod touching;
 mod transfer;
 mod trial;
 
+pub use campaign::{CampaignRow, CampaignSummary, LEVELS, campaign_trial};
 pub use posed::problem;
 pub(crate) use posed::{LOSS_SCALE, blocks, distances, noise};
 pub use touching::manifold_of;

@@ -20,6 +20,8 @@
 
 pub mod atomic;
 mod bytes;
+#[cfg(feature = "parquet")]
+pub mod campaign_parquet;
 pub mod checkpoint_file;
 pub mod contact_csv;
 mod error;

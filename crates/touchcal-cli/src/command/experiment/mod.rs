@@ -1,6 +1,8 @@
 //! `touchcal experiment`: methods compared on trials with truth.
 
 mod approach;
+#[cfg(feature = "parquet")]
+mod campaign;
 mod figure;
 mod row;
 mod table1;
@@ -12,5 +14,7 @@ use crate::args::ExperimentArgs;
 pub fn run(args: &ExperimentArgs) -> Result<Outcome, Failure> {
     match args {
         ExperimentArgs::Table1(args) => table1::run(args),
+        #[cfg(feature = "parquet")]
+        ExperimentArgs::Campaign(args) => campaign::run(args),
     }
 }
