@@ -30,14 +30,12 @@ pub enum DeviceError {
         device: Device,
     },
     /// This machine lacks it, or something that it needs.
-    #[error("{device} does not work here; it needs {needed}. It says: {message}", needed = .device.needed())]
+    #[error("{device} does not work here; it needs {needed}", needed = .device.needed())]
     Unusable {
         /// The device.
         device: Device,
-        /// What it says.
-        message: String,
     },
-    /// It worked, and does no longer.
+    /// It fails at its work.
     #[error("{device} failed: {message}")]
     Failed {
         /// The device.

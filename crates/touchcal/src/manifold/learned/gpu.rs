@@ -61,24 +61,18 @@ pub(super) fn engine(device: Device, state: &Checkpoint) -> Result<Box<dyn Engin
 
 /// The first device of a backend, once it has added two numbers.
 fn open<B: Backend>(device: Device) -> Result<B::Device, DeviceError> {
-    let unusable = |message: &str| {
-        let message = message.split_whitespace().collect::<Vec<_>>().join(" ");
-        Err(DeviceError::Unusable { device, message })
-    };
-    // Where a library, a device or CUDA's headers are missing, burn panics in its first operation, and has no way to be asked before.
-    let two = catch_unwind(|| {
+    // Where a library, a device or CUDA's headers are missing, burn panics in its first operation, and cannot be asked before. It does so on a
+    // thread of its own; what reaches this one does not say why.
+    let added = catch_unwind(|| {
         let burn = B::Device::default();
         let one = || Tensor::<B, 1>::from_floats([1.0], &burn);
-        (one() + one()).try_into_data().map(|two| (burn.clone(), two.iter::<f32>().collect::<Vec<_>>()))
+        (one() + one()).try_into_scalar().map(|two| (burn.clone(), two.elem::<f32>()))
     });
-    match two {
-        Ok(Ok((burn, two))) if two == [2.0] => Ok(burn),
-        Ok(Ok((_, two))) => unusable(&format!("1 + 1 is {two:?}")),
-        Ok(Err(error)) => unusable(&format!("{error:?}")),
-        Err(panic) => {
-            let text = panic.downcast_ref::<String>().map(String::as_str);
-            unusable(text.or(panic.downcast_ref::<&str>().copied()).unwrap_or("it does not say why"))
-        }
+    match added {
+        Ok(Ok((burn, 2.0))) => Ok(burn),
+        Ok(Ok((_, two))) => Err(failed(device, format!("1 + 1 is {two}"))),
+        Ok(Err(error)) => Err(failed(device, error)),
+        Err(_) => Err(DeviceError::Unusable { device }),
     }
 }
 
