@@ -79,10 +79,9 @@ fn rounding(device: Device) -> f64 {
     if device == Device::Cuda { 2f64.powi(-11) } else { 2f64.powi(-24) }
 }
 
-/// Roundings by which one pass over the network differs, and what 200 steps may make of them. Adam moves a weight by the sign of a gradient that is
-/// all rounding as far as by any other, until its means have settled.
-const FIRST: f64 = 100.0;
-const LATER: f64 = 1e4;
+/// Roundings by which sums of a few dozen products differ in another order, and what 200 steps make of them; on a software Vulkan 2 and 13.
+const FIRST: f64 = 20.0;
+const LATER: f64 = 200.0;
 
 /// Norm of the differences of some layers' numbers, relative to that of the numbers.
 fn apart(a: &[Layer], b: &[Layer]) -> f64 {
@@ -111,7 +110,7 @@ fn steps_are_those_of_the_processor() {
         let squares = apart(&here.state.adam.second, &there.state.adam.second);
         println!("{device}: {first:.1e} {losses:.1e} {looks:.1e} {weights:.1e} {means:.1e} {squares:.1e}");
         assert!(first < FIRST * rounding(device), "{device}: {first:e}");
-        for apart in [losses, looks, weights, squares] {
+        for apart in [losses, looks, weights, means, squares] {
             assert!(apart < LATER * rounding(device), "{device}: {apart:e}");
         }
     }
