@@ -2,7 +2,9 @@
 
 use std::path::PathBuf;
 
+use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Parser, Subcommand};
+use touchcal::manifold::learned::Device;
 use touchcal::sim::Preset;
 
 /// Calibrate a robot arm by touch: URDF, joint log and touched parts in, calibrated URDF with honest error bars out.
@@ -193,6 +195,9 @@ pub struct TrainArgs {
     /// Seed of weights and pairs
     #[arg(long, default_value_t = 1)]
     pub seed: u64,
+    /// What to train on: the processor, or a GPU, through CUDA or wgpu if this build has it
+    #[arg(long, value_name = "DEVICE", default_value = "cpu", value_parser = device())]
+    pub device: Device,
     /// Learn the way to the projection instead of the projected pose
     #[arg(long)]
     pub correction: bool,
@@ -232,6 +237,11 @@ const OF_THE_START: [&str; 13] = [
     "offset_mm",
     "offset_deg",
 ];
+
+fn device() -> impl TypedValueParser<Value = Device> {
+    let found = |name: String| Device::ALL.into_iter().find(|device| device.name() == name);
+    PossibleValuesParser::new(Device::ALL.map(Device::name)).map(move |name| found(name).unwrap_or_default())
+}
 
 fn count(least: usize, most: usize) -> impl Fn(&str) -> Result<usize, String> + Clone {
     move |text| match text.parse() {

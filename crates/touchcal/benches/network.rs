@@ -1,7 +1,8 @@
 //! How long training steps and projections with gradients take, for comparison with other programs in the same session.
 //!
 //! `cargo bench -p touchcal --bench network` prints medians. With `-- --serve` it reads names of cases from stdin and answers each with
-//! seconds per repetition: `network_pytorch.py` alternates so between this and PyTorch. Threads: `RAYON_NUM_THREADS`.
+//! seconds per repetition: `network_pytorch.py` alternates so between this and PyTorch. Threads: `RAYON_NUM_THREADS`. With `--features cuda`
+//! and `-- cuda`, or `wgpu`, training runs on a GPU; projections, which never do, are left out.
 #![allow(
     missing_docs,
     clippy::unwrap_used,
@@ -18,7 +19,7 @@ use std::time::Instant;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
 use touchcal::manifold::coordinates::{Coordinates, Metric};
-use touchcal::manifold::learned::{Lessons, Training, TrainingOptions};
+use touchcal::manifold::learned::{Device, Lessons, Training, TrainingOptions};
 use touchcal::manifold::{LearnedProjection, NearestSample, PoseSamples, Projection, TrainingPairs};
 
 /// Name, width, batch of a training step or none for a projection with gradient, repetitions timed together.
@@ -37,7 +38,7 @@ enum Case {
 }
 
 impl Case {
-    fn new(width: usize, batch: Option<usize>) -> Case {
+    fn new(width: usize, batch: Option<usize>, device: Device) -> Case {
         let mut random = Pcg64::seed_from_u64(1);
         let mut cloud = |count: usize| -> Vec<Coordinates> {
             (0..count).map(|_| std::array::from_fn(|_| random.random_range(-0.02..=0.02))).collect()
@@ -56,7 +57,7 @@ impl Case {
         };
         let training = Training::start(options, &lessons).unwrap();
         match batch {
-            Some(_) => Case::Train(Box::new(training)),
+            Some(_) => Case::Train(Box::new(training.on(device).unwrap())),
             None => Case::Project(Box::new(training.learned().unwrap()), cloud(3000)),
         }
     }
@@ -85,11 +86,16 @@ impl Case {
 }
 
 fn main() {
+    let named = |device: &Device| std::env::args().any(|argument| argument == device.name());
+    let device = Device::ALL.into_iter().find(named).unwrap_or_default();
     if std::env::args().any(|argument| argument == "--serve") {
-        return serve();
+        return serve(device);
     }
     for (name, width, batch, count) in CASES {
-        let mut case = Case::new(width, batch);
+        if device != Device::Cpu && batch.is_none() {
+            continue;
+        }
+        let mut case = Case::new(width, batch, device);
         case.time(count);
         let mut seconds: Vec<f64> = (0..ROUNDS).map(|_| case.time(count)).collect();
         seconds.sort_by(f64::total_cmp);
@@ -97,13 +103,13 @@ fn main() {
     }
 }
 
-fn serve() {
+fn serve(device: Device) {
     let mut ready: HashMap<String, (Case, u64)> = HashMap::new();
     for line in std::io::stdin().lines() {
         let name = line.unwrap();
         let (case, count) = ready.entry(name.clone()).or_insert_with(|| {
             let &(_, width, batch, count) = CASES.iter().find(|case| case.0 == name).expect("the name of a case");
-            (Case::new(width, batch), count)
+            (Case::new(width, batch, device), count)
         });
         println!("{}", case.time(*count));
         std::io::stdout().flush().unwrap();

@@ -1,9 +1,11 @@
 #!/usr/bin/env python3
-"""The cases of network.rs in PyTorch on the CPU, each repetition beside one of touchcal's: same shapes, threads, single precision, fused Adam.
+"""The cases of network.rs in PyTorch, each repetition beside one of touchcal's: same shapes, threads, single precision, fused Adam.
 
     pip install torch==2.15.0 numpy==2.4.6
     cargo bench -p touchcal --bench network --no-run     # names the binary
-    crates/touchcal/benches/network_pytorch.py BINARY [ROUNDS [THREADS]]
+    crates/touchcal/benches/network_pytorch.py BINARY [ROUNDS [THREADS [DEVICE]]]
+
+DEVICE is cpu (the default), or cuda for the training cases on a GPU: both programs, with BINARY built with `--features cuda`.
 
 Prints for each case the medians and the ratio of times, PyTorch's to touchcal's: its median over the rounds and the middle half. Above 1 touchcal is faster.
 """
@@ -15,6 +17,7 @@ import time
 
 ROUNDS = int(sys.argv[2]) if len(sys.argv) > 2 else 15
 THREADS = int(sys.argv[3]) if len(sys.argv) > 3 else 2
+DEVICE = sys.argv[4] if len(sys.argv) > 4 else "cpu"
 os.environ["OMP_NUM_THREADS"] = os.environ["MKL_NUM_THREADS"] = os.environ["RAYON_NUM_THREADS"] = str(THREADS)
 
 import torch  # noqa: E402
@@ -35,7 +38,7 @@ def network(width: int) -> torch.nn.Sequential:
 
 def case(width: int, batch: int | None):
     """A function that does one repetition."""
-    model = network(width)
+    model = network(width).to(DEVICE)
     if batch is None:
         model.requires_grad_(False)
         poses = torch.randn(3000, 6)
@@ -46,7 +49,7 @@ def case(width: int, batch: int | None):
             return x.grad
 
         return project
-    inputs, targets = torch.randn(16, batch, 6), torch.randn(16, batch, 6)
+    inputs, targets = torch.randn(16, batch, 6, device=DEVICE), torch.randn(16, batch, 6, device=DEVICE)
     optimizer = torch.optim.Adam(model.parameters(), lr=1e-4, fused=True)
     step = 0
 
@@ -71,9 +74,11 @@ def seconds(repetition, count: int) -> float:
 
 def main(binary: str) -> None:
     torch.set_num_threads(THREADS)
-    print(f"PyTorch {torch.__version__}, {THREADS} threads, {ROUNDS} rounds")
+    print(f"PyTorch {torch.__version__}, {DEVICE}, {THREADS} threads, {ROUNDS} rounds")
     for name, (width, batch, count) in CASES.items():
-        with subprocess.Popen([binary, "--serve"], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as server:
+        if DEVICE != "cpu" and batch is None:
+            continue
+        with subprocess.Popen([binary, "--serve", DEVICE], stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True) as server:
 
             def own() -> float:
                 print(name, file=server.stdin, flush=True)

@@ -128,6 +128,20 @@ fn an_interrupted_training_says_how_to_go_on() {
     assert!(resume("m.safetensors").contains("checkpoint.safetensors: expected a whole safetensors file"));
 }
 
+#[cfg(not(any(feature = "cuda", feature = "wgpu")))]
+#[test]
+fn a_device_that_this_build_lacks_is_refused_before_anything_is_read() {
+    let folder = tempfile::tempdir().unwrap();
+    for (device, name) in [("cuda", "CUDA"), ("wgpu", "wgpu")] {
+        let args = ["train", "--manifold", "m.safetensors", "--out", "out", "--device", device];
+        let refused = touchcal(folder.path(), &args).code(1);
+        let expected =
+            format!("touchcal: error: could not train: this build has no {name}: build with --features {device}\n");
+        assert_eq!(stderr(&refused), expected);
+    }
+    assert!(!folder.path().join("out").exists());
+}
+
 #[test]
 fn wrong_usage_is_refused() {
     let folder = tempfile::tempdir().unwrap();
@@ -140,6 +154,7 @@ fn wrong_usage_is_refused() {
     refused(&["--minutes", "1", "--steps", "5"], "cannot be used with");
     refused(&["--resume", "--width", "8"], "cannot be used with");
     refused(&["--learning-rate", "0"], "above 0");
+    refused(&["--device", "tpu"], "[possible values: cpu, cuda, wgpu]");
     let missing = touchcal(folder.path(), &["train", "--manifold", "m.safetensors", "--out", "out"]).code(1);
     assert!(stderr(&missing).contains("m.safetensors"));
     let none = touchcal(folder.path(), &["train", "--manifold", "m.safetensors", "--out", "out", "--resume"]).code(1);

@@ -3,6 +3,7 @@
 mod told;
 
 use std::ops::ControlFlow;
+use std::panic;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
@@ -11,7 +12,8 @@ use touchcal::io::weights_file::{Teacher, WeightsFile};
 use touchcal::io::{atomic, checkpoint_file, manifold_file, onnx};
 use touchcal::manifold::coordinates::Metric;
 use touchcal::manifold::learned::{
-    Checkpoint, Ending, Lessons, Output, Progress, Training, TrainingError, TrainingOptions, accuracy,
+    Checkpoint, Device, DeviceError, Ending, Lessons, Output, Progress, Training, TrainingError, TrainingOptions,
+    accuracy,
 };
 use touchcal::manifold::{NearestSample, TrainingPairs};
 
@@ -32,6 +34,7 @@ const UNCOUNTED: u64 = 5;
 
 /// Reads, learns, writes, tells.
 pub fn run(args: &TrainArgs) -> Result<Outcome, Failure> {
+    probe(args.device).map_err(TrainingError::from)?;
     let checkpoint = args.out.join(CHECKPOINT);
     let resumed = match (args.resume, checkpoint.exists()) {
         (true, _) => Some(checkpoint_file::read_file(&checkpoint)?),
@@ -70,6 +73,15 @@ pub fn run(args: &TrainArgs) -> Result<Outcome, Failure> {
     watch.learn(training)
 }
 
+/// Before a minute is spent on labels. A driver that panics has its panic told as an error, and not at length as well.
+fn probe(device: Device) -> Result<(), DeviceError> {
+    let told = panic::take_hook();
+    panic::set_hook(Box::new(|_| {}));
+    let there = device.probe();
+    panic::set_hook(told);
+    there
+}
+
 fn pairs(args: &TrainArgs) -> TrainingPairs {
     let (place, turn) = (args.offset_mm * 1e-3, args.offset_deg.to_radians());
     TrainingPairs { bounds: [place, place, place, turn, turn, turn], seed: args.seed }
@@ -79,7 +91,7 @@ fn begin(args: &TrainArgs, state: Option<Checkpoint>, lessons: &Lessons<'_>) -> 
     let spinner = Spinner::new("Labelling pairs");
     spinner.run();
     if let Some(state) = state {
-        return Ok(Training::resume(state, lessons)?);
+        return Ok(Training::resume(state, lessons)?.on(args.device)?);
     }
     let mut options = TrainingOptions {
         hidden: vec![args.width; args.depth],
@@ -93,17 +105,22 @@ fn begin(args: &TrainArgs, state: Option<Checkpoint>, lessons: &Lessons<'_>) -> 
         ..TrainingOptions::default()
     };
     if let Some(minutes) = args.minutes {
-        options.steps = steps_in(minutes, &options, lessons)?;
+        options.steps = steps_in(minutes, &options, lessons, args.device)?;
     }
-    Ok(Training::start(options, lessons)?)
+    Ok(Training::start(options, lessons)?.on(args.device)?)
 }
 
 /// Steps that take so many minutes, by trying some.
-fn steps_in(minutes: f64, options: &TrainingOptions, lessons: &Lessons<'_>) -> Result<u64, TrainingError> {
+fn steps_in(
+    minutes: f64,
+    options: &TrainingOptions,
+    lessons: &Lessons<'_>,
+    device: Device,
+) -> Result<u64, TrainingError> {
     let few = TrainingOptions { pairs: options.batch as u64, held_out: 1, steps: u64::MAX, ..options.clone() };
     let mut start = Instant::now();
     let mut counted = 0;
-    Training::start(few, lessons)?.run(&mut |progress, _| {
+    Training::start(few, lessons)?.on(device)?.run(&mut |progress, _| {
         if progress.step == UNCOUNTED {
             start = Instant::now();
         }
@@ -196,8 +213,12 @@ impl Watch<'_> {
     fn command(&self) -> String {
         let shown = |path: &Path| path.display().to_string();
         let onnx = if self.args.onnx { " --onnx" } else { "" };
+        let device = match self.args.device {
+            Device::Cpu => String::new(),
+            other => format!(" --device {}", other.name()),
+        };
         format!(
-            "touchcal train --manifold {} --out {}{onnx} --resume",
+            "touchcal train --manifold {} --out {}{onnx}{device} --resume",
             shown(&self.args.manifold),
             shown(&self.args.out)
         )

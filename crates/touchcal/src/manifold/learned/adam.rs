@@ -7,6 +7,10 @@ use super::network::{CHUNK, Layer, Network, Tape, bias_gradient, weight_gradient
 const FIRST_DECAY: f64 = 0.9;
 const SECOND_DECAY: f64 = 0.999;
 const EPSILON: f64 = 1e-8;
+pub(super) const KEEP_FIRST: f32 = FIRST_DECAY as f32;
+pub(super) const KEEP_SECOND: f32 = SECOND_DECAY as f32;
+pub(super) const TAKE_FIRST: f32 = (1.0 - FIRST_DECAY) as f32;
+pub(super) const TAKE_SECOND: f32 = (1.0 - SECOND_DECAY) as f32;
 
 /// Means of a network's gradients and of their squares (Kingma & Ba 2015, arXiv 1412.6980).
 #[derive(Clone, Debug, PartialEq)]
@@ -48,14 +52,14 @@ impl Adam {
 }
 
 /// The numbers of one step.
-struct Step {
-    rate: f32,
-    epsilon: f32,
+pub(super) struct Step {
+    pub rate: f32,
+    pub epsilon: f32,
 }
 
 impl Step {
     /// With the corrections for means that began at zero.
-    fn new(rate: f64, steps: u64) -> Step {
+    pub fn new(rate: f64, steps: u64) -> Step {
         let steps = steps as f64;
         let root = (1.0 - SECOND_DECAY.powf(steps)).sqrt();
         let rate = rate * root / (1.0 - FIRST_DECAY.powf(steps));
@@ -63,10 +67,6 @@ impl Step {
     }
 
     fn apply(&self, weights: &mut [f32], first: &mut [f32], second: &mut [f32], gradient: &[f32]) {
-        const KEEP_FIRST: f32 = FIRST_DECAY as f32;
-        const KEEP_SECOND: f32 = SECOND_DECAY as f32;
-        const TAKE_FIRST: f32 = (1.0 - FIRST_DECAY) as f32;
-        const TAKE_SECOND: f32 = (1.0 - SECOND_DECAY) as f32;
         for (((w, m), v), g) in weights.iter_mut().zip(first).zip(second).zip(gradient) {
             *m = KEEP_FIRST * *m + TAKE_FIRST * g;
             *v = KEEP_SECOND * *v + TAKE_SECOND * g * g;

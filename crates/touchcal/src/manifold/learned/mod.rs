@@ -1,11 +1,15 @@
 //! Projection by a network that learned it from pairs (Negi, Manyar & Gupta 2025, arXiv 2506.17458).
 //!
 //! `network` is the perceptron and its derivatives, `adam` moves its weights, `scaling` stands between it and poses, `training` is the loop,
-//! `accuracy` says how good the result is. Results are the same bits for every number of threads on one kind of processor; between kinds, products
+//! `engine` its arithmetic, `device` where that is done, `gpu` the same on one, `accuracy` says how good the result is. Results are the same bits for every number of threads on one kind of processor; between kinds, products
 //! of matrices may be summed in another order.
 
 mod accuracy;
 mod adam;
+mod device;
+mod engine;
+#[cfg(any(feature = "cuda", feature = "wgpu"))]
+mod gpu;
 mod network;
 mod pair_set;
 mod scaling;
@@ -21,6 +25,7 @@ use super::projection::Projection;
 
 pub use accuracy::{Accuracy, Apart, Spread, accuracy};
 pub use adam::Adam;
+pub use device::{Device, DeviceError};
 pub use network::{Layer, Network, NetworkError};
 pub use scaling::{Output, Scaling};
 pub use training::{Best, Checkpoint, Ending, Lessons, Observer, Progress, Training, TrainingError, TrainingOptions};

@@ -17,6 +17,13 @@ pub(super) struct PairSet {
     targets: Vec<f32>,
 }
 
+/// Some pairs of a set.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Batch<'s> {
+    pub inputs: &'s [f32],
+    pub targets: &'s [f32],
+}
+
 impl PairSet {
     /// Pairs number `range`.
     pub(super) fn new(scaling: &Scaling, lessons: &Lessons<'_>, range: Range<u64>) -> PairSet {
@@ -38,13 +45,29 @@ impl PairSet {
         self.inputs.len() / 6
     }
 
-    /// Mean square of the outputs' errors for some pairs; `tapes` then hold the values and the derivatives by the outputs.
-    pub(super) fn loss(&self, network: &Network, range: Range<usize>, tapes: &mut Vec<Tape>) -> f64 {
-        tapes.resize(range.len().div_ceil(CHUNK), Tape::default());
+    pub(super) fn batch(&self, range: Range<usize>) -> Batch<'_> {
         let numbers = 6 * range.start..6 * range.end;
-        let slope = 2.0 / numbers.len() as f32;
-        let inputs = self.inputs[numbers.clone()].par_chunks(6 * CHUNK);
-        let targets = self.targets[numbers.clone()].par_chunks(6 * CHUNK);
+        Batch { inputs: &self.inputs[numbers.clone()], targets: &self.targets[numbers] }
+    }
+}
+
+impl Batch<'_> {
+    /// Number of pairs.
+    pub fn len(&self) -> usize {
+        self.inputs.len() / 6
+    }
+
+    /// The derivative of the loss by an output, as a multiple of that output's error.
+    pub fn slope(&self) -> f32 {
+        2.0 / self.inputs.len() as f32
+    }
+
+    /// Mean square of the outputs' errors; `tapes` then hold the values and the derivatives by the outputs.
+    pub fn loss(&self, network: &Network, tapes: &mut Vec<Tape>) -> f64 {
+        tapes.resize(self.len().div_ceil(CHUNK), Tape::default());
+        let slope = self.slope();
+        let inputs = self.inputs.par_chunks(6 * CHUNK);
+        let targets = self.targets.par_chunks(6 * CHUNK);
         let squares = tapes.par_iter_mut().zip(inputs).zip(targets).map(|((tape, inputs), targets)| {
             let Tape { values, deltas } = tape;
             values.reset(network, inputs.len() / 6);
@@ -60,6 +83,6 @@ impl PairSet {
             sum
         });
         // Summed in order, whichever thread was first.
-        squares.collect::<Vec<f64>>().iter().sum::<f64>() / numbers.len() as f64
+        squares.collect::<Vec<f64>>().iter().sum::<f64>() / self.inputs.len() as f64
     }
 }

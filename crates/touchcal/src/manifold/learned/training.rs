@@ -3,11 +3,9 @@
 use std::f64::consts::PI;
 use std::ops::ControlFlow;
 
-use rayon::prelude::*;
-
-use super::network::{Back, Tape};
+use super::engine::Engine;
 use super::pair_set::{PORTION, PairSet};
-use super::{Adam, LearnedProjection, Network, NetworkError, Output, Scaling};
+use super::{Adam, Device, DeviceError, LearnedProjection, Network, NetworkError, Output, Scaling};
 use crate::manifold::{NearestSample, Projection, TrainingPairs};
 
 /// Number of the first held-out pair: far beyond those learned from, each of which is a pose of its own.
@@ -116,6 +114,9 @@ pub enum TrainingError {
     /// Widths.
     #[error(transparent)]
     Network(#[from] NetworkError),
+    /// What it should run on.
+    #[error(transparent)]
+    Device(#[from] DeviceError),
     /// A number of steps, pairs, or the rate, that leaves nothing to do.
     #[error("expected {what} above zero, found {found}")]
     Option {
@@ -158,7 +159,8 @@ pub enum Ending {
     Interrupted,
 }
 
-/// Who watches, and may break off.
+/// Who watches, and may break off. On the processor the checkpoint is that of the step; elsewhere it is that of the last look at held-out
+/// pairs, which is as good to go on from.
 pub type Observer<'o> = &'o mut dyn FnMut(&Progress, &Checkpoint) -> ControlFlow<()>;
 
 /// Training under way.
@@ -168,11 +170,13 @@ pub struct Training {
     learned: PairSet,
     held_out: PairSet,
     bounds: [(f64, f64); 6],
-    tapes: Vec<Tape>,
+    engine: Box<dyn Engine>,
+    /// Steps done, of which the state may not know yet.
+    done: u64,
 }
 
 impl Training {
-    /// Before the first step.
+    /// Before the first step, on the processor.
     ///
     /// # Errors
     /// If an option leaves nothing to do.
@@ -201,12 +205,23 @@ impl Training {
             learned: PairSet::new(&state.scaling, lessons, 0..pairs),
             held_out: PairSet::new(&state.scaling, lessons, held_out),
             bounds: lessons.projection.bounds(),
-            tapes: Vec::new(),
+            engine: Device::Cpu.engine(&state)?,
+            done: state.adam.steps,
             state,
         })
     }
 
-    /// Where it stands.
+    /// The same from here on another device. Its sums are rounded in another order than the processor's, and may be from run to run.
+    ///
+    /// # Errors
+    /// If this build or this machine lacks the device.
+    pub fn on(mut self, device: Device) -> Result<Training, TrainingError> {
+        self.engine.read(&mut self.state)?;
+        self.engine = device.engine(&self.state)?;
+        Ok(self)
+    }
+
+    /// Where it stood when it last ended.
     pub fn state(&self) -> &Checkpoint {
         &self.state
     }
@@ -214,20 +229,22 @@ impl Training {
     /// Goes on to the end, or until `observer` breaks it off after some step.
     ///
     /// # Errors
-    /// If the loss is no longer finite.
+    /// If the loss is no longer finite, or the device fails.
     pub fn run(&mut self, observer: Observer<'_>) -> Result<Ending, TrainingError> {
-        while self.state.adam.steps < self.state.options.steps {
+        while self.done < self.state.options.steps {
             if self.out_of_patience() {
                 return Ok(Ending::NoGain);
             }
-            let loss = self.step();
-            let step = self.state.adam.steps;
+            let loss = self.step()?;
+            let step = self.done;
             if !loss.is_finite() {
                 return Err(TrainingError::Diverged { step, loss });
             }
             let TrainingOptions { steps, check_every, .. } = self.state.options;
-            let held_out = (step.is_multiple_of(check_every) || step == steps).then(|| self.look());
+            let look = step.is_multiple_of(check_every) || step == steps;
+            let held_out = if look { Some(self.look()?) } else { None };
             if observer(&Progress { step, steps, loss, held_out }, &self.state).is_break() {
+                self.engine.read(&mut self.state)?;
                 return Ok(Ending::Interrupted);
             }
         }
@@ -245,38 +262,38 @@ impl Training {
 
     fn out_of_patience(&self) -> bool {
         let TrainingOptions { patience, check_every, .. } = self.state.options;
-        let since = self.state.best.as_ref().map_or(0, |best| self.state.adam.steps - best.step);
+        let since = self.state.best.as_ref().map_or(0, |best| self.done - best.step);
         patience > 0 && since >= patience.saturating_mul(check_every)
     }
 
     /// One step; the loss before it.
-    fn step(&mut self) -> f64 {
-        let Checkpoint { options, network, adam, .. } = &mut self.state;
+    fn step(&mut self) -> Result<f64, DeviceError> {
+        let options = &self.state.options;
         let batches = self.learned.len() / options.batch;
-        let first = (adam.steps % batches as u64) as usize * options.batch;
-        let loss = self.learned.loss(network, first..first + options.batch, &mut self.tapes);
-        self.tapes.par_iter_mut().for_each(|tape| network.run_back(&tape.values, &mut tape.deltas, Back::ToWeights));
-        let rate = options.rate_at(adam.steps);
-        adam.step(network, &self.tapes, rate);
-        loss
+        let first = (self.done % batches as u64) as usize * options.batch;
+        let batch = self.learned.batch(first..first + options.batch);
+        let rate = options.rate_at(self.done);
+        self.done += 1;
+        self.engine.step(&mut self.state, &batch, rate)
     }
 
     /// The loss on the held-out pairs; keeps the weights if it is the least so far.
-    fn look(&mut self) -> f64 {
-        let Checkpoint { options, network, adam, best, .. } = &mut self.state;
+    fn look(&mut self) -> Result<f64, DeviceError> {
         // A batch at a time, so that memory is that of a step.
-        let batch = options.batch;
+        let batch = self.state.options.batch;
         let count = self.held_out.len();
         let mut sum = 0.0;
         for first in (0..count).step_by(batch) {
-            let range = first..count.min(first + batch);
-            sum += range.len() as f64 * self.held_out.loss(network, range, &mut self.tapes);
+            let batch = self.held_out.batch(first..count.min(first + batch));
+            sum += batch.len() as f64 * self.engine.loss(&self.state, &batch)?;
         }
         let loss = sum / count as f64;
+        self.engine.read(&mut self.state)?;
+        let Checkpoint { network, adam, best, .. } = &mut self.state;
         if best.as_ref().is_none_or(|best| loss < best.loss) {
             *best = Some(Best { network: network.clone(), loss, step: adam.steps });
         }
-        loss
+        Ok(loss)
     }
 }
 
