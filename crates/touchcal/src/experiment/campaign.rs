@@ -90,7 +90,8 @@ fn measured(row: CampaignRow, problem: &Problem, estimate: &Estimate, truth: &Tr
     let mean_of = |wanted: fn(&Column) -> bool| {
         let errors: Vec<f64> =
             (0..estimate.parameters.len()).filter(|&k| wanted(&column(k))).map(|k| error(k).abs()).collect();
-        errors.iter().sum::<f64>() / errors.len().max(1) as f64
+        // An empty sum is −0.
+        errors.iter().fold(0.0, |sum, error| sum + error) / errors.len().max(1) as f64
     };
     let bound = cramer_rao(problem, |column| truth.value(column));
     let everywhere = random_positions(&problem.robot, WORKSPACE_POSES, WORKSPACE_SEED);
