@@ -57,7 +57,7 @@ fn contacts_of_a_calibrated_arm_are_a_manifold() {
 #[test]
 fn a_hole_of_unknown_shape_can_be_recorded() {
     let folder = tempfile::tempdir().unwrap();
-    touchcal(folder.path(), &["demo", "--contacts", "300", "--out", "."]).success();
+    touchcal(folder.path(), &["demo", "--contacts", "600", "--out", "."]).success();
     let text = std::fs::read_to_string(folder.path().join("problem.toml")).unwrap();
     let shapes = ["outline_offset_mm", "depth_mm", "length_mm"];
     let shapeless: Vec<&str> =
