@@ -277,24 +277,32 @@ pub struct DemoArgs {
     pub contacts: u32,
 }
 
-/// Arguments of `simulate`.
+/// Where a scenario comes from.
 #[derive(Debug, clap::Args)]
-pub struct SimulateArgs {
+pub struct ScenarioSource {
     /// What to simulate
     #[arg(value_name = "SCENARIO.toml", required_unless_present = "preset", conflicts_with = "preset")]
     pub scenario: Option<PathBuf>,
     /// Instead of a scenario file: a scenario that comes with touchcal
     #[arg(long, value_name = "NAME", value_parser = Preset::ALL.map(Preset::name))]
     pub preset: Option<String>,
+    /// Contacts to simulate with each fixture; the scenario says how many otherwise
+    #[arg(long, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    pub contacts: Option<u32>,
+}
+
+/// Arguments of `simulate`.
+#[derive(Debug, clap::Args)]
+pub struct SimulateArgs {
+    /// The scenario.
+    #[command(flatten)]
+    pub source: ScenarioSource,
     /// Folder to write the logs, problem.toml, scenario.toml and truth.json into
     #[arg(long, value_name = "DIR")]
     pub out: PathBuf,
     /// Seed of the errors and the noise
     #[arg(long, default_value_t = 1)]
     pub seed: u64,
-    /// Contacts to simulate with each fixture; the scenario says how many otherwise
-    #[arg(long, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
-    pub contacts: Option<u32>,
 }
 
 /// The experiments.
@@ -311,12 +319,9 @@ pub enum ExperimentArgs {
 #[cfg(feature = "parquet")]
 #[derive(Debug, clap::Args)]
 pub struct CampaignArgs {
-    /// What to simulate
-    #[arg(value_name = "SCENARIO.toml", required_unless_present = "preset", conflicts_with = "preset")]
-    pub scenario: Option<PathBuf>,
-    /// Instead of a scenario file: a scenario that comes with touchcal
-    #[arg(long, value_name = "NAME", value_parser = Preset::ALL.map(Preset::name))]
-    pub preset: Option<String>,
+    /// The scenario.
+    #[command(flatten)]
+    pub source: ScenarioSource,
     /// Folder to write campaign.json and parts/ into; parts found there are not computed again
     #[arg(long, value_name = "DIR")]
     pub out: PathBuf,
@@ -326,9 +331,6 @@ pub struct CampaignArgs {
     /// Seed of the first trial; the others count on from it
     #[arg(long, default_value_t = 1)]
     pub seed: u64,
-    /// Contacts to simulate with each fixture; the scenario says how many otherwise
-    #[arg(long, value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
-    pub contacts: Option<u32>,
     /// Only the i-th of n equal shares of the parts, for one of n machines
     #[arg(long, value_name = "I/N", default_value = "1/1")]
     pub shard: Shard,

@@ -8,7 +8,7 @@ use touchcal::io::scenario_file::{self, PROBLEM, ScenarioFile, TRUTH};
 use touchcal::sim::{Simulated, SimulationError};
 
 use super::{Failure, Outcome};
-use crate::args::SimulateArgs;
+use crate::args::{ScenarioSource, SimulateArgs};
 use crate::output;
 use crate::progress::{Spinner, interrupted};
 use crate::table::Table;
@@ -16,17 +16,23 @@ use crate::table::Table;
 /// Simulates a scenario and writes the logs, the problem that they pose, the scenario with every key, and the truth.
 pub fn run(args: &SimulateArgs) -> Result<Outcome, Failure> {
     spare_foreign_files(&args.out)?;
-    let mut file = match (&args.scenario, &args.preset) {
-        (Some(path), _) => scenario_file::read_file(path)?,
-        (None, preset) => scenario_file::preset(preset.as_deref().unwrap_or_default())?,
-    };
-    if let Some(contacts) = args.contacts {
-        file.scenario.contacts = contacts as usize;
-    }
+    let file = scenario(&args.source)?;
     let simulated = simulate(&file, args.seed)?;
     write(&args.out, &file, &simulated, args.seed)?;
     output::print(&summary(&args.out, &file, &simulated))?;
     Ok(Outcome::Done)
+}
+
+/// The scenario asked for.
+pub fn scenario(source: &ScenarioSource) -> Result<ScenarioFile, Failure> {
+    let mut file = match (&source.scenario, &source.preset) {
+        (Some(path), _) => scenario_file::read_file(path)?,
+        (None, preset) => scenario_file::preset(preset.as_deref().unwrap_or_default())?,
+    };
+    if let Some(contacts) = source.contacts {
+        file.scenario.contacts = contacts as usize;
+    }
+    Ok(file)
 }
 
 /// An earlier simulation may be overwritten, a user's own problem not.

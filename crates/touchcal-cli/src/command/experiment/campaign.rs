@@ -9,7 +9,7 @@ use touchcal::io::scenario_file::{self, ScenarioFile};
 use touchcal::io::{atomic, campaign_parquet};
 
 use crate::args::{CampaignArgs, Shard};
-use crate::command::{Failure, Outcome};
+use crate::command::{Failure, Outcome, simulate};
 use crate::output;
 use crate::progress::{Counter, interrupted};
 use crate::table::Table;
@@ -65,13 +65,7 @@ struct Campaign<'a> {
 
 impl<'a> Campaign<'a> {
     fn new(args: &'a CampaignArgs) -> Result<Self, Failure> {
-        let mut file = match (&args.scenario, &args.preset) {
-            (Some(path), _) => scenario_file::read_file(path)?,
-            (None, preset) => scenario_file::preset(preset.as_deref().unwrap_or_default())?,
-        };
-        if let Some(contacts) = args.contacts {
-            file.scenario.contacts = contacts as usize;
-        }
+        let file = simulate::scenario(&args.source)?;
         let scenario: String = scenario_file::scenario_text(&file).into_iter().map(|file| file.text).collect();
         let settings = format!("touchcal {}, first seed {}\n{scenario}", env!("CARGO_PKG_VERSION"), args.seed);
         Ok(Campaign { args, file, settings, folder: args.out.join("parts") })
