@@ -349,6 +349,19 @@ pub struct Shard {
     pub of: u64,
 }
 
+#[cfg(feature = "parquet")]
+impl std::str::FromStr for Shard {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Shard, String> {
+        let numbers = text.split_once('/').and_then(|(number, of)| Some((number.parse().ok()?, of.parse().ok()?)));
+        match numbers {
+            Some((number, of)) if (1..=of).contains(&number) => Ok(Shard { number, of }),
+            _ => Err("expected i/n with i from 1 to n".to_owned()),
+        }
+    }
+}
+
 /// Arguments of `experiment table1`.
 #[derive(Debug, clap::Args)]
 pub struct Table1Args {

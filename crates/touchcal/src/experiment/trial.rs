@@ -1,5 +1,7 @@
 //! A calibration of which the truth is known.
 
+use sha2::{Digest, Sha256};
+
 use crate::contact::{ContactLog, Source};
 use crate::estimate::{Fixture, Freedom, Loss, Method, Noise, Problem, Tool};
 use crate::manifold::ContactManifold;
@@ -12,7 +14,7 @@ use crate::sim::{Scenario, SimulationError};
 pub struct Trial {
     /// A name of its own.
     pub name: String,
-    /// What its contacts are: how they were simulated, or the fingerprints of their files.
+    /// What its contacts are: the fingerprint of those simulated, or of the files.
     pub origin: String,
     /// The arm as its maker drew it.
     pub robot: Robot,
@@ -46,6 +48,13 @@ pub struct TrialError {
     pub offset: f64,
 }
 
+/// SHA-256 of all joint positions, in hexadecimal.
+fn fingerprint(contacts: &ContactLog) -> String {
+    let mut hasher = Sha256::new();
+    (0..contacts.len()).flat_map(|i| contacts.q(i)).for_each(|q| hasher.update(q.to_le_bytes()));
+    hasher.finalize().iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
 impl Trial {
     /// Simulates the first fixture of a scenario, a hole, and takes the rows recorded as contacts.
     ///
@@ -59,7 +68,7 @@ impl Trial {
         }
         Ok(Trial {
             name: format!("seed_{seed}"),
-            origin: format!("{} simulated with seed {seed}", contacts.len()),
+            origin: fingerprint(&contacts),
             robot: scenario.robot.clone(),
             tip_from_peg: scenario.tip_from_tool,
             base_from_hole: scenario.touches.first().map_or_else(Pose::identity, |touch| touch.base_from_fixture),

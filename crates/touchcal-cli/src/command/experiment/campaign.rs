@@ -8,7 +8,7 @@ use touchcal::experiment::{CampaignRow, CampaignSummary, LEVELS, campaign_trial}
 use touchcal::io::scenario_file::{self, ScenarioFile};
 use touchcal::io::{atomic, campaign_parquet};
 
-use crate::args::{CampaignArgs, Shard};
+use crate::args::CampaignArgs;
 use crate::command::{Failure, Outcome, simulate};
 use crate::output;
 use crate::progress::{Counter, interrupted};
@@ -161,17 +161,5 @@ impl Told {
         row("and deg", format!("{:.4}", self.tool_error_deg), String::new());
         let written = format!("\nWritten   {0}/campaign.json, and a row a trial in {0}/parts\n", args.out.display());
         format!("{} trials\n{table}{written}", self.trials)
-    }
-}
-
-impl std::str::FromStr for Shard {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Shard, String> {
-        let numbers = text.split_once('/').and_then(|(number, of)| Some((number.parse().ok()?, of.parse().ok()?)));
-        match numbers {
-            Some((number, of)) if (1..=of).contains(&number) => Ok(Shard { number, of }),
-            _ => Err("expected i/n with i from 1 to n".to_owned()),
-        }
     }
 }

@@ -30,27 +30,10 @@ const PUBLISHED_STRAIN: f64 = 0.019;
 const PUBLISHED_BIAS_DEG: f64 = 1.48;
 const PUBLISHED_REDUCTION: (f64, f64) = (2.6, 3.37);
 
-/// A trial, known by name before it is simulated.
+/// Where a trial comes from.
 enum Source {
     Simulated { scenario: Arc<Scenario>, seed: u64 },
     Recorded(Box<Trial>),
-}
-
-impl Source {
-    fn name(&self) -> String {
-        match self {
-            Source::Simulated { seed, .. } => format!("seed_{seed}"),
-            Source::Recorded(trial) => trial.name.clone(),
-        }
-    }
-
-    /// What a trial's contacts are, as far as its name does not say so.
-    fn origin(&self, args: &Table1Args) -> String {
-        match self {
-            Source::Simulated { .. } => format!("{} contacts simulated", args.contacts),
-            Source::Recorded(trial) => trial.origin.clone(),
-        }
-    }
 }
 
 /// Runs all approaches on all trials, keeping each row as it is done; then the table, as text, CSV, JSON and figure.
@@ -104,18 +87,14 @@ fn rows(
 ) -> Result<Vec<Row>, Failure> {
     let counter = Counter::new("Calibrating", 0, (sources.len() * approaches.len()) as u64);
     let per_trial = sources.par_iter().map(|source| {
-        let mut trial: Option<Arc<Trial>> = None;
+        let trial = begin(source)?;
         let mut rows = Vec::with_capacity(approaches.len());
         for approach in approaches {
-            let settings = settings(args, source, approach, manifolds);
-            let path = Row::path(&args.out, &source.name(), approach.key);
+            let settings = settings(args, &trial, approach, manifolds);
+            let path = Row::path(&args.out, &trial.name, approach.key);
             let row = match Row::kept(&path, &settings) {
                 Some(row) => row,
                 None => {
-                    let trial = match &trial {
-                        Some(trial) => Arc::clone(trial),
-                        None => Arc::clone(trial.insert(Arc::new(begin(source)?))),
-                    };
                     let row = solve(args, &trial, approach, manifolds, settings)?;
                     row.keep(&path)?;
                     row
@@ -160,9 +139,9 @@ fn learned(path: &Path, inputs: &mut Vec<(Touch, Input)>) -> Result<Arc<dyn Proj
 }
 
 /// All that a row depends on besides its trial's name.
-fn settings(args: &Table1Args, source: &Source, approach: &Approach, manifolds: &Manifolds) -> String {
-    let (version, origin) = (env!("CARGO_PKG_VERSION"), source.origin(args));
-    let mut settings = format!("touchcal {version}; {origin}; {:?}", approach.search(descent(args)));
+fn settings(args: &Table1Args, trial: &Trial, approach: &Approach, manifolds: &Manifolds) -> String {
+    let version = env!("CARGO_PKG_VERSION");
+    let mut settings = format!("touchcal {version}; {}; {:?}", trial.origin, approach.search(descent(args)));
     if let Some((_, input)) = manifolds.inputs.iter().find(|(touch, _)| *touch == approach.touch) {
         settings.push_str(&format!("; {}; {} mm per degree", input.sha256, args.mm_per_deg));
     }

@@ -87,7 +87,6 @@ impl Shape {
         inputs: &mut Vec<Input>,
     ) -> Result<Box<dyn ContactManifold>, IoError> {
         let name = format!("fixture `{}`", fixture.get_ref().name.get_ref());
-        check_keys(fixture.get_ref(), &name, context)?;
         if (self.kind, fixture.get_ref().kind) == (ToolKind::Peg, FixtureKind::Hole) {
             projected::check_keys(fixture.get_ref(), &name, context)?;
             match fixture.get_ref().manifold.as_ref().map_or_else(Default::default, |chosen| *chosen.get_ref()) {
