@@ -163,9 +163,9 @@ fn intervals_cover_the_truth_as_often_as_they_say() {
     println!("mean error / sigma {:.2?}", bias.iter().map(|v| v / TRIALS as f64).collect::<Vec<_>>());
     println!("coverage {coverage:.3} of 0.95, NEES {nees:.2} of 8");
     // 320 intervals, correlated within a trial: 0.95 ± 0.03 would be chance alone.
-    assert!((0.90..=0.995).contains(&coverage), "{coverage}");
+    assert!((0.92..=0.98).contains(&coverage), "{coverage}");
     // χ² with 320 degrees of freedom has a standard deviation of 0.63 on this scale.
-    assert!((5.0..=10.5).contains(&nees), "{nees}");
+    assert!((6.1..=9.9).contains(&nees), "{nees}");
 }
 
 /// Contacts scattered more than declared must widen the intervals.

@@ -7,15 +7,26 @@ use super::problem::Problem;
 use super::system::System;
 use crate::robot::Column;
 
+/// Steps of learning how often walls are touched.
+const STEPS: usize = 10;
+
 /// The Cramér–Rao bound: the covariance that no unbiased estimate from as many contacts can beat, of the parameters in the order of
 /// [`Estimate::parameters`](super::Estimate).
 ///
 /// The inverse of the information at the true parameters `truth` (0 for what is right): of the contacts, whose exact residuals have the declared encoder and contact
-/// noise (errors in variables), of known distances and priors.
+/// noise (errors in variables), of known distances and priors. One-sided contacts have the likelihood of the walls that they may touch: their information is the
+/// mean square of its slope.
 pub fn cramer_rao(problem: &Problem, truth: impl Fn(Column) -> f64) -> DMatrix<f64> {
-    let system = System::new(problem);
+    let mut system = System::new(problem);
     let each = system.parameters.iter().map(|parameter| truth(parameter.column));
     let theta = DVector::from_iterator(system.parameters.len(), each);
-    let (contacts, _) = system.statistics(&theta);
-    covariance(&(contacts + system.distance_information(&theta) + system.prior_information()), &system.scale())
+    let scale = system.scale();
+    let contacts = if system.has_walls() {
+        system.set_resolution(&theta, 1);
+        (0..STEPS).for_each(|_| _ = system.learn_walls(&theta, &scale));
+        system.wall_statistics(&theta, 1).squares_of_slope.information
+    } else {
+        system.statistics(&theta).0
+    };
+    covariance(&(contacts + system.distance_information(&theta) + system.prior_information()), &scale)
 }

@@ -2,7 +2,7 @@
 
 use std::ops::ControlFlow;
 
-use nalgebra::DVector;
+use nalgebra::{DMatrix, DVector};
 
 use super::conclude::conclude;
 use super::gradient_descent::{Descent, descend};
@@ -23,6 +23,10 @@ const ROUNDS: usize = 3;
 const LADDER: usize = 12;
 /// Factor by which the robust loss narrows from step to step.
 const NARROWING: f64 = 2.0;
+
+/// Most rounds of learning how often walls are touched, and the change that ends them.
+const POLISHINGS: usize = 10;
+const SETTLED: f64 = 0.05;
 
 const COARSE: Limits = Limits { iterations: 100, decrement: 1e-3 };
 const NARROW: Limits = Limits { iterations: 60, decrement: 1e-1 };
@@ -59,7 +63,7 @@ pub fn calibrate(problem: &Problem, observe: Observe<'_>) -> Estimate {
     }
     search.learn(observe);
     search.ambiguous = search.has_other_minima(&coarse, observe);
-    search.unbias();
+    search.polish(observe);
     conclude(&search)
 }
 
@@ -81,8 +85,8 @@ pub(super) struct Search<'p> {
     pub scale: DVector<f64>,
     pub theta: DVector<f64>,
     pub held: Held,
-    /// Average effect of one-sided noise that was taken off.
-    pub bias: DVector<f64>,
+    /// Contacts are asked for all walls that they may touch.
+    sees_walls: bool,
     /// Other starts led to other minima.
     pub ambiguous: bool,
     pub termination: Termination,
@@ -93,11 +97,10 @@ impl<'p> Search<'p> {
         let system = System::new(problem);
         let scale = system.scale();
         let theta = DVector::zeros(scale.len());
-        let bias = theta.clone();
         let held = Held { pivots: Vec::new(), participants: Vec::new() };
         let termination =
             Termination { reason: StopReason::Converged, measured: 0.0, threshold: FINE.decrement, iterations: 0 };
-        Search { system, scale, theta, held, bias, ambiguous: false, termination }
+        Search { system, scale, theta, held, sees_walls: false, ambiguous: false, termination }
     }
 
     pub(super) fn stride(&self) -> usize {
@@ -195,15 +198,43 @@ impl<'p> Search<'p> {
         self.minimise((Rung::Residual(self.system.problem.loss), 1), FINE, observe);
     }
 
-    /// Takes the average effect of one-sided noise off.
-    fn unbias(&mut self) {
-        if self.system.has_noise_bias()
-            && self.termination.reason == StopReason::Converged
-            && let Some(bias) = self.system.noise_bias(&self.theta, &self.scale)
-        {
-            self.theta -= &bias;
-            self.bias = bias;
+    /// From the coarse stage to where a few contacts see their walls, if they have any.
+    pub(super) fn come_near(&mut self, observe: Observe<'_>) {
+        if self.system.has_walls() {
+            self.glance(observe);
+            self.see_walls(observe);
         }
+    }
+
+    /// From the least gap of each contact to all walls that it may touch.
+    fn polish(&mut self, observe: Observe<'_>) {
+        self.see_walls(observe);
+        if self.sees_walls {
+            self.minimise((Rung::Walls, 1), FINE, observe);
+        }
+    }
+
+    /// Learns how often walls are touched, and with some contacts finds where they say that is most likely.
+    fn see_walls(&mut self, observe: Observe<'_>) {
+        let converged = self.termination.reason == StopReason::Converged;
+        self.sees_walls = converged && self.system.has_walls() && self.system.tells_walls(&self.theta);
+        if !self.sees_walls {
+            return;
+        }
+        for _ in 0..POLISHINGS {
+            let change = self.system.learn_walls(&self.theta, &self.scale);
+            self.minimise((Rung::Walls, self.system.wall_stride()), NARROW, observe);
+            if change < SETTLED {
+                break;
+            }
+        }
+    }
+
+    /// The parameters' covariance by what all walls say, if they were asked and enough contacts have any.
+    pub(super) fn wall_covariance(&self) -> Option<DMatrix<f64>> {
+        let known = self.system.distance_information(&self.theta) + self.system.prior_information();
+        let statistics = self.sees_walls.then(|| self.system.wall_statistics(&self.theta, 1))?;
+        statistics.covariance(&known, &self.scale)
     }
 }
 

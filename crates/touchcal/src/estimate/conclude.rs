@@ -71,12 +71,13 @@ impl Found {
 
 /// Puts the outcome together.
 pub(super) fn conclude(search: &Search<'_>) -> Estimate {
-    let Search { system, scale, theta, held, bias, termination, .. } = search;
+    let Search { system, scale, theta, held, termination, .. } = search;
     let problem = system.problem;
     let found = &Found::new(system, theta);
-    // A correction is known no better than to its own size.
     let mut known = Knowledge::new(system, &found.data, scale, held);
-    known.covariance += bias * bias.transpose();
+    if let Some(covariance) = search.wall_covariance() {
+        known.covariance = covariance;
+    }
     let projected = has_projection(problem);
     let estimated = system.parameters.iter().enumerate().map(|(k, parameter)| Estimated {
         parameter: parameter.clone(),
@@ -146,7 +147,7 @@ fn warnings(search: &Search<'_>, found: &Found, estimate: &Estimate, left: f64) 
         warnings.push(Warning::Held { names });
     }
     let factor = found.noise_factor;
-    if factor > NOISE_CONTRADICTED && system.has_noise_bias() && !system.problem.noise.learned {
+    if factor > NOISE_CONTRADICTED && system.has_walls() && !system.problem.noise.learned {
         warnings.push(Warning::NoiseContradicted { factor });
     } else if factor > NOISE_EXCEEDED {
         warnings.push(Warning::NoiseExceeded { factor });

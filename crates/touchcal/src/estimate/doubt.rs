@@ -28,7 +28,7 @@ impl Search<'_> {
         let stride = self.stride();
         let contacts = self.system.contacts(&self.theta, rung, stride);
         let scatter = (contacts.squares / contacts.rows.max(f64::MIN_POSITIVE)).sqrt();
-        if !self.system.has_noise_bias() || self.system.problem.noise.learned || scatter < DOUBTFUL {
+        if !self.system.has_walls() || self.system.problem.noise.learned || scatter < DOUBTFUL {
             return false;
         }
         let Some(starts) = self.starts(coarse) else { return false };

@@ -13,6 +13,8 @@ use crate::robot::Parameter;
 const NULL_BELOW: f64 = 1.0;
 /// With priors counted in, a direction below this is bounded by nothing: a prior alone gives about 1.
 const UNBOUNDED_BELOW: f64 = 0.7;
+/// Part that parameters with a prior must have in a direction to bound it: what is left is then at most ten times plausible.
+const BOUNDING_PART: f64 = 0.1;
 /// Singular values are square roots of eigenvalues: below this share of the largest they are rounding.
 const ROUNDING: f64 = 3e-8;
 /// Parameters with a smaller part in a direction, relative to its largest, are not named.
@@ -102,8 +104,14 @@ pub(crate) fn held(information: &DMatrix<f64>, parameters: &[Parameter], scale: 
         parameter if parameter.column.block().is_nuisance() => NUISANCE_PREFERENCE,
         _ => 1.0,
     };
+    // Of many parameters, the one with a prior that bounds them all may be a small part.
+    let has_prior = |row: usize| parameters[free[row]].prior_sigma.is_some();
+    let is_bounded = |vector: &DVector<f64>| {
+        let with_prior: f64 = (0..vector.len()).filter(|&row| has_prior(row)).map(|row| vector[row].powi(2)).sum();
+        with_prior > BOUNDING_PART.powi(2) * vector.norm_squared()
+    };
     let mut result = Held { pivots: Vec::new(), participants: Vec::new() };
-    for part in reduced_basis(&null, preference) {
+    for part in reduced_basis(&null, preference).into_iter().filter(|part| !is_bounded(&part.vector)) {
         result.pivots.push(free[part.pivot]);
         let takes_part = (0..part.vector.len()).filter(|&row| part.vector[row].abs() > 1e-3);
         result.participants.extend(takes_part.map(|row| free[row]));

@@ -53,13 +53,17 @@ pub struct Inspection {
 /// Says what a problem's contacts can determine, with the declared noise and no outliers.
 ///
 /// The Jacobian is taken after the coarse stage: a nominal arm may be centimetres off, where a gap's derivative
-/// says nothing about contacts. `observe` is called at each step and may end it.
+/// says nothing about contacts; with one-sided contacts, after a look at a few of them that comes near enough to see their walls. `observe` is called at each step and may end it.
 pub fn inspect(problem: &Problem, observe: &mut dyn FnMut(&Progress) -> ControlFlow<()>) -> Inspection {
-    let search = coarse(problem, observe);
+    let mut search = coarse(problem, observe);
+    search.come_near(observe);
     let system = &search.system;
     let (contacts, _) = system.statistics(&search.theta);
     let data = contacts + system.distance_information(&search.theta);
-    let known = Knowledge::new(system, &data, &search.scale, &search.held);
+    let mut known = Knowledge::new(system, &data, &search.scale, &search.held);
+    if let Some(covariance) = search.wall_covariance() {
+        known.covariance = covariance;
+    }
     let expected = system.parameters.iter().enumerate().map(|(k, parameter)| Expected {
         parameter: parameter.clone(),
         sigma: known.sigma(k),

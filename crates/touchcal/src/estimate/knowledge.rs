@@ -4,6 +4,7 @@ use nalgebra::{Cholesky, DMatrix, DVector};
 
 use super::identifiability::{Held, Identifiability};
 use super::system::System;
+use crate::robot::Column;
 
 /// A parameter is identifiable if the data bring its standard deviation below this share of what it was.
 const IDENTIFIABLE_BELOW: f64 = 0.5;
@@ -25,7 +26,9 @@ pub(super) struct Knowledge {
 impl Knowledge {
     /// From the information `data` of contacts and known distances; `scale` is 0 where a parameter is `held`.
     pub fn new(system: &System<'_>, data: &DMatrix<f64>, scale: &DVector<f64>, held: &Held) -> Self {
-        let plausible = system.scale();
+        // How walls differ is no concern of what the data determine.
+        let is_wall = |k: usize| matches!(system.parameters[k].column, Column::Wall(..));
+        let plausible = system.scale().map_with_location(|k, _, scale| if is_wall(k) { 0.0 } else { scale });
         let covariance = covariance(&(data + system.prior_information()), scale);
         let posterior = posterior(data, &plausible);
         let with_prior = system.parameters.iter().map(|parameter| parameter.prior_sigma.is_some());

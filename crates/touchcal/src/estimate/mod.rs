@@ -12,14 +12,15 @@ mod knowledge;
 mod learn;
 mod levenberg_marquardt;
 mod loss;
-mod noise_bias;
 mod normal;
 mod outcome;
 mod poses;
 mod problem;
 mod rows;
 mod score;
+mod statistics;
 mod system;
+mod walls;
 mod workspace;
 
 pub use bound::cramer_rao;

@@ -45,6 +45,28 @@ impl NormalEquations {
         }
     }
 
+    /// Adds `slope · J δ + ½ δᵀ Jᵀ K J δ`, the rows of `J` one after the other, `K` symmetric. The cost is the caller's.
+    pub fn add_form(
+        &mut self,
+        index: &[usize],
+        jacobian: &[f64],
+        slope: impl Fn(usize) -> f64,
+        form: impl Fn(usize, usize) -> f64,
+    ) {
+        let width = index.len();
+        let count = jacobian.len() / width.max(1);
+        for (b, &column) in index.iter().enumerate() {
+            self.gradient[column] += (0..count).map(|r| slope(r) * jacobian[r * width + b]).sum::<f64>();
+            let mut target = self.information.column_mut(column);
+            for r in 0..count {
+                let pull: f64 = (0..count).map(|s| form(r, s) * jacobian[s * width + b]).sum();
+                for (&row, &left) in index[..=b].iter().zip(&jacobian[r * width..]) {
+                    target[row] += pull * left;
+                }
+            }
+        }
+    }
+
     /// Counts all rows `factor` times.
     pub fn scale(&mut self, factor: f64) {
         self.information *= factor;
@@ -77,11 +99,6 @@ impl NormalEquations {
             scaled[(k, k)] += if scale[k] == 0.0 { 1.0 } else { damping };
         }
         Some(Damped { factor: Cholesky::new(scaled)?, scale: scale.clone() })
-    }
-
-    /// The step `δ` of `(S H S + λ I) S⁻¹δ = −S g`, as [`NormalEquations::damped`].
-    pub fn damped_step(&self, scale: &DVector<f64>, damping: f64) -> Option<DVector<f64>> {
-        Some(self.damped(scale, damping)?.step(&self.gradient))
     }
 
     /// `S H S`.

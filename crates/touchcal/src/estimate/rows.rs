@@ -1,16 +1,18 @@
 //! One contact's rows: residual, derivative and weight at given parameters.
 
-use nalgebra::{DVector, Matrix6, SMatrix, Vector3};
+use nalgebra::{DVector, Matrix6, Vector3};
 
 use super::loss::Loss;
 use super::normal::NormalEquations;
+use super::statistics::Statistics;
 use super::system::System;
+use super::walls::{self, Distances, Said, Square};
 use crate::manifold::{Cotangent, MAX_ROWS, Rows};
 use crate::robot::{Column, Kinematics, Scratch};
 use crate::se3::{self, Pose, Twist};
 
-/// Newton steps onto a manifold: a contact begins within the noise of it.
-const NEWTON_STEPS: usize = 2;
+/// Largest standard deviation of a wall's distance over the median of all gaps'.
+const WIDEST: f64 = 2.0;
 
 /// Which rows a contact gives.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -19,6 +21,8 @@ pub(crate) enum Rung {
     Envelope,
     /// The residual, whitened, with this loss.
     Residual(Loss),
+    /// What the walls near say, of one-sided contacts; of others the residual, whitened, with the problem's loss.
+    Walls,
 }
 
 /// How contacts enter the normal equations.
@@ -44,6 +48,8 @@ struct FixtureAt {
     base_from_fixture: Pose,
     right_jacobian: Matrix6<f64>,
     interference: f64,
+    /// Of the walls in each direction, on top of it.
+    walls: [f64; 6],
 }
 
 /// One contact's whitened rows, in place.
@@ -56,6 +62,8 @@ pub(crate) struct ContactRows {
     residual: [f64; MAX_ROWS],
     /// Standard deviation (m) of the first row before whitening.
     deviation: f64,
+    /// What the walls said, if they were asked.
+    said: Option<Said>,
 }
 
 impl ContactRows {
@@ -76,25 +84,27 @@ impl<'s> At<'s> {
         let mut kinematics = system.kinematics.clone();
         kinematics.set(theta.as_slice());
         let mut twists = vec![Twist::zeros(); system.base_from_fixture.len()];
-        let mut interference = vec![0.0; system.base_from_fixture.len()];
+        let mut interference = vec![(0.0, [0.0; 6]); system.base_from_fixture.len()];
         let dof = system.kinematics.dof();
         let mut drift = vec![0.0; dof * (1 + system.placement.iter().max().copied().unwrap_or(0))];
         for (parameter, &value) in system.parameters.iter().zip(theta.iter()) {
             match parameter.column {
                 Column::JointDrift(placement, i) => drift[placement * dof + i] = value,
                 Column::Fixture(f, k) => twists[f][k] = value,
-                Column::Interference(f) => interference[f] = value,
+                Column::Interference(f) => interference[f].0 = value,
+                Column::Wall(f, k) => interference[f].1[k] = value,
                 _ => {}
             }
         }
         let fixtures = system.base_from_fixture.iter().zip(twists).zip(interference);
-        let fixtures = fixtures.map(|((nominal, twist), interference)| {
+        let fixtures = fixtures.map(|((nominal, twist), (interference, walls))| {
             let base_from_fixture = nominal * se3::exp(&twist);
             FixtureAt {
                 fixture_from_base: base_from_fixture.inverse(),
                 base_from_fixture,
                 right_jacobian: se3::right_jacobian(&twist),
                 interference,
+                walls,
             }
         });
         At { system, kinematics, fixtures: fixtures.collect(), drift }
@@ -110,6 +120,7 @@ impl<'s> At<'s> {
             jacobian: vec![0.0; MAX_ROWS * columns],
             residual: [0.0; MAX_ROWS],
             deviation: 0.0,
+            said: None,
         }
     }
 
@@ -151,7 +162,9 @@ impl<'s> At<'s> {
     fn look(&self, f: usize, fixture_from_tool: &[Pose], rung: Rung, rows: &mut [Rows]) {
         let manifold = &self.system.problem.fixtures[f].manifold;
         match rung {
-            Rung::Residual(_) => manifold.residuals(fixture_from_tool, self.system.resolution, rows),
+            // They are looked for when noise is known.
+            Rung::Walls if manifold.has_interference() => rows.iter_mut().for_each(Rows::clear),
+            Rung::Residual(_) | Rung::Walls => manifold.residuals(fixture_from_tool, self.system.resolution, rows),
             Rung::Envelope => fixture_from_tool.iter().zip(rows).for_each(|(pose, rows)| {
                 rows.clear();
                 manifold.envelope(pose, rows);
@@ -163,19 +176,28 @@ impl<'s> At<'s> {
     fn whitened(&self, f: usize, fixture_from_tool: &Pose, rung: Rung, into: &mut ContactRows) {
         let system = self.system;
         let whiten = rung != Rung::Envelope;
+        let walls = rung == Rung::Walls && system.problem.fixtures[f].manifold.has_interference();
+        if walls {
+            self.find_walls(f, fixture_from_tool, into);
+        }
         let seen = &system.seen[f];
         let fixture_motion = self.fixture_motion(f, fixture_from_tool);
         for (r, row) in into.rows.jacobian().iter().enumerate() {
             let jacobian = &mut into.jacobian[r * seen.len()..(r + 1) * seen.len()];
+            let direction = walls.then(|| direction(&(fixture_from_tool.rotation * se3::linear(row))));
             for (entry, &k) in jacobian.iter_mut().zip(seen) {
                 *entry = match system.parameters[k].column {
                     Column::Interference(_) if whiten => -1.0,
+                    Column::Wall(_, k) => -f64::from(u8::from(direction == Some(k))),
                     _ => change(&system.parameters[k].column, row, fixture_motion.as_ref(), k, &into.scratch),
                 };
             }
-            into.residual[r] = into.rows.values()[r] - if whiten { self.fixtures[f].interference } else { 0.0 };
+            let interference = if whiten { self.fixtures[f].interference } else { 0.0 };
+            let of_wall = direction.map_or(0.0, |k| self.fixtures[f].walls[k]);
+            into.residual[r] = into.rows.values()[r] - interference - of_wall;
         }
-        if whiten {
+        into.said = walls.then(|| self.listen(into));
+        if whiten && !walls {
             self.whiten(seen.len(), into);
         }
     }
@@ -228,37 +250,55 @@ impl<'s> At<'s> {
         }
     }
 
-    /// Moves joint positions `q` of contact `i` the shortest way to where the tool touches exactly; for manifolds of one row.
-    pub fn move_onto_manifold(&self, i: usize, q: &mut [f64], into: &mut ContactRows) {
-        let f = self.system.problem.contacts.fixture(i);
-        for _ in 0..NEWTON_STEPS {
-            let fixture_from_tool = self.locate(f, q, into);
-            into.rows.clear();
-            self.system.problem.fixtures[f].manifold.residual(&fixture_from_tool, 0.0, &mut into.rows);
-            let (Some(&value), Some(row)) = (into.rows.values().first(), into.rows.jacobian().first()) else { return };
-            let slopes = || into.scratch.joints.iter().map(|joint| row.dot(joint));
-            let squares: f64 = slopes().map(|slope| slope * slope).sum();
-            for (q, slope) in q.iter_mut().zip(slopes()) {
-                *q -= slope * value / squares.max(f64::MIN_POSITIVE);
-            }
+    /// The walls that are not free beyond doubt.
+    fn find_walls(&self, f: usize, fixture_from_tool: &Pose, into: &mut ContactRows) {
+        let ContactRows { rows, scratch, .. } = into;
+        let FixtureAt { interference, .. } = self.fixtures[f];
+        let noise = self.system.odds.noise;
+        let within = walls::REACH * WIDEST * noise * self.system.resolution + interference.max(0.0);
+        let variance = (self.system.noise_factor * noise).powi(2);
+        let mut covariance = Matrix6::zeros();
+        for (joint, of_joint) in scratch.joints.iter().zip(&self.system.joint_variance) {
+            covariance.ger(variance * of_joint, joint, joint, 1.0);
         }
+        self.system.problem.fixtures[f].manifold.walls(fixture_from_tool, within, &covariance, rows);
+        rows.retain(|distance, row| {
+            distance - interference < walls::REACH * noise * self.covariance_of((row, row), true, scratch).sqrt()
+        });
     }
 
-    /// Divides rows by the Cholesky factor of their errors-in-variables covariance
-    /// `N (J Σ_q Jᵀ) Nᵀ + σ_c² I`: encoder noise reaches the residual through the arm.
-    fn whiten(&self, width: usize, into: &mut ContactRows) {
-        let len = into.rows.len();
-        let factor = self.system.noise_factor.powi(2);
-        let contact_variance = self.system.problem.noise.contact.powi(2);
-        let mut covariance = SMatrix::<f64, MAX_ROWS, MAX_ROWS>::identity();
-        for a in 0..len {
-            for b in 0..=a {
-                let (row_a, row_b) = (&into.rows.jacobian()[a], &into.rows.jacobian()[b]);
-                let joints = into.scratch.joints.iter().zip(&self.system.joint_variance);
-                let encoder: f64 = joints.map(|(joint, variance)| row_a.dot(joint) * row_b.dot(joint) * variance).sum();
-                covariance[(a, b)] = factor * (encoder + if a == b { contact_variance } else { 0.0 });
+    /// What the walls in reach say.
+    fn listen(&self, into: &ContactRows) -> Said {
+        let mut distances = Distances::zeros();
+        distances.iter_mut().zip(&into.residual).take(into.len()).for_each(|(to, distance)| *to = *distance);
+        let odds = self.system.odds;
+        walls::weigh(&distances, &(self.covariance(into) * odds.noise.powi(2)), into.len(), odds)
+    }
+
+    /// Covariance of a contact's rows, errors in variables: `N (J Σ_q Jᵀ) Nᵀ + σ_c² I`; encoder noise reaches the residual through the arm.
+    fn covariance(&self, of: &ContactRows) -> Square {
+        let rows = of.rows.jacobian();
+        let mut covariance = Square::identity();
+        for (a, row_a) in rows.iter().enumerate() {
+            for (b, row_b) in rows[..=a].iter().enumerate() {
+                covariance[(a, b)] = self.covariance_of((row_a, row_b), a == b, &of.scratch);
+                covariance[(b, a)] = covariance[(a, b)];
             }
         }
+        covariance
+    }
+
+    fn covariance_of(&self, (a, b): (&Twist, &Twist), own: bool, scratch: &Scratch) -> f64 {
+        let joints = scratch.joints.iter().zip(&self.system.joint_variance);
+        let encoder: f64 = joints.map(|(joint, variance)| a.dot(joint) * b.dot(joint) * variance).sum();
+        let contact = if own { self.system.problem.noise.contact.powi(2) } else { 0.0 };
+        self.system.noise_factor.powi(2) * (encoder + contact)
+    }
+
+    /// Divides rows by the Cholesky factor of their covariance.
+    fn whiten(&self, width: usize, into: &mut ContactRows) {
+        let len = into.rows.len();
+        let mut covariance = self.covariance(into);
         // Cholesky and forward substitution in place, lower triangle only.
         for a in 0..len {
             for b in 0..=a {
@@ -310,13 +350,22 @@ impl<'s> At<'s> {
     /// Adds whitened rows of contact `i`; returns their squared norm.
     pub fn add(&self, i: usize, entry: Entry, rows: &ContactRows, normal: &mut NormalEquations) -> f64 {
         let Entry { rung, share } = entry;
+        let seen = &self.system.seen[self.system.problem.contacts.fixture(i)];
+        if let Some(said) = &rows.said {
+            let jacobian = &rows.jacobian[..rows.len() * seen.len()];
+            normal.add_form(seen, jacobian, |r| share * said.slope[r], |r, s| share * said.complete[(r, s)]);
+            normal.cost += 2.0 * share * said.cost;
+            normal.squares += share * said.squares;
+            normal.rows += share * said.touched;
+            return said.squares;
+        }
         let loss = match rung {
             Rung::Envelope => Loss::Squared,
             Rung::Residual(loss) => loss,
+            Rung::Walls => self.system.problem.loss,
         };
         let squared = rows.squared();
         let weight = share * loss.weight(squared);
-        let seen = &self.system.seen[self.system.problem.contacts.fixture(i)];
         for r in 0..rows.len() {
             let jacobian = &rows.jacobian[r * seen.len()..(r + 1) * seen.len()];
             normal.add_row(seen, jacobian, rows.residual[r], weight);
@@ -325,6 +374,35 @@ impl<'s> At<'s> {
         normal.squares += weight * squared;
         normal.rows += weight * rows.len() as f64;
         squared
+    }
+
+    /// Adds what contact `i` says of its walls to statistics; of contacts without walls, what their residual says with the problem's loss.
+    pub fn add_to(&self, statistics: &mut Statistics, i: usize, into: &mut ContactRows) {
+        self.contact(i, Rung::Walls, into);
+        let seen = &self.system.seen[self.system.problem.contacts.fixture(i)];
+        let jacobian = &into.jacobian[..into.len() * seen.len()];
+        let Some(said) = &into.said else {
+            let (loss, squared) = (self.system.problem.loss, into.squared());
+            let (weight, slope) = (loss.weight(squared), loss.weight_slope(squared));
+            let square = |r: usize, s: usize| into.residual[r] * into.residual[s];
+            let own = |r: usize, s: usize| if r == s { weight } else { 0.0 };
+            let curvature = |r: usize, s: usize| own(r, s) + 2.0 * slope * square(r, s);
+            statistics.observed.add_form(seen, jacobian, |_| 0.0, curvature);
+            let slope = |r: usize| weight * into.residual[r];
+            statistics.squares_of_slope.add_form(seen, jacobian, slope, |r, s| slope(r) * slope(s));
+            return;
+        };
+        let square = |r: usize, s: usize| said.slope[r] * said.slope[s];
+        statistics.observed.add_form(seen, jacobian, |_| 0.0, |r, s| said.observed[(r, s)]);
+        statistics.squares_of_slope.add_form(seen, jacobian, |r| said.slope[r], square);
+        let walls = into.len() as f64;
+        let variances = self.covariance(into).diagonal();
+        statistics.touching += said.touching;
+        statistics.touched += said.touched;
+        statistics.squares += said.squares;
+        statistics.walls += walls;
+        statistics.not_touching += if walls > 0.0 { 1.0 - said.touching } else { 0.0 };
+        statistics.deviations += variances.iter().take(into.len()).map(|variance| variance.sqrt()).sum::<f64>();
     }
 
     /// Known distances between fixtures' origins.
@@ -355,12 +433,17 @@ impl<'s> At<'s> {
     }
 }
 
+/// Number of the axis direction that a wall's normal is nearest to: +x, −x, +y, −y, +z, −z.
+fn direction(normal: &Vector3<f64>) -> usize {
+    2 * normal.iamax() + usize::from(normal[normal.iamax()] < 0.0)
+}
+
 /// Derivative by parameter `k` of what changes by `row · ξ` for a twist ξ of the tool in its own frame.
 fn change(column: &Column, row: &Twist, fixture_motion: Option<&Matrix6<f64>>, k: usize, scratch: &Scratch) -> f64 {
     match *column {
         Column::Fixture(_, component) => fixture_motion.map_or(0.0, |motion| row.dot(&motion.column(component))),
         Column::JointDrift(_, joint) => -row.dot(&scratch.joints[joint]),
-        Column::Interference(_) => 0.0,
+        Column::Interference(_) | Column::Wall(..) => 0.0,
         _ => row.dot(&scratch.columns[k]),
     }
 }

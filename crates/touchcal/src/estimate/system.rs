@@ -7,6 +7,8 @@ use super::loss::Loss;
 use super::normal::NormalEquations;
 use super::problem::{Freedom, Problem};
 use super::rows::{At, ContactRows, Entry, Rung};
+use super::statistics::WALL_SIGMA;
+use super::walls::Odds;
 use crate::robot::{Column, JointKind, Kinematics, Parameter, joint_drift};
 use crate::se3::Pose;
 
@@ -22,6 +24,11 @@ const ENVELOPE_SAY: f64 = 10.0;
 /// Prior standard deviation of a gap manifold's interference (m): contacts neither float nor penetrate by much more.
 const INTERFERENCE_SIGMA: f64 = 0.1e-3;
 
+/// Start of how often another wall is touched over how many free ones there are in a metre (m).
+const ANOTHER: f64 = 1e-4;
+/// Directions in which walls push.
+const DIRECTIONS: usize = 6;
+
 /// A problem with its parameters in order.
 pub(crate) struct System<'p> {
     pub problem: &'p Problem,
@@ -35,6 +42,8 @@ pub(crate) struct System<'p> {
     pub noise_factor: f64,
     /// How well a contact's pose is known (m): the noise of its residual, see [`ContactManifold::residual`](crate::manifold::ContactManifold).
     pub resolution: f64,
+    /// How often walls are touched.
+    pub odds: Odds,
     /// Index of each fixture's placement.
     pub placement: Vec<usize>,
     /// For each fixture, the indices of all parameters that its contacts see, ascending.
@@ -63,6 +72,7 @@ impl<'p> System<'p> {
             kinematics,
             noise_factor: 1.0,
             resolution: 0.0,
+            odds: Odds { another: ANOTHER, none: 1.0, noise: 1.0 },
             placement,
             seen,
         }
@@ -93,7 +103,7 @@ impl<'p> System<'p> {
     pub fn linearize(&self, theta: &DVector<f64>, rung: Rung, stride: usize) -> NormalEquations {
         let mut total = self.contacts(theta, rung, stride);
         match rung {
-            Rung::Residual(_) => self.at(theta).add_distances(&mut total),
+            Rung::Residual(_) | Rung::Walls => self.at(theta).add_distances(&mut total),
             Rung::Envelope => total.scale(ENVELOPE_SAY / self.problem.contacts.len().max(1) as f64),
         }
         self.add_priors(theta, rung, &mut total);
@@ -215,6 +225,8 @@ fn all_parameters(problem: &Problem, placements: &[&str]) -> Vec<Parameter> {
     for (f, fixture) in problem.fixtures.iter().enumerate() {
         if fixture.manifold.has_interference() {
             parameters.push(Parameter::interference(&fixture.name, f).with_prior(INTERFERENCE_SIGMA));
+            let wall = |k| Parameter::wall(&fixture.name, f, k).with_prior(WALL_SIGMA);
+            parameters.extend((0..DIRECTIONS).map(wall));
         }
     }
     parameters
@@ -244,7 +256,7 @@ fn add_place(
 
 fn seen_by(columns: &[Column], fixture: usize, placement: usize) -> Vec<usize> {
     let sees = |column: Column| match column {
-        Column::Fixture(f, _) | Column::Interference(f) => f == fixture,
+        Column::Fixture(f, _) | Column::Interference(f) | Column::Wall(f, _) => f == fixture,
         Column::JointDrift(p, _) => p == placement,
         _ => true,
     };

@@ -24,6 +24,8 @@ pub use samples::{PoseSamples, SamplesError};
 pub use training_pairs::TrainingPairs;
 pub use unknown::Unknown;
 
+use nalgebra::Matrix6;
+
 use crate::se3::{Pose, Twist};
 
 /// Most rows any manifold's residual or envelope has.
@@ -43,6 +45,17 @@ impl Rows {
     /// No rows.
     pub fn new() -> Self {
         Rows { len: 0, value: [0.0; MAX_ROWS], jacobian: [Twist::zeros(); MAX_ROWS] }
+    }
+
+    /// Keeps the rows of which `keep(value, derivative)` is true, in their order.
+    pub fn retain(&mut self, mut keep: impl FnMut(f64, &Twist) -> bool) {
+        let before = std::mem::take(&mut self.len);
+        for k in 0..before {
+            let (value, jacobian) = (self.value[k], self.jacobian[k]);
+            if keep(value, &jacobian) {
+                self.push(value, jacobian);
+            }
+        }
     }
 
     /// Forgets all rows.
@@ -110,6 +123,13 @@ pub trait ContactManifold: Send + Sync + std::fmt::Debug {
             rows.clear();
             self.residual(pose, resolution, rows);
         }
+    }
+
+    /// How far the tool is from each wall that it may touch, the nearest first, appended to `rows`: those below `within` (m). A wall is what can push in one
+    /// direction; all that the parts touch at once read zero, on average if the pose has noise of the given covariance (right twists). None where it
+    /// cannot be told which walls there are. The residual, for a manifold of one wall.
+    fn walls(&self, fixture_from_tool: &Pose, _within: f64, _covariance: &Matrix6<f64>, rows: &mut Rows) {
+        self.residual(fixture_from_tool, 0.0, rows);
     }
 
     /// Derivatives of a loss by a right twist of each pose, from those by its residual: `Jᵀ cotangent(i, residual)`.

@@ -1,10 +1,10 @@
 //! A straight peg in a straight hole: the residual is the exact signed gap.
 
-use super::{ContactManifold, Rows};
+use super::{ContactManifold, MAX_ROWS, Rows};
 use crate::geometry::extrusion::PegAndHole;
-use nalgebra::Vector3;
+use nalgebra::{Matrix6, Vector3};
 
-use crate::se3::{self, Pose, twist};
+use crate::se3::{self, Pose, Twist, twist};
 
 /// Default scale of the envelope's translation rows (m): half a millimetre.
 pub const TRANSLATION_SCALE: f64 = 0.5e-3;
@@ -28,11 +28,52 @@ pub struct PegInHole {
     pub rotation_scale: f64,
 }
 
+/// How near (m) the end of a peg may come to the rim's height before its edges and the rim's take turns in touching.
+const AT_RIM: f64 = 0.2e-3;
+
 impl PegInHole {
     /// With an envelope scale of half a millimetre and one degree.
     pub fn new(shapes: PegAndHole) -> Self {
         PegInHole { shapes, translation_scale: TRANSLATION_SCALE, rotation_scale: ROTATION_SCALE }
     }
+
+    /// Whether the peg's end reaches from below the rim to above it. Edge then rolls over edge, and which features there are depends on the noise.
+    fn is_at_rim(&self, hole_from_peg: &Pose) -> bool {
+        let axis = hole_from_peg.rotation * Vector3::z();
+        let tilted_by = self.shapes.peg().bounding_radius() * axis.xy().norm();
+        hole_from_peg.translation.z.abs() < tilted_by + AT_RIM
+    }
+}
+
+/// Cosine of the angle between normals from which two features are of one wall.
+const ALIKE: f64 = 0.95;
+/// What the lesser of two distances that are the same but for noise of 1 is made larger by where they differ by `x`: `FLAT · exp(−x²/2)`, which is right on average: 1/√π.
+const FLAT: f64 = 0.564_189_583_547_756_3;
+
+/// The features that push in one direction: the nearest, and by how much it is too small on average if others are as near.
+struct Wall {
+    distance: f64,
+    gradient: Twist,
+    too_small_by: f64,
+}
+
+impl Wall {
+    /// Takes another feature into account: with two that are really as near, the nearer one is too near by what noise tells between them.
+    fn beside(&mut self, distance: f64, gradient: &Twist, covariance: &Matrix6<f64>) {
+        let between = gradient - self.gradient;
+        let variance = between.dot(&(covariance * between));
+        let x2 = (distance - self.distance).powi(2) / variance.max(f64::MIN_POSITIVE);
+        self.too_small_by = self.too_small_by.max(FLAT * variance.sqrt() * (-0.5 * x2).exp());
+    }
+}
+
+/// Height of a normal below which it is none of a wall: nothing in a hole faces down by more than the peg is tilted. Edges that cross each other a little the wrong
+/// way have such normals.
+const DOWN: f64 = -0.3;
+
+/// Whether two features push in one direction.
+fn alike(a: &Twist, b: &Twist) -> bool {
+    se3::linear(a).dot(&se3::linear(b)) > ALIKE
 }
 
 impl ContactManifold for PegInHole {
@@ -43,6 +84,27 @@ impl ContactManifold for PegInHole {
     fn residual(&self, hole_from_peg: &Pose, resolution: f64, rows: &mut Rows) {
         let (value, gradient) = self.shapes.blended_gap(hole_from_peg, resolution);
         rows.push(value, gradient);
+    }
+
+    fn walls(&self, hole_from_peg: &Pose, within: f64, covariance: &Matrix6<f64>, rows: &mut Rows) {
+        if self.is_at_rim(hole_from_peg) {
+            return;
+        }
+        let mut features: Vec<(f64, Twist)> = Vec::new();
+        self.shapes.visit_below(hole_from_peg, within, |gap| {
+            if gap.normal_in_hole.z > DOWN {
+                features.push((gap.value, gap.gradient));
+            }
+        });
+        features.sort_unstable_by(|(a, _), (b, _)| a.total_cmp(b));
+        let mut walls: Vec<Wall> = Vec::new();
+        for (distance, gradient) in features {
+            match walls.iter_mut().find(|wall| alike(&wall.gradient, &gradient)) {
+                Some(wall) => wall.beside(distance, &gradient, covariance),
+                None => walls.push(Wall { distance, gradient, too_small_by: 0.0 }),
+            }
+        }
+        walls.iter().take(MAX_ROWS).for_each(|wall| rows.push(wall.distance + wall.too_small_by, wall.gradient));
     }
 
     fn envelope(&self, hole_from_peg: &Pose, rows: &mut Rows) {

@@ -14,7 +14,7 @@ use crate::se3::{self, Pose, Twist};
 /// `base_from_tool(q) = ∏ᵢ [Oᵢ(r) · Exp(ξᵢ) · Motion(axisᵢ, qᵢ − bᵢ + cᵢ τᵢ)] · O_tip(r) · tip_from_tool · Exp(ξ_tool)`, where `Oᵢ(r)` has
 /// its translation scaled by `1 + r + r_segment`, and `τᵢ` (N m) is the torque of gravity about joint `i` of the same arm not bent, at `q − b`: how
 /// bending changes the torques is of second order in `c`. [`Column::JointDrift`], [`Column::Fixture`] and
-/// [`Column::Interference`] columns are left zero: they belong to single placements and to what the tool touches.
+/// [`Column::Interference`] and [`Column::Wall`] columns are left zero: they belong to single placements and to what the tool touches.
 ///
 /// Derivatives leave out how torques change with positions and with other parameters: relative errors of about `c ∂τ/∂q`, less than 1 % for
 /// compliances of 1e-4 rad/(N m) and loads of tens of N m.
@@ -96,7 +96,7 @@ impl Kinematics {
                     self.stages[i].compliance = self.stages[i].nominal_compliance + value;
                 }
                 Column::Tool(k) => tool[k] = value,
-                Column::JointDrift(..) | Column::Fixture(..) | Column::Interference(_) => {}
+                Column::JointDrift(..) | Column::Fixture(..) | Column::Interference(_) | Column::Wall(..) => {}
             }
         }
         for stage in self.stages.iter_mut().chain(std::iter::once(&mut self.tip)) {
@@ -222,7 +222,7 @@ impl Kinematics {
                 se3::twist(&(into_tool * v), &(into_tool * w))
             }
             Column::Tool(k) => self.tool_jacobian.column(k).into(),
-            Column::JointDrift(..) | Column::Fixture(..) | Column::Interference(_) => Twist::zeros(),
+            Column::JointDrift(..) | Column::Fixture(..) | Column::Interference(_) | Column::Wall(..) => Twist::zeros(),
         }
     }
 

@@ -49,6 +49,8 @@ pub enum Column {
     Fixture(usize, usize),
     /// How far contacts with fixture `f` seem to penetrate: the mean of the measured gap at contact.
     Interference(usize),
+    /// How much farther than that contacts with fixture `f` seem to penetrate walls that push in direction `k` of it: +x, −x, +y, −y, +z, −z.
+    Wall(usize, usize),
 }
 
 /// A named group of parameters, as chosen in a problem file.
@@ -110,7 +112,7 @@ impl Column {
             Column::JointCompliance(_) => Block::JointCompliance,
             Column::Tool(_) => Block::Tool,
             Column::Fixture(..) => Block::Fixture,
-            Column::Interference(_) => Block::Interference,
+            Column::Interference(_) | Column::Wall(..) => Block::Interference,
         }
     }
 }
@@ -144,6 +146,9 @@ pub struct Parameter {
 
 /// Names of the components of a twist.
 pub const TWIST_NAMES: [&str; 6] = ["x", "y", "z", "rx", "ry", "rz"];
+
+/// Names of the directions in which walls push.
+const WALL_NAMES: [&str; 6] = ["+x", "-x", "+y", "-y", "+z", "-z"];
 
 /// Plausible sizes: 5 % strain, 5° of angle, 10 mm of length, a joint of 1e3 N m/rad.
 const STRAIN_SCALE: f64 = 0.05;
@@ -185,6 +190,13 @@ impl Parameter {
         }
     }
 
+    /// How much farther (m) the walls in direction `k` of fixture number `fixture` seem to be penetrated.
+    pub fn wall(name: &str, fixture: usize, k: usize) -> Self {
+        let column = Column::Wall(fixture, k);
+        let name = format!("{name}.{}", WALL_NAMES[k.min(5)]);
+        Parameter { column, ..Parameter::interference(&name, fixture) }
+    }
+
     /// The parameter in words, for people: "offset of joint_a1", "hole's yaw".
     pub fn words(&self) -> String {
         const DIRECTIONS: [&str; 6] = ["x", "y", "z", "roll", "pitch", "yaw"];
@@ -200,6 +212,7 @@ impl Parameter {
             Column::Tool(k) => format!("the tool's {}", DIRECTIONS[k.min(5)]),
             Column::Fixture(_, k) => format!("the {} of fixture {owner}", DIRECTIONS[k.min(5)]),
             Column::Interference(_) => format!("the interference of fixture {rest}"),
+            Column::Wall(_, k) => format!("the interference of fixture {owner} towards {}", WALL_NAMES[k.min(5)]),
         }
     }
 

@@ -32,6 +32,8 @@ const STEPS: usize = 100;
 const SETTLED: f64 = 1e-9;
 /// What is nearer than this touches (m).
 const TOUCHING: f64 = 1e-7;
+/// Cosine of the angle between normals within which pairs push in one direction.
+const ONE_DIRECTION: f64 = 0.9;
 /// Energy (J) that no step need gain.
 const NEGLIGIBLE: f64 = 1e-18;
 
@@ -182,6 +184,28 @@ impl<'a> Equilibrium<'a> {
         self.pose = pose;
         let touching = self.near.iter().any(|near| near.gap < TOUCHING);
         Rest { fixture_from_tool: pose, wrench: spring, touching }
+    }
+
+    /// Where the tool at `rest` is if each surface that it touches stands out by `form()` (m), and it keeps touching them all. Pairs that push in one
+    /// direction are of one surface.
+    pub fn on_forms(&mut self, rest: &Rest, mut form: impl FnMut() -> f64) -> Option<Pose> {
+        self.look(&rest.fixture_from_tool);
+        let Stiffness { translation, rotation } = self.stiffness;
+        let mut curvature =
+            Matrix6::from_diagonal(&Twist::new(translation, translation, translation, rotation, rotation, rotation));
+        let mut gradient = Twist::zeros();
+        let mut surfaces: Vec<(Vector3<f64>, f64)> = Vec::new();
+        for near in self.near.iter().filter(|near| near.gap < TOUCHING) {
+            let normal = near.normal_in_tool;
+            let known = surfaces.iter().find(|(direction, _)| direction.dot(&normal) > ONE_DIRECTION);
+            let stands_out = known.map_or_else(&mut form, |(_, stands_out)| *stands_out);
+            if known.is_none() {
+                surfaces.push((normal, stands_out));
+            }
+            gradient -= near.gradient * (CONTACT * stands_out);
+            curvature.ger(CONTACT, &near.gradient, &near.gradient, 1.0);
+        }
+        Some(rest.fixture_from_tool * se3::exp(&-Cholesky::new(curvature)?.solve(&gradient)))
     }
 
     /// Force and torque (tool frame) by which the controller's springs resist: the gradient of their energy.

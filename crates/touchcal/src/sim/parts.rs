@@ -1,6 +1,6 @@
 //! What touches what: the pairs of surface elements that are near each other at a pose.
 
-use nalgebra::{Point3, Translation3, Vector3};
+use nalgebra::{Point3, Vector3};
 
 use crate::geometry::extrusion::{Feature, PegAndHole};
 use crate::se3::{Pose, Twist, twist};
@@ -44,9 +44,6 @@ pub(super) struct Near {
     /// From the fixture into the tool (tool frame).
     pub normal_in_tool: Vector3<f64>,
 }
-
-/// Directions in which a contact's form errors act, at most.
-pub(super) const DIRECTIONS: usize = 3;
 
 impl Parts {
     /// Heights (m) of the tool's origin over the fixture's where it first touches, upright, and where it can go no deeper.
@@ -107,16 +104,6 @@ impl Parts {
         }
     }
 
-    /// A pose in contact, moved off by form errors (m) along the normals of what touches.
-    pub(super) fn moved_off(&self, fixture_from_tool: &Pose, form: &[f64; DIRECTIONS]) -> Pose {
-        let off = match self {
-            Parts::PegInHole(parts) => parts.gap(fixture_from_tool).normal_in_hole * form[0],
-            Parts::BallInSocket => SOCKET.iter().zip(form).map(|(normal, form)| normal * *form).sum(),
-            Parts::OnPlane { .. } => Vector3::z() * form[0],
-        };
-        Translation3::from(off) * fixture_from_tool
-    }
-
     /// The least signed distance (m), as far as pairs are near; infinite where none is.
     pub fn gap(&self, fixture_from_tool: &Pose) -> f64 {
         match self {
@@ -131,7 +118,7 @@ impl Parts {
 }
 
 /// Normals of a socket's faces: perpendicular to each other, equally steep.
-const SOCKET: [Vector3<f64>; DIRECTIONS] = [
+const SOCKET: [Vector3<f64>; 3] = [
     Vector3::new(0.816_496_580_927_726, 0.0, 0.577_350_269_189_625_8),
     Vector3::new(-0.408_248_290_463_863, 0.707_106_781_186_547_5, 0.577_350_269_189_625_8),
     Vector3::new(-0.408_248_290_463_863, -0.707_106_781_186_547_5, 0.577_350_269_189_625_8),

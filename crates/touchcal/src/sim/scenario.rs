@@ -26,7 +26,7 @@ pub struct Scenario {
     pub stiffness: Stiffness,
     /// Coefficient of friction.
     pub friction: f64,
-    /// Standard deviation of what the contact itself adds (m): the tool is logged so much off where it rests, along the normal of what it touches.
+    /// Standard deviation of what the contact itself adds (m): each surface that the tool touches stands out by so much.
     pub contact_sigma: f64,
     /// What writes it down.
     pub recorder: Recorder,

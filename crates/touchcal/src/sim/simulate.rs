@@ -8,7 +8,7 @@ use rand_pcg::Pcg64;
 
 use super::equilibrium::{Equilibrium, Rest};
 use super::inverse_kinematics::Follower;
-use super::parts::{DIRECTIONS, Parts};
+use super::parts::Parts;
 use super::recorder::{at_tip, force, normal};
 use super::scenario::{Scenario, Thermal, Touch};
 use super::truth::Truth;
@@ -46,7 +46,7 @@ pub struct Log {
 /// The truth of a row.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TrueRow {
-    /// Where the tool is in the fixture: at rest, where parts overlap by less than 1 µm, and then off by the contact's form errors.
+    /// Where the tool is in the fixture: at rest, where parts overlap by less than 1 µm, but for their form errors.
     pub fixture_from_tool: Pose,
     /// Force of the fixture on the tool (N).
     pub force: f64,
@@ -221,16 +221,23 @@ impl Run<'_> {
             let wanted = self.scenario.contacts * (k + 1) / touch.postures.len();
             let heights = self.parts.heights();
             let start = Pose::translation(0.0, 0.0, heights.0 + START);
-            let mut rest = Equilibrium::new(self.parts, self.scenario.stiffness, self.scenario.friction, start);
+            let mut tool = Equilibrium::new(self.parts, self.scenario.stiffness, self.scenario.friction, start);
             let mut joints = posture.clone();
             let mut swung = posture.clone();
             while found < wanted {
                 let time = self.log.len() as f64 / recorder.rate;
                 let command = touch.exploration.command(time, heights);
                 let fixture = || touch.name.clone();
-                let rest = rest.settle(&command).ok_or_else(|| SimulationError::NoRest { fixture: fixture(), time })?;
+                let no_rest = || SimulationError::NoRest { fixture: fixture(), time };
+                let rest = tool.settle(&command).ok_or_else(no_rest)?;
+                let form = || self.scenario.contact_sigma * normal(&mut self.chance);
+                let placed = if rest.touching {
+                    tool.on_forms(&rest, form).ok_or_else(no_rest)?
+                } else {
+                    rest.fixture_from_tool
+                };
                 touch.exploration.swung(posture, time, &mut swung);
-                if !self.record(time, &rest, &mut joints, &swung) {
+                if !self.record(time, (&rest, placed), &mut joints, &swung) {
                     return Err(SimulationError::OutOfReach { fixture: fixture(), time });
                 }
                 if self.log.contact.last() == Some(&true) {
@@ -248,11 +255,8 @@ impl Run<'_> {
     }
 
     /// Writes a row; false if the arm does not reach it.
-    fn record(&mut self, time: f64, rest: &Rest, joints: &mut [f64], posture: &[f64]) -> bool {
+    fn record(&mut self, time: f64, (rest, placed): (&Rest, Pose), joints: &mut [f64], posture: &[f64]) -> bool {
         let recorder = &self.scenario.recorder;
-        let form: [f64; DIRECTIONS] = std::array::from_fn(|_| self.scenario.contact_sigma * normal(&mut self.chance));
-        let placed =
-            if rest.touching { self.parts.moved_off(&rest.fixture_from_tool, &form) } else { rest.fixture_from_tool };
         let mut truth =
             TrueRow { fixture_from_tool: placed, force: se3::linear(&rest.wrench).norm(), touching: rest.touching };
         let mut load = rest.wrench;

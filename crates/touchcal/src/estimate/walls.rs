@@ -1,0 +1,330 @@
+//! What the walls near one contact say, when it is not known which of them are touched.
+//!
+//! A peg in a hole rests against one wall or against several at once, and noise moves all their distances together. Given their distances `d` with noise of
+//! covariance `S`, each set `A` of touched walls has a likelihood: those in `A` are at zero but for noise, the others somewhere above it,
+//!
+//! `L_A = κ^(|A| − 1) N(d_A; 0, S_AA) Π_k Φ(d′_k / s_k)`,
+//!
+//! with `d′_k` the distance of a free wall less what the noise of the touched ones makes one expect, `s_k` its standard deviation, and `Φ` the normal distribution. `κ` (m) is how
+//! often another wall is touched over how many free ones there are in each metre. A contact that touches nothing has `η Π_k Φ(d_k / s_k)`, and
+//! one that fits nowhere `η` (1/m). The contact's likelihood `L` is the sum. The slope of its logarithm is zero on average at the true parameters; that of the least distance
+//! is not, since the least of several noisy distances is too small.
+//!
+//! Walls join a set one after the other. Each one takes what it has in common with the others out of them, so that the next is independent of it.
+//!
+//! Source: mixtures as in Dempster, Laird & Rubin (1977); [`Said::observed`] is equation 3.2 of Louis, *Finding the observed information matrix when using the
+//! EM algorithm* (1982).
+
+use nalgebra::{SMatrix, SVector};
+
+use crate::manifold::MAX_ROWS;
+
+pub(super) type Distances = SVector<f64, MAX_ROWS>;
+pub(super) type Square = SMatrix<f64, MAX_ROWS, MAX_ROWS>;
+
+/// Standard deviations above zero from which a wall is free beyond doubt.
+pub(super) const REACH: f64 = 5.0;
+/// Standard deviations above zero from which walls begin to leave, see [`leave`].
+const LEAVING: f64 = 3.0;
+/// A set of walls whose squared whitened distances exceed this is not touched.
+const IMPOSSIBLE: f64 = 60.0;
+/// Share of the likelihood below which a set is left out.
+const NEGLIGIBLE: f64 = 1e-9;
+
+/// How often walls are touched, and how noisy they are.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Odds {
+    /// `κ` (m).
+    pub another: f64,
+    /// `η` (1/m).
+    pub none: f64,
+    /// Standard deviation of the noise over what it was taken for.
+    pub noise: f64,
+}
+
+/// What one contact says of its walls. Derivatives are by the distances.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Said {
+    /// `−ln L`.
+    pub cost: f64,
+    /// Its derivative.
+    pub slope: Distances,
+    /// What its second derivative would be if it were known which walls are touched: positive semi-definite.
+    pub complete: Square,
+    /// Its second derivative.
+    pub observed: Square,
+    /// Probability that a wall is touched.
+    pub touching: f64,
+    /// Expected number of touched walls.
+    pub touched: f64,
+    /// Expected `d_Aᵀ S_AA⁻¹ d_A`.
+    pub squares: f64,
+}
+
+/// What `distances` (m), the first `count` of them, say, given the covariance (m²) of their noise.
+pub(super) fn weigh(distances: &Distances, covariance: &Square, count: usize, odds: Odds) -> Said {
+    let mut sum = Sum { most: odds.none.ln(), total: 1.0, ..Sum::default() };
+    Set::empty(distances, covariance).visit(0, count, odds, &mut sum);
+    let Sum { most, total, slope, complete, squares_of_slope, touching, touched, squares } = sum;
+    let slope = slope / total;
+    let complete = complete / total;
+    let mut said = Said {
+        cost: -(total.ln() + most),
+        slope,
+        complete,
+        observed: complete - squares_of_slope / total + slope * slope.transpose(),
+        touching: touching / total,
+        touched: touched / total,
+        squares: squares / total,
+    };
+    for k in 0..count {
+        let (cost, slope) = leave(distances[k], covariance[(k, k)].sqrt());
+        said.cost += cost;
+        said.slope[k] += slope;
+    }
+    said
+}
+
+/// What a wall adds to the cost on its way out of reach, and its derivative. Free walls push away from zero, where as many of them begin as end somewhere out of reach: evenly spread
+/// ones must on average push back as much on their way out.
+fn leave(distance: f64, deviation: f64) -> (f64, f64) {
+    let way = REACH - LEAVING;
+    let left = ((distance / deviation - LEAVING) / way).clamp(0.0, 1.0);
+    (left - 1.0, if left > 0.0 && left < 1.0 { 1.0 / (way * deviation) } else { 0.0 })
+}
+
+/// Sums over sets, of which each counts `exp(ln L_A − most)`.
+#[derive(Default)]
+struct Sum {
+    most: f64,
+    total: f64,
+    slope: Distances,
+    complete: Square,
+    squares_of_slope: Square,
+    touching: f64,
+    touched: f64,
+    squares: f64,
+}
+
+impl Sum {
+    fn rise_to(&mut self, log: f64) {
+        if log > self.most {
+            let shrunk = (self.most - log).exp();
+            self.most = log;
+            self.total *= shrunk;
+            self.slope *= shrunk;
+            self.complete *= shrunk;
+            self.squares_of_slope *= shrunk;
+            self.touching *= shrunk;
+            self.touched *= shrunk;
+            self.squares *= shrunk;
+        }
+    }
+}
+
+/// A set of touched walls.
+#[derive(Clone)]
+struct Set {
+    /// `ln N(d_A; 0, S_AA)`.
+    log: f64,
+    touched: usize,
+    /// `d_Aᵀ S_AA⁻¹ d_A`.
+    squares: f64,
+    /// `S_AA⁻¹ d_A` and `S_AA⁻¹`, zero elsewhere.
+    slope: Distances,
+    information: Square,
+    /// `d′`, its covariance, and its derivative by the distances.
+    left: Distances,
+    covariance: Square,
+    from_distances: Square,
+    is_touched: [bool; MAX_ROWS],
+}
+
+impl Set {
+    fn empty(distances: &Distances, covariance: &Square) -> Set {
+        Set {
+            log: 0.0,
+            touched: 0,
+            squares: 0.0,
+            slope: Distances::zeros(),
+            information: Square::zeros(),
+            left: *distances,
+            covariance: *covariance,
+            from_distances: Square::identity(),
+            is_touched: [false; MAX_ROWS],
+        }
+    }
+
+    /// Adds this set to the sum, and all that have more of the walls from `next` on.
+    fn visit(&self, next: usize, count: usize, odds: Odds, sum: &mut Sum) {
+        self.add(count, odds, sum);
+        for k in next..count {
+            let larger = self.with(k, count);
+            if larger.squares < IMPOSSIBLE {
+                larger.visit(k + 1, count, odds, sum);
+            }
+        }
+    }
+
+    /// With wall `k` touched too.
+    fn with(&self, k: usize, count: usize) -> Set {
+        let mut set = self.clone();
+        let (left, variance) = (self.left[k], self.covariance[(k, k)]);
+        let row = self.from_distances.row(k).transpose();
+        set.squares += left * left / variance;
+        set.log -= 0.5 * (left * left / variance + (std::f64::consts::TAU * variance).ln());
+        set.slope += row * (left / variance);
+        set.information += row * row.transpose() / variance;
+        set.touched += 1;
+        set.is_touched[k] = true;
+        for i in (0..count).filter(|&i| !set.is_touched[i]) {
+            let share = self.covariance[(i, k)] / variance;
+            set.left[i] -= share * left;
+            for j in (0..count).filter(|&j| !set.is_touched[j]) {
+                set.covariance[(i, j)] -= share * self.covariance[(k, j)];
+            }
+            let reduced = set.from_distances.row(i) - row.transpose() * share;
+            set.from_distances.row_mut(i).copy_from(&reduced);
+        }
+        set
+    }
+
+    fn add(&self, count: usize, odds: Odds, sum: &mut Sum) {
+        let prior = if self.touched == 0 { odds.none.ln() } else { (self.touched as f64 - 1.0) * odds.another.ln() };
+        let mut log = prior + self.log;
+        let mut free = [(0.0, 0.0); MAX_ROWS];
+        for k in (0..count).filter(|&k| !self.is_touched[k]) {
+            let deviation = self.covariance[(k, k)].max(f64::MIN_POSITIVE).sqrt();
+            let (log_of_free, slope) = log_normal_distribution(self.left[k] / deviation);
+            log += log_of_free;
+            let curvature = slope * (slope + self.left[k] / deviation);
+            free[k] = (slope / deviation, curvature / (deviation * deviation));
+        }
+        sum.rise_to(log);
+        let share = (log - sum.most).exp();
+        if share < NEGLIGIBLE * sum.total {
+            return;
+        }
+        let (mut slope, mut information) = (self.slope, self.information);
+        for (k, (push, curvature)) in free.iter().enumerate().take(count).filter(|(_, (push, _))| *push != 0.0) {
+            let row = self.from_distances.row(k).transpose();
+            slope -= row * *push;
+            information += row * row.transpose() * *curvature;
+        }
+        sum.total += share;
+        sum.slope += slope * share;
+        sum.complete += information * share;
+        sum.squares_of_slope += slope * slope.transpose() * share;
+        sum.touching += if self.touched > 0 { share } else { 0.0 };
+        sum.touched += share * self.touched as f64;
+        sum.squares += share * self.squares;
+    }
+}
+
+/// `ln Φ(x)` and its derivative; exactly 0 where a wall is free beyond doubt.
+fn log_normal_distribution(x: f64) -> (f64, f64) {
+    if x > 1.2 * REACH {
+        return (0.0, 0.0);
+    }
+    if x < -20.0 {
+        // Φ(x) ≈ φ(x)/(−x − 1/x) far below zero.
+        let slope = -x - 1.0 / x;
+        return (-0.5 * (x * x + std::f64::consts::TAU.ln()) - slope.ln(), slope);
+    }
+    let below = 0.5 * libm::erfc(-x * std::f64::consts::FRAC_1_SQRT_2);
+    (below.ln(), (-0.5 * x * x).exp() / (std::f64::consts::TAU.sqrt() * below))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand::{RngExt, SeedableRng};
+    use rand_distr::{Distribution, StandardNormal};
+    use rand_pcg::Pcg64;
+
+    const ODDS: Odds = Odds { another: 2e-4, none: 5.0, noise: 1.0 };
+    const MICRON: f64 = 1e-6;
+
+    /// Three walls, the first two pushing against each other, so that their noise is more or less opposite.
+    fn covariance(opposite: f64) -> Square {
+        let mut covariance = Square::zeros();
+        let entries = [(0, 0, 700.0), (1, 1, 750.0), (2, 2, 500.0), (0, 1, -opposite), (0, 2, 80.0), (1, 2, -30.0)];
+        for (a, b, entry) in entries {
+            covariance[(a, b)] = entry * MICRON * MICRON;
+            covariance[(b, a)] = covariance[(a, b)];
+        }
+        covariance
+    }
+
+    fn distances(each: [f64; 3]) -> Distances {
+        let mut distances = Distances::zeros();
+        each.iter().enumerate().for_each(|(k, distance)| distances[k] = distance * MICRON);
+        distances
+    }
+
+    #[test]
+    fn derivatives_are_those_of_the_cost() {
+        let (covariance, h) = (covariance(650.0), 1e-3 * MICRON);
+        for each in
+            [[3.0, 5.0, -4.0], [40.0, -30.0, 80.0], [-20.0, 35.0, 10.0], [60.0, 70.0, 90.0], [-150.0, 20.0, 0.0]]
+        {
+            let at = |d: &Distances| weigh(d, &covariance, 3, ODDS);
+            let d = distances(each);
+            let said = at(&d);
+            for k in 0..3 {
+                let mut step = Distances::zeros();
+                step[k] = h;
+                let (after, before) = (at(&(d + step)), at(&(d - step)));
+                let slope = (after.cost - before.cost) / (2.0 * h);
+                assert!((slope - said.slope[k]).abs() < 1e-4 / MICRON, "{each:?}: {slope:e} {:e}", said.slope[k]);
+                let curvature = (after.slope - before.slope) / (2.0 * h);
+                let off = (curvature - said.observed.column(k)).amax();
+                assert!(off < 1e-4 * said.complete.amax().max(1.0 / (30.0 * MICRON).powi(2)), "{each:?}: {off:e}");
+            }
+        }
+    }
+
+    #[test]
+    fn one_wall_touched_for_sure_is_least_squares() {
+        let variance = (28.0 * MICRON).powi(2);
+        let said =
+            weigh(&distances([20.0, 0.0, 0.0]), &(Square::identity() * variance), 1, Odds { none: 1e-9, ..ODDS });
+        assert!((said.slope[0] * variance / (20.0 * MICRON) - 1.0).abs() < 1e-6);
+        assert!((said.complete[(0, 0)] * variance - 1.0).abs() < 1e-6);
+        assert!((said.touched - 1.0).abs() < 1e-6 && (said.touching - 1.0).abs() < 1e-6);
+    }
+
+    /// Walls drawn as the model has them: touched or free, free ones evenly spread, with noise. The least distance is off by several of its standard errors.
+    #[test]
+    fn the_slope_is_zero_on_average_where_the_least_distance_is_not() {
+        const CONTACTS: usize = 40_000;
+        let band = 400.0 * MICRON;
+        let touched_share = ODDS.another / (ODDS.another + band);
+        let covariance = covariance(150.0);
+        let factor = covariance.fixed_view::<3, 3>(0, 0).into_owned().cholesky().unwrap().l();
+        let mut chance = Pcg64::seed_from_u64(7);
+        let (mut sum, mut squares, mut least) = ([0.0; 3], [0.0; 3], 0.0);
+        let mut contacts = 0;
+        while contacts < CONTACTS {
+            let touched: [bool; 3] = std::array::from_fn(|_| chance.random::<f64>() < touched_share);
+            if !touched.contains(&true) {
+                continue;
+            }
+            contacts += 1;
+            let noise = factor * SVector::<f64, 3>::from_fn(|_, _| StandardNormal.sample(&mut chance));
+            let each: [f64; 3] =
+                std::array::from_fn(|k| noise[k] + if touched[k] { 0.0 } else { band * chance.random::<f64>() });
+            let said = weigh(&distances(each.map(|d| d / MICRON)), &covariance, 3, Odds { none: 1e-3, ..ODDS });
+            for k in 0..3 {
+                sum[k] += said.slope[k];
+                squares[k] += said.slope[k].powi(2);
+            }
+            least += each.iter().copied().fold(f64::INFINITY, f64::min) / CONTACTS as f64;
+        }
+        for k in 0..3 {
+            let standard_error = squares[k].sqrt();
+            assert!(sum[k].abs() < 3.5 * standard_error, "{k}: {} standard errors", sum[k] / standard_error);
+        }
+        assert!(least < -20.0 * 27.0 * MICRON / (CONTACTS as f64).sqrt(), "{least:e}");
+    }
+}
