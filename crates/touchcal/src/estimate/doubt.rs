@@ -13,7 +13,7 @@ use super::calibrate::{Observe, Search};
 use super::rows::Rung;
 
 /// Scatter of whitened gaps (root mean square) beyond which a minimum is doubted. A right one has less than 1: blended gaps are smoother than single ones.
-const DOUBTFUL: f64 = 0.75;
+const DOUBTFUL: f64 = 0.9;
 /// Other starts.
 const STARTS: u64 = 4;
 /// Squared distance of minima, by the information of the contacts looked at, beyond which they are different ones.
