@@ -13,7 +13,7 @@ use common::solve;
 use nalgebra::{DMatrix, DVector, UnitQuaternion, Vector3};
 use touchcal::contact::{ContactLog, Source};
 use touchcal::estimate::{Estimate, Fixture, Freedom, Loss, Method, Noise, Problem, Status, Tool};
-use touchcal::experiment::{Search, Trial};
+use touchcal::experiment::{CampaignSummary, Search, Trial, campaign_trial};
 use touchcal::io::urdf::{self, Ends};
 use touchcal::manifold::{BallInSocket, PegInHole};
 use touchcal::robot::{Column, Kinematics, Robot, joint_offset, strain};
@@ -166,6 +166,19 @@ fn intervals_cover_the_truth_as_often_as_they_say() {
     assert!((0.92..=0.98).contains(&coverage), "{coverage}");
     // χ² with 320 degrees of freedom has a standard deviation of 0.63 on this scale.
     assert!((6.1..=9.9).contains(&nees), "{nees}");
+}
+
+/// Sockets of which nothing is known but their distance: base, fixtures and the arm's first joint trade places, and only priors hold them.
+#[test]
+fn intervals_of_what_only_priors_bound_are_as_wide_as_these() {
+    let scenario = Preset::Mukca.scenario(iiwa()).expect("parts");
+    let mut summary = CampaignSummary::default();
+    (0..20).for_each(|trial| summary.add(&campaign_trial(&scenario, 1, trial).expect("contacts")));
+    let (nees, chance) = summary.nees();
+    println!("coverage {:.3?}, NEES {nees:.3}, by chance {chance:.3?}", summary.coverage());
+    assert_eq!(summary.converged, 20);
+    assert!((chance[0]..chance[1]).contains(&nees), "{nees}");
+    assert!((summary.coverage()[2] - 0.95).abs() < 0.03, "{:?}", summary.coverage());
 }
 
 /// Contacts scattered more than declared must widen the intervals.
