@@ -17,8 +17,7 @@ const REJECTED_BELOW: f64 = 0.05;
 const MANY_REJECTED: f64 = 0.2;
 /// Measured over declared noise that deserves a warning.
 const NOISE_EXCEEDED: f64 = 1.5;
-/// Measured over declared noise from which one-sided gaps are not usable: their bias goes with the variance, so it is nine times
-/// what was reckoned with.
+/// Measured over declared noise from which one-sided gaps are not usable: what scatters so much is no noise, but another shape or place.
 const NOISE_CONTRADICTED: f64 = 3.0;
 /// A joint range (rad or m) below which its parameters resemble its neighbours'.
 const HARDLY_MOVED: f64 = 0.035;

@@ -103,8 +103,13 @@ impl NormalEquations {
 
     /// `S H S`.
     pub fn scaled_information(&self, scale: &DVector<f64>) -> DMatrix<f64> {
-        DMatrix::from_fn(scale.len(), scale.len(), |i, j| scale[i] * self.information[(i, j)] * scale[j])
+        scaled(&self.information, scale)
     }
+}
+
+/// `S M S` with `S = diag(scale)`.
+pub(crate) fn scaled(matrix: &DMatrix<f64>, scale: &DVector<f64>) -> DMatrix<f64> {
+    DMatrix::from_fn(scale.len(), scale.len(), |i, j| scale[i] * matrix[(i, j)] * scale[j])
 }
 
 /// A damped information matrix, factored.

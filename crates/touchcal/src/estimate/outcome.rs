@@ -133,7 +133,7 @@ pub enum Warning {
         /// Measured over declared standard deviation.
         factor: f64,
     },
-    /// Contacts of one-sided gaps scatter so much more than declared that the correction of their bias, made for the declared noise, is void.
+    /// Contacts of one-sided gaps scatter so much more than declared that it is no noise.
     NoiseContradicted {
         /// Measured over declared standard deviation.
         factor: f64,

@@ -4,7 +4,7 @@
 use nalgebra::{Cholesky, DMatrix, DVector};
 
 use super::knowledge::covariance;
-use super::normal::NormalEquations;
+use super::normal::{NormalEquations, scaled};
 use super::system::System;
 use super::walls::{Odds, REACH};
 use crate::robot::Column;
@@ -14,6 +14,8 @@ const NOISE_STRENGTH: f64 = 100.0;
 /// Start of the standard deviation (m) of how much walls of one fixture differ in how far they are penetrated. It counts for little: good parts must come out as good.
 pub(super) const WALL_SIGMA: f64 = 1e-6;
 const WALL_STRENGTH: f64 = 0.01;
+/// Steps towards that standard deviation from one look at the contacts.
+const WIDTH_STEPS: usize = 20;
 /// About so many contacts say how often walls are touched.
 const ENOUGH: usize = 1000;
 /// Share of the contacts that must tell which walls they touch.
@@ -22,8 +24,6 @@ const TELLING: f64 = 0.3;
 const SEEN: f64 = 1e-10;
 /// Standard deviations within which a design effect may be chance.
 const BY_CHANCE: f64 = 2.6;
-/// Steps towards that standard deviation from one look at the contacts.
-const WIDTH_STEPS: usize = 20;
 
 /// Sums over the contacts, at one set of parameters.
 #[derive(Clone, Debug)]
@@ -80,6 +80,7 @@ impl Statistics {
     fn scale(&mut self, factor: f64) {
         self.observed.scale(factor);
         self.squares_of_slope.scale(factor);
+        self.squares_of_blocks *= factor;
         self.touching *= factor;
         self.touched *= factor;
         self.squares *= factor;
@@ -119,7 +120,7 @@ impl Statistics {
     /// Source: Kish, *Survey sampling* (1965), section 5.4; for estimates Liang & Zeger (1986).
     fn design_effect(&self, scale: &DVector<f64>) -> f64 {
         let blocks = scaled(&self.squares_of_blocks, scale);
-        let each = scaled(&self.squares_of_slope.information, scale).symmetric_eigen();
+        let each = self.squares_of_slope.scaled_information(scale).symmetric_eigen();
         let least = SEEN * each.eigenvalues.max();
         let seen = each.eigenvalues.iter().zip(each.eigenvectors.column_iter()).filter(|(value, _)| **value > least);
         let (mut sum, mut directions) = (0.0, 0.0);
@@ -132,10 +133,6 @@ impl Statistics {
         let chance = BY_CHANCE * (2.0 / (self.blocks * f64::max(directions, 1.0)).max(1.0)).sqrt();
         if effect > 1.0 + chance { effect } else { 1.0 }
     }
-}
-
-fn scaled(matrix: &DMatrix<f64>, scale: &DVector<f64>) -> DMatrix<f64> {
-    DMatrix::from_fn(scale.len(), scale.len(), |i, j| scale[i] * matrix[(i, j)] * scale[j])
 }
 
 impl System<'_> {
