@@ -89,6 +89,9 @@ pub enum Failure {
         /// Its name.
         fixture: String,
     },
+    /// Parts of a campaign that are not one whole.
+    #[error("could not merge: {0}")]
+    Merge(String),
     /// Parts that do not fit, or arguments that lack a part.
     #[error("could not begin: {0}")]
     Setup(String),
