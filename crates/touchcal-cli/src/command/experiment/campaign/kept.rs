@@ -59,7 +59,10 @@ impl Campaign {
         let mut found = Found { summary: CampaignSummary::default(), core_seconds: 0.0, computed: 0, missing: 0 };
         for number in 0..self.trials.div_ceil(PART) {
             let part = match self.kept(number) {
-                Some(part) => part,
+                Some(part) => {
+                    counter.more(part.rows.len() as u64);
+                    part
+                }
                 None if mine(number) => {
                     found.computed += 1;
                     self.compute(number, counter)?
@@ -97,7 +100,7 @@ impl Campaign {
                 return Err(Failure::ExperimentInterrupted);
             }
             let row = campaign_trial(&self.file.scenario, self.first_seed, trial)?;
-            counter.one_more();
+            counter.more(1);
             Ok(row)
         };
         let trials: Vec<u64> = self.range(number).collect();
