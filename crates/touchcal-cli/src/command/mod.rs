@@ -40,6 +40,16 @@ pub enum Failure {
     /// A simulation.
     #[error(transparent)]
     Simulation(#[from] SimulationError),
+    /// A simulation of a campaign.
+    #[error("{folder}, seed {seed}: {error}")]
+    Trial {
+        /// Where the campaign is kept.
+        folder: String,
+        /// Seed of the trial.
+        seed: u64,
+        /// What is wrong.
+        error: SimulationError,
+    },
     /// A scenario's parts.
     #[error(transparent)]
     Parts(#[from] PartsError),

@@ -143,6 +143,10 @@ fn a_number_is_varied() {
         let done = run(&["--vary", vary, "--out", "wrong"]).code(code);
         assert!(stderr(&done).contains(part), "{}", stderr(&done));
     }
+    // What cannot be simulated is said with its seed.
+    let done = run(&["--vary", "force_threshold_n=1000", "--out", "never", "--threads", "1"]).code(1);
+    let said = stderr(&done);
+    assert!(said.contains("never/force_threshold_n=1000, seed ") && said.contains("expected contacts with"), "{said}");
     let wrong = run(&["--out", "wrong", "--shard", "3/2"]).code(2);
     assert!(stderr(&wrong).contains("expected i/n with i from 1 to n"), "{}", stderr(&wrong));
 }

@@ -99,7 +99,11 @@ impl Campaign {
             if interrupted() {
                 return Err(Failure::ExperimentInterrupted);
             }
-            let row = campaign_trial(&self.file.scenario, self.first_seed, trial)?;
+            let row = campaign_trial(&self.file.scenario, self.first_seed, trial).map_err(|error| Failure::Trial {
+                folder: self.folder.display().to_string(),
+                seed: self.first_seed.wrapping_add(trial),
+                error,
+            })?;
             counter.more(1);
             Ok(row)
         };
