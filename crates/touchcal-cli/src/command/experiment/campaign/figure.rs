@@ -114,10 +114,10 @@ struct Curve {
 }
 
 fn lines(area: &Area<'_>, title: &str, below: &str, labels: &[(f64, String)], curves: &[Curve]) -> Drawn {
-    // Whole decades, so that each axis has numbers.
+    // Whole decades, so that each axis has numbers, and room for the names of the curves.
     let values = curves.iter().flat_map(|curve| &curve.points).map(|(_, y)| y.log10());
     let (least, most) = values.fold((0.0f64, -1.0f64), |(a, b), v| if a > b { (v, v) } else { (a.min(v), b.max(v)) });
-    let decades = 10f64.powf(least.floor())..10f64.powf(most.floor() + 1.0);
+    let decades = 10f64.powf(least.floor())..10f64.powf((most + 0.5).ceil());
     let mut chart = ChartBuilder::on(area)
         .caption(title, ("sans-serif", 16))
         .margin(10)
