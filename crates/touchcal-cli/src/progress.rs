@@ -112,9 +112,9 @@ impl Counter {
         self.bar.set_message(message);
     }
 
-    /// One more is done.
-    pub fn one_more(&self) {
-        self.bar.inc(1);
+    /// So many more are done.
+    pub fn more(&self, count: u64) {
+        self.bar.inc(count);
     }
 }
 

@@ -123,3 +123,34 @@ proptest! {
         let _ = read(folder.path(), &bytes);
     }
 }
+
+/// More rows than a group has come back as they were, bit by bit, from a file that parts were written to one after the other.
+#[test]
+fn rows_of_many_parts_make_one_file() {
+    use touchcal::experiment::CampaignRow;
+    use touchcal::io::campaign_parquet::{self, Part};
+    let row = |trial: u64| CampaignRow {
+        trial,
+        seed: u64::MAX - trial,
+        inside: [1, 2, 3, 4],
+        nees: (trial as f64).sqrt(),
+        tool_angle: if trial == 7 { f64::NAN } else { -0.0 },
+        ..CampaignRow::default()
+    };
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("rows.parquet");
+    let about = Part { settings: "of these".to_owned(), trials: 70_000, core_seconds: 0.1, rows: Vec::new() };
+    let parts = (0..1400u64).map(|part| Ok((50 * part..50 * (part + 1)).map(row).collect()));
+    campaign_parquet::write_file(&path, &about, parts).unwrap();
+    let read = campaign_parquet::read_file(&path).unwrap();
+    assert_eq!((read.settings.as_str(), read.trials, read.core_seconds), ("of these", 70_000, 0.1));
+    assert_eq!(read.rows.len(), 70_000);
+    assert!(read.rows.iter().zip(0..).all(|(read, trial)| campaign_parquet::identical(read, &row(trial))));
+    assert!(!campaign_parquet::identical(&row(1), &row(2)) && campaign_parquet::identical(&row(7), &row(7)));
+
+    // A part that cannot be read leaves no file.
+    let gone = campaign_parquet::read_file(&folder.path().join("none")).map(|part| part.rows);
+    let other = folder.path().join("other.parquet");
+    assert!(campaign_parquet::write_file(&other, &about, [Ok(vec![row(0)]), gone].into_iter()).is_err());
+    assert!(!other.exists());
+}

@@ -6,6 +6,7 @@
 use proptest::prelude::*;
 use touchcal::estimate::Problem;
 use touchcal::experiment;
+use touchcal::io::scenario_file::ScenarioFile;
 use touchcal::io::{problem_file, scenario_file};
 use touchcal::manifold::Rows;
 use touchcal::se3::{self, Pose};
@@ -169,6 +170,44 @@ fn what_is_written_is_read_again() {
         let (log, first) = (&simulated.logs[0], problem.contacts.q(0));
         let row = log.contacts().next().unwrap();
         assert!(log.q(row).iter().zip(first).all(|(a, b)| (a - b).abs() < 1e-8));
+    }
+}
+
+#[test]
+fn a_number_is_replaced_by_its_name() {
+    let folder = folder();
+    let file = scenario_file::read(FULL, "s.toml", folder.path()).unwrap();
+    let varied = |name: &str, value: f64| {
+        let out = tempfile::tempdir().unwrap();
+        for file in scenario_file::varied_text(&file, name, value)? {
+            std::fs::write(out.path().join(&file.name), &file.text).unwrap();
+        }
+        scenario_file::read_file(&out.path().join(scenario_file::SCENARIO)).map(|file| file.scenario)
+    };
+    let near = |a: f64, b: f64| assert!((a - b).abs() < 1e-12, "{a} {b}");
+    near(varied("spurious", 0.25).unwrap().recorder.spurious, 0.25);
+    near(varied("tool.sigma_mm", 7.0).unwrap().tool_error.length, 7e-3);
+    near(varied("expansion_per_k", 1e-5).unwrap().thermal.unwrap().expansion, 1e-5);
+    assert_eq!(varied("contacts", 77.0).unwrap().contacts, 77);
+    // All fixtures have it, and nothing else changes.
+    let swung = varied("exploration.swing_deg", 15.0).unwrap();
+    assert!(swung.touches.iter().all(|touch| (touch.exploration.swing.to_degrees() - 15.0).abs() < 1e-12));
+    let back = ScenarioFile { scenario: swung, ..file.clone() };
+    let mut expected = file.clone();
+    expected.scenario.touches.iter_mut().for_each(|touch| touch.exploration.swing = 15f64.to_radians());
+    assert_eq!(scenario_file::scenario_text(&back), scenario_file::scenario_text(&expected));
+
+    for (name, value, part) in [
+        ("spuroius", 0.1, "found \"spuroius\"; did you mean `spurious`?"),
+        ("recordr.spurious", 0.1, "did you mean `recorder.spurious`?"),
+        ("sigma_mm", 0.1, "expected `fixture.sigma_mm` or `tool.sigma_mm`, found \"sigma_mm\""),
+        ("distribution", 0.1, "found \"distribution\""),
+        ("schema", 1.0, "found \"schema\""),
+        ("spurious", 1.5, "recorder, spurious: expected a share from 0 to below 1, found 1.5"),
+        ("contacts", 1.5, "contacts: expected a whole number from 1 to 1000000, found 1.5"),
+    ] {
+        let error = varied(name, value).unwrap_err().to_string();
+        assert!(error.contains(part) && error.lines().count() == 1, "{error}");
     }
 }
 

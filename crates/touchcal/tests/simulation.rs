@@ -2,6 +2,7 @@
 #![allow(clippy::expect_used, clippy::unwrap_used, clippy::panic, reason = "a test fails by panicking")]
 
 use nalgebra::Point3;
+use touchcal::geometry::extrusion::PegAndHole;
 use touchcal::io::urdf::{self, Ends};
 use touchcal::robot::{Block, Column, Kinematics, Robot, segments};
 use touchcal::se3::{self, Pose, Twist};
@@ -23,7 +24,17 @@ fn table(contacts: usize) -> Scenario {
     scenario
 }
 
-fn hole(scenario: &Scenario) -> &touchcal::geometry::extrusion::PegAndHole {
+/// A hole so narrow that the tilted peg is wedged.
+fn narrow(contacts: usize) -> Scenario {
+    let mut scenario = paper(contacts);
+    let parts = hole(&scenario);
+    let outline = parts.peg().offset_mitred(0.25e-3).unwrap();
+    let parts = PegAndHole::new(parts.peg().clone(), parts.length(), outline, parts.depth()).unwrap();
+    scenario.touches[0].parts = Parts::PegInHole(Box::new(parts));
+    scenario
+}
+
+fn hole(scenario: &Scenario) -> &PegAndHole {
     match &scenario.touches[0].parts {
         Parts::PegInHole(parts) => parts,
         _ => panic!("a hole"),
@@ -36,8 +47,9 @@ fn only_log(scenario: &Scenario, seed: u64) -> Log {
 
 #[test]
 fn parts_overlap_by_less_than_a_micrometre_and_touch_where_there_is_force() {
-    for (friction, seed) in [(0.0, 1), (0.2, 1), (0.2, 2), (0.4, 1)] {
-        let scenario = Scenario { contact_sigma: 0.0, friction, ..paper(1500) };
+    let free = |friction: f64, seed: u64| (Scenario { friction, ..paper(1500) }, seed);
+    for (scenario, seed) in [free(0.0, 1), free(0.2, 1), free(0.2, 2), free(0.4, 1), (narrow(2500), 1)] {
+        let scenario = Scenario { contact_sigma: 0.0, ..scenario };
         let log = only_log(&scenario, seed);
         for row in &log.truth {
             let gap = hole(&scenario).gap(&row.fixture_from_tool).value;

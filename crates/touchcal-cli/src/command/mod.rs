@@ -40,6 +40,16 @@ pub enum Failure {
     /// A simulation.
     #[error(transparent)]
     Simulation(#[from] SimulationError),
+    /// A simulation of a campaign.
+    #[error("{folder}, seed {seed}: {error}")]
+    Trial {
+        /// Where the campaign is kept.
+        folder: String,
+        /// Seed of the trial.
+        seed: u64,
+        /// What is wrong.
+        error: SimulationError,
+    },
     /// A scenario's parts.
     #[error(transparent)]
     Parts(#[from] PartsError),
@@ -89,6 +99,9 @@ pub enum Failure {
         /// Its name.
         fixture: String,
     },
+    /// Parts of a campaign that are not one whole.
+    #[error("could not merge: {0}")]
+    Merge(String),
     /// Parts that do not fit, or arguments that lack a part.
     #[error("could not begin: {0}")]
     Setup(String),

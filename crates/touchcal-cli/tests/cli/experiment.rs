@@ -125,37 +125,3 @@ fn what_is_not_there_is_named() {
         assert!(stderr(&done).contains(part) && stderr(&done).lines().count() == 1, "{}", stderr(&done));
     }
 }
-
-#[test]
-fn shards_of_a_campaign_make_the_same_parts() {
-    let folder = tempfile::tempdir().unwrap();
-    let campaign = |out: &'static str, more: &[&'static str]| {
-        let args = ["experiment", "campaign", "--preset", "mukca", "--trials", "52", "--contacts", "20", "--out", out];
-        [&args[..], more].concat()
-    };
-    let whole = touchcal(folder.path(), &campaign("whole", &["--json"])).success();
-    let told: serde_json::Value = serde_json::from_str(&stdout(&whole)).unwrap();
-    assert_eq!(told["trials"], 52);
-    assert!(told["coverage"][2].as_f64().unwrap() > 0.8 && told["converged"].as_f64().unwrap() > 0.9, "{told}");
-
-    let first = touchcal(folder.path(), &campaign("cut", &["--shard", "1/2"])).success();
-    assert!(stdout(&first).contains("1 parts computed, 1 of other shards are not in cut/parts"), "{}", stdout(&first));
-    assert!(!folder.path().join("cut/campaign.json").exists());
-    touchcal(folder.path(), &campaign("cut", &["--shard", "2/2"])).success();
-    let part = |out: &str, k: u32| folder.path().join(out).join(format!("parts/part-00000{k}.parquet"));
-    for k in 0..2 {
-        assert!(std::fs::read(part("cut", k)).unwrap() == std::fs::read(part("whole", k)).unwrap(), "part {k}");
-    }
-
-    // A damaged part is computed again, one that is whole is not.
-    let bytes = std::fs::read(part("cut", 1)).unwrap();
-    std::fs::write(part("cut", 1), &bytes[..bytes.len() / 2]).unwrap();
-    let untouched = std::fs::metadata(part("cut", 0)).unwrap().modified().unwrap();
-    let again = touchcal(folder.path(), &campaign("cut", &["--json"])).success();
-    assert_eq!(stdout(&again), stdout(&whole));
-    assert!(std::fs::read(part("cut", 1)).unwrap() == bytes);
-    assert_eq!(std::fs::metadata(part("cut", 0)).unwrap().modified().unwrap(), untouched);
-
-    let wrong = touchcal(folder.path(), &campaign("cut", &["--shard", "3/2"])).code(2);
-    assert!(stderr(&wrong).contains("expected i/n with i from 1 to n"), "{}", stderr(&wrong));
-}

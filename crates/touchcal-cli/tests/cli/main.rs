@@ -3,6 +3,8 @@
 // Helpers of tests fail by panicking too; the exception in clippy.toml covers only the tests themselves.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
+#[cfg(feature = "parquet")]
+mod campaign;
 mod demo;
 mod experiment;
 mod failures;

@@ -1,5 +1,6 @@
 //! Files that are written whole or not at all.
 
+use std::fs::File;
 use std::io::Write;
 use std::path::Path;
 
@@ -11,6 +12,14 @@ use super::error::IoError;
 /// # Errors
 /// If the folder cannot be made or the file not written; `path` is then as it was.
 pub fn write(path: &Path, bytes: &[u8]) -> Result<(), IoError> {
+    write_by(path, |file| file.write_all(bytes).map_err(|source| IoError::file(path, "write", source)))
+}
+
+/// The same of what `content` writes, bit by bit.
+///
+/// # Errors
+/// As [`write`], and those of `content`.
+pub fn write_by(path: &Path, content: impl FnOnce(&mut File) -> Result<(), IoError>) -> Result<(), IoError> {
     let folder = match path.parent() {
         Some(parent) if !parent.as_os_str().is_empty() => parent,
         _ => Path::new("."),
@@ -18,7 +27,7 @@ pub fn write(path: &Path, bytes: &[u8]) -> Result<(), IoError> {
     std::fs::create_dir_all(folder).map_err(|source| IoError::file(folder, "make the folder", source))?;
     let failed = |source| IoError::file(path, "write", source);
     let mut temporary = builder().tempfile_in(folder).map_err(failed)?;
-    temporary.write_all(bytes).map_err(failed)?;
+    content(temporary.as_file_mut())?;
     // Without this, a power cut after the rename could leave an empty file under the final name.
     temporary.as_file().sync_all().map_err(failed)?;
     temporary.persist(path).map_err(|error| failed(error.error))?;

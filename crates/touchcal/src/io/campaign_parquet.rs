@@ -1,7 +1,8 @@
-//! Rows of a campaign as Parquet, a part of it a file: columns of the names of [`CampaignRow`], counts INT64, measures DOUBLE; in the file's metadata under
-//! `touchcal` what the rows depend on.
+//! Rows of a campaign as Parquet, a part of it a file: columns of the names of [`CampaignRow`], counts INT64, measures DOUBLE; in the file's metadata
+//! what the rows depend on (`touchcal`), of how many trials they are (`trials`) and how long they took (`core_seconds`).
 
 use std::fs::File;
+use std::io::Write;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 use std::sync::Arc;
@@ -16,40 +17,64 @@ use parquet::file::writer::SerializedFileWriter;
 use parquet::record::RowAccessor;
 use parquet::schema::parser::parse_message_type;
 
+use super::atomic;
 use super::bytes;
 use super::error::{IoError, Place};
 use crate::experiment::CampaignRow;
 
-/// Key of what the rows depend on.
-const KEY: &str = "touchcal";
+/// Keys of what is said of the rows: settings, trials of the campaign, seconds.
+const KEYS: [&str; 3] = ["touchcal", "trials", "core_seconds"];
+/// Rows of a group, where many parts are written.
+const GROUP: usize = 1 << 16;
 /// Largest part read (bytes).
 const MAX_BYTES: u64 = 256 << 20;
 
 const COUNTS: [&str; 9] =
     ["trial", "seed", "contacts", "status", "parameters", "inside_50", "inside_90", "inside_95", "inside_99"];
-const MEASURES: [&str; 7] =
-    ["nees", "nees_of_bound", "strain_error", "offset_error_rad", "tool_distance_m", "tool_angle_rad", "noise_factor"];
+const MEASURES: [&str; 9] = [
+    "nees",
+    "nees_of_bound",
+    "strain_error",
+    "offset_error_rad",
+    "strain_bound",
+    "offset_bound_rad",
+    "tool_distance_m",
+    "tool_angle_rad",
+    "noise_factor",
+];
 
 fn counts(row: &CampaignRow) -> [u64; 9] {
     let [a, b, c, d] = row.inside;
     [row.trial, row.seed, row.contacts, row.status, row.parameters, a, b, c, d]
 }
 
-fn measures(row: &CampaignRow) -> [f64; 7] {
+fn measures(row: &CampaignRow) -> [f64; 9] {
     [
         row.nees,
         row.nees_of_bound,
         row.strain_error,
         row.offset_error,
+        row.strain_bound,
+        row.offset_bound,
         row.tool_distance,
         row.tool_angle,
         row.noise_factor,
     ]
 }
 
-fn row(counts: [u64; 9], measures: [f64; 7]) -> CampaignRow {
+fn row(counts: [u64; 9], measures: [f64; 9]) -> CampaignRow {
     let [trial, seed, contacts, status, parameters, inside @ ..] = counts;
-    let [nees, nees_of_bound, strain_error, offset_error, tool_distance, tool_angle, noise_factor] = measures;
+    let [
+        nees,
+        nees_of_bound,
+        strain_error,
+        offset_error,
+        strain_bound,
+        offset_bound,
+        tool_distance,
+        tool_angle,
+        noise_factor,
+    ] = measures;
     CampaignRow {
         trial,
         seed,
@@ -61,30 +86,89 @@ fn row(counts: [u64; 9], measures: [f64; 7]) -> CampaignRow {
         nees_of_bound,
         strain_error,
         offset_error,
+        strain_bound,
+        offset_bound,
         tool_distance,
         tool_angle,
         noise_factor,
     }
 }
 
-/// The bytes of a part; `settings` is what its rows depend on.
+/// Whether two rows are the same to the last bit.
+pub fn identical(one: &CampaignRow, other: &CampaignRow) -> bool {
+    counts(one) == counts(other) && measures(one).map(f64::to_bits) == measures(other).map(f64::to_bits)
+}
+
+/// A part of a campaign, and what it is a part of.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Part {
+    /// All that rows depend on.
+    pub settings: String,
+    /// Trials of the campaign that it was computed for.
+    pub trials: u64,
+    /// Seconds of one core that its trials took.
+    pub core_seconds: f64,
+    /// Its trials.
+    pub rows: Vec<CampaignRow>,
+}
+
+/// The bytes of a part.
 ///
 /// # Errors
 /// If the parquet crate cannot write them.
-pub fn to_bytes(rows: &[CampaignRow], settings: &str) -> Result<Vec<u8>, IoError> {
-    let failed = |error: ParquetError| IoError::syntax(Place::file("campaign"), error.to_string());
-    write(rows, settings).map_err(failed)
+pub fn to_bytes(part: &Part) -> Result<Vec<u8>, IoError> {
+    let mut writer = writer(Vec::new(), part).map_err(unwritten)?;
+    add(&mut writer, &part.rows).map_err(unwritten)?;
+    writer.into_inner().map_err(unwritten)
 }
 
-fn write(rows: &[CampaignRow], settings: &str) -> Result<Vec<u8>, ParquetError> {
+/// Writes the rows of many parts to one file, of which all but the rows is in `about`; only some are in memory at a time.
+///
+/// # Errors
+/// If a part cannot be read, or the file not written.
+pub fn write_file(
+    path: &Path,
+    about: &Part,
+    parts: impl Iterator<Item = Result<Vec<CampaignRow>, IoError>>,
+) -> Result<(), IoError> {
+    atomic::write_by(path, |file| {
+        let mut writer = writer(file, about).map_err(unwritten)?;
+        let mut rows = Vec::new();
+        for part in parts {
+            rows.extend(part?);
+            if rows.len() >= GROUP {
+                add(&mut writer, &rows).map_err(unwritten)?;
+                rows.clear();
+            }
+        }
+        add(&mut writer, &rows).map_err(unwritten)?;
+        writer.close().map_err(unwritten)?;
+        Ok(())
+    })
+}
+
+fn unwritten(error: ParquetError) -> IoError {
+    IoError::syntax(Place::file("campaign"), error.to_string())
+}
+
+fn writer<W: Write + Send>(into: W, about: &Part) -> Result<SerializedFileWriter<W>, ParquetError> {
     let counted = COUNTS.map(|name| format!("required int64 {name};")).concat();
     let measured = MEASURES.map(|name| format!("required double {name};")).concat();
     let schema = Arc::new(parse_message_type(&format!("message trial {{ {counted} {measured} }}"))?);
+    let said = [about.settings.clone(), about.trials.to_string(), about.core_seconds.to_string()];
+    let entries = KEYS.into_iter().zip(said).map(|(key, value)| KeyValue::new(key.to_owned(), value));
     let properties = WriterProperties::builder()
         .set_compression(Compression::SNAPPY)
-        .set_key_value_metadata(Some(vec![KeyValue::new(KEY.to_owned(), settings.to_owned())]))
+        .set_key_value_metadata(Some(entries.collect()))
         .build();
-    let mut writer = SerializedFileWriter::new(Vec::new(), schema, Arc::new(properties))?;
+    SerializedFileWriter::new(into, schema, Arc::new(properties))
+}
+
+/// Writes rows as a group of their own.
+fn add<W: Write + Send>(writer: &mut SerializedFileWriter<W>, rows: &[CampaignRow]) -> Result<(), ParquetError> {
+    if rows.is_empty() {
+        return Ok(());
+    }
     let mut group = writer.next_row_group()?;
     let mut index = 0usize;
     while let Some(mut column) = group.next_column()? {
@@ -103,14 +187,14 @@ fn write(rows: &[CampaignRow], settings: &str) -> Result<Vec<u8>, ParquetError> 
         index += 1;
     }
     group.close()?;
-    writer.into_inner()
+    Ok(())
 }
 
-/// The rows of a part and what they depend on.
+/// A part that was written.
 ///
 /// # Errors
 /// If the file cannot be read or is no part of a campaign.
-pub fn read_file(path: &Path) -> Result<(Vec<CampaignRow>, String), IoError> {
+pub fn read_file(path: &Path) -> Result<Part, IoError> {
     let content = bytes::open(path)?;
     let name = path.display().to_string();
     let size = content.metadata().map_err(|source| IoError::file(path, "read", source))?.len();
@@ -122,13 +206,15 @@ pub fn read_file(path: &Path) -> Result<(Vec<CampaignRow>, String), IoError> {
         .map_err(|error| unfit(error.to_string()))
 }
 
-fn read(content: File) -> Result<(Vec<CampaignRow>, String), ParquetError> {
+fn read(content: File) -> Result<Part, ParquetError> {
     let missing = |what: &str| ParquetError::General(what.to_owned());
     let reader = SerializedFileReader::new(content)?;
     let metadata = reader.metadata().file_metadata();
     let entries = metadata.key_value_metadata().map_or(&[][..], Vec::as_slice);
-    let settings = entries.iter().find(|entry| entry.key == KEY).and_then(|entry| entry.value.clone());
-    let settings = settings.ok_or_else(|| missing("no settings"))?;
+    let said = KEYS.map(|key| entries.iter().find(|entry| entry.key == key).and_then(|entry| entry.value.as_deref()));
+    let [Some(settings), Some(trials), Some(core_seconds)] = said else { return Err(missing("no settings")) };
+    let trials = trials.parse().map_err(|_| missing("no number of trials"))?;
+    let core_seconds = core_seconds.parse().map_err(|_| missing("no seconds"))?;
     let names: Vec<&str> = metadata.schema_descr().columns().iter().map(|column| column.name()).collect();
     if names != [&COUNTS[..], &MEASURES[..]].concat() {
         return Err(missing("other columns"));
@@ -136,7 +222,7 @@ fn read(content: File) -> Result<(Vec<CampaignRow>, String), ParquetError> {
     let mut rows = Vec::new();
     for each in reader.get_row_iter(None)? {
         let each = each?;
-        let (mut counts, mut measures) = ([0; 9], [0.0; 7]);
+        let (mut counts, mut measures) = ([0; 9], [0.0; 9]);
         for (k, count) in counts.iter_mut().enumerate() {
             *count = each.get_long(k)?.cast_unsigned();
         }
@@ -145,5 +231,5 @@ fn read(content: File) -> Result<(Vec<CampaignRow>, String), ParquetError> {
         }
         rows.push(row(counts, measures));
     }
-    Ok((rows, settings))
+    Ok(Part { settings: settings.to_owned(), trials, core_seconds, rows })
 }

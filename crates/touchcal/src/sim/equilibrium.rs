@@ -22,8 +22,8 @@ pub struct Stiffness {
 const CONTACT: f64 = 1e9;
 /// Tangential stiffness of what sticks (N/m): 10 N shear it by 1 µm.
 const STICKING: f64 = 1e7;
-/// Linearisations of the parts before a search is given up: one that slides along a wall needs three to five.
-const LINEARISATIONS: usize = 100;
+/// Linearisations of the parts before a search is given up: one that slides along a wall needs three to five, one wedged in a narrow hole up to 150.
+const LINEARISATIONS: usize = 1000;
 /// Of these, the first bound friction anew by the normal forces just found. Where a tool jams they can chase each other: then the bounds stay.
 const BOUNDINGS: usize = 30;
 /// Newton steps within one linearisation.

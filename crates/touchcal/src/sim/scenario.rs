@@ -73,6 +73,11 @@ pub struct Thermal {
     pub sensor_sigma: f64,
 }
 
+impl Thermal {
+    /// Links that do not stretch.
+    pub const NONE: Thermal = Thermal { expansion: 0.0, reference: 20.0, sensor_sigma: 0.0 };
+}
+
 /// Standard deviations of a place, each component Gaussian.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct PlaceError {

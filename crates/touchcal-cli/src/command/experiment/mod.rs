@@ -16,5 +16,7 @@ pub fn run(args: &ExperimentArgs) -> Result<Outcome, Failure> {
         ExperimentArgs::Table1(args) => table1::run(args),
         #[cfg(feature = "parquet")]
         ExperimentArgs::Campaign(args) => campaign::run(args),
+        #[cfg(feature = "parquet")]
+        ExperimentArgs::Merge(args) => campaign::merge::run(args),
     }
 }

@@ -100,7 +100,7 @@ fn rows(
                     row
                 }
             };
-            counter.one_more();
+            counter.more(1);
             rows.push(row);
         }
         Ok(rows)

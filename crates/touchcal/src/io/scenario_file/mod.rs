@@ -5,6 +5,7 @@
 
 mod posed;
 mod schema;
+mod vary;
 mod write;
 
 use std::path::Path;
@@ -24,7 +25,8 @@ use crate::sim::{ArmErrors, Distribution, Exploration, PlaceError, Preset, Scena
 use schema::{ErrorsToml, ExplorationToml, RecorderToml, ScenarioToml, StiffnessToml, ThermalToml, TouchToml};
 
 pub use posed::{PROBLEM, TRUTH, log_texts, problem_text, truth_text};
-pub use write::{TextFile, scenario_text};
+pub use vary::varied_text;
+pub use write::{SCENARIO, TextFile, scenario_text};
 
 /// Largest scenario file read (bytes).
 pub const MAX_BYTES: u64 = 4 << 20;
@@ -208,7 +210,7 @@ fn recorder(scenario: &mut Scenario, toml: &RecorderToml, context: &Context<'_>)
 }
 
 fn thermal(thermal: &mut Option<Thermal>, toml: &ThermalToml, context: &Context<'_>) -> Result<(), IoError> {
-    let mut given = thermal.unwrap_or(Thermal { expansion: 0.0, reference: 20.0, sensor_sigma: 0.0 });
+    let mut given = thermal.unwrap_or(Thermal::NONE);
     set(&mut given.expansion, &toml.expansion_per_k, 1.0, "thermal, expansion_per_k", context)?;
     set(&mut given.reference, &toml.reference_c, 1.0, "thermal, reference_c", context)?;
     set(&mut given.sensor_sigma, &toml.sensor_sigma_k, 1.0, "thermal, sensor_sigma_k", context)?;

@@ -7,7 +7,7 @@ use crate::geometry::extrusion::PegAndHole;
 use crate::geometry::profile::Profile;
 use crate::robot::{GRAVITY, JointKind};
 use crate::se3::Pose;
-use crate::sim::{Parts, PlaceError, Scenario, Touch};
+use crate::sim::{Parts, PlaceError, Scenario, Thermal, Touch};
 
 /// A file to be written.
 #[derive(Clone, Debug, PartialEq)]
@@ -24,6 +24,8 @@ impl TextFile {
     }
 }
 
+/// Name of the scenario file.
+pub const SCENARIO: &str = "scenario.toml";
 /// Name of the robot's URDF beside the files that refer to it.
 const URDF: &str = "robot.urdf";
 /// Name of the tool's outline.
@@ -53,12 +55,12 @@ pub fn scenario_text(file: &ScenarioFile) -> Vec<TextFile> {
     line.number("joint_compliance_rad_per_nm", errors.joint_compliance);
     let tool = tool_text(scenario, &mut files);
     line.0.push_str(&tool);
-    line.place_error(scenario.tool_error);
+    line.sigmas(scenario.tool_error);
     for touch in &scenario.touches {
         let fixture = fixture_text(scenario, touch, &mut files);
         line.0.push_str(&fixture);
         line.place(touch);
-        line.place_error(touch.place_error);
+        line.sigmas(touch.place_error);
         if touch.free {
             line.0.push_str("free = true\n");
         }
@@ -92,13 +94,12 @@ pub fn scenario_text(file: &ScenarioFile) -> Vec<TextFile> {
     line.number("force_threshold_n", recorder.force_threshold);
     line.number("missed", recorder.missed);
     line.number("spurious", recorder.spurious);
-    if let Some(thermal) = &scenario.thermal {
-        line.table("[thermal]");
-        line.number("expansion_per_k", thermal.expansion);
-        line.number("reference_c", thermal.reference);
-        line.number("sensor_sigma_k", thermal.sensor_sigma);
-    }
-    files.push(TextFile::new("scenario.toml", text));
+    let thermal = scenario.thermal.unwrap_or(Thermal::NONE);
+    line.table("[thermal]");
+    line.number("expansion_per_k", thermal.expansion);
+    line.number("reference_c", thermal.reference);
+    line.number("sensor_sigma_k", thermal.sensor_sigma);
+    files.push(TextFile::new(SCENARIO, text));
     files
 }
 
@@ -137,9 +138,13 @@ impl Lines<'_> {
 
     pub(super) fn place_error(&mut self, error: PlaceError) {
         if error != PlaceError::default() {
-            self.number("sigma_mm", 1e3 * error.length);
-            self.number("sigma_deg", error.angle.to_degrees());
+            self.sigmas(error);
         }
+    }
+
+    fn sigmas(&mut self, error: PlaceError) {
+        self.number("sigma_mm", 1e3 * error.length);
+        self.number("sigma_deg", error.angle.to_degrees());
     }
 }
 

@@ -1,0 +1,154 @@
+//! What may be asked of `touchcal experiment`.
+
+use std::path::PathBuf;
+
+use clap::Subcommand;
+
+#[cfg(feature = "parquet")]
+use super::ScenarioSource;
+
+/// The experiments.
+#[derive(Debug, Subcommand)]
+pub enum ExperimentArgs {
+    /// The paper's table: learned, nearest and exact contact manifolds, by gradient descent and Levenberg-Marquardt
+    Table1(Table1Args),
+    /// Simulate and calibrate one scenario many times: are the uncertainties true?
+    #[cfg(feature = "parquet")]
+    Campaign(CampaignArgs),
+    /// Put parts of a campaign that were computed elsewhere together, checked for gaps and duplicates
+    #[cfg(feature = "parquet")]
+    Merge(MergeArgs),
+}
+
+/// Arguments of `experiment campaign`.
+#[cfg(feature = "parquet")]
+#[derive(Debug, clap::Args)]
+pub struct CampaignArgs {
+    /// The scenario.
+    #[command(flatten)]
+    pub source: ScenarioSource,
+    /// Folder to write campaign.json, campaign.svg and parts/ into; parts found there are not computed again
+    #[arg(long, value_name = "DIR")]
+    pub out: PathBuf,
+    /// Trials
+    #[arg(long, default_value_t = 500, value_parser = clap::value_parser!(u64).range(1..=100_000_000))]
+    pub trials: u64,
+    /// Seed of the first trial; the others count on from it
+    #[arg(long, default_value_t = 1)]
+    pub seed: u64,
+    /// Repeat the campaign with other values of one number, named as in scenario.toml: contacts=300,1000,3000
+    #[arg(long, value_name = "SETTING=A,B,…")]
+    pub vary: Option<Vary>,
+    /// Only the i-th of n equal shares of the parts, for one of n machines
+    #[arg(long, value_name = "I/N", default_value = "1/1")]
+    pub shard: Shard,
+    /// Threads; as many as there are cores if not given. Results do not depend on it
+    #[arg(long, value_name = "N", value_parser = super::count(1, 1024))]
+    pub threads: Option<usize>,
+    /// Print JSON instead of a table
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Arguments of `experiment merge`.
+#[cfg(feature = "parquet")]
+#[derive(Debug, clap::Args)]
+pub struct MergeArgs {
+    /// Folders that `experiment campaign` wrote, each with parts/
+    #[arg(value_name = "DIR", required = true)]
+    pub folders: Vec<PathBuf>,
+    /// Folder to write campaign.json and campaign.svg into
+    #[arg(long, value_name = "DIR")]
+    pub out: PathBuf,
+    /// Write rows.parquet too: the rows of all trials in one file
+    #[arg(long)]
+    pub rows: bool,
+    /// Print JSON instead of a table
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Values of one number of a scenario.
+#[cfg(feature = "parquet")]
+#[derive(Clone, Debug)]
+pub struct Vary {
+    /// Its name.
+    pub setting: String,
+    /// What it is, one campaign after the other.
+    pub values: Vec<f64>,
+}
+
+#[cfg(feature = "parquet")]
+impl std::str::FromStr for Vary {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Vary, String> {
+        let number = |text: &str| text.trim().parse().ok().filter(|value: &f64| value.is_finite());
+        let values = |text: &str| text.split(',').map(number).collect::<Option<Vec<f64>>>();
+        match text.split_once('=').map(|(setting, text)| (setting.trim(), values(text))) {
+            Some((setting, Some(values))) if !setting.is_empty() => Ok(Vary { setting: setting.to_owned(), values }),
+            _ => Err("expected a setting's name and numbers, as in contacts=300,1000,3000".to_owned()),
+        }
+    }
+}
+
+/// Which share of a campaign to compute.
+#[cfg(feature = "parquet")]
+#[derive(Clone, Copy, Debug)]
+pub struct Shard {
+    /// From 1 to `of`.
+    pub number: u64,
+    /// How many there are.
+    pub of: u64,
+}
+
+#[cfg(feature = "parquet")]
+impl std::str::FromStr for Shard {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Shard, String> {
+        let numbers = text.split_once('/').and_then(|(number, of)| Some((number.parse().ok()?, of.parse().ok()?)));
+        match numbers {
+            Some((number, of)) if (1..=of).contains(&number) => Ok(Shard { number, of }),
+            _ => Err("expected i/n with i from 1 to n".to_owned()),
+        }
+    }
+}
+
+/// Arguments of `experiment table1`.
+#[derive(Debug, clap::Args)]
+pub struct Table1Args {
+    /// Folder to write table1.csv, table1.json, table1.svg and rows/ into; rows found there are not computed again
+    #[arg(long, value_name = "DIR")]
+    pub out: PathBuf,
+    /// Instead of simulating: a folder of trials, each with contact.csv.gz and truth.json
+    #[arg(long, value_name = "DIR")]
+    pub logs: Option<PathBuf>,
+    /// Trials to simulate
+    #[arg(long, default_value_t = 20, value_parser = clap::value_parser!(u32).range(1..=100_000), conflicts_with = "logs")]
+    pub trials: u32,
+    /// Contacts to simulate in each
+    #[arg(long, default_value_t = 3000, value_parser = clap::value_parser!(u32).range(20..=1_000_000), conflicts_with = "logs")]
+    pub contacts: u32,
+    /// Seed of the first simulated trial; the others count on from it
+    #[arg(long, default_value_t = 1, conflicts_with = "logs")]
+    pub seed: u64,
+    /// Samples of the contact manifold, from `touchcal manifold`
+    #[arg(long, value_name = "FILE")]
+    pub manifold: Option<PathBuf>,
+    /// Trained weights of the projection, from `touchcal train`
+    #[arg(long, value_name = "FILE")]
+    pub weights: Option<PathBuf>,
+    /// Millimetres that a degree counts as, in the distance of nearest samples
+    #[arg(long, value_name = "MM", default_value_t = 1.0, value_parser = super::positive)]
+    pub mm_per_deg: f64,
+    /// Only this method (may be repeated)
+    #[arg(long, value_name = "METHOD", value_parser = ["learned_gd", "learned_lm", "nearest_gd", "nearest_lm", "exact_lm"])]
+    pub only: Vec<String>,
+    /// Steps of gradient descent
+    #[arg(long, default_value_t = 5000, value_parser = clap::value_parser!(u32).range(10..=1_000_000))]
+    pub steps: u32,
+    /// Contacts that gradient descent looks at
+    #[arg(long, default_value_t = 500, value_parser = clap::value_parser!(u32).range(10..=1_000_000))]
+    pub descent_contacts: u32,
+}
