@@ -23,13 +23,14 @@ def run(*command, input=None, may_fail=False):
 
 @functools.cache
 def revision():
-    """Version of touchcal, and of the repository where it is one; `+` where files differ from it."""
+    """Version of touchcal, and of the repository where it is one; `+` where files but VALIDATION.md differ from it."""
     version = next(line for line in (ROOT / "Cargo.toml").read_text().splitlines() if line.startswith("version"))
     try:
-        described = run("git", "describe", "--always", "--dirty=+", "--exclude=*", may_fail=True).strip()
+        described = run("git", "rev-parse", "--short", "HEAD", may_fail=True).strip()
+        changed = run("git", "status", "--porcelain", "--", ".", ":!VALIDATION.md", may_fail=True).strip()
     except FileNotFoundError:
-        described = ""
-    return version.split('"')[1] + (f", {described}" if described else "")
+        described = changed = ""
+    return version.split('"')[1] + (f", revision {described}{'+' if changed else ''}" if described else "")
 
 
 def example(name, *arguments, input=None):

@@ -51,7 +51,7 @@ def write(options, kept):
         measured = json.loads(path.read_text())
         missed.extend(measured["missed"])
         stale = measured["revision"] != revision()
-        return (f"Measured at revision {measured['revision']}.\n\n" if stale else "") + measured["text"]
+        return (f"Measured with touchcal {measured['revision']}.\n\n" if stale else "") + measured["text"]
 
     options.out.write_text(PLACE.sub(fill, template))
     print(f"written: {options.out.name}; missed: {len(missed)}", file=sys.stderr)

@@ -117,7 +117,7 @@ def against_coal(name):
 
 def count(what, reference, failures, of, command):
     figures = {"q75": "–", "q99": "–", "max": f"{failures} of {of}"}
-    return Row(what, figures, reference, "none", "either is in the wall or is not", command, bool(failures))
+    return Row(what, figures, reference, "0", "a peg is in the wall or it is not", command, bool(failures))
 
 
 def against_parry():

@@ -43,7 +43,7 @@ class Table:
             cells += [row.command] if "command" in columns else []
             lines.append(f"| {' | '.join(cells)} |")
         above = " ".join([f"**{self.title}**"] * bool(self.title) + shared)
-        return "\n".join([above, "", *lines, ""])
+        return "\n".join([*([above, ""] if above else []), *lines, ""])
 
 
 def number(value):
