@@ -12,6 +12,10 @@ URDFS = {"kuka_14": "iiwa14.urdf", "panda_1": "panda.urdf", "panda_3": "panda.ur
 HELD_OUT = "`cargo test -p touchcal --test mukca_arms -- --nocapture`"
 FITTED = "`touchcal calibrate --mukca DIR --urdf FILE --out OUT`"
 # What was aimed at, where the test asserts only what a rigid arm can reach.
+WHY = {
+    "kuka_14, each placement left out": "that of `left_back`; set when 0.125 was known",
+    "panda_3, each placement left out": "the aim; the test asserts 0.1965, what a rigid arm reaches",
+}
 AIMS = {"panda_3, each placement left out": 0.195}
 
 
@@ -29,7 +33,7 @@ def held_out():
         }
         # The gen3 lite has the same limit for both.
         against_rigid = bends and not what.startswith(("panda_3", "dinova_2"))
-        why = "no worse than rigid" if against_rigid else "aimed at beforehand"
+        why = "no worse than rigid" if against_rigid else WHY.get(what, "the test's limit")
         rows.append(
             Row(
                 what.replace(", bending", ", with `joint_compliance`"),

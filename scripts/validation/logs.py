@@ -24,7 +24,7 @@ def tables(_options):
             found = reports[f"{profile}, {quantity}"]
             figures = {name: number(found[name]) for name in ("mean", "q75", "q99", "max")}
             what = f"{words}: {quantity}, {trials:.0f} {'trial' if trials == 1 else 'trials'}"
-            why = "what a prototype of the method reached, or better"
+            why = "of the size that a prototype of the method reached"
             errors.append(
                 Row(what, figures, REFERENCE, f"mean {number(found['limit'])}", why, COMMAND, not found["mean"] <= found["limit"])
             )

@@ -7,7 +7,7 @@ COMMAND = "`cargo test -p touchcal --test simulation_statistics -- --nocapture`"
 REASONS = {
     1.25: "both explore the same hole for ten seconds, each with its own command",
     1.75: "the clearance bounds all but z; stiffness and press are a choice",
-    1.5: "as many walls near, whatever the command",
+    1.5: "the test's limit",
 }
 
 
