@@ -1,6 +1,14 @@
 //! The gap against an independent reference: distances between boxes by GJK (parry3d).
-#![allow(clippy::unwrap_used, clippy::print_stdout, reason = "a test reports by panicking and printing")]
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::print_stdout,
+    reason = "a test reports by panicking and printing"
+)]
 
+mod common;
+
+use common::{report, spread};
 use nalgebra::{Point2, Vector3};
 use parry3d_f64::glamx::{DPose3, DQuat, DVec3};
 use parry3d_f64::query;
@@ -13,6 +21,10 @@ use touchcal::se3::{Pose, exp, twist};
 
 const LENGTH: f64 = 0.04;
 const DEPTH: f64 = 0.03;
+/// Greatest error (m) where parts are apart: rounding.
+const LIMIT: f64 = 1e-12;
+/// Gap (m) below which parts may count as touching or not.
+const TOUCHING: f64 = 1e-6;
 
 /// Boxes `[x0, x1] × [y0, y1] × [z0, z1]`, in metres.
 type Boxes = Vec<(DVec3, DVec3)>;
@@ -135,6 +147,8 @@ impl Region {
 fn compare(name: &str, model: &PegAndHole, reference: &Reference, poses: usize) -> usize {
     let mut rng = StdRng::seed_from_u64(7);
     let mut failures = 0;
+    let mut errors = Vec::new();
+    let mut all_signs = 0;
     for region in &REGIONS {
         let (mut free, mut worst, mut off, mut signs) = (0, 0.0_f64, 0, 0);
         for _ in 0..poses {
@@ -145,7 +159,8 @@ fn compare(name: &str, model: &PegAndHole, reference: &Reference, poses: usize) 
                 free += 1;
                 let error = (gap.value - distance).abs();
                 worst = worst.max(error);
-                if error > 1e-6 {
+                errors.push(error);
+                if error > LIMIT {
                     off += 1;
                     if off < 4 {
                         println!(
@@ -157,7 +172,7 @@ fn compare(name: &str, model: &PegAndHole, reference: &Reference, poses: usize) 
                     }
                 }
             }
-            if gap.value.abs() > 1e-6 && (distance <= 0.0) != (gap.value < 0.0) {
+            if gap.value.abs() > TOUCHING && (distance <= 0.0) != (gap.value < 0.0) {
                 signs += 1;
                 if signs < 4 {
                     println!(
@@ -170,11 +185,14 @@ fn compare(name: &str, model: &PegAndHole, reference: &Reference, poses: usize) 
             }
         }
         println!(
-            "{name}, {}: {poses} poses, {free} free, worst error {worst:.1e} m, {off} beyond 1e-6, {signs} signs differ",
+            "{name}, {}: {poses} poses, {free} free, worst error {worst:.1e} m, {off} beyond {LIMIT:e}, {signs} signs differ",
             region.name
         );
         failures += off + signs;
+        all_signs += signs;
     }
+    let counts = [("apart", errors.len() as f64), ("signs", all_signs as f64), ("limit", LIMIT)];
+    report(name, &[spread(errors).as_slice(), &counts].concat());
     failures
 }
 

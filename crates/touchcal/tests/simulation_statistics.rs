@@ -11,7 +11,7 @@ mod common;
 
 use std::io::Read;
 
-use common::data;
+use common::{data, report};
 use touchcal::experiment::Trial;
 use touchcal::geometry::extrusion::PegAndHole;
 use touchcal::io::trial_folder;
@@ -106,7 +106,7 @@ fn explorations_are_like_those_of_mujoco() {
     let mut ratios = Vec::new();
     let mut compare = |name: &str, value: &dyn Fn(&Statistics) -> f64, most: f64| {
         let (recorded, simulated) = both(value);
-        println!("{name}: MuJoCo {recorded:.3}, simulated {simulated:.3}");
+        report(name, &[("mujoco", recorded), ("simulated", simulated), ("limit", most)]);
         ratios.push((name.to_owned(), simulated / recorded, most));
     };
     // Both are explorations of the same hole for ten seconds, each with its own command: shares of rows agree to a quarter.

@@ -130,3 +130,6 @@ pub(crate) fn observer<'o>(
 ) -> impl FnMut(usize, f64) -> ControlFlow<()> + 'o {
     move |iteration, cost| observe(&Progress { stage, iteration, cost })
 }
+
+#[cfg(test)]
+mod nist;

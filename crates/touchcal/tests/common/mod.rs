@@ -81,6 +81,21 @@ pub fn mujoco_trials(profile: &str) -> Vec<String> {
     trials
 }
 
+/// Prints a line that `scripts/validate` reads: what was measured, and its figures by name.
+#[allow(clippy::print_stdout, reason = "a test reports by printing")]
+pub fn report(what: &str, figures: &[(&str, f64)]) {
+    let figures: String = figures.iter().map(|(name, value)| format!(" | {name} {value:e}")).collect();
+    println!("validate: {what}{figures}");
+}
+
+/// Mean, q75, q99 and greatest of absolute errors.
+pub fn spread(mut errors: Vec<f64>) -> [(&'static str, f64); 4] {
+    errors.sort_unstable_by(f64::total_cmp);
+    let quantile = |share: f64| errors[((errors.len() - 1) as f64 * share).ceil() as usize];
+    let mean = errors.iter().sum::<f64>() / errors.len() as f64;
+    [("mean", mean), ("q75", quantile(0.75)), ("q99", quantile(0.99)), ("max", quantile(1.0))]
+}
+
 /// Calibrates without watching.
 pub fn solve(problem: &Problem) -> Estimate {
     calibrate(problem, &mut |_| ControlFlow::Continue(()))
