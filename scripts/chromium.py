@@ -14,6 +14,7 @@ FLAGS = [
     "--no-sandbox",
     "--no-first-run",
     "--disable-extensions",
+    "--disable-dev-shm-usage",
     "--disable-background-networking",
     "--hide-scrollbars",
     "--force-color-profile=srgb",
@@ -108,6 +109,10 @@ class Chromium:
         until = time.monotonic() + ANSWER_S
         while self.evaluate("document.documentElement.dataset.drawn") != "all" and time.monotonic() < until and not self.complaints:
             time.sleep(0.02)
+        self.rest()
+
+    def rest(self):
+        """Waits until what was begun is drawn."""
         self.evaluate("new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(() => setTimeout(done, 200))))")
 
     def evaluate(self, expression):
@@ -131,6 +136,12 @@ class Chromium:
         for k in range(1, 6):
             event("mouseMoved", [a + (b - a) * k / 5 for a, b in zip(start, end)], button="left", buttons=1)
         event("mouseReleased", end, button="left", buttons=0, clickCount=1)
+
+    def key(self, name, times):
+        """Pressed so often."""
+        for _ in range(times):
+            for kind in ("keyDown", "keyUp"):
+                self.ask("Input.dispatchKeyEvent", type=kind, key=name, code=name)
 
     def pdf(self):
         return base64.b64decode(self.ask("Page.printToPDF", printBackground=True, preferCSSPageSize=False)["data"])

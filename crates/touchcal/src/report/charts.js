@@ -5,6 +5,8 @@ const BEFORE = "var(--before)", AFTER = "var(--after)", BAD = "var(--bad)", SOFT
 /** Distances (m) below this are drawn at it: a logarithm has no zero. */
 const LEAST = 1e-7;
 const toMm = (metres) => 1e3 * Math.max(LEAST, metres);
+/** A name as long as a label may be. */
+const short = (name) => (name.length > 20 ? `${name.slice(0, 19)}…` : name);
 /** A number with few digits; of tiny and of huge ones the power of ten. */
 function power(value) {
   const exponent = Math.round(Math.log10(Math.abs(value)));
@@ -37,14 +39,14 @@ const charts = {
       .map(({ name, contacts, change: { before, after } }) => ({ name, contacts, before: toMm(before.rms), after: toMm(after.rms), most: toMm(after.max), mostBefore: toMm(before.max) }));
     if (!rows.length) return null;
     const tell = (row) => `${row.name}, ${row.contacts} contacts\nbefore: rms ${significant(row.before)} mm, max ${significant(row.mostBefore)} mm\nafter: rms ${significant(row.after)} mm, max ${significant(row.most)} mm`;
-    const label = Math.min(width * 0.4, 16 + 7 * Math.max(...rows.map((row) => row.name.length)));
+    const label = 16 + 7 * Math.max(...rows.map((row) => short(row.name).length));
     const pair = (key, most, stroke) => [
       plot.link(rows, { x1: key, x2: most, y1: "name", y2: "name", stroke, strokeOpacity: 0.5 }),
       plot.dot(rows, { x: key, y: "name", fill: stroke, r: 4, title: tell }),
       plot.dot(rows, { x: most, y: "name", stroke, symbol: "times", r: 3, title: tell }),
     ];
     return { width, height: 64 + 22 * Math.max(rows.length, 3), marginTop: 8, marginLeft: label, x: log("distance from touching (mm): ● rms, × largest →", rows.flatMap(({ before, after, most, mostBefore }) => [before, after, most, mostBefore])),
-      y: { label: null, domain: rows.map((row) => row.name), tickSize: 0 }, marks: [plot.ruleY(rows, { y: "name", stroke: "var(--faint)" }), ...pair("before", "mostBefore", BEFORE), ...pair("after", "most", AFTER)] };
+      y: { label: null, domain: rows.map((row) => row.name), tickSize: 0, tickFormat: short }, marks: [plot.ruleY(rows, { y: "name", stroke: "var(--faint)" }), ...pair("before", "mostBefore", BEFORE), ...pair("after", "most", AFTER)] };
   },
 
   course(width) {
@@ -84,14 +86,14 @@ const charts = {
     const domain = correlated.map((_, k) => k);
     const groups = domain.filter((k) => k === 0 || owner(k) !== owner(k - 1)).map((from) => ({ from, size: domain.filter((k) => k >= from).findIndex((k) => owner(k) !== owner(from)) }));
     groups.forEach((group) => (group.size = group.size < 0 ? size - group.from : group.size));
-    const label = Math.min(0.35 * width, 14 + 6.4 * Math.max(...groups.map(({ from }) => owner(from).length)));
+    const label = 14 + 6.4 * Math.max(...groups.map(({ from }) => short(owner(from)).length));
     const cell = (width - label - 8) / size, font = Math.min(11, Math.max(7, cell * Math.min(...groups.map((group) => group.size))));
     return { width, height: cell * size + 20, marginLeft: label, marginRight: 8, marginTop: 4, marginBottom: 16, x: { axis: null, domain, padding: 0.06 }, y: { axis: null, domain, padding: 0.06 },
       marks: [
         plot.cell(cells, { x: "j", y: "i", fill: (d) => (d.value < 0 ? "var(--minus)" : "var(--plus)"), fillOpacity: (d) => Math.abs(d.value),
           title: (d) => `${each[correlated[d.i]].words}\n${each[correlated[d.j]].words}\ncorrelation ${significant(d.value, 2)}` }),
         plot.cell(domain, { x: (k) => k, y: (k) => k, fill: "var(--faint)" }),
-        plot.text(groups, { x: () => 0, y: ({ from, size }) => from + Math.floor((size - 1) / 2), text: ({ from }) => owner(from), textAnchor: "end", dx: -cell / 2 - 4, fontSize: font, fill: SOFT }),
+        plot.text(groups, { x: () => 0, y: ({ from, size }) => from + Math.floor((size - 1) / 2), text: ({ from }) => short(owner(from)), textAnchor: "end", dx: -cell / 2 - 4, fontSize: font, fill: SOFT }),
       ] };
   },
 
