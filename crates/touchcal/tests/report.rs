@@ -219,6 +219,26 @@ fn a_problem_without_contacts_has_a_page() {
     assert_eq!(told["contacts"]["drawn"]["index"].as_array().map(Vec::len), Some(0));
 }
 
+/// What was held is not known: with nothing in reach of the base joint's zero, the arm turns by five degrees as a whole, and distances stay.
+#[test]
+fn uncertainty_of_the_tool_knows_what_was_held() {
+    let (mut problem, _) = mujoco_trial("extrusion/rich/trial_00");
+    problem.fixtures[0].freedom = Freedom::Free;
+    let (estimate, _) = solve(&problem);
+    assert_eq!(estimate.parameter("joint_offset.joint_a1").map(|entry| entry.value), Some(0.0), "held");
+    let poses = workspace_configurations(&problem.robot, 50);
+    let places = tool_uncertainty(&problem, &estimate, poses.iter().map(Vec::as_slice)).expect("an uncertainty");
+    let kinematics = Kinematics::new(&estimate.robot, &[], problem.tool.tip_from_tool);
+    for (q, found) in poses.iter().zip(&places) {
+        let reach = kinematics.pose(q).translation.vector.xy().norm();
+        let turned = reach * 5f64.to_radians();
+        assert!(found.position >= 0.999 * turned, "{} m at a reach of {reach} m", found.position);
+        assert!(found.angle >= 0.999 * 5f64.to_radians());
+    }
+    let distances = distance_uncertainty(&problem, &estimate, &poses).expect("an uncertainty");
+    assert!(distances.iter().all(|sigma| *sigma < 1e-3), "{distances:?}");
+}
+
 /// Against parameters drawn from the covariance and put into the arm.
 #[test]
 fn uncertainty_of_the_tool_is_the_scatter_of_drawn_arms() {

@@ -58,7 +58,7 @@ impl Place {
 
     /// Derivative of the distance to another place by each parameter.
     fn distance_slope(&self, to: &Place) -> Vec<f64> {
-        let along = (to.place - self.place).normalize();
+        let along = (to.place - self.place).try_normalize(0.0).unwrap_or_default();
         self.moved.iter().zip(&to.moved).map(|(a, b)| along.dot(&(b - a))).collect()
     }
 }
@@ -72,20 +72,20 @@ pub struct ToolUncertainty {
     pub angle: f64,
 }
 
-/// Uncertainty of the calibrated arm's tool at each of the joint positions: `J Σ Jᵀ` with `Σ` the estimate's covariance. Parameters that were held count as
-/// known, so where the base of the arm was held, this is relative to it. None if the estimate has no uncertainty.
+/// Uncertainty of the calibrated arm's tool at each of the joint positions: `J Σ Jᵀ` with `Σ` the estimate's covariance, in which
+/// parameters that were held count with their scale: nothing says that they are zero. None if the estimate has no uncertainty.
 pub fn tool_uncertainty<'q>(
     problem: &Problem,
     estimate: &Estimate,
     positions: impl Iterator<Item = &'q [f64]>,
 ) -> Option<Vec<ToolUncertainty>> {
-    let kinematics = calibrated(problem, estimate)?;
+    let Calibrated { kinematics, covariance } = calibrated(problem, estimate)?;
     let mut scratch = kinematics.scratch();
     let each = positions.map(|q| {
         kinematics.pose_and_jacobian(q, &mut scratch);
         let jacobian = DMatrix::from_fn(6, scratch.columns.len(), |row, k| scratch.columns[k][row]);
-        let covariance = &jacobian * &estimate.covariance * jacobian.transpose();
-        let deviation = |from: usize| (from..from + 3).map(|k| covariance[(k, k)]).sum::<f64>().max(0.0).sqrt();
+        let of_tool = &jacobian * &covariance * jacobian.transpose();
+        let deviation = |from: usize| (from..from + 3).map(|k| of_tool[(k, k)]).sum::<f64>().max(0.0).sqrt();
         ToolUncertainty { position: deviation(0), angle: deviation(3) }
     });
     Some(each.collect())
@@ -94,22 +94,35 @@ pub fn tool_uncertainty<'q>(
 /// Standard deviation (m) of the distance between the tool's places at every two joint positions that follow each other in `positions`: needs no base, so what
 /// only moves the whole arm does not count. None if the estimate has no uncertainty.
 pub fn distance_uncertainty(problem: &Problem, estimate: &Estimate, positions: &[Vec<f64>]) -> Option<Vec<f64>> {
-    let kinematics = calibrated(problem, estimate)?;
+    let Calibrated { kinematics, covariance } = calibrated(problem, estimate)?;
     let mut scratch = kinematics.scratch();
     let places: Vec<Place> = positions.iter().map(|q| Place::at(&kinematics, q, &mut scratch)).collect();
     let each = places.windows(2).map(|pair| {
         let slope = DVector::from_vec(pair[0].distance_slope(&pair[1]));
-        slope.dot(&(&estimate.covariance * &slope)).max(0.0).sqrt()
+        slope.dot(&(&covariance * &slope)).max(0.0).sqrt()
     });
     Some(each.collect())
 }
 
-/// Kinematics with all parameters, at their estimates; none if the estimate has no uncertainty.
-fn calibrated(problem: &Problem, estimate: &Estimate) -> Option<Kinematics> {
+/// The arm with all its parameters at their estimates.
+struct Calibrated {
+    kinematics: Kinematics,
+    /// Of the parameters (SI), in their order.
+    covariance: DMatrix<f64>,
+}
+
+/// None if the estimate has no uncertainty.
+fn calibrated(problem: &Problem, estimate: &Estimate) -> Option<Calibrated> {
     let columns: Vec<Column> = estimate.parameters.iter().map(|entry| entry.parameter.column).collect();
     let mut kinematics = Kinematics::new(&problem.robot, &columns, problem.tool.tip_from_tool);
     kinematics.set(estimate.values().as_slice());
-    (!has_projection(problem)).then_some(kinematics)
+    let mut covariance = estimate.covariance.clone();
+    for (k, entry) in estimate.parameters.iter().enumerate() {
+        if covariance[(k, k)] == 0.0 {
+            covariance[(k, k)] = entry.parameter.scale.powi(2);
+        }
+    }
+    (!has_projection(problem)).then_some(Calibrated { kinematics, covariance })
 }
 
 /// Joint positions (rad, m) spread evenly over the joints' limits, the same for the same robot.

@@ -274,6 +274,7 @@ class ArmView {
 function showArm() {
   const host = byId("arm"), { drawn, every, used, rejected } = data.contacts;
   if (!data.scene.q.length) {
+    host.style.height = "auto";
     host.replaceChildren(el("p", {}, "There are no contacts to show."));
     return;
   }

@@ -9,9 +9,10 @@ const toMm = (metres) => 1e3 * Math.max(LEAST, metres);
 const short = (name) => (name.length > 20 ? `${name.slice(0, 19)}…` : name);
 /** A number with few digits; of tiny and of huge ones the power of ten. */
 function power(value) {
-  const exponent = Math.round(Math.log10(Math.abs(value)));
+  const exponent = Math.floor(Math.log10(Math.abs(value)) + 1e-9);
   if (value === 0 || Math.abs(exponent) <= 3) return significant(value, 2);
-  return `${value < 0 ? "−" : ""}10${[...`${exponent}`].map((digit) => "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"["-0123456789".indexOf(digit)]).join("")}`;
+  const times = Math.round(Math.abs(value) / 10 ** exponent);
+  return `${value < 0 ? "−" : ""}${times === 1 ? "" : `${times}·`}10${[...`${exponent}`].map((digit) => "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"["-0123456789".indexOf(digit)]).join("")}`;
 }
 /** A logarithmic axis over these values: ticks at powers of ten, of a short one at their double and fivefold too. */
 function log(label, values) {
@@ -70,7 +71,7 @@ const charts = {
     const { singular_values, rank } = data.parameters;
     const points = singular_values.map((value, k) => ({ k: k + 1, value: Math.max(value, 1e-4), of: value }));
     if (!points.length || !(singular_values[0] > 0)) return null;
-    return { width, height: 260, marginLeft: 56, x: { label: "direction, the best determined first →", tickFormat: "d", ticks: Math.min(points.length, 8) }, y: log("↑ singular value", points.map(({ value }) => value)),
+    return { width, height: 260, marginLeft: 56, x: { label: "direction, the best determined first →", tickFormat: "d", ticks: Math.min(points.length, 8) }, y: log("↑ singular value", [1, ...points.map(({ value }) => value)]),
       marks: [plot.ruleY([1], { stroke: BAD, strokeDasharray: "4 3" }),
         plot.text([[1, 1]], { text: ["1: as much as was known before"], textAnchor: "start", dx: 4, dy: -8, fill: SOFT }),
         plot.dot(points, { x: "k", y: "value", r: 3.5, stroke: (point) => (point.k <= rank ? AFTER : SOFT), fill: (point) => (point.k <= rank ? AFTER : "var(--paper)"), title: (point) => `direction ${point.k}: ${significant(point.of)}` })] };
@@ -131,7 +132,6 @@ const charts = {
 function draw() {
   for (const [id, chart] of Object.entries(charts)) {
     const host = byId(id), figure = host.closest("figure");
-    figure.hidden = false;
     const width = Math.floor(figure.clientWidth);
     if (!width || host.dataset.width === `${width}`) continue;
     host.dataset.width = width;

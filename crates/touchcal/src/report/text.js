@@ -62,7 +62,7 @@ function verdict() {
   const figure = (name, value, note) => el("div", {}, el("dt", {}, name), el("dd", {}, value, el("small", {}, note)));
   const between = data.uncertainty && quantile(data.uncertainty.distances, 0.5);
   byId("figures").append(
-    figure("Distance from touching", `${significant(1e3 * all.before.rms)} → ${significant(1e3 * all.after.rms, 2)} mm`, "root mean square, before and after"),
+    figure("Distance from touching", contacts.used + contacts.rejected ? `${significant(1e3 * all.before.rms)} → ${significant(1e3 * all.after.rms, 2)} mm` : "–", "root mean square, before and after"),
     figure("Contacts", `${contacts.used} counted`, `${contacts.rejected} rejected, ${count(contacts.read, "row")} read`),
     figure("Determined", `${parameters.rank} of ${parameters.singular_values.length}`, "directions, by the contacts alone"),
     figure("Tool, between two poses", data.uncertainty ? `± ${mm(between, 2)}` : "–", data.uncertainty ? "standard deviation of the distance, median" : "no uncertainty follows from a projection"),
@@ -160,16 +160,16 @@ function uncertainty() {
   byId("uncertainty-words").textContent = `Standard deviations that follow from the estimate's covariance, at ${uncertainty.workspace.length} poses spread over the joints' limits and at a contact `
     + `with each fixture. In base, the tool's place is typically known to ${mm(middle(uncertainty.workspace.map((pose) => pose.position)), 2)} and its direction to `
     + `${deg(middle(uncertainty.workspace.map((pose) => pose.angle)))}. Distances between two places need no base: they are known to ${mm(middle(uncertainty.distances), 2)}.`
-    + (held ? " Parameters that were held count as known here." : "");
+    + (held ? " Parameters that were held count with the size of a large but plausible error, such as 5° or 5 %." : "");
 }
 
 function outliers() {
   const { listed, rejected, used } = data.contacts;
   const share = (100 * rejected) / Math.max(1, rejected + used);
   byId("outlier-words").textContent = rejected
-    ? `${count(rejected, "contact")} (${significant(share, 2)} %) did not fit and had no say`
+    ? `${count(rejected, "contact")} (${significant(share, 2)} %) did not fit and ${rejected === 1 ? "was" : "were"} rejected`
       + (listed.length < rejected ? `; the ${listed.length} worst are listed.` : ".") + " Lines are those of the file, counted from 1."
-    : `None was rejected. ${listed.length ? `The ${listed.length} that are farthest from touching, for a look:` : ""}`;
+    : `${used ? "None was rejected." : "There are none."} ${listed.length ? `The ${listed.length} that are farthest from touching, for a look:` : ""}`;
   const row = (contact) => [data.contacts.files[contact.file] ?? "?", `${contact.line}`, data.fixtures[contact.fixture].name, (1e3 * contact.after).toFixed(3),
     ...(rejected ? [significant(contact.deviations, 2)] : [])];
   if (listed.length) byId("outlier-table").append(table(["file", "#line", "fixture", "#distance mm", ...(rejected ? ["#standard deviations"] : [])], listed.map(row)));
