@@ -6,10 +6,11 @@ use std::path::{Path, PathBuf};
 
 use touchcal::estimate::{Estimate, Fixture, Score, Spread, Status, Warning};
 use touchcal::io::estimate_file::{
-    self, ContactCounts, EstimateFile, FixtureResidual, NullDirection, ParameterEntry, ResidualStats, Residuals,
-    TerminationEntry, WarningEntry,
+    self, ContactCounts, EstimateFile, FixtureResidual, InputEntry, NullDirection, ParameterEntry, ResidualStats,
+    Residuals, TerminationEntry, WarningEntry,
 };
-use touchcal::io::{IoError, Loaded, atomic, urdf};
+use touchcal::io::{Loaded, atomic, urdf};
+use touchcal::report::{Advice, Input, Report};
 use touchcal::robot::Robot;
 use touchcal::se3::Pose;
 
@@ -19,6 +20,8 @@ use crate::command::{Failure, Solved};
 pub const CALIBRATED: &str = "calibrated.urdf";
 /// The estimate's file.
 pub const ESTIMATE: &str = "estimate.json";
+/// The page to look at.
+pub const REPORT: &str = "report.html";
 
 /// Writes to stdout; a reader that has left is no failure.
 pub fn print(text: &str) -> Result<(), Failure> {
@@ -41,17 +44,37 @@ pub struct Written {
     pub urdf: PathBuf,
     /// Path of the estimate.
     pub estimate: PathBuf,
+    /// Path of the report.
+    pub report: PathBuf,
 }
 
-/// Writes `calibrated.urdf` and `estimate.json` into `folder`.
-pub fn write(folder: &Path, loaded: &Loaded, estimate: &Estimate, file: &EstimateFile) -> Result<Written, IoError> {
-    let robot = calibrated(loaded, estimate).robot;
+/// Writes `calibrated.urdf`, `estimate.json` and `report.html` into `folder`.
+pub fn write(folder: &Path, loaded: &Loaded, solved: &Solved, file: &EstimateFile) -> Result<Written, Failure> {
+    let robot = calibrated(loaded, &solved.estimate).robot;
     let text = urdf::rewrite(&loaded.urdf, &robot)?;
     let json = file.to_json()?;
-    let written = Written { urdf: folder.join(CALIBRATED), estimate: folder.join(ESTIMATE) };
+    let page = report(loaded, solved, file)?;
+    let written =
+        Written { urdf: folder.join(CALIBRATED), estimate: folder.join(ESTIMATE), report: folder.join(REPORT) };
     atomic::write(&written.urdf, text.as_bytes())?;
     atomic::write(&written.estimate, json.as_bytes())?;
+    atomic::write(&written.report, page.as_bytes())?;
     Ok(written)
+}
+
+/// The page, with the warnings and inputs of `file`.
+fn report(loaded: &Loaded, solved: &Solved, file: &EstimateFile) -> serde_json::Result<String> {
+    let advice = |entry: &WarningEntry| Advice { words: entry.words.clone(), advice: entry.advice.clone() };
+    let input = |entry: &InputEntry| Input { path: entry.path.clone(), sha256: entry.sha256.clone() };
+    let report = Report {
+        problem: &loaded.problem,
+        estimate: &solved.estimate,
+        prefit: &solved.prefit,
+        steps: &solved.steps,
+        warnings: &file.warnings.iter().map(advice).collect::<Vec<_>>(),
+        inputs: &file.inputs.iter().map(input).collect::<Vec<_>>(),
+    };
+    report.html()
 }
 
 /// The calibrated arm as it is written.
@@ -72,7 +95,7 @@ fn calibrated(loaded: &Loaded, estimate: &Estimate) -> Calibrated {
 
 /// A calibration as it is written.
 pub fn estimate_file(loaded: &Loaded, solved: &Solved) -> EstimateFile {
-    let Solved { estimate, prefit, seconds } = solved;
+    let Solved { estimate, prefit, seconds, .. } = solved;
     let size = estimate.parameters.len();
     let fixtures = &loaded.problem.fixtures;
     EstimateFile {

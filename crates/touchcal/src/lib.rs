@@ -20,6 +20,7 @@
 //! | [`estimate`] | the estimator, covariance, identifiability, outcomes |
 //! | [`sim`] | simulated touching, for demonstrations and tests |
 //! | [`experiment`] | calibrations of which the truth is known |
+//! | [`report`] | a result as a page to look at |
 //! | [`io`] | files, to and from these types |
 //!
 //! # Example
@@ -91,6 +92,7 @@ pub mod experiment;
 pub mod geometry;
 pub mod io;
 pub mod manifold;
+pub mod report;
 pub mod robot;
 pub mod se3;
 pub mod sim;

@@ -31,7 +31,7 @@ pub enum Command {
     Demo(DemoArgs),
     /// Say what a log contains and what it can determine, before solving
     Inspect(InspectArgs),
-    /// Estimate what is wrong with an arm; write calibrated.urdf and estimate.json
+    /// Estimate what is wrong with an arm; write calibrated.urdf, estimate.json and report.html
     Calibrate(CalibrateArgs),
     /// Score a URDF on contacts, without fitting anything
     Evaluate(EvaluateArgs),
@@ -86,7 +86,7 @@ pub struct CalibrateArgs {
     /// The arm of a folder.
     #[command(flatten)]
     pub arm: Arm,
-    /// Folder to write calibrated.urdf and estimate.json into
+    /// Folder to write calibrated.urdf, estimate.json and report.html into
     #[arg(long, value_name = "DIR")]
     pub out: PathBuf,
     /// Print every parameter on a line of its own

@@ -11,7 +11,7 @@ pub mod train;
 
 use std::time::Instant;
 
-use touchcal::estimate::{Estimate, Score, StopReason};
+use touchcal::estimate::{Estimate, Progress, Score, StopReason};
 use touchcal::io::mukca::{self, MukcaOptions};
 use touchcal::io::urdf::{self, Ends};
 use touchcal::io::{IoError, Loaded, problem_file};
@@ -145,6 +145,8 @@ pub struct Solved {
     pub estimate: Estimate,
     /// How well the nominal arm explains the contacts.
     pub prefit: Score,
+    /// The estimation's steps.
+    pub steps: Vec<Progress>,
     /// What the estimation took.
     pub seconds: f64,
 }
@@ -153,11 +155,15 @@ pub struct Solved {
 fn calibrate(loaded: &Loaded) -> Result<Solved, Failure> {
     let spinner = Spinner::new("Calibrating");
     let start = Instant::now();
-    let estimate = touchcal::estimate::calibrate(&loaded.problem, &mut |progress| spinner.observe(progress));
+    let mut steps = Vec::new();
+    let estimate = touchcal::estimate::calibrate(&loaded.problem, &mut |progress| {
+        steps.push(*progress);
+        spinner.observe(progress)
+    });
     let seconds = start.elapsed().as_secs_f64();
     // Between the last look and here the user may have asked too.
     if estimate.termination.reason == StopReason::Interrupted || crate::progress::interrupted() {
         return Err(Failure::Interrupted);
     }
-    Ok(Solved { estimate, prefit: touchcal::estimate::evaluate(&loaded.problem), seconds })
+    Ok(Solved { estimate, prefit: touchcal::estimate::evaluate(&loaded.problem), steps, seconds })
 }

@@ -55,7 +55,7 @@ impl Calibration<'_> {
             parameters(&lines, detail),
             determined(&estimate.identifiability, estimate.parameters.len(), detail),
             self.warnings(),
-            format!("Written   {}\n          {}\n", self.written.urdf.display(), self.written.estimate.display()),
+            self.paths(),
             self.next(next),
         ]
         .concat()
@@ -71,6 +71,12 @@ impl Calibration<'_> {
             ),
             Status::NotUsable => "*** NOT USABLE: the warnings say why. DO NOT USE this result. ***".to_owned(),
         }
+    }
+
+    fn paths(&self) -> String {
+        let Written { urdf, estimate, report } = self.written;
+        let [urdf, estimate, report] = [urdf, estimate, report].map(|path| path.display());
+        format!("Written   {urdf}\n{INDENT}{estimate}\n{INDENT}{report}\n")
     }
 
     fn warnings(&self) -> String {

@@ -4,8 +4,8 @@ use std::path::Path;
 
 use super::{json, stderr, stdout, touchcal};
 
-const FILES: [&str; 6] =
-    ["problem.toml", "scenario.toml", "hole.csv", "truth.json", "calibrated.urdf", "estimate.json"];
+const FILES: [&str; 7] =
+    ["problem.toml", "scenario.toml", "hole.csv", "truth.json", "calibrated.urdf", "estimate.json", "report.html"];
 
 /// The file's lines but the one that tells the time taken.
 fn timeless(path: &Path) -> String {
@@ -34,7 +34,7 @@ fn demo_finds_the_truth_and_its_example_gives_the_same_again() {
     assert_eq!(first, FILES.map(|name| timeless(&at(name))), "the same bytes again");
 
     touchcal(folder.path(), &["calibrate", "touchcal-demo/problem.toml", "--out", "again"]).success();
-    for name in ["calibrated.urdf", "estimate.json"] {
+    for name in ["calibrated.urdf", "estimate.json", "report.html"] {
         assert_eq!(timeless(&folder.path().join("again").join(name)), timeless(&at(name)), "{name}");
     }
     let score = ["evaluate", "touchcal-demo/problem.toml", "--urdf", "again/calibrated.urdf", "--json"];

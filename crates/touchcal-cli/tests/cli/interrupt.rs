@@ -9,7 +9,7 @@ use super::{start, touchcal};
 fn an_interrupted_calibration_leaves_no_file() {
     let folder = tempfile::tempdir().unwrap();
     touchcal(folder.path(), &["demo", "--contacts", "500", "--out", "."]).success();
-    for name in ["calibrated.urdf", "estimate.json"] {
+    for name in ["calibrated.urdf", "estimate.json", "report.html"] {
         std::fs::remove_file(folder.path().join(name)).unwrap();
     }
     // Enough contacts for a minute.

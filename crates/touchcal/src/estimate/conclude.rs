@@ -126,7 +126,7 @@ fn status(termination: &Termination, warnings: &[Warning]) -> Status {
 }
 
 /// Whether any contacts are measured by a projection, from which no uncertainty follows.
-fn has_projection(problem: &Problem) -> bool {
+pub(super) fn has_projection(problem: &Problem) -> bool {
     problem.fixtures.iter().any(|fixture| fixture.manifold.is_projection())
 }
 

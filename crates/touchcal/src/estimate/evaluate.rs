@@ -3,7 +3,7 @@
 use nalgebra::DVector;
 
 use super::problem::{Freedom, Problem};
-use super::score::{Score, score};
+use super::score::{self, Score, score};
 use super::system::System;
 use crate::robot::Column;
 use crate::se3::{self, Twist};
@@ -12,6 +12,12 @@ use crate::se3::{self, Twist};
 pub fn evaluate(problem: &Problem) -> Score {
     let system = System::new(problem);
     score(problem, &system.at(&DVector::zeros(system.parameters.len())))
+}
+
+/// Distance (m) from touching of each contact, in order, at parameters `values` (SI, as [`Estimate::values`](super::Estimate::values) has them; zeros are the
+/// problem's arm as it is): what a [`Score`] is made of.
+pub fn distances(problem: &Problem, values: &DVector<f64>) -> Vec<f64> {
+    score::distances(problem, &System::new(problem).at(values))
 }
 
 /// Puts tool and fixtures where a calibration found them: `found(name)` is the value of the parameter of that name (m, rad). What it did not

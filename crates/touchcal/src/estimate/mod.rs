@@ -25,7 +25,7 @@ mod workspace;
 
 pub use bound::cramer_rao;
 pub use calibrate::calibrate;
-pub use evaluate::{evaluate, place};
+pub use evaluate::{distances, evaluate, place};
 pub use gradient_descent::{Descent, Optimiser};
 pub use identifiability::{Identifiability, NullDirection};
 pub use inspect::{Expected, Inspection, JointRange, inspect};
@@ -36,3 +36,4 @@ pub use outcome::{
 pub use poses::contact_poses;
 pub use problem::{Distance, Fixture, Freedom, Method, Noise, Problem, Tool};
 pub use score::{Score, Spread};
+pub use workspace::{ToolUncertainty, distance_uncertainty, tool_uncertainty, workspace_configurations};

@@ -9,6 +9,7 @@ mod peg_in_hole;
 mod plane;
 mod projection;
 mod samples;
+mod sketch;
 mod training_pairs;
 mod tree;
 mod unknown;
@@ -21,6 +22,7 @@ pub use peg_in_hole::PegInHole;
 pub use plane::Plane;
 pub use projection::{Projected, Projection};
 pub use samples::{PoseSamples, SamplesError};
+pub use sketch::{Shape, Sketch};
 pub use training_pairs::TrainingPairs;
 pub use unknown::Unknown;
 
@@ -208,6 +210,11 @@ pub trait ContactManifold: Send + Sync + std::fmt::Debug {
 
     /// Components of a tool twist `[v; ω]` that the contact can feel.
     fn tool_directions(&self) -> &'static [usize];
+
+    /// What tool and fixture look like in a picture.
+    fn sketch(&self) -> Sketch {
+        Sketch { tool: Shape::Point, fixture: Shape::Point }
+    }
 
     /// Whether the residual is the least of many gaps. The least of noisy gaps is negative on average even at the true pose, and
     /// real contacts press parts into each other; the estimator then fits the mean gap at contact as a nuisance.

@@ -1,7 +1,8 @@
 //! A straight peg in a straight hole: the residual is the exact signed gap.
 
-use super::{ContactManifold, MAX_ROWS, Reach, Rows};
+use super::{ContactManifold, MAX_ROWS, Reach, Rows, Shape, Sketch};
 use crate::geometry::extrusion::{Gap, PegAndHole};
+use crate::geometry::profile::Profile;
 use nalgebra::Vector3;
 
 use crate::se3::{self, Pose, Twist, twist};
@@ -169,6 +170,12 @@ impl ContactManifold for PegInHole {
 
     fn tool_directions(&self) -> &'static [usize] {
         &[0, 1, 2, 3, 4, 5]
+    }
+
+    fn sketch(&self) -> Sketch {
+        let prism = |outline: &Profile, from, to| Shape::Prism { outline: outline.vertices().to_vec(), from, to };
+        let shapes = &self.shapes;
+        Sketch { tool: prism(shapes.peg(), 0.0, shapes.length()), fixture: prism(shapes.hole(), -shapes.depth(), 0.0) }
     }
 
     fn has_interference(&self) -> bool {

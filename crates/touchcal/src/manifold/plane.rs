@@ -2,7 +2,7 @@
 
 use nalgebra::{Point3, Vector3};
 
-use super::{ContactManifold, Rows};
+use super::{ContactManifold, Rows, Shape, Sketch};
 use crate::se3::{self, Pose};
 
 /// Signed distance from a plane to the part of the tool nearest to it (1 row, m): positive free, negative penetrating.
@@ -59,6 +59,12 @@ impl ContactManifold for Plane {
 
     fn envelope(&self, fixture_from_tool: &Pose, rows: &mut Rows) {
         self.push_distance(fixture_from_tool, 1.0 / ENVELOPE_LENGTH, rows);
+    }
+
+    fn sketch(&self) -> Sketch {
+        let is_ball = self.points.as_slice() == [Point3::origin()] && self.radius > 0.0;
+        let tool = if is_ball { Shape::Ball { radius: self.radius } } else { Shape::Point };
+        Sketch { tool, fixture: Shape::Plane }
     }
 
     fn fixture_directions(&self) -> &'static [usize] {

@@ -22,7 +22,7 @@ pub fn run(args: &DemoArgs) -> Result<Outcome, Failure> {
     let solved = super::calibrate(&loaded)?;
     let Solved { estimate, prefit, .. } = &solved;
     let written = output::estimate_file(&loaded, &solved);
-    output::write(&args.out, &loaded, estimate, &written)?;
+    output::write(&args.out, &loaded, &solved, &written)?;
     let text = [
         comparison::text(&file.scenario.robot, &simulated.truth, args.seed, &loaded.problem, estimate),
         "Distance from touching (mm)\n".to_owned(),
@@ -39,7 +39,7 @@ fn next(folder: &Path) -> String {
         format!(
             "Written to {folder}: problem.toml and hole.csv (an example to start from), scenario.toml, truth.json,\n"
         ),
-        "calibrated.urdf and estimate.json.\n\n".to_owned(),
+        "calibrated.urdf, estimate.json and report.html (open it in a browser).\n\n".to_owned(),
         "Try next\n".to_owned(),
         format!("  touchcal inspect {folder}/problem.toml\n"),
         format!("  touchcal calibrate {folder}/problem.toml --out {folder}/again\n"),

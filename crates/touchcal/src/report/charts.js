@@ -1,0 +1,155 @@
+"use strict";
+// The charts, by Observable Plot: SVG whose colours are the page's, so that light, dark and paper need no second drawing.
+
+const BEFORE = "var(--before)", AFTER = "var(--after)", BAD = "var(--bad)", SOFT = "var(--soft)";
+/** Distances (m) below this are drawn at it: a logarithm has no zero. */
+const LEAST = 1e-7;
+const toMm = (metres) => 1e3 * Math.max(LEAST, metres);
+/** A name as long as a label may be. */
+const short = (name) => (name.length > 20 ? `${name.slice(0, 19)}…` : name);
+/** A number with few digits; of tiny and of huge ones the power of ten. */
+function power(value) {
+  const exponent = Math.floor(Math.log10(Math.abs(value)) + 1e-9);
+  if (value === 0 || Math.abs(exponent) <= 3) return significant(value, 2);
+  const times = Math.round(Math.abs(value) / 10 ** exponent);
+  return `${value < 0 ? "−" : ""}${times === 1 ? "" : `${times}·`}10${[...`${exponent}`].map((digit) => "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"["-0123456789".indexOf(digit)]).join("")}`;
+}
+/** A logarithmic axis over these values: ticks at powers of ten, of a short one at their double and fivefold too. */
+function log(label, values) {
+  const [low, high] = [Math.min(...values), Math.max(...values)];
+  const powers = [], every = Math.max(1, Math.ceil(Math.log10(high / low) / 7));
+  for (let k = Math.floor(Math.log10(low)); k <= Math.ceil(Math.log10(high)); k += every) powers.push(10 ** k);
+  const ticks = high / low > 200 ? powers : powers.flatMap((tick) => [tick, 2 * tick, 5 * tick]);
+  return { type: "log", label, grid: true, ticks: ticks.filter((tick) => tick >= 0.999 * low && tick <= 1.001 * high), tickFormat: power, tickSize: 4 };
+}
+
+const charts = {
+  histogram(width) {
+    const total = data.contacts.used + data.contacts.rejected;
+    const bars = data.contacts.histogram.map(({ from, to, before, after }) => ({ from: 1e3 * from, to: 1e3 * to, before: (100 * before) / total, after: (100 * after) / total }));
+    if (!bars.length) return null;
+    const rects = (y, fill) => plot.rectY(bars, { x1: "from", x2: "to", y, fill, fillOpacity: 0.75, insetLeft: 0.5, insetRight: 0.5,
+      title: (bar) => `${significant(bar.from, 2)} to ${significant(bar.to, 2)} mm\n${significant(bar[y], 2)} % of the contacts ${y}` });
+    return { width, height: 260, marginLeft: 40, x: log("distance from touching (mm) →", bars.flatMap(({ from, to }) => [from, to])), y: { label: "↑ share of the contacts (%)", grid: true, ticks: 5, nice: true },
+      marks: [rects("before", BEFORE), rects("after", AFTER), plot.ruleY([0], { stroke: SOFT })] };
+  },
+
+  fixtures(width) {
+    const shown = [...data.fixtures].sort((a, b) => b.change.after.rms - a.change.after.rms).slice(0, 40);
+    const rows = data.fixtures.filter((fixture) => shown.includes(fixture) && fixture.contacts)
+      .map(({ name, contacts, change: { before, after } }) => ({ name, contacts, before: toMm(before.rms), after: toMm(after.rms), most: toMm(after.max), mostBefore: toMm(before.max) }));
+    if (!rows.length) return null;
+    const tell = (row) => `${row.name}, ${row.contacts} contacts\nbefore: rms ${significant(row.before)} mm, max ${significant(row.mostBefore)} mm\nafter: rms ${significant(row.after)} mm, max ${significant(row.most)} mm`;
+    const label = 16 + 7 * Math.max(...rows.map((row) => short(row.name).length));
+    const pair = (key, most, stroke) => [
+      plot.link(rows, { x1: key, x2: most, y1: "name", y2: "name", stroke, strokeOpacity: 0.5 }),
+      plot.dot(rows, { x: key, y: "name", fill: stroke, r: 4, title: tell }),
+      plot.dot(rows, { x: most, y: "name", stroke, symbol: "times", r: 3, title: tell }),
+    ];
+    return { width, height: 64 + 22 * Math.max(rows.length, 3), marginTop: 8, marginLeft: label, x: log("distance from touching (mm): ● rms, × largest →", rows.flatMap(({ before, after, most, mostBefore }) => [before, after, most, mostBefore])),
+      y: { label: null, domain: rows.map((row) => row.name), tickSize: 0, tickFormat: short }, marks: [plot.ruleY(rows, { y: "name", stroke: "var(--faint)" }), ...pair("before", "mostBefore", BEFORE), ...pair("after", "most", AFTER)] };
+  },
+
+  course(width) {
+    const { drawn, stretches } = data.contacts;
+    const points = drawn.index.map((index, k) => ({ index: index + 1, fixture: drawn.fixture[k], file: drawn.file[k], line: drawn.line[k], before: toMm(drawn.before[k]), after: toMm(drawn.after[k]), rejected: drawn.rejected[k] }));
+    if (!points.length) return null;
+    const tell = (point) => `contact ${point.index}: ${place(point)}\n${data.fixtures[point.fixture].name}\nbefore ${significant(point.before)} mm, after ${significant(point.after)} mm${point.rejected ? ", rejected" : ""}`;
+    const [kept, rejected] = [0, 1].map((is) => points.filter((point) => point.rejected === is));
+    const dots = (y, fill) => plot.dot(kept, { x: "index", y, fill, r: 1.6, fillOpacity: points.length > 500 ? 0.45 : 0.8 });
+    const changes = points.filter((point, k) => k > 0 && point.fixture !== points[k - 1].fixture);
+    const steps = (y) => stretches.flatMap((part) => [{ x: part.from + 1, y: toMm(part[y]) }, { x: part.to, y: toMm(part[y]) }]);
+    const line = (y, stroke) => (stretches.length > 1 ? [points.length > 500 ? plot.line(steps(y), { x: "x", y: "y", stroke: "var(--paper)", strokeWidth: 3.5 }) : null, plot.line(steps(y), { x: "x", y: "y", stroke, strokeWidth: 1.8 })] : []);
+    return { width, height: 320, marginLeft: 48, x: { label: "contact, in the order of the log →" }, y: log("↑ distance from touching (mm)", points.flatMap(({ before, after }) => [before, after])),
+      marks: [changes.length <= 60 ? plot.ruleX(changes, { x: "index", stroke: "var(--faint)" }) : null, dots("before", BEFORE), dots("after", AFTER),
+        plot.dot(rejected, { x: "index", y: "after", stroke: BAD, symbol: "times", r: rejected.length > 300 ? 2 : 3.5, strokeWidth: rejected.length > 300 ? 0.8 : 1.5 }),
+        ...line("before", BEFORE), ...line("after", AFTER),
+        plot.tip(points, plot.pointer({ x: "index", y: "after", title: tell, maxRadius: 30 }))] };
+  },
+
+  singular(width) {
+    const { singular_values, rank } = data.parameters;
+    const points = singular_values.map((value, k) => ({ k: k + 1, value: Math.max(value, 1e-4), of: value }));
+    if (!points.length || !(singular_values[0] > 0)) return null;
+    return { width, height: 260, marginLeft: 56, x: { label: "direction, the best determined first →", tickFormat: "d", ticks: Math.min(points.length, 8) }, y: log("↑ singular value", [1, ...points.map(({ value }) => value)]),
+      marks: [plot.ruleY([1], { stroke: BAD, strokeDasharray: "4 3" }),
+        plot.text([[1, 1]], { text: ["1: as much as was known before"], textAnchor: "start", dx: 4, dy: -8, fill: SOFT }),
+        plot.dot(points, { x: "k", y: "value", r: 3.5, stroke: (point) => (point.k <= rank ? AFTER : SOFT), fill: (point) => (point.k <= rank ? AFTER : "var(--paper)"), title: (point) => `direction ${point.k}: ${significant(point.of)}` })] };
+  },
+
+  correlation(width) {
+    const { correlated, correlation, each } = data.parameters;
+    if (correlated.length < 2) return null;
+    const size = correlated.length, names = correlated.map((k) => each[k].name.replace(/^joint_(offset|origin|compliance)\./, "").replace(/^(fixture|segment_strain)\./, ""));
+    const cells = correlation.flatMap((row, i) => row.map((value, j) => ({ i, j, value }))).filter((cell) => cell.value != null);
+    // Many are named in groups: of one joint or fixture.
+    const owner = (k) => (size > 30 && names[k].includes(".") ? names[k].slice(0, names[k].lastIndexOf(".")) : names[k]);
+    const domain = correlated.map((_, k) => k);
+    const groups = domain.filter((k) => k === 0 || owner(k) !== owner(k - 1)).map((from) => ({ from, size: domain.filter((k) => k >= from).findIndex((k) => owner(k) !== owner(from)) }));
+    groups.forEach((group) => (group.size = group.size < 0 ? size - group.from : group.size));
+    const label = 14 + 6.4 * Math.max(...groups.map(({ from }) => short(owner(from)).length));
+    const cell = (width - label - 8) / size, font = Math.min(11, Math.max(7, cell * Math.min(...groups.map((group) => group.size))));
+    return { width, height: cell * size + 20, marginLeft: label, marginRight: 8, marginTop: 4, marginBottom: 16, x: { axis: null, domain, padding: 0.06 }, y: { axis: null, domain, padding: 0.06 },
+      marks: [
+        plot.cell(cells, { x: "j", y: "i", fill: (d) => (d.value < 0 ? "var(--minus)" : "var(--plus)"), fillOpacity: (d) => Math.abs(d.value),
+          title: (d) => `${each[correlated[d.i]].words}\n${each[correlated[d.j]].words}\ncorrelation ${significant(d.value, 2)}` }),
+        plot.cell(domain, { x: (k) => k, y: (k) => k, fill: "var(--faint)" }),
+        plot.text(groups, { x: () => 0, y: ({ from, size }) => from + Math.floor((size - 1) / 2), text: ({ from }) => short(owner(from)), textAnchor: "end", dx: -cell / 2 - 4, fontSize: font, fill: SOFT }),
+      ] };
+  },
+
+  "uncertainty-chart"(width) {
+    if (!data.uncertainty) return null;
+    const { fixtures, workspace, distances } = data.uncertainty;
+    const rows = [["place in base, at fixtures", fixtures.map(([f, pose]) => [pose.position, data.fixtures[f].name])], ["place in base, anywhere", workspace.map((pose) => [pose.position])],
+      ["between two places", distances.map((sigma) => [sigma])]];
+    const points = rows.flatMap(([row, each]) => each.map(([sigma, name]) => ({ row, sigma: 1e3 * sigma, name }))).filter((point) => point.sigma > 0);
+    if (!points.length) return null;
+    const middles = rows.map(([row, each]) => ({ row, sigma: 1e3 * quantile(each.map(([sigma]) => sigma), 0.5) })).filter((point) => point.sigma > 0);
+    return { width, height: 170, marginLeft: width < 500 ? 120 : 190, x: log("standard deviation (mm) →", points.map(({ sigma }) => sigma)), y: { label: null, domain: rows.map(([row]) => row), tickSize: 0, tickFormat: (row) => (width < 500 ? row.replace(", ", ",\n") : row) },
+      marks: [plot.dot(points, { x: "sigma", y: "row", fill: AFTER, fillOpacity: (point) => (point.name ? 1 : 0.15), r: 4, title: (point) => `${point.name ? `${point.name}: ` : ""}${significant(point.sigma)} mm` }),
+        plot.text(middles, { x: "sigma", y: "row", text: (point) => `median ${significant(point.sigma, 2)} mm`, dy: -15, fill: "var(--ink)" })] };
+  },
+
+  "convergence-chart"(width) {
+    let done = 0;
+    const points = data.pieces.flatMap(({ stage, steps }, piece) => {
+      const of = steps.map(([iteration, cost]) => ({ piece, stage, step: done + iteration, cost })).filter((point) => point.cost != null);
+      done += steps.at(-1)?.[0] ?? 0;
+      return of;
+    });
+    if (!points.length) return null;
+    const positive = points.every((point) => point.cost > 0);
+    const colour = (point) => (point.stage === "coarse" ? BEFORE : AFTER);
+    const last = Math.max(...points.map((point) => Math.abs(point.cost)));
+    const ticks = [-1, 1].flatMap((sign) => Array.from({ length: Math.ceil(Math.log10(last)) + 1 }, (_, k) => sign * 10 ** k).filter((_, k) => k >= 2 && k % 2 === 0)).concat(0);
+    return { width, height: 260, marginLeft: 48, x: { label: "step →" }, y: positive ? log("↑ cost", points.map(({ cost }) => cost)) : { type: "symlog", label: "↑ cost", grid: true, ticks, tickFormat: power },
+      marks: [plot.line(points, { x: "step", y: "cost", z: "piece", stroke: colour, strokeWidth: 1.5 }), plot.dot(points, { x: "step", y: "cost", fill: colour, r: 2.5, title: (point) => `${point.stage}, step ${point.step}: ${significant(point.cost, 4)}` })] };
+  },
+};
+
+/** Draws each chart as wide as its place. */
+function draw() {
+  for (const [id, chart] of Object.entries(charts)) {
+    const host = byId(id), figure = host.closest("figure");
+    const width = Math.floor(figure.clientWidth);
+    if (!width || host.dataset.width === `${width}`) continue;
+    host.dataset.width = width;
+    const options = chart(width);
+    figure.hidden = options == null;
+    host.replaceChildren(...(options ? [plot.plot({ style: { fontSize: "12px", background: "none" }, marginBottom: 42, ...options })] : []));
+  }
+}
+
+function notes() {
+  const { every, drawn, used, rejected } = data.contacts, total = used + rejected;
+  byId("course-note").textContent = (every > 1 ? `Drawn are ${drawn.index.length} of ${total} contacts: every ${every}th, and the farthest. Everything counted is counted over all. ` : "")
+    + "Lines are medians of stretches of the log." + (rejected ? " × was rejected." : "") + (data.fixtures.length > 1 ? " Upright lines: another fixture." : "");
+  const { correlated, each } = data.parameters;
+  const could = each.filter((entry) => entry.sigma != null && !PASSING.includes(entry.block)).length;
+  byId("correlation-note").textContent = correlated.length < 2 ? "" : `Blue: they rise together; orange: one for the other; the stronger, the fuller. ${correlated.length < could ? `The first ${correlated.length} of ${could} parameters.` : ""}`;
+}
+
+notes();
+draw();
+new ResizeObserver(() => requestAnimationFrame(draw)).observe(document.querySelector("main"));

@@ -1,0 +1,204 @@
+//! What the page is told, apart from the contacts, the parameters and the scene.
+
+use serde::Serialize;
+
+use super::Report;
+use super::contacts::Contacts;
+use super::parameters::Parameters;
+use super::scene::Scene;
+use crate::estimate::{
+    Progress, Spread, Stage, Termination, ToolUncertainty, distance_uncertainty, tool_uncertainty,
+    workspace_configurations,
+};
+
+/// Something a user should know.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct Advice {
+    /// What is the matter.
+    pub words: String,
+    /// What to do about it.
+    pub advice: String,
+}
+
+/// A file that was read.
+#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+pub struct Input {
+    /// Its path.
+    pub path: String,
+    /// SHA-256 of its bytes, in hexadecimal.
+    pub sha256: String,
+}
+
+/// Joint positions across the workspace at which the tool's uncertainty is told.
+const WORKSPACE_POSES: usize = 300;
+/// Most points of a minimisation's course.
+const MOST_STEPS: usize = 300;
+
+/// Everything.
+#[derive(Serialize)]
+pub(super) struct Content<'a> {
+    version: &'static str,
+    robot: RobotEntry<'a>,
+    status: &'static str,
+    warnings: &'a [Advice],
+    inputs: &'a [Input],
+    all: Change,
+    fixtures: Vec<FixtureEntry<'a>>,
+    noise_factor: f64,
+    learned_noise: bool,
+    contacts: Contacts<'a>,
+    parameters: Parameters<'a>,
+    uncertainty: Option<Uncertainty>,
+    termination: TerminationEntry,
+    pieces: Vec<Piece>,
+    scene: Scene<'a>,
+}
+
+#[derive(Serialize)]
+struct RobotEntry<'a> {
+    name: &'a str,
+    base: &'a str,
+    tip: &'a str,
+    joints: usize,
+}
+
+/// Distances from touching (m).
+#[derive(Serialize)]
+struct SpreadEntry {
+    mean: f64,
+    rms: f64,
+    max: f64,
+}
+
+/// With the nominal arm and with the calibrated one.
+#[derive(Serialize)]
+struct Change {
+    before: SpreadEntry,
+    after: SpreadEntry,
+}
+
+#[derive(Serialize)]
+struct FixtureEntry<'a> {
+    name: &'a str,
+    placement: &'a str,
+    touch: &'a str,
+    contacts: usize,
+    rejected: usize,
+    change: Change,
+}
+
+#[derive(Serialize)]
+struct TerminationEntry {
+    reason: &'static str,
+    measured: f64,
+    threshold: f64,
+    iterations: usize,
+}
+
+/// The course of one minimisation: linearizations and costs.
+#[derive(Serialize)]
+struct Piece {
+    stage: &'static str,
+    steps: Vec<(usize, f32)>,
+}
+
+/// Standard deviations of the calibrated arm's tool.
+#[derive(Serialize)]
+struct Uncertainty {
+    /// In base, at a contact with each fixture.
+    fixtures: Vec<(usize, PoseUncertainty)>,
+    /// In base, across the workspace.
+    workspace: Vec<PoseUncertainty>,
+    /// Of distances between poses across the workspace (m).
+    distances: Vec<f32>,
+}
+
+#[derive(Serialize)]
+struct PoseUncertainty {
+    /// Of the place (m).
+    position: f32,
+    /// Of the rotation (rad).
+    angle: f32,
+}
+
+impl<'a> Content<'a> {
+    pub fn new(report: &Report<'a>) -> Self {
+        let Report { problem, estimate, prefit, .. } = *report;
+        let robot = &problem.robot;
+        let contacts = Contacts::new(report);
+        let scene = Scene::new(report, contacts.drawn());
+        let Termination { reason, measured, threshold, iterations } = estimate.termination;
+        let fixtures = problem.fixtures.iter().enumerate().map(|(f, fixture)| FixtureEntry {
+            name: &fixture.name,
+            placement: &fixture.placement,
+            touch: fixture.manifold.name(),
+            contacts: prefit.per_fixture.get(f).map_or(0, |spread| spread.count),
+            rejected: contacts.rejected_of(f),
+            change: change(prefit.per_fixture.get(f), estimate.postfit.per_fixture.get(f)),
+        });
+        Content {
+            version: env!("CARGO_PKG_VERSION"),
+            robot: RobotEntry { name: robot.name(), base: robot.base(), tip: robot.tip(), joints: robot.dof() },
+            status: estimate.status.name(),
+            warnings: report.warnings,
+            inputs: report.inputs,
+            all: change(Some(&prefit.all), Some(&estimate.postfit.all)),
+            fixtures: fixtures.collect(),
+            noise_factor: estimate.noise_factor,
+            learned_noise: problem.noise.learned,
+            parameters: Parameters::new(estimate),
+            uncertainty: uncertainty(report),
+            termination: TerminationEntry { reason: reason.name(), measured, threshold, iterations },
+            pieces: pieces(report.steps),
+            contacts,
+            scene,
+        }
+    }
+}
+
+fn change(before: Option<&Spread>, after: Option<&Spread>) -> Change {
+    let entry = |spread: Option<&Spread>| {
+        let Spread { mean, rms, max, .. } = spread.copied().unwrap_or_default();
+        SpreadEntry { mean, rms, max }
+    };
+    Change { before: entry(before), after: entry(after) }
+}
+
+/// A search counts from one again with each minimisation.
+fn pieces(steps: &[Progress]) -> Vec<Piece> {
+    let each = steps.chunk_by(|a, b| a.stage == b.stage && a.iteration < b.iteration).map(|steps| {
+        let every = steps.len().div_ceil(MOST_STEPS).max(1);
+        let kept = steps.iter().enumerate().filter(|(k, _)| k % every == 0 || k + 1 == steps.len());
+        Piece {
+            stage: match steps.first().map(|step| step.stage) {
+                Some(Stage::Coarse) => "coarse",
+                Some(Stage::Descent) => "descent",
+                Some(Stage::Fine) | None => "fine",
+            },
+            steps: kept.map(|(_, step)| (step.iteration, step.cost as f32)).collect(),
+        }
+    });
+    each.collect()
+}
+
+/// At one contact with each fixture, and across the workspace.
+fn uncertainty(report: &Report<'_>) -> Option<Uncertainty> {
+    let Report { problem, estimate, .. } = *report;
+    let contacts = &problem.contacts;
+    let mut touching: Vec<Vec<usize>> = vec![Vec::new(); problem.fixtures.len()];
+    (0..contacts.len()).for_each(|i| touching[contacts.fixture(i)].push(i));
+    let middle: Vec<(usize, usize)> =
+        touching.iter().enumerate().filter_map(|(f, which)| Some((f, *which.get(which.len() / 2)?))).collect();
+    let anywhere = workspace_configurations(&problem.robot, WORKSPACE_POSES);
+    let at_fixtures = tool_uncertainty(problem, estimate, middle.iter().map(|&(_, i)| contacts.q(i)))?;
+    let in_workspace = tool_uncertainty(problem, estimate, anywhere.iter().map(Vec::as_slice))?;
+    Some(Uncertainty {
+        fixtures: middle.iter().zip(at_fixtures).map(|(&(f, _), found)| (f, entry(found))).collect(),
+        workspace: in_workspace.into_iter().map(entry).collect(),
+        distances: distance_uncertainty(problem, estimate, &anywhere)?.into_iter().map(|sigma| sigma as f32).collect(),
+    })
+}
+
+fn entry(found: ToolUncertainty) -> PoseUncertainty {
+    PoseUncertainty { position: found.position as f32, angle: found.angle as f32 }
+}

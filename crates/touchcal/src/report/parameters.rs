@@ -1,0 +1,112 @@
+//! Parameters, how they hang together, and why some are not determined.
+
+use serde::Serialize;
+
+use crate::estimate::{Estimate, Estimated, Warning};
+use crate::robot::{Block, Column, Parameter};
+
+/// Most parameters in the correlation matrix.
+const MOST_CORRELATED: usize = 100;
+/// A parameter takes part in a direction if its part is at least this, relative to the largest.
+const TAKES_PART: f64 = 0.1;
+
+/// What the page is told of parameters. SI.
+#[derive(Serialize)]
+pub(super) struct Parameters<'a> {
+    each: Vec<ParameterEntry<'a>>,
+    /// Indices of those in the correlation matrix, and its rows below the diagonal.
+    correlated: Vec<usize>,
+    correlation: Vec<Vec<f32>>,
+    singular_values: &'a [f64],
+    rank: usize,
+    condition: f64,
+    null_space: Vec<&'a str>,
+}
+
+#[derive(Serialize)]
+struct ParameterEntry<'a> {
+    name: &'a str,
+    words: String,
+    block: &'static str,
+    unit: &'static str,
+    value: f64,
+    sigma: Option<f64>,
+    prior_sigma: Option<f64>,
+    /// Why the data do not determine it, if they do not.
+    undetermined: Option<String>,
+}
+
+impl<'a> Parameters<'a> {
+    pub fn new(estimate: &'a Estimate) -> Self {
+        let held = estimate.warnings.iter().find_map(|warning| match warning {
+            Warning::Held { names } => Some(names.as_slice()),
+            _ => None,
+        });
+        let held = held.unwrap_or_default();
+        let each = estimate.parameters.iter().enumerate().map(|(k, entry)| {
+            let Parameter { name, column, unit, prior_sigma, .. } = &entry.parameter;
+            ParameterEntry {
+                name,
+                words: entry.parameter.words(),
+                block: column.block().name(),
+                unit: unit.symbol(),
+                value: entry.value,
+                sigma: entry.sigma,
+                prior_sigma: *prior_sigma,
+                undetermined: (!entry.identifiable).then(|| reason(estimate, k, entry, held)),
+            }
+        });
+        let correlated = correlated(estimate);
+        let covariance = &estimate.covariance;
+        let correlation = |i: usize, j: usize| covariance[(i, j)] / (covariance[(i, i)] * covariance[(j, j)]).sqrt();
+        let row = |(a, &i): (usize, &usize)| correlated[..a].iter().map(|&j| rounded(correlation(i, j))).collect();
+        let found = &estimate.identifiability;
+        Parameters {
+            each: each.collect(),
+            correlation: correlated.iter().enumerate().map(row).collect(),
+            correlated,
+            singular_values: &found.singular_values,
+            rank: found.rank,
+            condition: found.condition,
+            null_space: found.null_space.iter().map(|null| null.words.as_str()).collect(),
+        }
+    }
+}
+
+/// To hundredths.
+fn rounded(value: f64) -> f32 {
+    ((100.0 * value).round() / 100.0) as f32
+}
+
+/// Those of arm, tool and fixtures that have an uncertainty.
+fn correlated(estimate: &Estimate) -> Vec<usize> {
+    let each = estimate.parameters.iter().enumerate().filter(|(k, entry)| {
+        let passing = matches!(entry.parameter.column.block(), Block::JointDrift | Block::Interference);
+        !passing && entry.sigma.is_some() && estimate.covariance[(*k, *k)] > 0.0
+    });
+    each.map(|(k, _)| k).take(MOST_CORRELATED).collect()
+}
+
+/// Why the data do not determine parameter `k`.
+fn reason(estimate: &Estimate, k: usize, entry: &Estimated, held: &[String]) -> String {
+    if matches!(entry.parameter.column, Column::Wall(..)) {
+        return "how walls differ is allowed for, not asked".to_owned();
+    }
+    let part =
+        |direction: &[(usize, f64)]| direction.iter().find(|(of, _)| *of == k).map_or(0.0, |(_, part)| part.abs());
+    let null_space = estimate.identifiability.null_space.iter();
+    let directions = null_space.map(|null| (part(&null.direction), &null.words));
+    let main = directions.filter(|(part, _)| *part >= TAKES_PART).max_by(|(a, _), (b, _)| a.total_cmp(b));
+    let what = match (held.contains(&entry.parameter.name), entry.parameter.prior_sigma) {
+        (true, _) => "held at zero".to_owned(),
+        (false, Some(prior)) => {
+            let left = entry.sigma.map_or(1.0, |sigma| sigma / prior);
+            format!("the prior decides, the contacts leave {:.0} % of its width", 100.0 * left)
+        }
+        (false, None) => "depends on what was held".to_owned(),
+    };
+    match main {
+        Some((_, words)) => format!("{what}: {words}"),
+        None => what,
+    }
+}

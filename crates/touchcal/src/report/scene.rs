@@ -1,0 +1,143 @@
+//! The arm, the parts and where the tool was, to be drawn in space.
+
+use nalgebra::Vector3;
+use serde::Serialize;
+
+use super::Report;
+use crate::estimate::Problem;
+use crate::manifold::Shape;
+use crate::robot::{Column, JointKind, Kinematics, Robot};
+use crate::se3::{self, Pose, Twist};
+
+/// What the page is told. Poses are `x, y, z, qx, qy, qz, qw`, lengths in m.
+#[derive(Serialize)]
+pub(super) struct Scene<'a> {
+    nominal: Arm<'a>,
+    calibrated: Arm<'a>,
+    fixtures: Vec<Part>,
+    tools: Vec<ShapeEntry>,
+    /// Joint positions (rad, m) of each contact drawn.
+    q: Vec<Vec<f32>>,
+    /// Where the tool was at each contact drawn, in base (m), by the nominal arm and by the calibrated one.
+    before: Vec<[f32; 3]>,
+    after: Vec<[f32; 3]>,
+}
+
+#[derive(Serialize)]
+struct Arm<'a> {
+    joints: Vec<JointEntry<'a>>,
+    tip_from_tool: [f64; 7],
+}
+
+#[derive(Serialize)]
+struct JointEntry<'a> {
+    name: &'a str,
+    kind: &'static str,
+    parent_from_joint: [f64; 7],
+    axis: [f64; 3],
+}
+
+/// A fixture where it was found.
+#[derive(Serialize)]
+struct Part {
+    base_from_fixture: [f64; 7],
+    shape: ShapeEntry,
+}
+
+#[derive(Clone, Serialize, PartialEq)]
+#[serde(tag = "kind", rename_all = "snake_case")]
+enum ShapeEntry {
+    Point,
+    Ball { radius: f64 },
+    Prism { outline: Vec<[f64; 2]>, from: f64, to: f64 },
+    Plane,
+}
+
+impl From<&Shape> for ShapeEntry {
+    fn from(shape: &Shape) -> Self {
+        match shape {
+            Shape::Point => ShapeEntry::Point,
+            Shape::Ball { radius } => ShapeEntry::Ball { radius: *radius },
+            Shape::Prism { outline, from, to } => {
+                ShapeEntry::Prism { outline: outline.iter().map(|p| [p.x, p.y]).collect(), from: *from, to: *to }
+            }
+            Shape::Plane => ShapeEntry::Plane,
+        }
+    }
+}
+
+impl<'a> Scene<'a> {
+    pub fn new(report: &Report<'a>, drawn: &[usize]) -> Self {
+        let Report { problem, estimate, .. } = *report;
+        let nominal_tool = problem.tool.tip_from_tool;
+        let tool = nominal_tool * estimate.tool_motion().unwrap_or_else(Pose::identity);
+        let log = &problem.contacts;
+        let positions = |kinematics: &Kinematics| -> Vec<[f32; 3]> {
+            drawn.iter().map(|&i| position(kinematics, log.q(i))).collect()
+        };
+        let after = positions(&Kinematics::new(&estimate.robot, &[], tool));
+        let sketches: Vec<_> = problem.fixtures.iter().map(|fixture| fixture.manifold.sketch()).collect();
+        let places = places(report, drawn, &after);
+        let parts = sketches.iter().zip(&places);
+        let mut tools: Vec<ShapeEntry> = sketches.iter().map(|sketch| (&sketch.tool).into()).collect();
+        tools.dedup();
+        Scene {
+            nominal: arm(&problem.robot, &nominal_tool),
+            calibrated: arm(&estimate.robot, &tool),
+            fixtures: parts
+                .map(|(sketch, place)| Part { base_from_fixture: numbers(place), shape: (&sketch.fixture).into() })
+                .collect(),
+            tools,
+            q: drawn.iter().map(|&i| log.q(i).iter().map(|q| *q as f32).collect()).collect(),
+            before: positions(&Kinematics::new(&problem.robot, &[], nominal_tool)),
+            after,
+        }
+    }
+}
+
+fn position(kinematics: &Kinematics, q: &[f64]) -> [f32; 3] {
+    let place = kinematics.pose(q).translation;
+    [place.x as f32, place.y as f32, place.z as f32]
+}
+
+/// Where each fixture was found; one without a nominal place is where the tool was on average in its contacts.
+fn places(report: &Report<'_>, drawn: &[usize], after: &[[f32; 3]]) -> Vec<Pose> {
+    let Problem { fixtures, contacts, .. } = report.problem;
+    let mut twists = vec![Twist::zeros(); fixtures.len()];
+    for entry in &report.estimate.parameters {
+        if let Column::Fixture(f, k) = entry.parameter.column {
+            twists[f][k] = entry.value;
+        }
+    }
+    let mut sums = vec![(Vector3::zeros(), 0usize); fixtures.len()];
+    for (&i, place) in drawn.iter().zip(after) {
+        let (sum, count) = &mut sums[contacts.fixture(i)];
+        *sum += Vector3::from(place.map(f64::from));
+        *count += 1;
+    }
+    let each = fixtures.iter().zip(twists).zip(sums).map(|((fixture, twist), (sum, count))| {
+        let mean = || Pose::translation(sum.x / count as f64, sum.y / count as f64, sum.z / count as f64);
+        let found = fixture.base_from_fixture.map(|place| place * se3::exp(&twist));
+        found.unwrap_or_else(|| if count > 0 { mean() } else { Pose::identity() })
+    });
+    each.collect()
+}
+
+fn arm<'a>(robot: &'a Robot, tip_from_tool: &Pose) -> Arm<'a> {
+    let joints = robot.joints().iter().map(|joint| JointEntry {
+        name: &joint.name,
+        kind: match joint.kind {
+            JointKind::Fixed => "fixed",
+            JointKind::Prismatic => "slides",
+            JointKind::Revolute | JointKind::Continuous => "turns",
+        },
+        parent_from_joint: numbers(&joint.parent_from_joint),
+        axis: [joint.axis.x, joint.axis.y, joint.axis.z],
+    });
+    Arm { joints: joints.collect(), tip_from_tool: numbers(tip_from_tool) }
+}
+
+fn numbers(pose: &Pose) -> [f64; 7] {
+    let (place, turn) = (&pose.translation, pose.rotation.coords);
+    [place.x, place.y, place.z, turn.x, turn.y, turn.z, turn.w]
+}
