@@ -146,7 +146,7 @@ impl<'p> Search<'p> {
     fn fine(&mut self, observe: Observe<'_>) {
         let loss = self.system.problem.loss;
         self.glance(observe);
-        let last = if self.system.has_walls() { self.system.rough_wall_stride() } else { 1 };
+        let last = if self.system.has_walls() { self.system.wall_stride() } else { 1 };
         let mut stride = self.stride() / LADDER;
         while stride > last {
             self.minimise((Rung::Residual(loss), stride), NARROW, observe);
@@ -211,7 +211,7 @@ impl<'p> Search<'p> {
     fn polish(&mut self, observe: Observe<'_>) {
         self.see_walls(observe);
         if self.sees_walls {
-            self.learn_walls(self.system.wall_stride(), (1, FINE), observe);
+            self.minimise((Rung::Walls, 1), FINE, observe);
         } else if self.system.has_walls() {
             self.minimise((Rung::Residual(self.system.problem.loss), 1), FINE, observe);
         }
@@ -224,18 +224,13 @@ impl<'p> Search<'p> {
         if !self.sees_walls {
             return;
         }
-        for stride in [self.stride(), self.system.rough_wall_stride()] {
-            self.learn_walls(stride, (stride, NARROW), observe);
-        }
-    }
-
-    /// Learns from every `learning`-th contact how often walls are touched, and finds where every `stride`-th says that is most likely, in turn.
-    fn learn_walls(&mut self, learning: usize, (stride, limits): (usize, Limits), observe: Observe<'_>) {
-        for _ in 0..POLISHINGS {
-            let change = self.system.learn_walls(&self.theta, &self.scale, learning);
-            self.minimise((Rung::Walls, stride), limits, observe);
-            if change < SETTLED {
-                break;
+        for stride in [self.stride(), self.system.wall_stride()] {
+            for _ in 0..POLISHINGS {
+                let change = self.system.learn_walls(&self.theta, &self.scale, stride);
+                self.minimise((Rung::Walls, stride), NARROW, observe);
+                if change < SETTLED {
+                    break;
+                }
             }
         }
     }

@@ -25,9 +25,8 @@ pub(super) const WALL_SIGMA: f64 = 1e-6;
 const WALL_STRENGTH: f64 = 0.01;
 /// Steps towards that standard deviation from one look at the contacts.
 const WIDTH_STEPS: usize = 20;
-/// About so many contacts say roughly how often walls are touched, and so many as well as it takes: a rough number costs accuracy.
-const ROUGHLY: usize = 500;
-const ENOUGH: usize = 3000;
+/// About so many contacts say how often walls are touched.
+const ENOUGH: usize = 500;
 /// Share of the contacts that must tell which walls they touch.
 const TELLING: f64 = 0.3;
 /// Directions of which contacts say less than this share of what they say of the best are not seen.
@@ -241,14 +240,9 @@ impl System<'_> {
         (self.problem.contacts.len() / ENOUGH).max(1)
     }
 
-    /// Every so many contacts are enough to learn it roughly.
-    pub fn rough_wall_stride(&self) -> usize {
-        (self.problem.contacts.len() / ROUGHLY).max(1)
-    }
-
     /// Whether enough contacts tell which walls there are.
     pub fn tells_walls(&self, theta: &DVector<f64>) -> bool {
-        self.wall_statistics(theta, self.rough_wall_stride()).touching() > TELLING * self.problem.contacts.len() as f64
+        self.wall_statistics(theta, self.wall_stride()).touching() > TELLING * self.problem.contacts.len() as f64
     }
 
     /// Learns from every `stride`-th contact how often walls are touched, how noisy they are and how much they differ; the relative change.
