@@ -41,6 +41,7 @@ pub enum Failure {
     #[error(transparent)]
     Simulation(#[from] SimulationError),
     /// A simulation of a campaign.
+    #[cfg(feature = "parquet")]
     #[error("{folder}, seed {seed}: {error}")]
     Trial {
         /// Where the campaign is kept.
@@ -100,6 +101,7 @@ pub enum Failure {
         fixture: String,
     },
     /// Parts of a campaign that are not one whole.
+    #[cfg(feature = "parquet")]
     #[error("could not merge: {0}")]
     Merge(String),
     /// Parts that do not fit, or arguments that lack a part.
