@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use touchcal::estimate::{self, place};
+use touchcal::io::calibration_folder::place_written;
 use touchcal::io::estimate_file::EstimateFile;
 use touchcal::io::urdf;
 
@@ -126,9 +127,7 @@ pub fn evaluate(
     }
     let other = urdf.map(|path| urdf::read_like(&problem.robot, &path)).transpose().map_err(io)?;
     if let Some(path) = estimate {
-        let file = EstimateFile::read_file(&path).map_err(io)?;
-        let found = |name: &str| file.parameters.iter().find(|entry| entry.name == name);
-        place(&mut problem, |name| found(name).map(|entry| entry.value));
+        place_written(&mut problem, &EstimateFile::read_file(&path).map_err(io)?);
     }
     if let Some(other) = other {
         problem.robot = other.robot;

@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use serde::Serialize;
-use touchcal::estimate::{Fixture, Problem, Score, evaluate, place};
-use touchcal::io::calibration_folder::stats;
+use touchcal::estimate::{Fixture, Problem, Score, evaluate};
+use touchcal::io::calibration_folder::{place_written, stats};
 use touchcal::io::estimate_file::{EstimateFile, ResidualStats};
 use touchcal::io::mukca;
 use touchcal::io::urdf::{self, Ends};
@@ -47,9 +47,7 @@ pub fn run(args: &EvaluateArgs) -> Result<Outcome, Failure> {
             let given = urdf::read_like(&problem.robot, &args.urdf)?.robot;
             let nominal = evaluate(&problem);
             if let Some(path) = &args.estimate {
-                let estimate = EstimateFile::read_file(path)?;
-                let found = |name: &str| estimate.parameters.iter().find(|entry| entry.name == name);
-                place(&mut problem, |name| found(name).map(|entry| entry.value));
+                place_written(&mut problem, &EstimateFile::read_file(path)?);
             }
             let score = with(&mut problem, given);
             Scored { score, nominal: Some(nominal), problem }

@@ -11,7 +11,7 @@ use super::estimate_file::{
 };
 use super::loaded::Loaded;
 use super::urdf;
-use crate::estimate::{Estimate, Fixture, Progress, Score, Spread, Status, Warning};
+use crate::estimate::{Estimate, Fixture, Problem, Progress, Score, Spread, Status, Warning, place};
 use crate::report::{Advice, Input, Report};
 use crate::robot::Robot;
 use crate::se3::Pose;
@@ -95,11 +95,26 @@ struct Calibrated {
     tool_left_out: bool,
 }
 
+/// Puts tool and fixtures where a calibration found them, as [`place`] does, for an arm read from the `calibrated.urdf` that it wrote: a tool that is
+/// the tip link itself is there already.
+pub fn place_written(problem: &mut Problem, found: &EstimateFile) {
+    let nominal = Some(problem.tool.tip_from_tool).filter(|_| carries_tool(problem));
+    let entry = |name: &str| found.parameters.iter().find(|entry| entry.name == name);
+    place(problem, |name| entry(name).map(|entry| entry.value));
+    problem.tool.tip_from_tool = nominal.unwrap_or(problem.tool.tip_from_tool);
+}
+
 /// Where the tool frame is the tip link itself, its estimated place moves that link.
+fn carries_tool(problem: &Problem) -> bool {
+    let Problem { tool, robot, .. } = problem;
+    tool.tip_from_tool == Pose::identity() && robot.with_tip_moved(&Pose::identity()).is_some()
+}
+
+/// The arm as it is written.
 fn calibrated(loaded: &Loaded, estimate: &Estimate) -> Calibrated {
     let motion = estimate.tool_motion();
-    let at_tip = loaded.problem.tool.tip_from_tool == Pose::identity();
-    let moved = motion.filter(|_| at_tip).and_then(|motion| estimate.robot.with_tip_moved(&motion));
+    let carried = motion.filter(|_| carries_tool(&loaded.problem));
+    let moved = carried.and_then(|motion| estimate.robot.with_tip_moved(&motion));
     let tool_left_out = motion.is_some() && moved.is_none();
     Calibrated { robot: moved.unwrap_or_else(|| estimate.robot.clone()), tool_left_out }
 }
