@@ -174,21 +174,33 @@ def test_ctrl_c(work: str, long_one: touchcal.Problem) -> None:
 
 def test_others_run_during_a_solve(long_one: touchcal.Problem) -> None:
     done = threading.Event()
-    ticks = 0
+    begin = time.monotonic()
+    ticks = calls = 0
+
+    class Enough(Exception):
+        pass
 
     def tick() -> None:
         nonlocal ticks
         while not done.wait(0.01):
             ticks += 1
 
+    def stop(_: touchcal.Progress) -> None:
+        nonlocal calls
+        calls += 1
+        if time.monotonic() - begin > 1.5:
+            raise Enough
+
     other = threading.Thread(target=tick)
     other.start()
-    calibration = touchcal.calibrate(long_one)
+    with pytest.raises(Enough):
+        touchcal.calibrate(long_one, stop)
+    elapsed = time.monotonic() - begin
     done.set()
     other.join()
-    assert calibration.seconds > 0.5
-    # If the interpreter were kept, the other would tick once a step at most.
-    assert ticks > 20 * calibration.seconds
+    # If the interpreter were kept, the other would tick at the calls at most.
+    assert ticks > 20 * elapsed
+    assert ticks > 2 * calls
 
 
 def test_a_bar_counts_steps(workcell: Path, capsys: pytest.CaptureFixture[str]) -> None:
