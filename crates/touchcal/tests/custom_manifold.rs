@@ -9,6 +9,8 @@
 
 mod common;
 
+use std::sync::Arc;
+
 use common::solve;
 use nalgebra::{UnitQuaternion, Vector3};
 use touchcal::contact::{ContactLog, Source};
@@ -77,7 +79,7 @@ fn a_sphere_calibrates_the_joints_that_move_over_it() {
         tool: Tool { tip_from_tool, freedom: Freedom::Known },
         fixtures: vec![Fixture {
             name: "sphere".to_owned(),
-            manifold: Box::new(Sphere { radius: 0.1 }),
+            manifold: Arc::new(Sphere { radius: 0.1 }),
             base_from_fixture: Some(base_from_sphere),
             freedom: Freedom::Known,
             placement: String::new(),

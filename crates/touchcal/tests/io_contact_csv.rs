@@ -8,7 +8,7 @@ use std::io::{Read, Write};
 use flate2::{Compression, write::GzEncoder};
 use proptest::prelude::*;
 use touchcal::contact::ContactLog;
-use touchcal::io::contact_csv::{self, AngleUnit, Detection, Options};
+use touchcal::io::contact_csv::{self, AngleUnit, Columns, Detection, Options};
 use touchcal::io::urdf::{self, Ends};
 use touchcal::robot::Robot;
 
@@ -216,4 +216,48 @@ proptest! {
         let expected: Vec<[f64; 2]> = rows.iter().map(|(a, b)| [*a, *b]).collect();
         prop_assert_eq!(q(&read(&text).unwrap()), expected);
     }
+}
+
+fn read_columns(names: &[&str], rows: &[&[f64]], options: &Options) -> Result<ContactLog, String> {
+    let names: Vec<String> = names.iter().map(|name| (*name).to_owned()).collect();
+    let columns = Columns { names: &names, rows: rows.len(), value: &|row, column| rows[row][column] };
+    let mut log = ContactLog::new(2);
+    contact_csv::read_columns(&columns, "c.csv", &arm(), options, &mut log).map_err(|error| error.to_string())?;
+    Ok(log)
+}
+
+/// Columns in memory are understood as those of a file are; its first row comes after the header.
+#[test]
+fn columns_in_memory_are_a_file_without_its_text() {
+    let names = ["fz", "Sl", "time", "fx", "q1", "fy"];
+    let rows: [&[f64]; 4] = [
+        &[0.1, 0.25, 7.0, 0.0, 40.0, 0.0],
+        &[9.1, 0.5, 8.0, 0.0, -50.0, 0.0],
+        &[2.5, 0.125, f64::NAN, 0.0, 60.0, 0.0],
+        &[0.0, 0.0, 9.0, 0.0, 70.0, 0.0],
+    ];
+    let text: Vec<String> = rows.map(|row| row.iter().map(f64::to_string).collect::<Vec<_>>().join(",")).to_vec();
+    let text = format!("{}\n{}\n", names.join(","), text.join("\n"));
+    let detection = Some(Detection { threshold: 3.0, release: 2.0, debounce: 1 });
+    let options = Options { unit: AngleUnit::Degree, detection, ..Options::default() };
+    let (file, memory) =
+        (read_with(text.as_bytes(), &options).unwrap(), read_columns(&names, &rows, &options).unwrap());
+    assert_eq!(q(&file), q(&memory));
+    assert_eq!(q(&memory), [[(-50f64).to_radians(), 0.5], [60f64.to_radians(), 0.125]]);
+    assert_eq!((lines(&file), lines(&memory)), (vec![3, 4], vec![2, 3]));
+    assert_eq!((file.rows_read(), memory.rows_read()), (4, 4));
+}
+
+#[test]
+fn columns_in_memory_are_refused_as_a_file_is() {
+    let plain = Options::default();
+    refused(
+        read_columns(&["q1", "q2"], &[&[0.1, f64::NAN]], &plain),
+        &["c.csv:1, column q2: expected a number in metres, found NaN"],
+    );
+    refused(read_columns(&["q1", "q2", "contact"], &[&[0.1, 0.2, 0.5]], &plain), &["expected 0 or 1, found 0.5"]);
+    refused(read_columns(&["q1", "fx"], &[&[0.1, 0.2]], &plain), &["expected a column for every joint: `sl` or `q2`"]);
+    refused(read_columns(&["q1", "q2"], &[], &plain), &["expected rows of joint positions, found none"]);
+    refused(read_columns(&["q1", "q2"], &[&[0.1, 0.2]], &force(3.0)), &["columns fx, fy and fz"]);
+    refused(read_columns(&["q1", "q2"], &[&[80.0, 0.2]], &plain), &["looks like degrees"]);
 }

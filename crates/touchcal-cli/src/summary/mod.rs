@@ -6,10 +6,9 @@ pub use parameters::{Detail, Line, in_user_units, parameters};
 
 use touchcal::estimate::{Fixture, Identifiability, Score, Spread, Status};
 use touchcal::io::Loaded;
+use touchcal::io::calibration_folder::{Solved, Written};
 use touchcal::io::estimate_file::EstimateFile;
 
-use crate::command::Solved;
-use crate::output::Written;
 use crate::table::Table;
 
 /// Below a label of the summary.

@@ -4,6 +4,7 @@
 //! somewhere unknown; neighbouring sockets of one placement are a known distance apart.
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use nalgebra::Isometry3;
 
@@ -135,7 +136,7 @@ fn check(options: &MukcaOptions, folder: &Path) -> Result<(), IoError> {
 fn socket(placement: &str, number: u32) -> Fixture {
     Fixture {
         name: format!("{placement}/{number}"),
-        manifold: Box::new(BallInSocket),
+        manifold: Arc::new(BallInSocket),
         base_from_fixture: None,
         freedom: Freedom::Free,
         placement: placement.to_owned(),

@@ -35,19 +35,33 @@ const WRENCH: [&str; 6] = ["fx", "fy", "fz", "tx", "ty", "tz"];
 impl Layout {
     /// Understands the first line of a file.
     pub(super) fn of(first: &[u8], place: Place, robot: &Robot, options: &Options) -> Result<Layout, IoError> {
-        let order = joint_order(&place.file, robot, options)?;
         let cells: Vec<&[u8]> = fields(first).collect();
         let numeric = cells.iter().filter(|cell| number(cell).is_some()).count();
         // Someone's header may hold a number, and a row a broken one: the majority decides.
         let has_header = 2 * numeric < cells.len();
-        let used = if has_header {
-            by_name(&cells, &place, robot, options, &order)?
-        } else {
-            in_order(&cells, &place, robot, &order)?
-        };
+        if has_header {
+            return Layout::named(&cells, place, robot, options);
+        }
+        let used = in_order(&cells, &place, robot, &joint_order(&place.file, robot, options)?)?;
+        Layout::new(&cells, used, (place, false), robot, options)
+    }
+
+    /// Understands columns of these names.
+    pub(super) fn named(cells: &[&[u8]], place: Place, robot: &Robot, options: &Options) -> Result<Layout, IoError> {
+        let used = by_name(cells, &place, robot, options, &joint_order(&place.file, robot, options)?)?;
+        Layout::new(cells, used, (place, true), robot, options)
+    }
+
+    fn new(
+        cells: &[&[u8]],
+        used: Vec<(usize, Holds, String)>,
+        (place, has_header): (Place, bool),
+        robot: &Robot,
+        options: &Options,
+    ) -> Result<Layout, IoError> {
         let has_force = (0..3).all(|k| used.iter().any(|(_, holds, _)| *holds == Holds::Wrench(k)));
         if options.detection.is_some() && !has_force {
-            let found = if has_header { names(&cells) } else { "no header".to_owned() };
+            let found = if has_header { names(cells) } else { "no header".to_owned() };
             return Err(IoError::unexpected(place, "columns fx, fy and fz, which a force threshold needs", found));
         }
         let degree = |kind| options.unit == AngleUnit::Degree && kind != JointKind::Prismatic;

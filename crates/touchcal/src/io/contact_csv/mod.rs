@@ -6,6 +6,7 @@
 //!
 //! Which rows are contacts: those a force threshold detects, if one is given; else those flagged, if there are flags; else all.
 
+mod columns;
 pub(super) mod header;
 pub(super) mod lines;
 pub(super) mod rows;
@@ -21,6 +22,8 @@ use super::bytes::{self, Hashing, Input};
 use super::error::{IoError, Place};
 use crate::contact::ContactLog;
 use crate::robot::Robot;
+
+pub use columns::{Columns, read_columns};
 
 /// Most bytes of one log, unpacked: about 20 million rows of seven joints.
 pub const MAX_BYTES: u64 = 2 << 30;

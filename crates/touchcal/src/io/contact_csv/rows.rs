@@ -31,18 +31,7 @@ pub(super) fn read(
     };
     let layout = Layout::of(first, Place::file(file).line(number), robot, options)?;
     let first = if layout.has_header { None } else { Some(first.to_vec()) };
-    let mut reader = RowReader {
-        row: Row { q: vec![0.0; robot.dof()], wrench: [0.0; 6], flag: true },
-        units: UnitCheck::new(robot, options.unit),
-        detector: options.detection.map(|d| Detector::new(d.threshold, d.release, d.debounce)),
-        source: Source { file: log.add_file(file), line: number },
-        rows: 0,
-        file,
-        robot,
-        options,
-        layout,
-        log,
-    };
+    let mut reader = RowReader::new(file, robot, options, layout, log);
     if let Some(first) = first {
         reader.take(number, &first)?;
     }
@@ -52,13 +41,10 @@ pub(super) fn read(
     if reader.rows == 0 {
         return Err(IoError::unexpected(place.line(number), "rows of joint positions", "only a header"));
     }
-    reader.units.finish(file)?;
-    let rows = reader.rows;
-    log.count_rows(rows);
-    Ok(())
+    reader.finish()
 }
 
-struct RowReader<'a> {
+pub(super) struct RowReader<'a> {
     file: &'a str,
     robot: &'a Robot,
     options: &'a Options,
@@ -71,10 +57,61 @@ struct RowReader<'a> {
     log: &'a mut ContactLog,
 }
 
-impl RowReader<'_> {
+impl<'a> RowReader<'a> {
+    pub(super) fn new(
+        file: &'a str,
+        robot: &'a Robot,
+        options: &'a Options,
+        layout: Layout,
+        log: &'a mut ContactLog,
+    ) -> Self {
+        RowReader {
+            row: Row { q: vec![0.0; robot.dof()], wrench: [0.0; 6], flag: true },
+            units: UnitCheck::new(robot, options.unit),
+            detector: options.detection.map(|d| Detector::new(d.threshold, d.release, d.debounce)),
+            source: Source { file: log.add_file(file), line: 0 },
+            rows: 0,
+            file,
+            robot,
+            options,
+            layout,
+            log,
+        }
+    }
+
+    /// Takes a row as text.
     fn take(&mut self, number: u64, line: &[u8]) -> Result<(), IoError> {
-        self.rows += 1;
         self.parse(number, line)?;
+        self.accept(number)
+    }
+
+    /// Takes a row of numbers: `value(column)`.
+    pub(super) fn take_numbers(&mut self, number: u64, value: impl Fn(usize) -> f64) -> Result<(), IoError> {
+        for (column, holds, name) in &self.layout.used {
+            let value = value(*column);
+            let fits = if *holds == Holds::Contact { [0.0, 1.0].contains(&value) } else { value.is_finite() };
+            if !fits {
+                return Err(IoError::unexpected(self.place(number, name), self.unit(*holds), format!("{value}")));
+            }
+            match holds {
+                Holds::Joint(joint) => self.row.q[*joint] = value * self.layout.scale[*joint],
+                Holds::Wrench(k) => self.row.wrench[*k] = value,
+                Holds::Contact => self.row.flag = value == 1.0,
+            }
+        }
+        self.accept(number)
+    }
+
+    /// The verdict over all rows.
+    pub(super) fn finish(self) -> Result<(), IoError> {
+        self.units.finish(self.file)?;
+        self.log.count_rows(self.rows);
+        Ok(())
+    }
+
+    /// Logs the row if it is a contact.
+    fn accept(&mut self, number: u64) -> Result<(), IoError> {
+        self.rows += 1;
         if let Some(joint) = self.units.row(number, &self.row.q) {
             let name = self.column_of(joint);
             let found = format!("{}", self.row.q[joint]);

@@ -1,0 +1,47 @@
+//! A log in memory: columns of numbers, under the names that a file's header has.
+
+use super::Options;
+use super::header::Layout;
+use super::rows::RowReader;
+use crate::contact::ContactLog;
+use crate::io::bytes::{self, Input};
+use crate::io::error::{IoError, Place};
+use crate::robot::Robot;
+
+/// Columns of numbers.
+pub struct Columns<'a> {
+    /// Their names, as in the header of a file.
+    pub names: &'a [String],
+    /// How many rows they have.
+    pub rows: usize,
+    /// The number in a row and column. Only columns of which the name says something are asked for.
+    pub value: &'a dyn Fn(usize, usize) -> f64,
+}
+
+/// Adds the contacts of columns in memory to `log`, as [`super::read`] does those of a file, and returns their fingerprint; `name` stands for the
+/// file in messages, the first row is line 1.
+///
+/// # Errors
+/// As [`super::read`].
+pub fn read_columns(
+    columns: &Columns<'_>,
+    name: &str,
+    robot: &Robot,
+    options: &Options,
+    log: &mut ContactLog,
+) -> Result<Input, IoError> {
+    let names: Vec<&[u8]> = columns.names.iter().map(|name| name.as_bytes()).collect();
+    let layout = Layout::named(&names, Place::file(name), robot, options)?;
+    if columns.rows == 0 {
+        return Err(IoError::unexpected(Place::file(name), "rows of joint positions", "none"));
+    }
+    let used: Vec<usize> = layout.used.iter().map(|(column, _, _)| *column).collect();
+    let mut reader = RowReader::new(name, robot, options, layout, log);
+    for row in 0..columns.rows {
+        reader.take_numbers(row as u64 + 1, |column| (columns.value)(row, column))?;
+    }
+    reader.finish()?;
+    let rows = (0..columns.rows).flat_map(|row| used.iter().map(move |&column| (columns.value)(row, column)));
+    let sha256 = bytes::sha256_of_parts(rows.map(f64::to_le_bytes));
+    Ok(Input { path: name.to_owned(), sha256 })
+}
