@@ -9,7 +9,7 @@ use touchcal::io::estimate_file::{
     self, ContactCounts, EstimateFile, FixtureResidual, InputEntry, NullDirection, ParameterEntry, ResidualStats,
     Residuals, TerminationEntry, WarningEntry,
 };
-use touchcal::io::{Loaded, atomic, urdf};
+use touchcal::io::{Loaded, atomic, offsets_yaml, urdf};
 use touchcal::report::{Advice, Input, Report};
 use touchcal::robot::Robot;
 use touchcal::se3::Pose;
@@ -22,6 +22,8 @@ pub const CALIBRATED: &str = "calibrated.urdf";
 pub const ESTIMATE: &str = "estimate.json";
 /// The page to look at.
 pub const REPORT: &str = "report.html";
+/// The files for a driver that takes encoder offsets.
+const DRIVER: [&str; 2] = ["robot.urdf", "joint_offsets.yaml"];
 
 /// Writes to stdout; a reader that has left is no failure.
 pub fn print(text: &str) -> Result<(), Failure> {
@@ -46,6 +48,8 @@ pub struct Written {
     pub estimate: PathBuf,
     /// Path of the report.
     pub report: PathBuf,
+    /// Paths of the URDF and the offsets that belong together, if they were asked for.
+    pub driver: Option<[PathBuf; 2]>,
 }
 
 /// Writes `calibrated.urdf`, `estimate.json` and `report.html` into `folder`.
@@ -54,12 +58,29 @@ pub fn write(folder: &Path, loaded: &Loaded, solved: &Solved, file: &EstimateFil
     let text = urdf::rewrite(&loaded.urdf, &robot)?;
     let json = file.to_json()?;
     let page = report(loaded, solved, file)?;
-    let written =
-        Written { urdf: folder.join(CALIBRATED), estimate: folder.join(ESTIMATE), report: folder.join(REPORT) };
+    let written = Written {
+        urdf: folder.join(CALIBRATED),
+        estimate: folder.join(ESTIMATE),
+        report: folder.join(REPORT),
+        driver: None,
+    };
     atomic::write(&written.urdf, text.as_bytes())?;
     atomic::write(&written.estimate, json.as_bytes())?;
     atomic::write(&written.report, page.as_bytes())?;
     Ok(written)
+}
+
+/// Writes what a driver that takes encoder offsets needs instead of `calibrated.urdf`: the offsets, and the URDF without them.
+pub fn write_driver(folder: &Path, loaded: &Loaded, estimate: &Estimate) -> Result<Option<[PathBuf; 2]>, Failure> {
+    let Some((robot, offsets)) = calibrated(loaded, estimate).robot.without_offsets(&loaded.problem.robot) else {
+        return Ok(None);
+    };
+    let paths = DRIVER.map(|name| folder.join("driver").join(name));
+    let texts = [urdf::rewrite(&loaded.urdf, &robot)?, offsets_yaml::text(&robot, &offsets)];
+    for (path, text) in paths.iter().zip(texts) {
+        atomic::write(path, text.as_bytes())?;
+    }
+    Ok(Some(paths))
 }
 
 /// The page, with the warnings and inputs of `file`.
