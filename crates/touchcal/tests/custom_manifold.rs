@@ -21,6 +21,7 @@ use touchcal::robot::{Column, Kinematics, joint_offset};
 use touchcal::se3::{self, Pose};
 use touchcal::sim::follow;
 
+// ANCHOR: sphere
 /// Distance of the stylus tip from a sphere about the fixture's origin.
 #[derive(Debug)]
 struct Sphere {
@@ -46,6 +47,7 @@ impl ContactManifold for Sphere {
         &[0, 1, 2]
     }
 }
+// ANCHOR_END: sphere
 
 #[test]
 fn a_sphere_calibrates_the_joints_that_move_over_it() {

@@ -94,6 +94,22 @@ fn order_renames_and_units_are_applied() {
 }
 
 #[test]
+fn a_misspelt_joint_is_pointed_at() {
+    let long = ARM.replace("'sh'", "'shoulder'").replace("'sl'", "'slide'");
+    let robot = urdf::read(&long, "arm.urdf", Ends::default()).unwrap();
+    let found = |text: &str| {
+        let read = contact_csv::read(text.as_bytes(), "c.csv", &robot, &Options::default(), &mut ContactLog::new(2));
+        read.expect_err("accepted").to_string()
+    };
+    let message = found("time,sholder,slide\n0,0,0\n");
+    assert!(message.contains("c.csv:1: expected a column for every joint: `shoulder` or `q1`"), "{message}");
+    assert!(message.ends_with("(\"sholder\"; did you mean `shoulder`?)"), "{message}");
+    assert!(found("j1,j2\n0,0\n").ends_with("(\"j1\"; did you mean `q1`?)"));
+    // What is another joint's, or like none, is not offered.
+    assert!(found("q1,time\n0,0\n").ends_with("found columns \"q1,time\""));
+}
+
+#[test]
 fn contacts_come_from_force_or_flag_or_all_rows() {
     let text = "q1,q2,fx,fy,fz,contact\n0,0,0,0,0,1\n0,0,3,4,0,0\n0,0,0,0,-6,False\n0,0,1,0,0,TRUE\n";
     assert_eq!(lines(&read(text).unwrap()), [2, 5]);

@@ -16,7 +16,10 @@ pub fn run(args: &CalibrateArgs) -> Result<Outcome, Failure> {
     let loaded = super::load(&args.source, &args.arm)?;
     let solved = super::calibrate(&loaded)?;
     let file = calibration_folder::estimate_file(&loaded, &solved);
-    let written = calibration_folder::write(&args.out, &loaded, &solved, &file)?;
+    let mut written = calibration_folder::write(&args.out, &loaded, &solved, &file)?;
+    if args.driver_offsets {
+        written.driver = calibration_folder::write_driver(&args.out, &loaded, &solved.estimate)?;
+    }
     let calibration = Calibration { loaded: &loaded, solved: &solved, file: &file, written: &written };
     if args.json {
         output::print(&file.to_json()?)?;

@@ -6,6 +6,8 @@ pub mod evaluate;
 pub mod experiment;
 pub mod inspect;
 pub mod manifold;
+pub mod manual;
+pub mod new;
 pub mod simulate;
 pub mod train;
 

@@ -3,14 +3,13 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use super::atomic;
 use super::error::{IoError, Place};
 use super::estimate_file::{
     self, ContactCounts, EstimateFile, FixtureResidual, InputEntry, NullDirection, ParameterEntry, ResidualStats,
     Residuals, TerminationEntry, WarningEntry,
 };
 use super::loaded::Loaded;
-use super::urdf;
+use super::{atomic, offsets_yaml, urdf};
 use crate::estimate::{Estimate, Fixture, Problem, Progress, Score, Spread, Status, Warning, place};
 use crate::report::{Advice, Input, Report};
 use crate::robot::Robot;
@@ -22,6 +21,8 @@ pub const CALIBRATED: &str = "calibrated.urdf";
 pub const ESTIMATE: &str = "estimate.json";
 /// The page to look at.
 pub const REPORT: &str = "report.html";
+/// The files for a driver that takes encoder offsets.
+const DRIVER: [&str; 2] = ["robot.urdf", "joint_offsets.yaml"];
 
 /// A calibration done.
 #[derive(Clone, Debug)]
@@ -44,9 +45,11 @@ pub struct Written {
     pub estimate: PathBuf,
     /// Path of the report.
     pub report: PathBuf,
+    /// Paths of the URDF and the offsets that belong together, if they were asked for.
+    pub driver: Option<[PathBuf; 2]>,
 }
 
-/// Writes `calibrated.urdf`, `estimate.json` and `report.html` into `folder`; `file` is what [`estimate_file`] made of `solved`.
+/// Writes `calibrated.urdf`, `estimate.json` and `report.html` into `folder`; `file` is what [`estimate_file()`] made of `solved`.
 ///
 /// # Errors
 /// If one of them cannot be made or written.
@@ -54,12 +57,33 @@ pub fn write(folder: &Path, loaded: &Loaded, solved: &Solved, file: &EstimateFil
     let text = calibrated_urdf(loaded, &solved.estimate)?;
     let json = file.to_json()?;
     let page = page(loaded, solved, file)?;
-    let written =
-        Written { urdf: folder.join(CALIBRATED), estimate: folder.join(ESTIMATE), report: folder.join(REPORT) };
+    let written = Written {
+        urdf: folder.join(CALIBRATED),
+        estimate: folder.join(ESTIMATE),
+        report: folder.join(REPORT),
+        driver: None,
+    };
     atomic::write(&written.urdf, text.as_bytes())?;
     atomic::write(&written.estimate, json.as_bytes())?;
     atomic::write(&written.report, page.as_bytes())?;
     Ok(written)
+}
+
+/// Writes what a driver that takes encoder offsets needs instead of `calibrated.urdf`: the offsets, and the URDF without them
+/// ([`Robot::without_offsets`]); nothing where the problem's chain has other joints.
+///
+/// # Errors
+/// If one of them cannot be made or written.
+pub fn write_driver(folder: &Path, loaded: &Loaded, estimate: &Estimate) -> Result<Option<[PathBuf; 2]>, IoError> {
+    let Some((robot, offsets)) = calibrated(loaded, estimate).robot.without_offsets(&loaded.problem.robot) else {
+        return Ok(None);
+    };
+    let paths = DRIVER.map(|name| folder.join("driver").join(name));
+    let texts = [urdf::rewrite(&loaded.urdf, &robot)?, offsets_yaml::text(&robot, &offsets)];
+    for (path, text) in paths.iter().zip(texts) {
+        atomic::write(path, text.as_bytes())?;
+    }
+    Ok(Some(paths))
 }
 
 /// The text of `calibrated.urdf`.

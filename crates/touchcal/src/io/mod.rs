@@ -14,6 +14,7 @@
 //! | [`estimate_file`] | `estimate.json` | [`EstimateFile`](estimate_file::EstimateFile), and writes it |
 //! | [`weights_file`], [`checkpoint_file`] | a network, trained or in training | [`WeightsFile`](weights_file::WeightsFile), [`CheckpointFile`](checkpoint_file::CheckpointFile), and writes them |
 //! | [`onnx`] | | writes a network for others |
+//! | [`offsets_yaml`] | | writes encoder offsets for a driver |
 //! | [`atomic`] | | writes a file whole or not at all |
 //!
 //! Every failure is an [`IoError`] that names the file, the line or field, what was expected and what was found. Input is
@@ -33,6 +34,7 @@ pub mod manifold_file;
 pub mod mukca;
 mod network_entry;
 mod network_tensors;
+pub mod offsets_yaml;
 pub mod onnx;
 mod outline;
 pub mod pose_file;

@@ -123,7 +123,11 @@ fn by_name(
         };
         let Some(column) = column else {
             let expected = format!("a column for every joint: `{}` or `{numbered}`", joint.name);
-            let found = format!("{}{}", names(cells), hint(cells));
+            let near = match hint(cells) {
+                "" => misspelt(&joint.name, &numbered, &header, robot),
+                hint => hint.to_owned(),
+            };
+            let found = format!("{}{near}", names(cells));
             return Err(IoError::unexpected(place.clone(), expected, found));
         };
         used.push((column, Holds::Joint(index), header[column].to_owned()));
@@ -141,6 +145,19 @@ fn by_name(
         ));
     }
     Ok(used)
+}
+
+/// The first column that is no joint's and looks like this joint's with a typing error.
+fn misspelt(joint: &str, numbered: &str, header: &[&str], robot: &Robot) -> String {
+    let known = |name: &str| {
+        let number = (1..=robot.dof()).any(|number| same(&format!("q{number}"), name));
+        number || robot.moving().any(|joint| same(&joint.name, name))
+    };
+    let near = header.iter().map(|name| name.trim()).filter(|name| !known(name)).find_map(|name| {
+        let hint = did_you_mean(name, [joint, numbered]);
+        (!hint.is_empty()).then(|| format!(" ({}{hint})", quoted(name)))
+    });
+    near.unwrap_or_default()
 }
 
 /// The columns of a file without header: joints in order, nothing else.
