@@ -27,6 +27,9 @@ const NARROWING: f64 = 2.0;
 /// Most rounds of learning how often walls are touched, and the change that ends them.
 const POLISHINGS: usize = 10;
 const SETTLED: f64 = 0.05;
+/// How noisy walls are taken to be at first, over what is declared. The search begins where the least gaps are; a wall that many contacts rest on may be some standard
+/// deviations away there, and must not be given up as one that is never touched.
+const NOISY: f64 = 3.0;
 
 const COARSE: Limits = Limits { iterations: 100, decrement: 1e-3 };
 const NARROW: Limits = Limits { iterations: 60, decrement: 1e-1 };
@@ -221,9 +224,11 @@ impl<'p> Search<'p> {
         if !self.sees_walls {
             return;
         }
+        let stride = self.system.wall_stride();
+        self.system.wall_noise = NOISY;
         for _ in 0..POLISHINGS {
-            let change = self.system.learn_walls(&self.theta, &self.scale);
-            self.minimise((Rung::Walls, self.system.wall_stride()), NARROW, observe);
+            let change = self.system.learn_walls(&self.theta, &self.scale, stride);
+            self.minimise((Rung::Walls, stride), NARROW, observe);
             if change < SETTLED {
                 break;
             }
