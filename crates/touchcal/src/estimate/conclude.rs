@@ -146,10 +146,11 @@ fn warnings(search: &Search<'_>, found: &Found, estimate: &Estimate, left: f64) 
         warnings.push(Warning::Held { names });
     }
     let factor = found.noise_factor;
-    if factor > NOISE_CONTRADICTED && system.has_walls() && !system.problem.noise.learned {
+    let declared = !system.problem.noise.learned;
+    if factor > NOISE_CONTRADICTED && system.has_walls() && declared {
         warnings.push(Warning::NoiseContradicted { factor });
     } else if factor > NOISE_EXCEEDED {
-        warnings.push(Warning::NoiseExceeded { factor });
+        warnings.push(Warning::NoiseExceeded { factor, declared });
     }
     let share = estimate.contacts.rejected as f64 / found.verdicts.len().max(1) as f64;
     if share > MANY_REJECTED {

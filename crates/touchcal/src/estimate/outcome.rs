@@ -128,10 +128,12 @@ pub enum Warning {
         /// Uncertainty left of distances between tool positions, as a share of the uncertainty before.
         left: f64,
     },
-    /// Contacts scatter more than the declared noise explains; the uncertainties are widened accordingly.
+    /// Contacts scatter more than the declared noise explains, or where none is declared the noise assumed; the uncertainties are widened accordingly.
     NoiseExceeded {
-        /// Measured over declared standard deviation.
+        /// Measured over declared or assumed standard deviation.
         factor: f64,
+        /// Whether the noise was declared.
+        declared: bool,
     },
     /// Contacts of one-sided gaps scatter so much more than declared that it is no noise.
     NoiseContradicted {
@@ -208,9 +210,12 @@ impl Warning {
             Warning::ArmUndetermined { left } => {
                 format!("these contacts leave {:.0} % of the arm's uncertainty: do not use the result", 100.0 * left)
             }
-            Warning::NoiseExceeded { factor } => format!(
-                "contacts scatter {factor:.1} times more than [noise] declares; uncertainties were widened by that factor"
-            ),
+            Warning::NoiseExceeded { factor, declared } => {
+                let noise = if *declared { "[noise] declares" } else { "is assumed where there is no [noise]" };
+                format!(
+                    "contacts scatter {factor:.1} times more than {noise}; uncertainties were widened by that factor"
+                )
+            }
             Warning::NoiseContradicted { factor } => {
                 format!("contacts scatter {factor:.1} times more than [noise] declares: do not use the result")
             }
