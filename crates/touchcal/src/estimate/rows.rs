@@ -417,10 +417,9 @@ impl<'s> At<'s> {
             statistics.squares_of_slope.add_form(seen, jacobian, slope, |r, s| slope(r) * slope(s));
             return;
         };
-        let square = |r: usize, s: usize| said.slope[r] * said.slope[s];
         statistics.observed.add_form(seen, jacobian, |_| 0.0, |r, s| said.observed[(r, s)]);
-        statistics.squares_of_slope.add_form(seen, jacobian, |r| said.slope[r], square);
         let (region, surfaces) = self.region(f, &into.rows);
+        self.add_odds(statistics, (f, region), into, said);
         let tally = &mut statistics.tallies[f][region];
         tally.touching += said.touching;
         tally.not_touching += if into.len() > 0 { 1.0 - said.touching } else { 0.0 };
@@ -430,6 +429,38 @@ impl<'s> At<'s> {
         }
         statistics.squares += said.squares;
         statistics.deviations += said.deviations;
+    }
+
+    /// Adds the slope of what a contact with a region of fixture `f` says, squared, and what it says of how often walls are touched: `ln κ_j` are parameters too, after all
+    /// others.
+    fn add_odds(&self, statistics: &mut Statistics, (f, region): (usize, usize), of: &ContactRows, said: &Said) {
+        let (seen, odds) = (&self.system.seen[f], &self.system.odds[f][region]);
+        let first = self.system.odds_column(f, region);
+        let surface = |wall: usize| of.rows.surfaces()[wall] % odds.another.len();
+        let along = |row: usize, column: usize| of.jacobian[row * seen.len() + column];
+        let rows = of.len();
+        let walls = (0..rows).map(|wall| (first + surface(wall), odds.share[surface(wall)] - said.touched[wall]));
+        let parameters = seen
+            .iter()
+            .enumerate()
+            .map(|(column, &k)| (k, (0..rows).map(|row| said.slope[row] * along(row, column)).sum()));
+        let slope: Vec<(usize, f64)> = parameters.chain(walls).collect();
+        let squares = &mut statistics.squares_of_slope;
+        for &(b, right) in &slope {
+            squares.gradient[b] += right;
+            slope.iter().filter(|(a, _)| *a <= b).for_each(|&(a, left)| squares.information[(a, b)] += left * right);
+        }
+        let observed = &mut statistics.observed.information;
+        for wall in 0..rows {
+            let b = first + surface(wall);
+            for (column, &k) in seen.iter().enumerate() {
+                observed[(k, b)] +=
+                    (0..rows).map(|row| said.slope_by_odds[(row, wall)] * along(row, column)).sum::<f64>();
+            }
+            for other in (0..rows).filter(|&other| first + surface(other) <= b) {
+                observed[(first + surface(other), b)] -= said.touched_together[(other, wall)];
+            }
+        }
     }
 
     /// Known distances between fixtures' origins.

@@ -25,8 +25,6 @@ pub(super) const WALL_SIGMA: f64 = 1e-6;
 const WALL_STRENGTH: f64 = 0.01;
 /// Steps towards that standard deviation from one look at the contacts.
 const WIDTH_STEPS: usize = 20;
-/// About so many contacts say how often walls are touched. From 500 that is so rough that it costs a third of the accuracy.
-const ENOUGH: usize = 3000;
 /// Share of the contacts that must tell which walls they touch.
 const TELLING: f64 = 0.3;
 /// Directions of which contacts say less than this share of what they say of the best are not seen.
@@ -34,7 +32,7 @@ const SEEN: f64 = 1e-10;
 /// Standard deviations within which a design effect may be chance.
 const BY_CHANCE: f64 = 2.6;
 
-/// Sums over the contacts, at one set of parameters.
+/// Sums over the contacts, at one set of parameters. Behind these, the `ln κ_j` of all surfaces are columns too.
 #[derive(Clone, Debug)]
 pub(crate) struct Statistics {
     /// Second derivative of `−ln L`.
@@ -72,6 +70,12 @@ impl Tally {
         [&mut self.touching, &mut self.not_touching].into_iter().chain(&mut self.walls).chain(&mut self.touched)
     }
 
+    /// Walls of a surface that are taken to be touched, and to be free, before any is seen: as many as of all surfaces.
+    fn before(&self) -> (f64, f64) {
+        let (walls, touched): (f64, f64) = (self.walls.iter().sum(), self.touched.iter().sum());
+        (SURFACE_STRENGTH, SURFACE_STRENGTH * (walls - touched).max(1.0) / touched.max(1.0))
+    }
+
     /// How often each surface is touched, and how often nothing is: walls in reach are within `band` (m) on average.
     ///
     /// With walls touched independently of each other, each with probability `q`, contacts are what touches at least one, a share `z` of all poses. A free wall is seen only
@@ -81,21 +85,30 @@ impl Tally {
             return Odds::start(self.walls.len());
         }
         let contacts = self.touching;
-        let (walls, touched): (f64, f64) = (self.walls.iter().sum(), self.touched.iter().sum());
         let none = self.not_touching.max(1.0);
         let (mut q, mut z) = (Vec::new(), 1.0);
         for _ in 0..TALLY_STEPS {
             q = self.touched.iter().map(|touched| (z * touched / contacts).min(MOST_TOUCHED)).collect();
             z = 1.0 - q.iter().map(|q: &f64| 1.0 - q).product::<f64>();
         }
-        // Surfaces of which little is seen are touched as often as all.
-        let (more, free) = (SURFACE_STRENGTH, SURFACE_STRENGTH * (walls - touched).max(1.0) / touched.max(1.0));
+        let (more, free) = self.before();
         let each = |((walls, touched), q): ((&f64, &f64), &f64)| {
             let seen = 1.0 - (1.0 - z) / (1.0 - q) + z * none / contacts;
             (seen * band * (touched + more) / ((walls - touched).max(0.0) + free)).clamp(LEAST_ODDS, MOST_ODDS)
         };
         let another = self.walls.iter().zip(&self.touched).zip(&q).map(each).collect();
-        Odds { another, none: none / contacts * z / (1.0 - z) }
+        let share = |(walls, touched): (&f64, &f64)| (touched + more) / (walls.max(*touched) + more + free);
+        let share = self.walls.iter().zip(&self.touched).map(share).collect();
+        Odds { another, none: none / contacts * z / (1.0 - z), share }
+    }
+
+    /// What walls tell of each surface's `ln κ_j` if it is known which are touched, and what was known before.
+    fn told(&self, odds: &Odds) -> impl Iterator<Item = (f64, f64)> {
+        let (more, free) = self.before();
+        self.walls.iter().zip(&odds.share).map(move |(walls, share)| {
+            let each = share * (1.0 - share);
+            (each * walls, each * (more + free))
+        })
     }
 
     /// [`odds`](Tally::odds) from what was expected `before`, taken twice as far, since steps of expectation–maximisation creep; but not where no wall was seen.
@@ -113,6 +126,7 @@ impl Tally {
 impl Statistics {
     fn new(size: usize, odds: &[Vec<Odds>]) -> Self {
         let none = |odds: &Odds| Tally::new(odds.another.len());
+        let size = size + odds.iter().flatten().map(|odds| odds.another.len()).sum::<usize>();
         Statistics {
             observed: NormalEquations::new(size),
             squares_of_slope: NormalEquations::new(size),
@@ -181,15 +195,30 @@ impl Statistics {
     }
 
     /// The covariance of parameters found at the minimum: `D (H + Λ)⁻¹ (B + Λ) (H + Λ)⁻¹`, with `H` the second derivative, `B` the covariance of its slope, `Λ` of what is
-    /// `known` besides, and `D` the [design effect](Statistics::design_effect). None where the cost does not curve up in all directions, as it does at a minimum that enough contacts say.
+    /// `known` besides, and `D` the [design effect](Statistics::design_effect). How often surfaces are touched, `odds`, was found from the same contacts and counts as a parameter for each.
+    /// None where the cost does not curve up in all directions, as it does at a minimum that enough contacts say.
     ///
     /// Source: Huber, *The behavior of maximum likelihood estimates under nonstandard conditions* (1967), theorem 3.
-    pub fn covariance(&self, known: &DMatrix<f64>, scale: &DVector<f64>) -> Option<DMatrix<f64>> {
-        let curvature = &self.observed.information + known;
-        let held = DMatrix::from_diagonal(&scale.map(|scale| f64::from(u8::from(scale == 0.0))));
-        Cholesky::new(scaled(&curvature, scale) + held)?;
-        let bread = covariance(&curvature, scale);
-        Some(&bread * (&self.squares_of_slope.information + known) * &bread * self.design_effect(scale))
+    pub fn covariance(&self, known: &DMatrix<f64>, scale: &DVector<f64>, odds: &[Vec<Odds>]) -> Option<DMatrix<f64>> {
+        let (parameters, size) = (scale.len(), self.observed.information.nrows());
+        let (mut curvature, mut squares) =
+            (self.observed.information.clone(), self.squares_of_slope.information.clone());
+        for sum in [&mut curvature, &mut squares] {
+            let mut of_parameters = sum.view_mut((0, 0), (parameters, parameters));
+            of_parameters += known;
+        }
+        let tallies = self.tallies.iter().flatten().zip(odds.iter().flatten());
+        let told = tallies.flat_map(|(tally, odds)| tally.told(odds));
+        for (column, (by_walls, before)) in (parameters..size).zip(told) {
+            curvature[(column, column)] += by_walls + before;
+            squares[(column, column)] += before;
+        }
+        let scales = DVector::from_fn(size, |k, _| if k < parameters { scale[k] } else { 1.0 });
+        let held = DMatrix::from_diagonal(&scales.map(|scale| f64::from(u8::from(scale == 0.0))));
+        Cholesky::new(scaled(&curvature, &scales) + held)?;
+        let bread = covariance(&curvature, &scales);
+        let found = &bread * squares * &bread * self.design_effect(scale);
+        Some(found.view((0, 0), (parameters, parameters)).into_owned())
     }
 
     /// How many contacts say as much as one that is independent of the others: the variance of slopes summed over blocks of contacts that follow each other, over what it would be if
@@ -235,14 +264,9 @@ impl System<'_> {
         Statistics { observed: total.observed.complete(), squares_of_slope: total.squares_of_slope.complete(), ..total }
     }
 
-    /// Every so many contacts are enough to learn how often walls are touched.
-    pub fn wall_stride(&self) -> usize {
-        (self.problem.contacts.len() / ENOUGH).max(1)
-    }
-
-    /// Whether enough contacts tell which walls there are.
-    pub fn tells_walls(&self, theta: &DVector<f64>) -> bool {
-        self.wall_statistics(theta, self.wall_stride()).touching() > TELLING * self.problem.contacts.len() as f64
+    /// Whether enough contacts tell which walls there are, by every `stride`-th.
+    pub fn tells_walls(&self, theta: &DVector<f64>, stride: usize) -> bool {
+        self.wall_statistics(theta, stride).touching() > TELLING * self.problem.contacts.len() as f64
     }
 
     /// Learns from every `stride`-th contact how often walls are touched, how noisy they are and how much they differ; the relative change.
@@ -251,7 +275,8 @@ impl System<'_> {
         let (odds, noise) = (found.odds(&self.odds), found.noise(self.wall_noise, self.parameters.len()));
         let mut most = found.change(&self.odds, &odds).max((noise / self.wall_noise).ln().abs());
         (self.odds, self.wall_noise) = (odds, noise);
-        let data = &found.observed.information + self.distance_information(theta);
+        let mut data = self.distance_information(theta);
+        data += found.observed.information.view((0, 0), data.shape());
         for f in 0..self.problem.fixtures.len() {
             let of_fixture = |column: Column| matches!(column, Column::Wall(of, _) if of == f);
             let walls: Vec<usize> =

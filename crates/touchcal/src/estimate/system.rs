@@ -83,6 +83,12 @@ impl<'p> System<'p> {
         }
     }
 
+    /// Where the `ln κ_j` of a region of fixture `f` stand, all those after the parameters.
+    pub fn odds_column(&self, f: usize, region: usize) -> usize {
+        let before = self.odds[..f].iter().flatten().chain(&self.odds[f][..region]);
+        self.parameters.len() + before.map(|odds| odds.another.len()).sum::<usize>()
+    }
+
     /// Scale of every parameter: its prior's standard deviation, else its plausible size.
     pub fn scale(&self) -> DVector<f64> {
         let each = self.parameters.iter().map(|parameter| parameter.prior_sigma.unwrap_or(parameter.scale));
@@ -92,6 +98,11 @@ impl<'p> System<'p> {
     /// The system at parameters `theta`.
     pub fn at(&self, theta: &DVector<f64>) -> At<'_> {
         At::new(self, theta)
+    }
+
+    /// Every so many contacts there are about `enough`.
+    pub fn stride(&self, enough: usize) -> usize {
+        (self.problem.contacts.len() / enough).max(1)
     }
 
     /// Takes the noise of the contacts at `theta` as the resolution.

@@ -54,12 +54,14 @@ pub(crate) struct Odds {
     pub another: Vec<f64>,
     /// `η`.
     pub none: f64,
+    /// Share of each surface's walls in reach that are touched.
+    pub share: Vec<f64>,
 }
 
 impl Odds {
     /// Before anything is known, with so many surfaces.
     pub fn start(surfaces: usize) -> Odds {
-        Odds { another: vec![ANOTHER; surfaces], none: NONE }
+        Odds { another: vec![ANOTHER; surfaces], none: NONE, share: vec![0.5; surfaces] }
     }
 }
 
@@ -78,6 +80,10 @@ pub(super) struct Said {
     pub touching: f64,
     /// Probability that each wall is touched.
     pub touched: Distances,
+    /// Its derivative by each `ln κ_j`: the covariance of which walls are touched.
+    pub touched_together: Square,
+    /// The slope's derivative by each `ln κ_j`, a column each.
+    pub slope_by_odds: Square,
     /// Expected `d_Aᵀ S_AA⁻¹ d_A`.
     pub squares: f64,
     /// Sum of the standard deviations (m) of all walls.
@@ -90,16 +96,20 @@ pub(super) fn weigh(near: &Near) -> Said {
     let logs = Logs { another: another.map(f64::ln), none: none.ln() };
     let mut sum = Sum { most: logs.none, total: 1.0, ..Sum::default() };
     Set::empty(distances, covariance).visit(0, *count, &logs, &mut sum);
-    let Sum { most, total, slope, complete, squares_of_slope, touching, touched, squares } = sum;
+    let Sum { most, total, slope, complete, squares_of_slope, touching, touched, together, slope_of_touched, squares } =
+        sum;
     let slope = slope / total;
     let complete = complete / total;
+    let touched = touched / total;
     let mut said = Said {
         cost: -(total.ln() + most),
         slope,
         complete,
         observed: complete - squares_of_slope / total + slope * slope.transpose(),
         touching: touching / total,
-        touched: touched / total,
+        touched,
+        touched_together: together / total - touched * touched.transpose(),
+        slope_by_odds: slope_of_touched / total - slope * touched.transpose(),
         squares: squares / total,
         deviations: 0.0,
     };
@@ -131,6 +141,8 @@ struct Sum {
     squares_of_slope: Square,
     touching: f64,
     touched: Distances,
+    together: Square,
+    slope_of_touched: Square,
     squares: f64,
 }
 
@@ -151,6 +163,8 @@ impl Sum {
             self.squares_of_slope *= shrunk;
             self.touching *= shrunk;
             self.touched *= shrunk;
+            self.together *= shrunk;
+            self.slope_of_touched *= shrunk;
             self.squares *= shrunk;
         }
     }
@@ -247,7 +261,10 @@ impl Set {
         sum.complete += information * share;
         sum.squares_of_slope += slope * slope.transpose() * share;
         sum.touching += if is_empty { 0.0 } else { share };
-        sum.touched += Distances::from_fn(|k, _| if self.is_touched[k] { share } else { 0.0 });
+        let touched = Distances::from_fn(|k, _| f64::from(u8::from(self.is_touched[k])));
+        sum.touched += touched * share;
+        sum.together += touched * touched.transpose() * share;
+        sum.slope_of_touched += slope * touched.transpose() * share;
         sum.squares += share * self.squares;
     }
 }
@@ -316,6 +333,28 @@ mod tests {
                 let curvature = (after.slope - before.slope) / (2.0 * h);
                 let off = (curvature - said.observed.column(k)).amax();
                 assert!(off < 1e-4 * said.complete.amax().max(1.0 / (30.0 * MICRON).powi(2)), "{each:?}: {off:e}");
+            }
+        }
+    }
+
+    #[test]
+    fn derivatives_by_odds_are_those_of_cost_and_slope() {
+        const H: f64 = 1e-5;
+        for each in [[3.0, 5.0, -4.0], [40.0, -30.0, 80.0], [-20.0, 35.0, 10.0], [60.0, 70.0, 90.0]] {
+            let at = |k: usize, step: f64| {
+                let mut near = near(distances(each), covariance(650.0), 3, 1e-3);
+                near.another[k] *= step.exp();
+                weigh(&near)
+            };
+            let said = at(0, 0.0);
+            for k in 0..3 {
+                let (after, before) = (at(k, H), at(k, -H));
+                assert!(((before.cost - after.cost) / (2.0 * H) - said.touched[k]).abs() < 1e-8, "{each:?}");
+                let touched = (after.touched - before.touched) / (2.0 * H);
+                assert!((touched - said.touched_together.column(k)).amax() < 1e-8, "{each:?}");
+                let slope = (after.slope - before.slope) / (2.0 * H);
+                let off = (slope - said.slope_by_odds.column(k)).amax();
+                assert!(off < 1e-6 * said.slope.amax(), "{each:?}: {off:e} of {:e}", said.slope.amax());
             }
         }
     }
