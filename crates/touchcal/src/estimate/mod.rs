@@ -19,6 +19,7 @@ mod problem;
 mod rows;
 mod score;
 mod statistics;
+mod sums;
 mod system;
 mod walls;
 mod workspace;
