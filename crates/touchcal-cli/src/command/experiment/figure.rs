@@ -1,5 +1,6 @@
 //! The figure: each trial's errors, an approach a column.
 
+use plotters::coord::types::RangedCoordf64;
 use plotters::prelude::*;
 
 use super::row::Row;
@@ -58,13 +59,7 @@ fn draw(
         .x_label_area_size(LABEL_AREA)
         .y_label_area_size(60)
         .build_cartesian_2d(0.0..columns, (0.5 * least..2.0 * most).log_scale())?;
-    chart
-        .configure_mesh()
-        .disable_x_mesh()
-        .x_labels(0)
-        .y_label_formatter(&|value| format!("{value:.0e}"))
-        .light_line_style(WHITE)
-        .draw()?;
+    draw_mesh(&mut chart)?;
     let line = [(0.0, panel.published), (columns, panel.published)];
     chart.draw_series(std::iter::once(PathElement::new(line, PUBLISHED.stroke_width(2))))?;
     for (column, rows) in rows.iter().enumerate() {
@@ -87,4 +82,12 @@ fn draw(
         }
     }
     Ok(())
+}
+
+type Decades<'a, 'b> = ChartContext<'a, SVGBackend<'b>, Cartesian2d<RangedCoordf64, LogCoord<f64>>>;
+
+/// Lines across at powers of ten; what stands below is written by the caller.
+pub fn draw_mesh(chart: &mut Decades<'_, '_>) -> Result<(), DrawingAreaErrorKind<std::io::Error>> {
+    let mut mesh = chart.configure_mesh();
+    mesh.disable_x_mesh().x_labels(0).y_label_formatter(&|value| format!("{value:.0e}")).light_line_style(WHITE).draw()
 }

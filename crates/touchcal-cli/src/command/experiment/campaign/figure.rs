@@ -4,6 +4,7 @@ use plotters::coord::Shift;
 use plotters::prelude::*;
 use touchcal::experiment::LEVELS;
 
+use super::super::figure::draw_mesh;
 use super::told::Told;
 use crate::args::Vary;
 
@@ -124,13 +125,7 @@ fn lines(area: &Area<'_>, title: &str, below: &str, labels: &[(f64, String)], cu
         .x_label_area_size(45)
         .y_label_area_size(55)
         .build_cartesian_2d(0.0..1.0, decades.log_scale())?;
-    chart
-        .configure_mesh()
-        .disable_x_mesh()
-        .x_labels(0)
-        .y_label_formatter(&|value| format!("{value:.0e}"))
-        .light_line_style(WHITE)
-        .draw()?;
+    draw_mesh(&mut chart)?;
     for Curve { name, colour, points } in curves {
         let series = LineSeries::new(points.iter().copied(), colour.stroke_width(2)).point_size(3);
         let mark = move |(x, y)| PathElement::new([(x, y), (x + 16, y)], colour.stroke_width(2));
