@@ -144,6 +144,12 @@ def test_a_row_a_robot(folder: Path, said: dict[str, Any]) -> None:
         assert row["message"] == str(raised.value)
 
 
+def test_a_robot_whose_task_dies_has_a_row(folder: Path, said: dict[str, Any]) -> None:
+    [row] = parquet.read_table(folder / "lost" / "fleet.parquet").to_pylist()
+    assert (row["name"], row["status"], row["parameters"]) == ("lost", "failed", None)
+    assert "died unexpectedly" in row["message"], row["message"]
+
+
 def test_robots_are_calibrated_again_when_they_failed_or_changed(folder: Path, said: dict[str, Any]) -> None:
     assert said["fleet"]["again"] == [[2, 4], [3, 4], [4, 4]]
     assert said["fleet"]["changed"] == [[1, 4], [2, 4], [3, 4], [4, 4]]

@@ -10,6 +10,7 @@ import os
 import re
 import signal
 import sys
+import threading
 import time
 from pathlib import Path
 from typing import Any
@@ -32,8 +33,8 @@ class Seen(list[tuple[int, int]]):
         self.append((done, total))
 
 
-def at_work(raylet: int) -> list[int]:
-    """The processes of a node that compute a part now."""
+def at_work(raylet: int, task: str) -> list[int]:
+    """The processes of a node that run a task of this name now."""
     found = []
     for process in Path("/proc").glob("[0-9]*"):
         try:
@@ -41,21 +42,21 @@ def at_work(raylet: int) -> list[int]:
             title = (process / "cmdline").read_text()
         except OSError:
             continue  # ended meanwhile
-        if parent == raylet and title.startswith("ray::_compute"):
+        if parent == raylet and title.startswith(f"ray::{task}"):
             found.append(int(process.name))
     return found
 
 
-def kill_at_work(raylet: int) -> int:
-    """Kills a node in the middle of a task, with all that it runs, and says how many tasks that were."""
+def kill_at_work(raylet: int, task: str, with_node: bool) -> int:
+    """Kills a node's processes in the middle of a task, maybe the node too, and says how many tasks that were."""
     end = time.monotonic() + PATIENCE_S
     while time.monotonic() < end:
-        if tasks := at_work(raylet):
-            for process in (raylet, *tasks):
+        if tasks := at_work(raylet, task):
+            for process in [raylet] * with_node + tasks:
                 os.kill(process, signal.SIGKILL)
             return len(tasks)
         time.sleep(0.01)
-    raise TimeoutError("the second node was given no task")
+    raise TimeoutError(f"the node was given no {task}")
 
 
 def campaign(folder: Path, raylet: int) -> dict[str, Any]:
@@ -66,7 +67,7 @@ def campaign(folder: Path, raylet: int) -> dict[str, Any]:
     def progress(done: int, total: int) -> None:
         seen(done, total)
         if done == 2:
-            killed.append(kill_at_work(raylet))
+            killed.append(kill_at_work(raylet, "_compute", with_node=True))
 
     arguments: dict[str, Any] = {"trials": 360, "out": folder / "campaign", "seed": 5, "contacts": 10}
     distributed.run_campaign("mukca", **arguments, progress=progress)
@@ -130,6 +131,14 @@ def fleet(folder: Path) -> dict[str, Any]:
     return {"first": first, "again": again, "changed": changed}
 
 
+def lost(folder: Path, raylet: int) -> None:
+    """A robot whose task dies, and is not begun again."""
+    killer = threading.Thread(target=kill_at_work, args=(raylet, "_calibrate", False))
+    killer.start()
+    distributed.run_fleet({"lost": folder / "workcell" / "problem.toml"}, folder / "lost", retries=0)
+    killer.join()
+
+
 def guide(folder: Path) -> int:
     """What the guide shows, with fewer trials."""
     text = (Path(__file__).parents[2] / "guide" / "src" / "more-than-one-machine.md").read_text()
@@ -147,14 +156,15 @@ def main() -> None:
     cluster = Cluster(initialize_head=True, connect=True, head_node_args=head)
     second = cluster.add_node(num_cpus=1)
     cluster.wait_for_nodes()
-    raylet = second.all_processes["raylet"][0].process.pid
+    first_raylet, second_raylet = (node.all_processes["raylet"][0].process.pid for node in (cluster.head_node, second))
     said = {
-        "campaign": campaign(folder, raylet),
+        "campaign": campaign(folder, second_raylet),
         "interrupted": interrupted(folder),
         "impossible": impossible(folder),
         "fleet": fleet(folder),
         "guide": guide(folder),
     }
+    lost(folder, first_raylet)
     (folder / "said.json").write_text(json.dumps(said))
     ray.shutdown()
     cluster.shutdown()

@@ -201,7 +201,7 @@ def _compute(part: int, shared: tuple[list[tuple[str, str]], int, int, int]) -> 
 
 def _calibrate(path: str, threads: int) -> dict[str, Any]:
     """What a row says of a robot whose calibration ended."""
-    # Asked when a process begins its first calibration; what it finds does not depend on it.
+    # Read when a process begins its first calibration. Results do not depend on it.
     os.environ["RAYON_NUM_THREADS"] = str(threads)
     try:
         problem = touchcal.Problem.from_toml(path)
