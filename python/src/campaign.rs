@@ -42,7 +42,7 @@ const MOST_THREADS: usize = 1024;
 #[pyclass(frozen, module = "touchcal")]
 #[derive(Debug)]
 pub struct Campaign {
-    kept: CampaignFolder,
+    parts: CampaignFolder,
     #[pyo3(get)]
     files: Vec<(String, String)>,
     #[pyo3(get)]
@@ -77,20 +77,20 @@ impl Campaign {
             return Err(unexpected("trials", format!("a number from 1 to {MOST_TRIALS}"), format!("{trials}")));
         }
         let texts: Vec<TextFile> = files.iter().cloned().map(|(name, text)| TextFile { name, text }).collect();
-        let kept = CampaignFolder::new(&texts, folder, trials, seed).map_err(io)?;
-        Ok(Campaign { kept, files, trials, seed })
+        let parts = CampaignFolder::new(&texts, folder, trials, seed).map_err(io)?;
+        Ok(Campaign { parts, files, trials, seed })
     }
 
     /// Number of parts.
     #[getter]
     fn parts(&self) -> u64 {
-        self.kept.parts()
+        self.parts.count()
     }
 
     /// Whether a part is in the folder, whole and of this campaign.
     fn has(&self, py: Python<'_>, part: u64) -> PyResult<bool> {
         self.check(part)?;
-        Ok(py.detach(|| self.kept.kept(part).is_some()))
+        Ok(py.detach(|| self.parts.kept(part).is_some()))
     }
 
     /// Simulates and calibrates the trials of a part. Nothing is written.
@@ -109,7 +109,7 @@ impl Campaign {
         self.check(part)?;
         let start = Instant::now();
         let rows = py.detach(|| self.watched(part, threads))?;
-        let part = self.kept.part(rows, start.elapsed().as_secs_f64() * threads as f64);
+        let part = self.parts.part(rows, start.elapsed().as_secs_f64() * threads as f64);
         Ok(PyBytes::new(py, &campaign_parquet::to_bytes(&part).map_err(io)?))
     }
 
@@ -123,7 +123,7 @@ impl Campaign {
     ///     InputError: if it is not whole, or not of this campaign and version of touchcal; nothing is written.
     fn keep(&self, part: u64, content: &[u8]) -> PyResult<()> {
         self.check(part)?;
-        self.kept.keep(part, content).map_err(io)
+        self.parts.keep(part, content).map_err(io)
     }
 
     /// Writes the rows of all parts to one Parquet file, as `touchcal experiment merge --rows` does.
@@ -131,17 +131,17 @@ impl Campaign {
     /// Raises:
     ///     InputError: if a part is not there.
     fn write_rows(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
-        py.detach(|| self.kept.write_rows(&path)).map_err(io)
+        py.detach(|| self.parts.write_rows(&path)).map_err(io)
     }
 
     fn __repr__(&self) -> String {
-        format!("Campaign({:?}, trials={}, seed={})", self.kept.folder(), self.trials, self.seed)
+        format!("Campaign({:?}, trials={}, seed={})", self.parts.folder(), self.trials, self.seed)
     }
 }
 
 impl Campaign {
     fn check(&self, part: u64) -> PyResult<()> {
-        match self.kept.parts() {
+        match self.parts.count() {
             parts if part < parts => Ok(()),
             parts => Err(unexpected("part", format!("a number below {parts}"), format!("{part}"))),
         }
@@ -182,9 +182,9 @@ impl Campaign {
             }
             let seed = self.seed.wrapping_add(trial);
             let failed = |error| SimulationError::new_err(format!("seed {seed}: {error}"));
-            campaign_trial(self.kept.scenario(), self.seed, trial).map_err(failed)
+            campaign_trial(self.parts.scenario(), self.seed, trial).map_err(failed)
         };
-        let trials: Vec<u64> = self.kept.range(part).collect();
+        let trials: Vec<u64> = self.parts.range(part).collect();
         trials.into_par_iter().map(trial).collect()
     }
 }

@@ -58,7 +58,7 @@ impl CampaignFolder {
     }
 
     /// Number of parts.
-    pub fn parts(&self) -> u64 {
+    pub fn count(&self) -> u64 {
         self.trials.div_ceil(PART)
     }
 
@@ -108,10 +108,10 @@ impl CampaignFolder {
         let missing = |part| IoError::unexpected(place(&self.path(part)), "a part of this campaign", "none");
         let whole = |part| self.kept(part).ok_or_else(|| missing(part));
         let mut core_seconds = 0.0;
-        for part in 0..self.parts() {
+        for part in 0..self.count() {
             core_seconds += whole(part)?.core_seconds;
         }
-        let rows = (0..self.parts()).map(|part| Ok(whole(part)?.rows));
+        let rows = (0..self.count()).map(|part| Ok(whole(part)?.rows));
         campaign_parquet::write_file(path, &self.part(Vec::new(), core_seconds), rows)
     }
 }

@@ -15,7 +15,7 @@ use crate::progress::{Counter, interrupted};
 
 /// Trials of one scenario.
 pub struct Campaign {
-    kept: CampaignFolder,
+    parts: CampaignFolder,
 }
 
 /// What a campaign's parts come to.
@@ -32,19 +32,19 @@ pub struct Found {
 impl Campaign {
     /// A campaign in `folder`, of the scenario that `files` are.
     pub fn new(files: &[TextFile], folder: PathBuf, args: &CampaignArgs) -> Result<Self, Failure> {
-        Ok(Campaign { kept: CampaignFolder::new(files, folder, args.trials, args.seed)? })
+        Ok(Campaign { parts: CampaignFolder::new(files, folder, args.trials, args.seed)? })
     }
 
     /// Where it is kept.
     pub fn folder(&self) -> &Path {
-        self.kept.folder()
+        self.parts.folder()
     }
 
     /// Takes the parts that are there, and computes the others that are `mine`.
     pub fn run(&self, mine: impl Fn(u64) -> bool, counter: &Counter) -> Result<Found, Failure> {
         let mut found = Found { summary: CampaignSummary::default(), core_seconds: 0.0, computed: 0, missing: 0 };
-        for number in 0..self.kept.parts() {
-            let part = match self.kept.kept(number) {
+        for number in 0..self.parts.count() {
+            let part = match self.parts.kept(number) {
                 Some(part) => {
                     counter.more(part.rows.len() as u64);
                     part
@@ -65,12 +65,12 @@ impl Campaign {
     }
 
     fn compute(&self, number: u64, counter: &Counter) -> Result<Part, Failure> {
-        let first_seed = self.kept.first_seed();
+        let first_seed = self.parts.first_seed();
         let trial = |trial: u64| {
             if interrupted() {
                 return Err(Failure::ExperimentInterrupted);
             }
-            let row = campaign_trial(self.kept.scenario(), first_seed, trial).map_err(|error| Failure::Trial {
+            let row = campaign_trial(self.parts.scenario(), first_seed, trial).map_err(|error| Failure::Trial {
                 folder: self.folder().display().to_string(),
                 seed: first_seed.wrapping_add(trial),
                 error,
@@ -78,7 +78,7 @@ impl Campaign {
             counter.more(1);
             Ok(row)
         };
-        let trials: Vec<u64> = self.kept.range(number).collect();
+        let trials: Vec<u64> = self.parts.range(number).collect();
         let start = Instant::now();
         let rows: Vec<CampaignRow> = trials.into_par_iter().map(trial).collect::<Result<_, Failure>>()?;
         // Threads work on several trials at a time, so that one's own time says little.
@@ -86,8 +86,8 @@ impl Campaign {
         if interrupted() {
             return Err(Failure::ExperimentInterrupted);
         }
-        let part = self.kept.part(rows, core_seconds);
-        self.kept.keep(number, &campaign_parquet::to_bytes(&part)?)?;
+        let part = self.parts.part(rows, core_seconds);
+        self.parts.keep(number, &campaign_parquet::to_bytes(&part)?)?;
         Ok(part)
     }
 }
