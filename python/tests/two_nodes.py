@@ -17,6 +17,7 @@ from typing import Any
 
 import ray
 from ray.cluster_utils import Cluster
+from ray.util.scheduling_strategies import NodeAffinitySchedulingStrategy
 
 import touchcal
 from touchcal import distributed
@@ -31,6 +32,12 @@ class Seen(list[tuple[int, int]]):
 
     def __call__(self, done: int, total: int) -> None:
         self.append((done, total))
+
+
+def begin_workers() -> None:
+    """A process on each node, which is there before there is work, so that none is late for it."""
+    nodes = [NodeAffinitySchedulingStrategy(node["NodeID"], soft=False) for node in ray.nodes()]
+    ray.get([ray.remote(lambda: None).options(scheduling_strategy=node).remote() for node in nodes])
 
 
 def at_work(raylet: int, task: str) -> list[int]:
@@ -139,7 +146,7 @@ def lost(folder: Path, raylet: int) -> None:
     killer.join()
 
 
-def guide(folder: Path) -> int:
+def guide(folder: Path) -> None:
     """What the guide shows, with fewer trials."""
     text = (Path(__file__).parents[2] / "guide" / "src" / "more-than-one-machine.md").read_text()
     [block] = re.findall(r"^```python\n(.*?)^```", text, re.MULTILINE | re.DOTALL)
@@ -147,7 +154,6 @@ def guide(folder: Path) -> int:
     assert few != block
     os.chdir(folder / "guide")
     exec(few, {})
-    return 20
 
 
 def main() -> None:
@@ -157,14 +163,15 @@ def main() -> None:
     second = cluster.add_node(num_cpus=1)
     cluster.wait_for_nodes()
     first_raylet, second_raylet = (node.all_processes["raylet"][0].process.pid for node in (cluster.head_node, second))
+    begin_workers()
     said = {
         "campaign": campaign(folder, second_raylet),
         "interrupted": interrupted(folder),
         "impossible": impossible(folder),
         "fleet": fleet(folder),
-        "guide": guide(folder),
     }
     lost(folder, first_raylet)
+    guide(folder)
     (folder / "said.json").write_text(json.dumps(said))
     ray.shutdown()
     cluster.shutdown()
