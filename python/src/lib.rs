@@ -5,6 +5,7 @@
 
 mod array;
 mod calibration;
+mod campaign;
 mod error;
 mod frame;
 mod inspection;
@@ -23,6 +24,8 @@ mod _touchcal {
     use crate::array::pose;
     #[pymodule_export]
     use crate::calibration::{Calibration, NullDirection, Parameter, Termination, Warning, calibrate};
+    #[pymodule_export]
+    use crate::campaign::Campaign;
     #[pymodule_export]
     use crate::error::{Error, FileError, InputError, SimulationError};
     #[pymodule_export]

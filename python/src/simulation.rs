@@ -121,16 +121,7 @@ pub fn simulate(
     contacts: Option<usize>,
     progress: Option<Py<PyAny>>,
 ) -> PyResult<Simulation> {
-    let name: Option<String> = scenario.extract().ok().filter(|name: &String| !name.contains(['/', '\\', '.']));
-    let mut file = match name {
-        Some(name) => scenario_file::preset(&name),
-        None => scenario_file::read_file(&scenario.extract::<PathBuf>()?),
-    }
-    .map_err(io)?;
-    if contacts == Some(0) {
-        return Err(unexpected("contacts", "at least 1", "0"));
-    }
-    file.scenario.contacts = contacts.unwrap_or(file.scenario.contacts);
+    let file = scenario_of(&scenario, contacts)?;
     let mut watch = Watch::new(progress);
     let truth = file.scenario.draw(seed);
     let scenario = &file.scenario;
@@ -141,4 +132,19 @@ pub fn simulate(
         error => SimulationError::new_err(error.to_string()),
     })?;
     Ok(Simulation { file, simulated: Simulated { truth, logs }, seed })
+}
+
+/// A scenario's file, or the preset of that name.
+pub fn scenario_of(scenario: &Bound<'_, PyAny>, contacts: Option<usize>) -> PyResult<ScenarioFile> {
+    let name: Option<String> = scenario.extract().ok().filter(|name: &String| !name.contains(['/', '\\', '.']));
+    let mut file = match name {
+        Some(name) => scenario_file::preset(&name),
+        None => scenario_file::read_file(&scenario.extract::<PathBuf>()?),
+    }
+    .map_err(io)?;
+    if contacts == Some(0) {
+        return Err(unexpected("contacts", "at least 1", "0"));
+    }
+    file.scenario.contacts = contacts.unwrap_or(file.scenario.contacts);
+    Ok(file)
 }

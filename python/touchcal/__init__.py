@@ -14,6 +14,7 @@ Lengths are metres, angles radians, forces newtons. Poses are seven numbers x, y
 from touchcal._bar import bar
 from touchcal._touchcal import (
     Calibration,
+    Campaign,
     ContactLog,
     Error,
     Expected,
@@ -48,6 +49,7 @@ from touchcal._touchcal import (
 
 __all__ = [
     "Calibration",
+    "Campaign",
     "ContactLog",
     "Error",
     "Expected",

@@ -154,3 +154,44 @@ fn rows_of_many_parts_make_one_file() {
     assert!(campaign_parquet::write_file(&other, &about, [Ok(vec![row(0)]), gone].into_iter()).is_err());
     assert!(!other.exists());
 }
+
+/// Only what is whole and of the campaign gets the name of its part, and what has it stays.
+#[test]
+fn parts_are_kept_whole_or_not_at_all() {
+    use touchcal::experiment::CampaignRow;
+    use touchcal::io::campaign_folder::CampaignFolder;
+    use touchcal::io::campaign_parquet::{read_file, to_bytes};
+    use touchcal::io::scenario_file::{preset, scenario_text};
+
+    let folder = tempfile::tempdir().unwrap();
+    let files = scenario_text(&preset("mukca").unwrap());
+    let campaign = |name: &str, seed| CampaignFolder::new(&files, folder.path().join(name), 70, seed).unwrap();
+    let (one, other) = (campaign("one", 1), campaign("other", 2));
+    let rows =
+        |trials: std::ops::Range<u64>| trials.map(|trial| CampaignRow { trial, ..CampaignRow::default() }).collect();
+    let bytes = |rows| to_bytes(&one.part(rows, 2.0)).unwrap();
+    assert_eq!((one.count(), one.range(1)), (2, 50..70));
+
+    let good = bytes(rows(50..70));
+    one.keep(1, &good).unwrap();
+    let bad = [
+        (&one, 0, good.clone()),
+        (&other, 1, good.clone()),
+        (&one, 1, bytes(rows(50..69))),
+        (&one, 1, good[..80].to_vec()),
+    ];
+    for (campaign, part, bytes) in bad {
+        let said = campaign.keep(part, &bytes).unwrap_err().to_string();
+        assert!(said.contains(&format!("part-00000{part}.parquet: expected a part of ")), "{said}");
+    }
+    assert_eq!(one.kept(1).map(|part| part.rows), Some(rows(50..70)));
+    assert!(one.kept(0).is_none() && other.kept(1).is_none());
+
+    let path = folder.path().join("rows.parquet");
+    let said = one.write_rows(&path).unwrap_err().to_string();
+    assert!(said.contains("part-000000.parquet: expected a part of this campaign, found none") && !path.exists());
+    one.keep(0, &bytes(rows(0..50))).unwrap();
+    one.write_rows(&path).unwrap();
+    let written = read_file(&path).unwrap();
+    assert_eq!((written.rows, written.core_seconds), (rows(0..70), 4.0));
+}

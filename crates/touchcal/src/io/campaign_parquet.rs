@@ -195,7 +195,11 @@ fn add<W: Write + Send>(writer: &mut SerializedFileWriter<W>, rows: &[CampaignRo
 /// # Errors
 /// If the file cannot be read or is no part of a campaign.
 pub fn read_file(path: &Path) -> Result<Part, IoError> {
-    let content = bytes::open(path)?;
+    read_open(bytes::open(path)?, path)
+}
+
+/// The part in an open file, which messages call `path`.
+pub(super) fn read_open(content: File, path: &Path) -> Result<Part, IoError> {
     let name = path.display().to_string();
     let size = content.metadata().map_err(|source| IoError::file(path, "read", source))?.len();
     bytes::check_size(size, MAX_BYTES, &name)?;

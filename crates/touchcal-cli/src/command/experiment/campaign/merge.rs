@@ -3,10 +3,9 @@
 use std::path::{Path, PathBuf};
 
 use touchcal::experiment::CampaignSummary;
+use touchcal::io::campaign_folder::{PART, PARTS};
 use touchcal::io::campaign_parquet::{self, Part};
 
-use super::PART;
-use super::kept::PARTS;
 use super::told::Told;
 use crate::args::MergeArgs;
 use crate::command::{Failure, Outcome};

@@ -6,6 +6,7 @@ pub mod merge;
 mod sweep;
 mod told;
 
+use touchcal::io::campaign_folder::PART;
 use touchcal::io::scenario_file::{self, ScenarioFile};
 
 use crate::args::CampaignArgs;
@@ -14,9 +15,6 @@ use crate::output;
 use crate::progress::Counter;
 use kept::{Campaign, Found};
 use told::Told;
-
-/// Trials of a part: what is computed, written and kept together.
-const PART: u64 = 50;
 
 /// Computes the parts that are not there yet, of this shard; the summaries, once all are there.
 pub fn run(args: &CampaignArgs) -> Result<Outcome, Failure> {
