@@ -22,10 +22,11 @@ use crate::manifold::MAX_ROWS;
 pub(super) type Distances = SVector<f64, MAX_ROWS>;
 pub(super) type Square = SMatrix<f64, MAX_ROWS, MAX_ROWS>;
 
-/// Standard deviations above zero from which a wall is free beyond doubt.
-pub(super) const REACH: f64 = 5.0;
+/// Standard deviations above zero from which a wall is free beyond doubt. Farther free walls must not count: how often one is free is to be known near zero, and
+/// a tool does not come near all of a wall's surroundings equally often.
+pub(super) const REACH: f64 = 4.0;
 /// Standard deviations above zero from which walls begin to leave, see [`leave`].
-const LEAVING: f64 = 3.0;
+const LEAVING: f64 = 2.0;
 /// A set of walls whose squared whitened distances exceed this is not touched.
 const IMPOSSIBLE: f64 = 60.0;
 /// Start of `κ` (m) and of `η`.
