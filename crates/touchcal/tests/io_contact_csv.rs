@@ -130,12 +130,9 @@ fn bad_content_is_refused_with_line_and_column() {
     refused(read("q1,q2\n"), &["c.csv:1", "only a header"]);
     refused(read_with(&b"q1,q2\n0,\xff\xfe\n"[..], &Options::default()), &["c.csv:2, column q2"]);
     refused(read_with(&b"\xff,q2,x\n0,0,0\n"[..], &Options::default()), &["column names in UTF-8"]);
-    refused(read_with(&b"PAR1\x15"[..], &Options::default()), &["Parquet, which is not supported yet"]);
-    refused(read_with(&b"\x89MCAP0\r\n"[..], &Options::default()), &["MCAP, which is not supported yet"]);
-    refused(
-        read_with(&b"\xff\xfeq\x001\x00"[..], &Options::default()),
-        &["text in UTF-16, which is not supported yet"],
-    );
+    refused(read_with(&b"PAR1\x15"[..], &Options::default()), &["found Parquet"]);
+    refused(read_with(&b"\x89MCAP0\r\n"[..], &Options::default()), &["found MCAP"]);
+    refused(read_with(&b"\xff\xfeq\x001\x00"[..], &Options::default()), &["found text in UTF-16"]);
     refused(read(&"9".repeat(1 << 20)), &["c.csv:1", "at most 65536 bytes in a line"]);
     refused(read("q1,q2\n\"0,0\n0,0\n"), &["c.csv:2, column q1"]);
 }

@@ -31,9 +31,10 @@ impl Place {
         self
     }
 
-    /// An element, key or column of it.
+    /// An element, key or column of it, or of the element named before.
     pub fn field(mut self, field: impl Into<String>) -> Place {
-        self.field = Some(field.into());
+        let field = field.into();
+        self.field = Some(self.field.map_or(field.clone(), |outer| format!("{outer}, {field}")));
         self
     }
 

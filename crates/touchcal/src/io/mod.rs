@@ -3,7 +3,7 @@
 //! | module | reads | into |
 //! |---|---|---|
 //! | [`urdf`] | a robot description | [`Robot`](crate::robot::Robot), and writes a calibrated one back into the text |
-//! | [`contact_csv`] | joint logs, plain or gzipped | [`ContactLog`](crate::contact::ContactLog) |
+//! | [`contact_log`] | joint logs: [`contact_csv`], Parquet | [`ContactLog`](crate::contact::ContactLog) |
 //! | [`problem_file`] | `problem.toml` and what it refers to | [`Problem`](crate::estimate::Problem) |
 //! | [`scenario_file`] | `scenario.toml` | [`Scenario`](crate::sim::Scenario), and writes it with the problem that it poses |
 //! | [`mukca`] | a folder of ball-in-socket logs | [`Problem`](crate::estimate::Problem) |
@@ -24,6 +24,7 @@ mod bytes;
 pub mod campaign_parquet;
 pub mod checkpoint_file;
 pub mod contact_csv;
+pub mod contact_log;
 mod error;
 pub mod estimate_file;
 mod loaded;
@@ -31,6 +32,8 @@ pub mod manifold_file;
 pub mod mukca;
 mod network_entry;
 mod network_tensors;
+#[cfg(feature = "parquet")]
+mod number_columns;
 pub mod onnx;
 mod outline;
 pub mod pose_file;

@@ -8,7 +8,7 @@ use crate::robot::{JointKind, Robot};
 
 /// What a column holds; the discriminant of a joint is its place in the chain's order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Holds {
+pub(in crate::io) enum Holds {
     /// Position of a moving joint.
     Joint(usize),
     /// Force component 0…2, torque component 3…5.
@@ -19,15 +19,15 @@ pub(super) enum Holds {
 
 /// Layout of a log.
 #[derive(Debug)]
-pub(super) struct Layout {
+pub(in crate::io) struct Layout {
     /// Number of columns of every row.
-    pub(super) columns: usize,
+    pub(in crate::io) columns: usize,
     /// Used columns in ascending order: index in the row, meaning, name.
-    pub(super) used: Vec<(usize, Holds, String)>,
+    pub(in crate::io) used: Vec<(usize, Holds, String)>,
     /// For each moving joint, what to multiply its column with to get rad or m.
-    pub(super) scale: Vec<f64>,
+    pub(in crate::io) scale: Vec<f64>,
     /// Whether the first line is a header.
-    pub(super) has_header: bool,
+    pub(in crate::io) has_header: bool,
 }
 
 const WRENCH: [&str; 6] = ["fx", "fy", "fz", "tx", "ty", "tz"];
@@ -35,25 +35,51 @@ const WRENCH: [&str; 6] = ["fx", "fy", "fz", "tx", "ty", "tz"];
 impl Layout {
     /// Understands the first line of a file.
     pub(super) fn of(first: &[u8], place: Place, robot: &Robot, options: &Options) -> Result<Layout, IoError> {
-        let order = joint_order(&place.file, robot, options)?;
         let cells: Vec<&[u8]> = fields(first).collect();
         let numeric = cells.iter().filter(|cell| number(cell).is_some()).count();
         // Someone's header may hold a number, and a row a broken one: the majority decides.
-        let has_header = 2 * numeric < cells.len();
-        let used = if has_header {
-            by_name(&cells, &place, robot, options, &order)?
-        } else {
-            in_order(&cells, &place, robot, &order)?
-        };
+        if 2 * numeric < cells.len() {
+            return Layout::named(&cells, place, robot, options);
+        }
+        let order = joint_order(&place.file, robot, options)?;
+        let used = in_order(&cells, &place, robot, &order)?;
+        if options.detection.is_some() {
+            return Err(without_force(place, "no header".to_owned()));
+        }
+        Ok(Layout { columns: cells.len(), scale: scale(robot, options), has_header: false, used })
+    }
+
+    /// Understands the names of columns.
+    pub(in crate::io) fn named(
+        cells: &[&[u8]],
+        place: Place,
+        robot: &Robot,
+        options: &Options,
+    ) -> Result<Layout, IoError> {
+        let order = joint_order(&place.file, robot, options)?;
+        let used = by_name(cells, &place, robot, options, &order)?;
         let has_force = (0..3).all(|k| used.iter().any(|(_, holds, _)| *holds == Holds::Wrench(k)));
         if options.detection.is_some() && !has_force {
-            let found = if has_header { names(&cells) } else { "no header".to_owned() };
-            return Err(IoError::unexpected(place, "columns fx, fy and fz, which a force threshold needs", found));
+            return Err(without_force(place, names(cells)));
         }
-        let degree = |kind| options.unit == AngleUnit::Degree && kind != JointKind::Prismatic;
-        let scale = robot.moving().map(|joint| if degree(joint.kind) { std::f64::consts::PI / 180.0 } else { 1.0 });
-        Ok(Layout { columns: cells.len(), scale: scale.collect(), has_header, used })
+        Ok(Layout { columns: cells.len(), scale: scale(robot, options), has_header: true, used })
     }
+
+    /// The names of the joints' columns, in the chain's order.
+    pub(in crate::io) fn joint_names(&self, dof: usize) -> Vec<String> {
+        let name = |joint| self.used.iter().find(|(_, holds, _)| *holds == Holds::Joint(joint));
+        (0..dof).map(|joint| name(joint).map_or(String::new(), |(_, _, name)| name.clone())).collect()
+    }
+}
+
+fn without_force(place: Place, found: String) -> IoError {
+    IoError::unexpected(place, "columns fx, fy and fz, which a force threshold needs", found)
+}
+
+/// For each moving joint, what to multiply its column with to get rad or m.
+fn scale(robot: &Robot, options: &Options) -> Vec<f64> {
+    let degree = |kind| options.unit == AngleUnit::Degree && kind != JointKind::Prismatic;
+    robot.moving().map(|joint| if degree(joint.kind) { std::f64::consts::PI / 180.0 } else { 1.0 }).collect()
 }
 
 /// For each of `q1`…`qn`, its place among the moving joints.

@@ -4,18 +4,11 @@ use std::io::BufRead;
 
 use super::header::{Holds, Layout};
 use super::lines::{Lines, fields};
-use super::units::UnitCheck;
-use super::{AngleUnit, MAX_CONTACTS, Options};
-use crate::contact::{ContactLog, Detector, Source, Wrench};
+use super::{AngleUnit, Options};
+use crate::contact::ContactLog;
+use crate::io::contact_log::rows::{ContactRows, Row};
 use crate::io::error::{IoError, Place, quoted};
 use crate::robot::{JointKind, Robot};
-
-/// What a row says.
-struct Row {
-    q: Vec<f64>,
-    wrench: Wrench,
-    flag: bool,
-}
 
 pub(super) fn read(
     content: impl BufRead,
@@ -25,76 +18,39 @@ pub(super) fn read(
     log: &mut ContactLog,
 ) -> Result<(), IoError> {
     let mut lines = Lines::new(content, file);
-    let place = Place::file(file);
     let Some((number, first)) = lines.next()? else {
-        return Err(IoError::unexpected(place, "rows of joint positions", "an empty file"));
+        return Err(IoError::unexpected(Place::file(file), "rows of joint positions", "an empty file"));
     };
-    let layout = Layout::of(first, Place::file(file).line(number), robot, options)?;
+    let layout = Layout::of(first, at(file, number), robot, options)?;
     let first = if layout.has_header { None } else { Some(first.to_vec()) };
-    let mut reader = RowReader {
-        row: Row { q: vec![0.0; robot.dof()], wrench: [0.0; 6], flag: true },
-        units: UnitCheck::new(robot, options.unit),
-        detector: options.detection.map(|d| Detector::new(d.threshold, d.release, d.debounce)),
-        source: Source { file: log.add_file(file), line: number },
-        rows: 0,
-        file,
-        robot,
-        options,
-        layout,
-        log,
-    };
+    let mut parser = RowParser { row: Row::new(robot.dof()), file, robot, options, layout };
+    let mut rows = ContactRows::new(file, at, parser.layout.joint_names(robot.dof()), (robot, options), log);
     if let Some(first) = first {
-        reader.take(number, &first)?;
+        rows.take(number, parser.parse(number, &first)?)?;
     }
     while let Some((number, line)) = lines.next()? {
-        reader.take(number, line)?;
+        rows.take(number, parser.parse(number, line)?)?;
     }
-    if reader.rows == 0 {
-        return Err(IoError::unexpected(place.line(number), "rows of joint positions", "only a header"));
+    if rows.count() == 0 {
+        return Err(IoError::unexpected(at(file, number), "rows of joint positions", "only a header"));
     }
-    reader.units.finish(file)?;
-    let rows = reader.rows;
-    log.count_rows(rows);
-    Ok(())
+    rows.finish()
 }
 
-struct RowReader<'a> {
+fn at(file: &str, line: u64) -> Place {
+    Place::file(file).line(line)
+}
+
+struct RowParser<'a> {
     file: &'a str,
     robot: &'a Robot,
     options: &'a Options,
     layout: Layout,
     row: Row,
-    units: UnitCheck,
-    detector: Option<Detector>,
-    source: Source,
-    rows: u64,
-    log: &'a mut ContactLog,
 }
 
-impl RowReader<'_> {
-    fn take(&mut self, number: u64, line: &[u8]) -> Result<(), IoError> {
-        self.rows += 1;
-        self.parse(number, line)?;
-        if let Some(joint) = self.units.row(number, &self.row.q) {
-            let name = self.column_of(joint);
-            let found = format!("{}", self.row.q[joint]);
-            return Err(IoError::unexpected(self.place(number, name), "a joint position", found));
-        }
-        let touching = match &mut self.detector {
-            Some(detector) => detector.update(&self.row.wrench),
-            None => self.row.flag,
-        };
-        if touching {
-            if self.log.len() >= MAX_CONTACTS {
-                let place = Place::file(self.file).line(number);
-                return Err(IoError::unexpected(place, format!("at most {MAX_CONTACTS} contacts"), "more"));
-            }
-            self.log.push(&self.row.q, self.options.fixture, Source { line: number, ..self.source });
-        }
-        Ok(())
-    }
-
-    fn parse(&mut self, number: u64, line: &[u8]) -> Result<(), IoError> {
+impl RowParser<'_> {
+    fn parse(&mut self, number: u64, line: &[u8]) -> Result<&Row, IoError> {
         let mut used = self.layout.used.iter().peekable();
         let mut count = 0;
         for (index, cell) in fields(line).enumerate() {
@@ -116,18 +72,13 @@ impl RowReader<'_> {
         if count != self.layout.columns {
             let joints = crate::io::suggest::list(self.robot.moving().map(|joint| joint.name.as_str()));
             let expected = format!("{} columns, as in the first line (joints {joints})", self.layout.columns);
-            return Err(IoError::unexpected(Place::file(self.file).line(number), expected, format!("{count}")));
+            return Err(IoError::unexpected(at(self.file, number), expected, format!("{count}")));
         }
-        Ok(())
+        Ok(&self.row)
     }
 
     fn place(&self, line: u64, column: &str) -> Place {
-        Place::file(self.file).line(line).field(format!("column {column}"))
-    }
-
-    fn column_of(&self, joint: usize) -> &str {
-        let column = self.layout.used.iter().find(|(_, holds, _)| *holds == Holds::Joint(joint));
-        column.map_or("", |(_, _, name)| name)
+        at(self.file, line).field(format!("column {column}"))
     }
 
     fn unit(&self, holds: Holds) -> &'static str {

@@ -53,14 +53,14 @@ impl UnitCheck {
     }
 
     /// The verdict over all rows.
-    pub(super) fn finish(&self, file: &str) -> Result<(), IoError> {
+    pub(super) fn finish(&self, file: &str, place: fn(&str, u64) -> Place) -> Result<(), IoError> {
         let Some((line, joint, q)) = self.first else { return Ok(()) };
         if (self.beyond as f64) <= SHARE * self.rows as f64 {
             return Ok(());
         }
         let (name, range) = &self.joints[joint];
         let (low, high) = range.unwrap_or_default();
-        let place = Place::file(file).line(line).field(format!("joint `{name}`"));
+        let place = place(file, line).field(format!("joint `{name}`"));
         let (many, all) = (self.beyond, self.rows);
         let (expected, found) = match self.unit {
             AngleUnit::Radian => (
