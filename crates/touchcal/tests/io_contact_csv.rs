@@ -93,6 +93,53 @@ fn order_renames_and_units_are_applied() {
     refused(read_with(&b"q1,q2\n0,0\n"[..], &wrong), &["all 2 moving joints", "found 1"]);
 }
 
+const RECORDER: &str = "%  ZeitInSec ZeitInNanoSec axisQMsr_LBR_1[0] axisQMsr_LBR_1[1] axisQCmd_LBR_1[0] cartForce1_X cartForce1_Y cartForce1_Z \
+    cartForceVar1_X cartTorque1_TauX\n";
+
+#[test]
+fn a_log_of_kukas_recorder_is_read_as_it_is() {
+    let rows = " 7 1000 -90.0  0.1 5 3 4 0 9 1\n 7\t2000\t45.0\t0.2\t5\t0\t0\t1\t9\t1\n";
+    let log = read(&(RECORDER.to_owned() + rows)).unwrap();
+    let turn = std::f64::consts::FRAC_PI_2;
+    assert_eq!(q(&log), [[-turn, 0.1], [turn / 2.0, 0.2]]);
+    assert_eq!(log.notes().len(), 1);
+    assert!(log.notes()[0].starts_with("c.csv: ") && log.notes()[0].contains("DEGREES"), "{:?}", log.notes());
+    assert_eq!(q(&read_with((RECORDER.to_owned() + rows).as_bytes(), &force(4.0)).unwrap()), [[-turn, 0.1]]);
+
+    // As radians where they fit, and as declared without a note.
+    let small = " 7 1000 -1.5 0.1 5 3 4 0 9 1\n";
+    let log = read(&(RECORDER.to_owned() + small)).unwrap();
+    assert_eq!(q(&log), [[-1.5, 0.1]]);
+    assert!(log.notes()[0].contains("RADIANS"), "{:?}", log.notes());
+    let degrees = Options { unit: AngleUnit::Degree, ..Options::default() };
+    let log = read_with((RECORDER.to_owned() + small).as_bytes(), &degrees).unwrap();
+    assert_eq!((q(&log), log.notes()), (vec![[-1.5f64.to_radians(), 0.1]], &[][..]));
+    let radians = Options { unit: AngleUnit::Radian, ..Options::default() };
+    refused(read_with((RECORDER.to_owned() + rows).as_bytes(), &radians), &["c.csv:2, joint `sh`", "declare unit"]);
+    refused(read(&(RECORDER.to_owned() + &rows.replace("-90.0", "-900"))), &["c.csv:2, joint `sh`", "another robot"]);
+    refused(read(&(RECORDER.to_owned() + "7 1000 1\n")), &["c.csv:2: expected 10 columns", "found 3"]);
+
+    // Made into CSV by others; contacts of files read before stay as they were.
+    let csv = "axisQMsr_LBR_iiwa_14_R820_1[1],axisQMsr_LBR_iiwa_14_R820_1[0]\n0.3,-80\n0.4,60\n";
+    let mut log = ContactLog::new(2);
+    for text in ["q1,q2\n1,0.5\n", csv] {
+        contact_csv::read(text.as_bytes(), "c.csv", &arm(), &Options::default(), &mut log).unwrap();
+    }
+    assert_eq!(q(&log), [[1.0, 0.5], [-80f64.to_radians(), 0.3], [60f64.to_radians(), 0.4]]);
+}
+
+#[test]
+fn columns_of_a_file_without_header_are_declared() {
+    let header = ["t", "sl", "q1", "fx", "fy", "fz", "t"].map(str::to_owned).to_vec();
+    let options = Options { header: Some(header), ..force(4.0) };
+    let log = read_with(&b"0,0.2,0.1,3,4,0,x\n1,0.4,0.3,0,0,5,y\n"[..], &options).unwrap();
+    assert_eq!((q(&log), lines(&log)), (vec![[0.1, 0.2], [0.3, 0.4]], vec![1, 2]));
+    refused(read_with(&b"0,0.2\n"[..], &options), &["c.csv:1: expected 7 columns, as `header` declares, found 2"]);
+    refused(read_with(&b"t,sl,q1,fx,fy,fz,x\n"[..], &options), &["c.csv:1, column sl: expected a number in metres"]);
+    let options = Options { header: Some(vec!["a".to_owned(), "q2".to_owned()]), ..Options::default() };
+    refused(read_with(&b"0,0\n"[..], &options), &["c.csv, header", "`sh` or `q1`", "columns \"a,q2\""]);
+}
+
 #[test]
 fn contacts_come_from_force_or_flag_or_all_rows() {
     let text = "q1,q2,fx,fy,fz,contact\n0,0,0,0,0,1\n0,0,3,4,0,0\n0,0,0,0,-6,False\n0,0,1,0,0,TRUE\n";

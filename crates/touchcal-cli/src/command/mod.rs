@@ -124,6 +124,9 @@ fn load(source: &Source, arm: &Arm) -> Result<Loaded, Failure> {
         // clap lets neither through.
         _ => return Err(Failure::Setup("neither a problem file nor --mukca with --urdf".to_owned())),
     };
+    for note in loaded.problem.contacts.notes() {
+        crate::output::complain(&format!("note: {note}"));
+    }
     match loaded.problem.fixtures.iter().find(|fixture| fixture.manifold.is_unknown()) {
         Some(fixture) => Err(Failure::ShapeUnknown { fixture: fixture.name.clone() }),
         None => Ok(loaded),

@@ -1,6 +1,7 @@
 //! Which column of a log holds what.
 
-use super::lines::fields;
+use super::kuka;
+use super::lines::Separator;
 use super::{AngleUnit, Options};
 use crate::io::error::{IoError, Place, quoted};
 use crate::io::suggest::{did_you_mean, list};
@@ -28,6 +29,9 @@ pub(in crate::io) struct Layout {
     pub(in crate::io) scale: Vec<f64>,
     /// Whether the first line is a header.
     pub(in crate::io) has_header: bool,
+    /// Whether joints are named as KUKA's recorder does.
+    pub(in crate::io) from_recorder: bool,
+    pub(in crate::io) separator: Separator,
 }
 
 const WRENCH: [&str; 6] = ["fx", "fy", "fz", "tx", "ty", "tz"];
@@ -35,18 +39,49 @@ const WRENCH: [&str; 6] = ["fx", "fy", "fz", "tx", "ty", "tz"];
 impl Layout {
     /// Understands the first line of a file.
     pub(super) fn of(first: &[u8], place: Place, robot: &Robot, options: &Options) -> Result<Layout, IoError> {
-        let cells: Vec<&[u8]> = fields(first).collect();
+        if let Some(header) = &options.header {
+            return Layout::declared(header, Separator::Comma.fields(first).count(), place, robot, options);
+        }
+        let (first, separator) = match first.strip_prefix(kuka::HEADER) {
+            Some(names) => (names, Separator::Blanks),
+            None => (first, Separator::Comma),
+        };
+        let cells: Vec<&[u8]> = separator.fields(first).collect();
         let numeric = cells.iter().filter(|cell| number(cell).is_some()).count();
         // Someone's header may hold a number, and a row a broken one: the majority decides.
         if 2 * numeric < cells.len() {
-            return Layout::named(&cells, place, robot, options);
+            return Ok(Layout { separator, ..Layout::named(&cells, place, robot, options)? });
         }
         let order = joint_order(&place.file, robot, options)?;
         let used = in_order(&cells, &place, robot, &order)?;
         if options.detection.is_some() {
             return Err(without_force(place, "no header".to_owned()));
         }
-        Ok(Layout { columns: cells.len(), scale: scale(robot, options), has_header: false, used })
+        Ok(Layout {
+            columns: cells.len(),
+            scale: scale(robot, options),
+            has_header: false,
+            from_recorder: false,
+            separator,
+            used,
+        })
+    }
+
+    /// The layout of a file whose first line is a row of so many `columns`.
+    fn declared(
+        header: &[String],
+        columns: usize,
+        place: Place,
+        robot: &Robot,
+        options: &Options,
+    ) -> Result<Layout, IoError> {
+        if header.len() != columns {
+            let expected = format!("{} columns, as `header` declares", header.len());
+            return Err(IoError::unexpected(place, expected, format!("{columns}")));
+        }
+        let names: Vec<&[u8]> = header.iter().map(String::as_bytes).collect();
+        let layout = Layout::named(&names, Place::file(place.file).field("header"), robot, options)?;
+        Ok(Layout { has_header: false, ..layout })
     }
 
     /// Understands the names of columns.
@@ -62,7 +97,16 @@ impl Layout {
         if options.detection.is_some() && !has_force {
             return Err(without_force(place, names(cells)));
         }
-        Ok(Layout { columns: cells.len(), scale: scale(robot, options), has_header: true, used })
+        let is_joint =
+            |(_, holds, name): &(usize, Holds, String)| matches!(holds, Holds::Joint(_)) && kuka::usual(name).is_some();
+        Ok(Layout {
+            columns: cells.len(),
+            scale: scale(robot, options),
+            has_header: true,
+            from_recorder: used.iter().any(is_joint),
+            separator: Separator::Comma,
+            used,
+        })
     }
 
     /// The names of the joints' columns, in the chain's order.
@@ -182,7 +226,9 @@ impl Search<'_> {
     fn column(&self, usual: &str) -> Result<Option<usize>, IoError> {
         let renamed = self.options.columns.iter().find(|(key, _)| same(key, usual)).map(|(_, name)| name.as_str());
         let name = renamed.unwrap_or(usual);
-        let mut columns = (0..self.header.len()).filter(|k| same(self.header[*k], name));
+        let recorded = |column: &str| renamed.is_none() && kuka::usual(column).is_some_and(|name| same(&name, usual));
+        let is = |k: &usize| same(self.header[*k], name) || recorded(self.header[*k]);
+        let mut columns = (0..self.header.len()).filter(is);
         match (columns.next(), columns.next()) {
             (Some(first), Some(second)) => {
                 let found = format!("`{name}` twice (columns {} and {})", first + 1, second + 1);

@@ -1,9 +1,14 @@
 //! Contact logs as comma-separated values, plain or gzipped.
 //!
 //! With a header, columns are found by name, whatever their case and order, and others are ignored: the URDF's joint names or
-//! `q1`…`qn`; `fx,fy,fz,tx,ty,tz`; `contact` (0, 1, true or false). Without one, the columns are the joints in order and nothing else.
+//! `q1`…`qn`; `fx,fy,fz,tx,ty,tz`; `contact` (0, 1, true or false). Without one, the columns are the joints in order and nothing else,
+//! or what [`Options::header`] declares.
+//!
+//! Logs of KUKA's Sunrise recorder are read as they are (separated by blanks, their header begun with `%`) or made into CSV: `axisQMsr…[0]`
+//! is `q1`, `cartForce1_X` is `fx`, `cartTorque1_TauX` is `tx`. Angles are radians or degrees there; if that is not declared it is guessed.
 
 pub(super) mod header;
+mod kuka;
 pub(super) mod lines;
 pub(super) mod rows;
 

@@ -3,7 +3,7 @@
 use std::io::BufRead;
 
 use super::header::{Holds, Layout};
-use super::lines::{Lines, fields};
+use super::lines::Lines;
 use super::{AngleUnit, Options};
 use crate::contact::ContactLog;
 use crate::io::contact_log::rows::{ContactRows, Row};
@@ -25,6 +25,9 @@ pub(super) fn read(
     let first = if layout.has_header { None } else { Some(first.to_vec()) };
     let mut parser = RowParser { row: Row::new(robot.dof()), file, robot, options, layout };
     let mut rows = ContactRows::new(file, at, parser.layout.joint_names(robot.dof()), (robot, options), log);
+    if parser.layout.from_recorder {
+        rows.guess_unit(robot, options);
+    }
     if let Some(first) = first {
         rows.take(number, parser.parse(number, &first)?)?;
     }
@@ -53,7 +56,7 @@ impl RowParser<'_> {
     fn parse(&mut self, number: u64, line: &[u8]) -> Result<&Row, IoError> {
         let mut used = self.layout.used.iter().peekable();
         let mut count = 0;
-        for (index, cell) in fields(line).enumerate() {
+        for (index, cell) in self.layout.separator.fields(line).enumerate() {
             count += 1;
             let Some((_, holds, name)) = used.next_if(|(column, _, _)| *column == index) else { continue };
             if let Holds::Contact = holds {

@@ -34,8 +34,10 @@ const PARQUET: &[u8] = b"PAR1";
 /// Unit of the revolute joints' columns; prismatic joints are in metres.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum AngleUnit {
-    /// Radians.
+    /// Not said: radians, but guessed for logs of KUKA's recorder, with a note.
     #[default]
+    Undeclared,
+    /// Radians.
     Radian,
     /// Degrees.
     Degree,
@@ -59,6 +61,8 @@ pub struct Options {
     pub fixture: usize,
     /// Unit of the revolute joints' columns.
     pub unit: AngleUnit,
+    /// Names of the columns of a file that has no header line; the names of those that are not used do not matter.
+    pub header: Option<Vec<String>>,
     /// Names of moving joints in the order of the columns `q1`…`qn` and of a file without header; none: the chain's order.
     pub joints: Option<Vec<String>>,
     /// By usual name (`q1`, a joint's name, `fx`, `contact`): the file's name for that column.

@@ -1,10 +1,10 @@
 //! What becomes of a row, whatever format it was read from.
 
 use super::units::UnitCheck;
-use super::{MAX_CONTACTS, Options};
+use super::{AngleUnit, MAX_CONTACTS, Options};
 use crate::contact::{ContactLog, Detector, Source, Wrench};
 use crate::io::error::{IoError, Place};
-use crate::robot::Robot;
+use crate::robot::{JointKind, Robot};
 
 /// What a row says.
 pub(in crate::io) struct Row {
@@ -22,6 +22,17 @@ impl Row {
     }
 }
 
+/// Radians or degrees?
+struct Guess {
+    /// Contacts from this one on are in the unit that is guessed.
+    first: usize,
+    /// What makes rad or m of a row that is in degrees.
+    scale: Vec<f64>,
+    /// A row, if it is.
+    q: Vec<f64>,
+    units: UnitCheck,
+}
+
 /// Takes a file's rows one after the other and keeps those that are contacts.
 pub(in crate::io) struct ContactRows<'a> {
     file: &'a str,
@@ -30,6 +41,7 @@ pub(in crate::io) struct ContactRows<'a> {
     /// The file's name for each joint.
     names: Vec<String>,
     units: UnitCheck,
+    guess: Option<Guess>,
     detector: Option<Detector>,
     fixture: usize,
     index: u32,
@@ -50,6 +62,7 @@ impl<'a> ContactRows<'a> {
             place,
             names,
             units: UnitCheck::new(robot, options.unit),
+            guess: None,
             detector: options.detection.map(|d| Detector::new(d.threshold, d.release, d.debounce)),
             fixture: options.fixture,
             index: log.add_file(file),
@@ -58,12 +71,31 @@ impl<'a> ContactRows<'a> {
         }
     }
 
+    /// From here on, finds out whether angles are radians or degrees, if that is not declared.
+    pub(in crate::io) fn guess_unit(&mut self, robot: &Robot, options: &Options) {
+        if options.unit == AngleUnit::Undeclared {
+            let scale = |kind| if kind == JointKind::Prismatic { 1.0 } else { std::f64::consts::PI / 180.0 };
+            let scale: Vec<f64> = robot.moving().map(|joint| scale(joint.kind)).collect();
+            let units = UnitCheck::new(robot, AngleUnit::Degree);
+            self.guess = Some(Guess { first: self.log.len(), q: scale.clone(), scale, units });
+        }
+    }
+
+    /// Remembers what was taken for granted.
+    pub(in crate::io) fn note(&mut self, note: &str) {
+        self.log.note(format!("{}: {note}", self.file));
+    }
+
     /// Takes row `number`.
     pub(in crate::io) fn take(&mut self, number: u64, row: &Row) -> Result<(), IoError> {
         self.rows += 1;
         if let Some(joint) = self.units.row(number, &row.q) {
             let place = (self.place)(self.file, number).field(format!("column {}", self.names[joint]));
             return Err(IoError::unexpected(place, "a joint position", format!("{}", row.q[joint])));
+        }
+        if let Some(Guess { scale, q, units, .. }) = &mut self.guess {
+            q.iter_mut().zip(&row.q).zip(scale).for_each(|((q, raw), scale)| *q = raw * *scale);
+            units.row(number, q);
         }
         let touching = match &mut self.detector {
             Some(detector) => detector.update(&row.wrench),
@@ -85,8 +117,17 @@ impl<'a> ContactRows<'a> {
     }
 
     /// The verdict over all rows.
-    pub(in crate::io) fn finish(self) -> Result<(), IoError> {
-        self.units.finish(self.file, self.place)?;
+    pub(in crate::io) fn finish(mut self) -> Result<(), IoError> {
+        match self.guess.take() {
+            Some(guess) if self.units.doubtful() => {
+                guess.units.finish(self.file, self.place)?;
+                self.log.rescale(guess.first, &guess.scale);
+                self.note("the unit of angles is not declared: taken as DEGREES, since as radians they would be beyond the joint limits; \
+                           declare unit = \"deg\"");
+            }
+            Some(_) => self.note("the unit of angles is not declared: taken as RADIANS, which fit the joint limits; declare unit = \"rad\""),
+            None => self.units.finish(self.file, self.place)?,
+        }
         self.log.count_rows(self.rows);
         Ok(())
     }

@@ -291,9 +291,11 @@ fn options(
     Ok(Options {
         fixture: fixture_index(&table.fixture, names, context, "contacts, fixture")?,
         unit: match table.unit {
-            UnitToml::Radian => AngleUnit::Radian,
-            UnitToml::Degree => AngleUnit::Degree,
+            None => AngleUnit::Undeclared,
+            Some(UnitToml::Radian) => AngleUnit::Radian,
+            Some(UnitToml::Degree) => AngleUnit::Degree,
         },
+        header: table.header.clone(),
         joints: None,
         columns: table.columns.clone(),
         detection,
