@@ -3,7 +3,7 @@
 //! | module | reads | into |
 //! |---|---|---|
 //! | [`urdf`] | a robot description | [`Robot`](crate::robot::Robot), and writes a calibrated one back into the text |
-//! | [`contact_log`] | joint logs: [`contact_csv`], Parquet | [`ContactLog`](crate::contact::ContactLog) |
+//! | [`contact_log`] | joint logs: [`contact_csv`], Parquet, ROS 2 bags | [`ContactLog`](crate::contact::ContactLog) |
 //! | [`problem_file`] | `problem.toml` and what it refers to | [`Problem`](crate::estimate::Problem) |
 //! | [`scenario_file`] | `scenario.toml` | [`Scenario`](crate::sim::Scenario), and writes it with the problem that it poses |
 //! | [`mukca`] | a folder of ball-in-socket logs | [`Problem`](crate::estimate::Problem) |

@@ -5,6 +5,8 @@ use super::lines::Separator;
 use super::{AngleUnit, Options};
 use crate::io::error::{IoError, Place, quoted};
 use crate::io::suggest::{did_you_mean, list};
+#[cfg(feature = "mcap")]
+use crate::robot::Joint;
 use crate::robot::{JointKind, Robot};
 
 /// What a column holds; the discriminant of a joint is its place in the chain's order.
@@ -121,7 +123,7 @@ fn without_force(place: Place, found: String) -> IoError {
 }
 
 /// For each moving joint, what to multiply its column with to get rad or m.
-fn scale(robot: &Robot, options: &Options) -> Vec<f64> {
+pub(in crate::io) fn scale(robot: &Robot, options: &Options) -> Vec<f64> {
     let degree = |kind| options.unit == AngleUnit::Degree && kind != JointKind::Prismatic;
     robot.moving().map(|joint| if degree(joint.kind) { std::f64::consts::PI / 180.0 } else { 1.0 }).collect()
 }
@@ -152,6 +154,19 @@ fn joint_order(file: &str, robot: &Robot, options: &Options) -> Result<Vec<usize
     Ok(order)
 }
 
+/// The name that each moving joint goes by, where it must be the only one: that of [`Options::columns`], else its own.
+#[cfg(feature = "mcap")]
+pub(in crate::io) fn joint_names(file: &str, robot: &Robot, options: &Options) -> Result<Vec<String>, IoError> {
+    let order = joint_order(file, robot, options)?;
+    check_renames(file, robot, options)?;
+    let renamed = |usual: &str| options.columns.iter().find(|(key, _)| same(key, usual)).map(|(_, name)| name.clone());
+    let name = |(index, joint): (usize, &Joint)| {
+        let number = 1 + order.iter().position(|at| *at == index).unwrap_or(index);
+        renamed(&joint.name).or_else(|| renamed(&format!("q{number}"))).unwrap_or_else(|| joint.name.clone())
+    };
+    Ok(robot.moving().enumerate().map(name).collect())
+}
+
 /// Finds columns by their names.
 fn by_name(
     cells: &[&[u8]],
@@ -168,7 +183,7 @@ fn by_name(
         header.push(name);
     }
     let search = Search { header: &header, place, options };
-    search.check_renames(robot)?;
+    check_renames(&place.file, robot, options)?;
     let mut used = Vec::new();
     for (index, joint) in robot.moving().enumerate() {
         let number = 1 + order.iter().position(|at| *at == index).unwrap_or(index);
@@ -242,20 +257,19 @@ impl Search<'_> {
             (column, _) => Ok(column),
         }
     }
+}
 
-    /// Every key of the renames must be a usual name, or it would silently do nothing.
-    fn check_renames(&self, robot: &Robot) -> Result<(), IoError> {
-        let numbered: Vec<String> = (1..=robot.dof()).map(|number| format!("q{number}")).collect();
-        let joints = robot.moving().map(|joint| joint.name.as_str());
-        let known: Vec<&str> =
-            joints.chain(numbered.iter().map(String::as_str)).chain(WRENCH).chain(["contact"]).collect();
-        match self.options.columns.keys().find(|key| !known.iter().any(|name| same(key, name))) {
-            None => Ok(()),
-            Some(key) => {
-                let place = Place::file(&self.place.file).field("columns");
-                let expected = format!("a name to rename ({})", list(known.iter().copied()));
-                Err(IoError::unexpected(place, expected, format!("`{key}`{}", did_you_mean(key, known))))
-            }
+/// Every key of the renames must be a usual name, or it would silently do nothing.
+fn check_renames(file: &str, robot: &Robot, options: &Options) -> Result<(), IoError> {
+    let numbered: Vec<String> = (1..=robot.dof()).map(|number| format!("q{number}")).collect();
+    let joints = robot.moving().map(|joint| joint.name.as_str());
+    let known: Vec<&str> = joints.chain(numbered.iter().map(String::as_str)).chain(WRENCH).chain(["contact"]).collect();
+    match options.columns.keys().find(|key| !known.iter().any(|name| same(key, name))) {
+        None => Ok(()),
+        Some(key) => {
+            let place = Place::file(file).field("columns");
+            let expected = format!("a name to rename ({})", list(known.iter().copied()));
+            Err(IoError::unexpected(place, expected, format!("`{key}`{}", did_you_mean(key, known))))
         }
     }
 }

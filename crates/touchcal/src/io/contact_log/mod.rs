@@ -5,10 +5,13 @@
 //! | format | module | known by |
 //! |---|---|---|
 //! | comma-separated values, plain or gzipped | [`contact_csv`] | what is none of the others |
+//! | ROS 2 bag, MCAP (cargo feature `mcap`) | `mcap` | its first five bytes |
 //! | Parquet (cargo feature `parquet`) | `parquet` | its first four bytes |
 //!
 //! Which rows are contacts: those a force threshold detects, if one is given; else those flagged, if there are flags; else all.
 
+#[cfg(feature = "mcap")]
+mod mcap;
 #[cfg(feature = "parquet")]
 mod parquet;
 pub(super) mod rows;
@@ -30,6 +33,8 @@ pub const MAX_CONTACTS: usize = 20_000_000;
 
 /// What a Parquet file begins with.
 const PARQUET: &[u8] = b"PAR1";
+/// What an MCAP file begins with.
+const MCAP: &[u8] = b"\x89MCAP";
 
 /// Unit of the revolute joints' columns; prismatic joints are in metres.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -65,9 +70,13 @@ pub struct Options {
     pub header: Option<Vec<String>>,
     /// Names of moving joints in the order of the columns `q1`…`qn` and of a file without header; none: the chain's order.
     pub joints: Option<Vec<String>>,
-    /// By usual name (`q1`, a joint's name, `fx`, `contact`): the file's name for that column.
+    /// By usual name (`q1`, a joint's name, `fx`, `contact`): the file's name for that column, or joint.
     pub columns: BTreeMap<String, String>,
-    /// Detects contact by force; needs columns `fx`, `fy`, `fz`.
+    /// Topic of a bag's joint states; none: the only one of their type.
+    pub joint_topic: Option<String>,
+    /// Topic of a bag's wrenches; none: the only one of their type.
+    pub wrench_topic: Option<String>,
+    /// Detects contact by force; needs columns `fx`, `fy`, `fz`, or wrenches.
     pub detection: Option<Detection>,
 }
 
@@ -80,13 +89,15 @@ pub fn read_file(path: &Path, robot: &Robot, options: &Options, log: &mut Contac
     let failed = |source| IoError::file(path, "read", source);
     let mut file = bytes::open(path)?;
     let mut start = Vec::new();
-    file.by_ref().take(PARQUET.len() as u64).read_to_end(&mut start).map_err(failed)?;
+    file.by_ref().take(MCAP.len() as u64).read_to_end(&mut start).map_err(failed)?;
     file.rewind().map_err(failed)?;
     let mut hashing = Hashing::new(file.try_clone().map_err(failed)?);
-    if start == PARQUET {
+    if start.starts_with(PARQUET) {
         read_parquet(&file, &name, robot, options, log)?;
         // The handle that is fingerprinted shares its position.
         file.rewind().map_err(failed)?;
+    } else if start == MCAP {
+        read_mcap(&mut hashing, &name, robot, options, log)?;
     } else {
         contact_csv::read(&mut hashing, &name, robot, options, log)?;
     }
@@ -111,8 +122,16 @@ fn read_parquet(_: &File, file: &str, _: &Robot, _: &Options, _: &mut ContactLog
     Err(without_feature(file, "Parquet", "parquet"))
 }
 
+#[cfg(feature = "mcap")]
+use mcap::read as read_mcap;
+
+#[cfg(not(feature = "mcap"))]
+fn read_mcap(_: impl Read, file: &str, _: &Robot, _: &Options, _: &mut ContactLog) -> Result<(), IoError> {
+    Err(without_feature(file, "MCAP", "mcap"))
+}
+
 /// A format that this build does not read.
-#[cfg(not(feature = "parquet"))]
+#[cfg(not(all(feature = "mcap", feature = "parquet")))]
 fn without_feature(file: &str, format: &str, feature: &str) -> IoError {
     let found = format!("{format}, which only a build with the cargo feature `{feature}` reads");
     IoError::unexpected(super::error::Place::file(file), "CSV or gzipped CSV", found)

@@ -296,6 +296,8 @@ fn options(
             Some(UnitToml::Degree) => AngleUnit::Degree,
         },
         header: table.header.clone(),
+        joint_topic: table.joint_topic.clone(),
+        wrench_topic: table.wrench_topic.clone(),
         joints: None,
         columns: table.columns.clone(),
         detection,
@@ -312,11 +314,11 @@ fn read_contacts(
     let file = &table.get_ref().file;
     let path = context.path(file, "contacts, file")?;
     let extension = path.extension().and_then(|extension| extension.to_str()).unwrap_or_default().to_ascii_lowercase();
-    if ["mcap", "bag", "db3"].contains(&extension.as_str()) {
+    if ["bag", "db3"].contains(&extension.as_str()) {
         let found = format!("a .{extension} file, which is not supported yet");
         return Err(IoError::unexpected(
             context.place(file.span(), "contacts, file"),
-            "CSV, gzipped CSV or Parquet",
+            "CSV, gzipped CSV, Parquet or MCAP",
             found,
         ));
     }

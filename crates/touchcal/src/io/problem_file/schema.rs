@@ -139,6 +139,8 @@ pub(in crate::io) struct ContactsToml {
     pub(in crate::io) debounce: Option<Spanned<i64>>,
     pub(in crate::io) unit: Option<UnitToml>,
     pub(in crate::io) header: Option<Vec<String>>,
+    pub(in crate::io) joint_topic: Option<String>,
+    pub(in crate::io) wrench_topic: Option<String>,
     #[serde(default)]
     pub(in crate::io) columns: BTreeMap<String, String>,
 }
