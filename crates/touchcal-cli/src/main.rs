@@ -23,6 +23,7 @@ fn main() -> ExitCode {
     let args = Args::parse();
     progress::catch_interrupts();
     let done = match &args.command {
+        Command::New(args) => command::new::run(args),
         Command::Calibrate(args) => command::calibrate::run(args),
         Command::Evaluate(args) => command::evaluate::run(args),
         Command::Inspect(args) => command::inspect::run(args),
@@ -31,6 +32,9 @@ fn main() -> ExitCode {
         Command::Experiment(args) => command::experiment::run(args),
         Command::Simulate(args) => command::simulate::run(args),
         Command::Demo(args) => command::demo::run(args),
+        Command::Completions(args) => command::manual::completions(args),
+        Command::Man(args) => command::manual::pages(args),
+        Command::Reference => command::manual::reference(),
     };
     match done {
         Ok(Outcome::Done) => ExitCode::SUCCESS,

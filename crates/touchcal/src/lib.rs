@@ -28,6 +28,7 @@
 //!
 //! ```
 //! use std::ops::ControlFlow;
+//! use std::sync::Arc;
 //! use touchcal::contact::{ContactLog, Source};
 //! use touchcal::estimate::{Fixture, Freedom, Loss, Method, Noise, Problem, Status, Tool, calibrate};
 //! use touchcal::geometry::{extrusion::PegAndHole, profile::Profile};
@@ -62,7 +63,7 @@
 //!     tool: Tool { tip_from_tool: scenario.tip_from_tool, freedom: Freedom::Known },
 //!     fixtures: vec![Fixture {
 //!         name: "hole".to_owned(),
-//!         manifold: Box::new(PegInHole::new(parts)),
+//!         manifold: Arc::new(PegInHole::new(parts)),
 //!         base_from_fixture: Some(scenario.touches[0].base_from_fixture),
 //!         freedom: Freedom::Known,
 //!         placement: String::new(),

@@ -9,6 +9,8 @@
 
 mod common;
 
+use std::sync::Arc;
+
 use common::solve;
 use nalgebra::{DMatrix, DVector, UnitQuaternion, Vector3};
 use touchcal::contact::{ContactLog, Source};
@@ -110,7 +112,7 @@ fn socket(seed: u64) -> Problem {
     }
     let fixture = Fixture {
         name: "socket".to_owned(),
-        manifold: Box::new(BallInSocket),
+        manifold: Arc::new(BallInSocket),
         base_from_fixture: Some(Pose::translation(0.55, 0.05, 0.2)),
         freedom: Freedom::Known,
         placement: String::new(),

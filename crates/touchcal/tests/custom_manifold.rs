@@ -9,6 +9,8 @@
 
 mod common;
 
+use std::sync::Arc;
+
 use common::solve;
 use nalgebra::{UnitQuaternion, Vector3};
 use touchcal::contact::{ContactLog, Source};
@@ -19,6 +21,7 @@ use touchcal::robot::{Column, Kinematics, joint_offset};
 use touchcal::se3::{self, Pose};
 use touchcal::sim::follow;
 
+// ANCHOR: sphere
 /// Distance of the stylus tip from a sphere about the fixture's origin.
 #[derive(Debug)]
 struct Sphere {
@@ -44,6 +47,7 @@ impl ContactManifold for Sphere {
         &[0, 1, 2]
     }
 }
+// ANCHOR_END: sphere
 
 #[test]
 fn a_sphere_calibrates_the_joints_that_move_over_it() {
@@ -77,7 +81,7 @@ fn a_sphere_calibrates_the_joints_that_move_over_it() {
         tool: Tool { tip_from_tool, freedom: Freedom::Known },
         fixtures: vec![Fixture {
             name: "sphere".to_owned(),
-            manifold: Box::new(Sphere { radius: 0.1 }),
+            manifold: Arc::new(Sphere { radius: 0.1 }),
             base_from_fixture: Some(base_from_sphere),
             freedom: Freedom::Known,
             placement: String::new(),

@@ -8,7 +8,8 @@ use std::io::{Read, Write};
 use flate2::{Compression, write::GzEncoder};
 use proptest::prelude::*;
 use touchcal::contact::ContactLog;
-use touchcal::io::contact_csv::{self, AngleUnit, Detection, Options};
+use touchcal::io::contact_csv;
+use touchcal::io::contact_log::{self, AngleUnit, Columns, Detection, Options};
 use touchcal::io::urdf::{self, Ends};
 use touchcal::robot::Robot;
 
@@ -141,6 +142,22 @@ fn columns_of_a_file_without_header_are_declared() {
 }
 
 #[test]
+fn a_misspelt_joint_is_pointed_at() {
+    let long = ARM.replace("'sh'", "'shoulder'").replace("'sl'", "'slide'");
+    let robot = urdf::read(&long, "arm.urdf", Ends::default()).unwrap();
+    let found = |text: &str| {
+        let read = contact_csv::read(text.as_bytes(), "c.csv", &robot, &Options::default(), &mut ContactLog::new(2));
+        read.expect_err("accepted").to_string()
+    };
+    let message = found("time,sholder,slide\n0,0,0\n");
+    assert!(message.contains("c.csv:1: expected a column for every joint: `shoulder` or `q1`"), "{message}");
+    assert!(message.ends_with("(\"sholder\"; did you mean `shoulder`?)"), "{message}");
+    assert!(found("j1,j2\n0,0\n").ends_with("(\"j1\"; did you mean `q1`?)"));
+    // What is another joint's, or like none, is not offered.
+    assert!(found("q1,time\n0,0\n").ends_with("found columns \"q1,time\""));
+}
+
+#[test]
 fn contacts_come_from_force_or_flag_or_all_rows() {
     let text = "q1,q2,fx,fy,fz,contact\n0,0,0,0,0,1\n0,0,3,4,0,0\n0,0,0,0,-6,False\n0,0,1,0,0,TRUE\n";
     assert_eq!(lines(&read(text).unwrap()), [2, 5]);
@@ -225,11 +242,11 @@ fn files_are_fingerprinted() {
     let path = folder.path().join("c.csv");
     std::fs::write(&path, "0.1,0.2\n").unwrap();
     let mut log = ContactLog::new(2);
-    let input = contact_csv::read_file(&path, &arm(), &Options::default(), &mut log).unwrap();
+    let input = contact_log::read_file(&path, &arm(), &Options::default(), &mut log).unwrap();
     assert_eq!(input.sha256, "cfd4683f10687dd7d53b38219422f8b28f0f570807e7e2271a25652d86bf9e0d");
-    let missing = contact_csv::read_file(&folder.path().join("no.csv"), &arm(), &Options::default(), &mut log);
+    let missing = contact_log::read_file(&folder.path().join("no.csv"), &arm(), &Options::default(), &mut log);
     assert!(missing.unwrap_err().to_string().contains("no.csv: could not open"));
-    let directory = contact_csv::read_file(folder.path(), &arm(), &Options::default(), &mut log);
+    let directory = contact_log::read_file(folder.path(), &arm(), &Options::default(), &mut log);
     assert!(directory.unwrap_err().to_string().contains("expected a file, found a folder"));
 }
 
@@ -260,4 +277,51 @@ proptest! {
         let expected: Vec<[f64; 2]> = rows.iter().map(|(a, b)| [*a, *b]).collect();
         prop_assert_eq!(q(&read(&text).unwrap()), expected);
     }
+}
+
+fn read_columns(names: &[&str], rows: &[&[f64]], options: &Options) -> Result<ContactLog, String> {
+    let names: Vec<String> = names.iter().map(|name| (*name).to_owned()).collect();
+    let columns = Columns { names: &names, rows: rows.len(), value: &|row, column| rows[row][column] };
+    let mut log = ContactLog::new(2);
+    contact_log::read_columns(&columns, "c.csv", &arm(), options, &mut log).map_err(|error| error.to_string())?;
+    Ok(log)
+}
+
+/// Columns in memory are understood as those of a file are; its first row comes after the header.
+#[test]
+fn columns_in_memory_are_a_file_without_its_text() {
+    let names = ["fz", "Sl", "time", "fx", "q1", "fy"];
+    let rows: [&[f64]; 4] = [
+        &[0.1, 0.25, 7.0, 0.0, 40.0, 0.0],
+        &[9.1, 0.5, 8.0, 0.0, -50.0, 0.0],
+        &[2.5, 0.125, f64::NAN, 0.0, 60.0, 0.0],
+        &[0.0, 0.0, 9.0, 0.0, 70.0, 0.0],
+    ];
+    let text: Vec<String> = rows.map(|row| row.iter().map(f64::to_string).collect::<Vec<_>>().join(",")).to_vec();
+    let text = format!("{}\n{}\n", names.join(","), text.join("\n"));
+    let detection = Some(Detection { threshold: 3.0, release: 2.0, debounce: 1 });
+    let options = Options { unit: AngleUnit::Degree, detection, ..Options::default() };
+    let (file, memory) =
+        (read_with(text.as_bytes(), &options).unwrap(), read_columns(&names, &rows, &options).unwrap());
+    assert_eq!(q(&file), q(&memory));
+    assert_eq!(q(&memory), [[(-50f64).to_radians(), 0.5], [60f64.to_radians(), 0.125]]);
+    assert_eq!((lines(&file), lines(&memory)), (vec![3, 4], vec![2, 3]));
+    assert_eq!((file.rows_read(), memory.rows_read()), (4, 4));
+}
+
+#[test]
+fn columns_in_memory_are_refused_as_a_file_is() {
+    let plain = Options::default();
+    refused(
+        read_columns(&["q1", "q2"], &[&[0.1, f64::NAN]], &plain),
+        &["c.csv:1, column q2: expected a number in metres, found NaN"],
+    );
+    refused(
+        read_columns(&["q1", "q2", "contact"], &[&[0.1, 0.2, 0.5]], &plain),
+        &["expected 0, 1, true or false, found 0.5"],
+    );
+    refused(read_columns(&["q1", "fx"], &[&[0.1, 0.2]], &plain), &["expected a column for every joint: `sl` or `q2`"]);
+    refused(read_columns(&["q1", "q2"], &[], &plain), &["expected rows of joint positions, found none"]);
+    refused(read_columns(&["q1", "q2"], &[&[0.1, 0.2]], &force(3.0)), &["columns fx, fy and fz"]);
+    refused(read_columns(&["q1", "q2"], &[&[80.0, 0.2]], &plain), &["looks like degrees"]);
 }

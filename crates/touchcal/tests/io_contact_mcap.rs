@@ -94,7 +94,7 @@ impl<W: Write + Seek> Bag<W> {
         Bag { writer: options.create(into).unwrap(), channels: BTreeMap::new(), little_endian: true }
     }
 
-    fn raw(&mut self, topic: &str, schema: &str, encoding: &str, ms: u64, data: &[u8]) {
+    fn raw(&mut self, topic: &str, (schema, encoding): (&str, &str), ms: u64, data: &[u8]) {
         let channel_id = *self.channels.entry(topic.to_owned()).or_insert_with(|| {
             let schema = self.writer.add_schema(schema, "ros2msg", b"float64 x").unwrap();
             self.writer.add_channel(schema, topic, encoding, &BTreeMap::new()).unwrap()
@@ -105,12 +105,12 @@ impl<W: Write + Seek> Bag<W> {
 
     fn joints(&mut self, topic: &str, ms: i64, state: &[(&str, f64)]) {
         let data = cdr(&joints(ms, state), self.little_endian);
-        self.raw(topic, "sensor_msgs/msg/JointState", "cdr", 77, &data);
+        self.raw(topic, ("sensor_msgs/msg/JointState", "cdr"), 77, &data);
     }
 
     fn wrench(&mut self, topic: &str, ms: i64, force: f64) {
         let data = cdr(&wrench(ms, force), self.little_endian);
-        self.raw(topic, "geometry_msgs/msg/WrenchStamped", "cdr", 78, &data);
+        self.raw(topic, ("geometry_msgs/msg/WrenchStamped", "cdr"), 78, &data);
     }
 
     fn finish(mut self) -> W {
@@ -150,7 +150,7 @@ fn recording(bag: &mut Bag<Cursor<Vec<u8>>>) {
     let mut wrenches = (0i64..).map(|k| 7 * k).peekable();
     for k in 0..300i64 {
         let ms = 10 * k;
-        bag.raw("/camera", "sensor_msgs/msg/Image", "cdr", 1, &vec![k as u8; 5000]);
+        bag.raw("/camera", ("sensor_msgs/msg/Image", "cdr"), 1, &vec![k as u8; 5000]);
         bag.joints("/joint_states", ms, &[("sl", 0.001 * k as f64), ("gripper", f64::NAN), ("sh", -0.002 * k as f64)]);
         while let Some(at) = wrenches.next_if(|at| *at <= ms + 20) {
             bag.wrench("/wrench", at, at as f64 * 1e-3);
@@ -224,9 +224,9 @@ fn without_stamps_it_counts_when_messages_were_recorded() {
         for k in 0..4u64 {
             let state = joints(0, &[("sh", 0.0), ("sl", k as f64)]);
             let state = JointState { header: unset(), ..state };
-            bag.raw("/j", "sensor_msgs/msg/JointState", "cdr", 10 * k, &cdr(&state, true));
+            bag.raw("/j", ("sensor_msgs/msg/JointState", "cdr"), 10 * k, &cdr(&state, true));
             let wrench = WrenchStamped { header: unset(), ..wrench(0, 10.0 * k as f64) };
-            bag.raw("/w", "geometry_msgs/msg/WrenchStamped", "cdr", 10 * k + 5, &cdr(&wrench, true));
+            bag.raw("/w", ("geometry_msgs/msg/WrenchStamped", "cdr"), 10 * k + 5, &cdr(&wrench, true));
         }
     });
     let log = read(folder.path(), &bytes, &force(10.0)).unwrap();
@@ -267,7 +267,7 @@ fn bad_bags_are_refused() {
         &none,
         "topic /j, message 2: expected messages in the order of time, found 2000000 ns before the last",
     );
-    let json = bag(plain(), |bag| bag.raw("/j", "sensor_msgs/msg/JointState", "json", 0, b"{}"));
+    let json = bag(plain(), |bag| bag.raw("/j", ("sensor_msgs/msg/JointState", "json"), 0, b"{}"));
     refused(&json, &none, "topic /j: expected messages encoded as cdr, found \"json\"");
     let apart = bag(plain(), |bag| {
         bag.joints("/j", 5000, good);
@@ -277,7 +277,7 @@ fn bad_bags_are_refused() {
     refused(&apart, &force(1.0), "wrenches within 0.1 s of joint states, found none");
     for short in [0, 3, 4, 7, 20, 59] {
         let data = cdr(&joints(0, good), true);
-        let cut = bag(plain(), |bag| bag.raw("/j", "sensor_msgs/msg/JointState", "cdr", 0, &data[..short]));
+        let cut = bag(plain(), |bag| bag.raw("/j", ("sensor_msgs/msg/JointState", "cdr"), 0, &data[..short]));
         refused(&cut, &none, "joint state 1: expected");
     }
     // A length that memory does not have: neither of a record nor of names.
@@ -287,7 +287,7 @@ fn bad_bags_are_refused() {
     refused(&long, &none, "a record of 1152921504606846976 bytes");
     let many = bag(plain(), |bag| {
         let names = [&[0, 1, 0, 0][..], &[0; 8], &[1, 0, 0, 0, 0, 0, 0, 0], &u32::MAX.to_le_bytes()].concat();
-        bag.raw("/j", "sensor_msgs/msg/JointState", "cdr", 0, &names);
+        bag.raw("/j", ("sensor_msgs/msg/JointState", "cdr"), 0, &names);
     });
     refused(&many, &none, "joint state 1: expected a whole message");
     refused(b"\x89MCAP", &none, "a whole MCAP file, found one that is cut off");
@@ -333,7 +333,7 @@ fn how_fast_a_gigabyte_is_read() {
                 seed = seed.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
                 *byte = (seed >> 27) as u8;
             }
-            bag.raw("/camera", "sensor_msgs/msg/Image", "cdr", 0, &picture);
+            bag.raw("/camera", ("sensor_msgs/msg/Image", "cdr"), 0, &picture);
             for _ in 0..4 {
                 ms += 1;
                 let state: Vec<_> = names.iter().map(|name| (name.as_str(), (ms as f64).sin())).collect();

@@ -149,7 +149,7 @@ fn bad_content_is_refused() {
     };
     let plain = Options::default();
     let joints = |q1: [f64; 2]| vec![("q1", doubles(q1)), ("q2", doubles([0.0, 0.0]))];
-    refused(&joints([0.0, f64::NAN]), &plain, "row 2, column q1: expected a finite number, found NaN");
+    refused(&joints([0.0, f64::NAN]), &plain, "row 2, column q1: expected a number in radians, found NaN");
     refused(&joints([0.0, 1e9]), &plain, "row 2, column q1: expected a joint position");
     refused(&joints([0.0, 45.0]), &plain, "row 2, joint `sh`: expected radians within the joint limits");
     refused(&joints([0.0, 45.0])[..1], &plain, "a column for every joint: `sl` or `q2`, found columns \"q1\"");

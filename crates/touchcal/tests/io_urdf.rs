@@ -179,6 +179,15 @@ fn only_the_changed_values_are_edited() {
     assert_eq!(urdf::rewrite(ARM, &slid).unwrap(), ARM.replace("<parent link=\"l2\"/>", inserted));
 }
 
+/// `<calibration>` says at which position a reference switch is: the maker's, and for drivers that home.
+#[test]
+fn calibration_elements_are_left_alone() {
+    let text = ARM.replace("<origin/>", "<origin/><calibration rising=\"0.5\"/>");
+    let columns: Vec<Column> = (0..3).map(Column::JointOffset).collect();
+    let written = urdf::rewrite(&text, &arm().calibrated(&columns, &[0.1, 0.25, 0.2])).unwrap();
+    assert!(written.contains("<origin rpy=\"-0.25 0 0\"/><calibration rising=\"0.5\"/>"), "{written}");
+}
+
 #[test]
 fn byte_order_mark_and_wide_blanks_survive() {
     let wide = format!("\u{feff}{}", ARM.replace("xyz = \"0 0 0.36\"", &format!("xyz={}'0 0 0.36'", " ".repeat(400))));

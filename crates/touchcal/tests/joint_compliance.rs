@@ -9,6 +9,8 @@
 
 mod common;
 
+use std::sync::Arc;
+
 use common::solve;
 use nalgebra::{Point3, UnitQuaternion, Vector3};
 use touchcal::contact::{ContactLog, Source};
@@ -242,7 +244,7 @@ fn touching(errors: &[(Column, f64)], sockets: &[[f64; 3]], noise: &Noisy) -> Pr
     }
     let fixture = |(f, socket): (usize, &[f64; 3])| Fixture {
         name: format!("socket/{f}"),
-        manifold: Box::new(BallInSocket),
+        manifold: Arc::new(BallInSocket),
         base_from_fixture: Some(Pose::translation(socket[0], socket[1], socket[2])),
         freedom: Freedom::Known,
         placement: String::new(),

@@ -115,6 +115,44 @@ fn calibrated_chain_folds_all_parameters_of_the_arm() {
     }
 }
 
+/// With its offsets in the driver and the rest in the file, an arm does what it does with all of it in the file.
+#[test]
+fn a_driver_can_take_the_offsets() {
+    for robot in robots() {
+        let columns = all_columns(&robot);
+        let theta: Vec<f64> = spread(columns.len(), 6).iter().map(|v| v * 0.1).collect();
+        let calibrated = robot.calibrated(&columns, &theta);
+        let (rest, offsets) = calibrated.without_offsets(&robot).expect("the same joints");
+        let whole = Kinematics::new(&calibrated, &[], tip_from_tool());
+        let rest = Kinematics::new(&rest, &[], tip_from_tool());
+        for seed in 0..20 {
+            let q: Vec<f64> = spread(robot.dof(), seed).iter().map(|v| v * 3.0).collect();
+            let taken_off: Vec<f64> = q.iter().zip(&offsets).map(|(q, b)| q - b).collect();
+            let difference = whole.pose(&q).to_homogeneous() - rest.pose(&taken_off).to_homogeneous();
+            assert!(difference.amax() < 1e-14, "{}: {}", robot.name(), difference.amax());
+        }
+    }
+}
+
+/// Biases alone leave nothing in the file, even beyond a quarter of a turn.
+#[test]
+fn offsets_alone_come_back_and_leave_the_nominal_arm() {
+    for robot in robots() {
+        let columns: Vec<Column> = robot::joint_offset(&robot).iter().map(|parameter| parameter.column).collect();
+        let biases: Vec<f64> = spread(columns.len(), 7).iter().map(|v| v * 3.0).collect();
+        let (rest, offsets) = robot.calibrated(&columns, &biases).without_offsets(&robot).expect("the same joints");
+        for (found, bias) in offsets.iter().zip(&biases) {
+            assert!((found - bias).abs() < 1e-14, "{found} {bias}");
+        }
+        for (joint, nominal) in rest.joints().iter().zip(robot.joints()) {
+            let left = joint.parent_from_joint.to_homogeneous() - nominal.parent_from_joint.to_homogeneous();
+            assert!(left.amax() < 1e-14, "{}: {}", joint.name, left.amax());
+        }
+    }
+    let [arm, other] = ["iiwa14", "panda"].map(built_in);
+    assert_eq!(arm.without_offsets(&other), None);
+}
+
 /// However many links a maker's file cuts them into, an iiwa has four lengths that can be told apart.
 #[test]
 fn collinear_links_merge_into_segments() {

@@ -9,6 +9,8 @@
 
 mod common;
 
+use std::sync::Arc;
+
 use common::{data, mujoco_trial, solve};
 use nalgebra::{UnitQuaternion, Vector3};
 use touchcal::contact::{ContactLog, Source};
@@ -98,7 +100,7 @@ fn table(parameters: fn(&robot::Robot) -> Vec<robot::Parameter>) -> Problem {
         tool: Tool { tip_from_tool, freedom: Freedom::Known },
         fixtures: vec![Fixture {
             name: "table".to_owned(),
-            manifold: Box::new(Plane::ball(0.0)),
+            manifold: Arc::new(Plane::ball(0.0)),
             base_from_fixture: Some(Pose::translation(0.0, 0.0, 0.1)),
             freedom: Freedom::Known,
             placement: String::new(),

@@ -9,6 +9,8 @@
 
 mod common;
 
+use std::sync::Arc;
+
 use common::{mujoco_trial, solve};
 use touchcal::estimate::{Estimate, Freedom, Loss, Method, Noise, Status, Warning};
 use touchcal::experiment::{Search, Trial};
@@ -48,7 +50,7 @@ fn a_hole_declared_too_wide_is_not_touched() {
     let peg = Profile::extrusion25();
     let hole = peg.offset_mitred(1.3e-3).expect("an outline");
     let shapes = PegAndHole::new(peg, 0.04, hole, 0.03).expect("parts");
-    problem.fixtures[0].manifold = Box::new(PegInHole::new(shapes));
+    problem.fixtures[0].manifold = Arc::new(PegInHole::new(shapes));
     let estimate = solve(&problem);
     assert!(warned(&estimate, "not_touching"), "{:?}", estimate.warnings);
     assert_eq!(estimate.status, Status::NotUsable);

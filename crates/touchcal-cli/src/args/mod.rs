@@ -6,6 +6,7 @@ use std::path::PathBuf;
 
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 use clap::{Parser, Subcommand};
+use clap_complete::Shell;
 use touchcal::manifold::learned::Device;
 use touchcal::sim::Preset;
 
@@ -14,6 +15,7 @@ pub use experiment::*;
 /// Calibrate a robot arm by touch: URDF, joint log and touched parts in, calibrated URDF with honest error bars out.
 #[derive(Debug, Parser)]
 #[command(
+    name = "touchcal",
     version,
     max_term_width = 100,
     after_help = "Exit codes: 0 done, 1 failed, 2 wrong usage, 3 the result is not usable, 130 interrupted."
@@ -27,6 +29,8 @@ pub struct Args {
 /// The commands.
 #[derive(Debug, Subcommand)]
 pub enum Command {
+    /// Write a problem.toml to fill in, and a README.md of what to record
+    New(NewArgs),
     /// Simulate an arm with wrong kinematics that explores a hole, calibrate it, and compare with the truth
     Demo(DemoArgs),
     /// Say what a log contains and what it can determine, before solving
@@ -44,6 +48,77 @@ pub enum Command {
     /// Compare methods on trials of which the truth is known
     #[command(subcommand)]
     Experiment(ExperimentArgs),
+    /// Print a script that completes touchcal's arguments in a shell
+    Completions(CompletionsArgs),
+    /// Print the manual page, or write one for each command
+    Man(ManArgs),
+    /// Print the reference of all commands as Markdown, for the guide
+    #[command(hide = true)]
+    Reference,
+}
+
+/// Arguments of `new`.
+#[derive(Debug, clap::Args)]
+pub struct NewArgs {
+    /// What touches what
+    #[arg(value_name = "KIND", value_parser = start())]
+    pub kind: Start,
+    /// Folder to write into, made if it is not there; named like the kind if not given
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+}
+
+/// Problems to start from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Start {
+    /// A peg explores a hole.
+    PegInHole,
+    /// A ball sits in sockets.
+    Sockets,
+    /// A ball touches planes.
+    Planes,
+}
+
+impl Start {
+    const ALL: [Start; 3] = [Start::PegInHole, Start::Sockets, Start::Planes];
+
+    /// Name in arguments.
+    pub fn name(self) -> &'static str {
+        match self {
+            Start::PegInHole => "peg-in-hole",
+            Start::Sockets => "sockets",
+            Start::Planes => "planes",
+        }
+    }
+}
+
+fn start() -> impl TypedValueParser<Value = Start> {
+    let found = |name: String| Start::ALL.into_iter().find(|start| start.name() == name);
+    PossibleValuesParser::new(Start::ALL.map(Start::name)).map(move |name| found(name).unwrap_or(Start::Sockets))
+}
+
+/// Arguments of `completions`.
+#[derive(Debug, clap::Args)]
+pub struct CompletionsArgs {
+    /// The shell
+    #[arg(value_name = "SHELL", value_parser = shell())]
+    pub shell: Shell,
+}
+
+fn shell() -> impl TypedValueParser<Value = Shell> {
+    PossibleValuesParser::new(["bash", "zsh", "fish"]).map(|name| match name.as_str() {
+        "zsh" => Shell::Zsh,
+        "fish" => Shell::Fish,
+        _ => Shell::Bash,
+    })
+}
+
+/// Arguments of `man`.
+#[derive(Debug, clap::Args)]
+pub struct ManArgs {
+    /// Folder to write touchcal.1, touchcal-calibrate.1 and so on into
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
 }
 
 /// Where a problem is read from.
@@ -89,6 +164,9 @@ pub struct CalibrateArgs {
     /// Folder to write calibrated.urdf, estimate.json and report.html into
     #[arg(long, value_name = "DIR")]
     pub out: PathBuf,
+    /// Write DIR/driver too, for a driver that takes encoder offsets: joint_offsets.yaml, and the robot.urdf that goes with it
+    #[arg(long)]
+    pub driver_offsets: bool,
     /// Print every parameter on a line of its own
     #[arg(long)]
     pub all: bool,

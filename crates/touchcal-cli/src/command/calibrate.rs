@@ -4,6 +4,7 @@ use std::path::Path;
 
 use touchcal::estimate::{Freedom, Problem, Status};
 use touchcal::io::Loaded;
+use touchcal::io::calibration_folder::{self, Written};
 
 use super::{Failure, Outcome};
 use crate::args::{CalibrateArgs, Source};
@@ -14,8 +15,11 @@ use crate::summary::{Calibration, Detail, INDENT};
 pub fn run(args: &CalibrateArgs) -> Result<Outcome, Failure> {
     let loaded = super::load(&args.source, &args.arm)?;
     let solved = super::calibrate(&loaded)?;
-    let file = output::estimate_file(&loaded, &solved);
-    let written = output::write(&args.out, &loaded, &solved, &file)?;
+    let file = calibration_folder::estimate_file(&loaded, &solved);
+    let mut written = calibration_folder::write(&args.out, &loaded, &solved, &file)?;
+    if args.driver_offsets {
+        written.driver = calibration_folder::write_driver(&args.out, &loaded, &solved.estimate)?;
+    }
     let calibration = Calibration { loaded: &loaded, solved: &solved, file: &file, written: &written };
     if args.json {
         output::print(&file.to_json()?)?;
@@ -37,7 +41,7 @@ pub fn outcome(status: Status) -> Outcome {
 }
 
 /// How to score the result on contacts that it was not fitted to.
-fn next(loaded: &Loaded, source: &Source, written: &output::Written) -> String {
+fn next(loaded: &Loaded, source: &Source, written: &Written) -> String {
     let urdf = written.urdf.display();
     let (Some(folder), None) = (&source.mukca, &source.problem) else {
         let problem = source.problem.as_deref().unwrap_or(Path::new("PROBLEM.toml")).display();

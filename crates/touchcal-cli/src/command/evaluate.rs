@@ -3,7 +3,8 @@
 use std::path::Path;
 
 use serde::Serialize;
-use touchcal::estimate::{Fixture, Problem, Score, evaluate, place};
+use touchcal::estimate::{Fixture, Problem, Score, evaluate};
+use touchcal::io::calibration_folder::{place_written, stats};
 use touchcal::io::estimate_file::{EstimateFile, ResidualStats};
 use touchcal::io::mukca;
 use touchcal::io::urdf::{self, Ends};
@@ -30,7 +31,12 @@ pub fn run(args: &EvaluateArgs) -> Result<Outcome, Failure> {
     let scored = match &args.source.mukca {
         Some(folder) => {
             let given = urdf::read_file(&args.urdf, Ends::default())?;
-            let nominal = args.nominal.as_deref().map(|path| like(&given.robot, path)).transpose()?;
+            let nominal = args
+                .nominal
+                .as_deref()
+                .map(|path| urdf::read_like(&given.robot, path))
+                .transpose()?
+                .map(|file| file.robot);
             let mut problem = mukca::read(folder, given, &super::mukca_options(&args.source))?.problem;
             let score = evaluate(&problem);
             let nominal = nominal.map(|nominal| with(&mut problem, nominal));
@@ -38,12 +44,10 @@ pub fn run(args: &EvaluateArgs) -> Result<Outcome, Failure> {
         }
         None => {
             let mut problem = super::load(&args.source, &Arm::default())?.problem;
-            let given = like(&problem.robot, &args.urdf)?;
+            let given = urdf::read_like(&problem.robot, &args.urdf)?.robot;
             let nominal = evaluate(&problem);
             if let Some(path) = &args.estimate {
-                let estimate = EstimateFile::read_file(path)?;
-                let found = |name: &str| estimate.parameters.iter().find(|entry| entry.name == name);
-                place(&mut problem, |name| found(name).map(|entry| entry.value));
+                place_written(&mut problem, &EstimateFile::read_file(path)?);
             }
             let score = with(&mut problem, given);
             Scored { score, nominal: Some(nominal), problem }
@@ -64,8 +68,8 @@ impl Scored {
         let fixtures = &self.problem.fixtures;
         let scores = ScoresJson {
             urdf: urdf.display().to_string(),
-            given: output::stats(&self.score, fixtures),
-            nominal: self.nominal.as_ref().map(|nominal| output::stats(nominal, fixtures)),
+            given: stats(&self.score, fixtures),
+            nominal: self.nominal.as_ref().map(|nominal| stats(nominal, fixtures)),
         };
         Ok(serde_json::to_string_pretty(&scores)? + "\n")
     }
@@ -85,15 +89,4 @@ impl Scored {
 fn with(problem: &mut Problem, robot: Robot) -> Score {
     problem.robot = robot;
     evaluate(problem)
-}
-
-/// Reads the chain that `robot` is from another URDF, to stand in the same gravity.
-fn like(robot: &Robot, path: &Path) -> Result<Robot, Failure> {
-    let other = urdf::read_file(path, Ends { base: Some(robot.base()), tip: Some(robot.tip()) })?.robot;
-    let names = |robot: &Robot| robot.moving().map(|joint| joint.name.clone()).collect::<Vec<_>>().join(", ");
-    let (expected, found) = (names(robot), names(&other));
-    if expected == found {
-        return Ok(other.with_gravity(*robot.gravity()));
-    }
-    Err(Failure::OtherRobot { file: path.display().to_string(), expected, found })
 }

@@ -6,12 +6,15 @@ pub mod evaluate;
 pub mod experiment;
 pub mod inspect;
 pub mod manifold;
+pub mod manual;
+pub mod new;
 pub mod simulate;
 pub mod train;
 
 use std::time::Instant;
 
-use touchcal::estimate::{Estimate, Progress, Score, StopReason};
+use touchcal::estimate::StopReason;
+use touchcal::io::calibration_folder::Solved;
 use touchcal::io::mukca::{self, MukcaOptions};
 use touchcal::io::urdf::{self, Ends};
 use touchcal::io::{IoError, Loaded, problem_file};
@@ -41,6 +44,7 @@ pub enum Failure {
     #[error(transparent)]
     Simulation(#[from] SimulationError),
     /// A simulation of a campaign.
+    #[cfg(feature = "parquet")]
     #[error("{folder}, seed {seed}: {error}")]
     Trial {
         /// Where the campaign is kept.
@@ -80,26 +84,8 @@ pub enum Failure {
     /// The user.
     #[error("interrupted; no result was written")]
     Interrupted,
-    /// Two robots that should be the same.
-    #[error("{file}: expected the moving joints {expected}, found {found}")]
-    OtherRobot {
-        /// The URDF.
-        file: String,
-        /// Joints of the problem's robot.
-        expected: String,
-        /// Joints of the URDF's.
-        found: String,
-    },
-    /// A fixture that cannot be calibrated with.
-    #[error(
-        "fixture `{fixture}`: expected a known manifold, found `unknown`; record its contacts with a calibrated arm (`touchcal manifold`) \
-         and give them as `manifold = \"nearest\"`"
-    )]
-    ShapeUnknown {
-        /// Its name.
-        fixture: String,
-    },
     /// Parts of a campaign that are not one whole.
+    #[cfg(feature = "parquet")]
     #[error("could not merge: {0}")]
     Merge(String),
     /// Parts that do not fit, or arguments that lack a part.
@@ -127,10 +113,7 @@ fn load(source: &Source, arm: &Arm) -> Result<Loaded, Failure> {
     for note in loaded.problem.contacts.notes() {
         crate::output::complain(&format!("note: {note}"));
     }
-    match loaded.problem.fixtures.iter().find(|fixture| fixture.manifold.is_unknown()) {
-        Some(fixture) => Err(Failure::ShapeUnknown { fixture: fixture.name.clone() }),
-        None => Ok(loaded),
-    }
+    Ok(loaded.with_known_shapes()?)
 }
 
 fn mukca_options(source: &Source) -> MukcaOptions {
@@ -140,18 +123,6 @@ fn mukca_options(source: &Source) -> MukcaOptions {
         spacing: source.spacing_mm * 1e-3,
         ..MukcaOptions::default()
     }
-}
-
-/// A calibration done.
-pub struct Solved {
-    /// What came out.
-    pub estimate: Estimate,
-    /// How well the nominal arm explains the contacts.
-    pub prefit: Score,
-    /// The estimation's steps.
-    pub steps: Vec<Progress>,
-    /// What the estimation took.
-    pub seconds: f64,
 }
 
 /// Calibrates, watched.

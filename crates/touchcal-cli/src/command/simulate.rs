@@ -3,8 +3,7 @@
 use std::ops::ControlFlow;
 use std::path::Path;
 
-use touchcal::io::atomic;
-use touchcal::io::scenario_file::{self, PROBLEM, ScenarioFile, TRUTH};
+use touchcal::io::scenario_file::{self, ScenarioFile};
 use touchcal::sim::{Simulated, SimulationError};
 
 use super::{Failure, Outcome};
@@ -15,10 +14,10 @@ use crate::table::Table;
 
 /// Simulates a scenario and writes the logs, the problem that they pose, the scenario with every key, and the truth.
 pub fn run(args: &SimulateArgs) -> Result<Outcome, Failure> {
-    spare_foreign_files(&args.out)?;
+    scenario_file::check_folder(&args.out)?;
     let file = scenario(&args.source)?;
     let simulated = simulate(&file, args.seed)?;
-    write(&args.out, &file, &simulated, args.seed)?;
+    scenario_file::write_folder(&args.out, &file, &simulated, args.seed)?;
     output::print(&summary(&args.out, &file, &simulated))?;
     Ok(Outcome::Done)
 }
@@ -35,16 +34,6 @@ pub fn scenario(source: &ScenarioSource) -> Result<ScenarioFile, Failure> {
     Ok(file)
 }
 
-/// An earlier simulation may be overwritten, a user's own problem not.
-pub fn spare_foreign_files(folder: &Path) -> Result<(), Failure> {
-    let problem = folder.join(PROBLEM);
-    if problem.exists() && !folder.join(TRUTH).exists() {
-        let message = format!("{} is there and not from a simulation; choose another --out", problem.display());
-        return Err(Failure::Setup(message));
-    }
-    Ok(())
-}
-
 /// Simulates, watched.
 pub fn simulate(file: &ScenarioFile, seed: u64) -> Result<Simulated, Failure> {
     let spinner = Spinner::new("Simulating");
@@ -57,18 +46,6 @@ pub fn simulate(file: &ScenarioFile, seed: u64) -> Result<Simulated, Failure> {
         Err(SimulationError::Interrupted) => Err(Failure::Interrupted),
         logs => Ok(Simulated { truth, logs: logs? }),
     }
-}
-
-/// Writes all files of a simulation, the problem last.
-pub fn write(folder: &Path, file: &ScenarioFile, simulated: &Simulated, seed: u64) -> Result<(), Failure> {
-    let mut files = vec![scenario_file::truth_text(&file.scenario, simulated, seed)?];
-    files.extend(scenario_file::log_texts(&file.scenario, simulated));
-    files.extend(scenario_file::scenario_text(file));
-    files.extend(scenario_file::problem_text(file));
-    for file in files {
-        atomic::write(&folder.join(file.name), file.text.as_bytes())?;
-    }
-    Ok(())
 }
 
 fn summary(folder: &Path, file: &ScenarioFile, simulated: &Simulated) -> String {

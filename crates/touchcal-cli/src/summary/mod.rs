@@ -6,10 +6,9 @@ pub use parameters::{Detail, Line, in_user_units, parameters};
 
 use touchcal::estimate::{Fixture, Identifiability, Score, Spread, Status};
 use touchcal::io::Loaded;
+use touchcal::io::calibration_folder::{Solved, Written};
 use touchcal::io::estimate_file::EstimateFile;
 
-use crate::command::Solved;
-use crate::output::Written;
 use crate::table::Table;
 
 /// Below a label of the summary.
@@ -74,9 +73,13 @@ impl Calibration<'_> {
     }
 
     fn paths(&self) -> String {
-        let Written { urdf, estimate, report } = self.written;
+        let Written { urdf, estimate, report, driver } = self.written;
         let [urdf, estimate, report] = [urdf, estimate, report].map(|path| path.display());
-        format!("Written   {urdf}\n{INDENT}{estimate}\n{INDENT}{report}\n")
+        let driver = driver.as_ref().map_or(String::new(), |[urdf, offsets]| {
+            let [urdf, offsets] = [urdf, offsets].map(|path| path.display());
+            format!("{INDENT}{urdf} and {offsets}, for a driver that takes offsets: use both or neither\n")
+        });
+        format!("Written   {urdf}\n{INDENT}{estimate}\n{INDENT}{report}\n{driver}")
     }
 
     fn warnings(&self) -> String {

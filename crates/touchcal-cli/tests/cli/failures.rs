@@ -103,6 +103,11 @@ fn no_contacts_are_an_outcome_with_advice() {
 #[test]
 fn demo_does_not_overwrite_a_users_problem() {
     let folder = one_socket(SOCKET);
-    fails(folder.path(), &["demo", "--out", "."], 1, &["problem.toml is there", "--out"]);
+    fails(
+        folder.path(),
+        &["demo", "--out", "."],
+        1,
+        &["problem.toml: expected the problem of an earlier simulation", "choose another folder"],
+    );
     assert_eq!(std::fs::read_to_string(folder.path().join("problem.toml")).unwrap(), SOCKET);
 }

@@ -6,11 +6,16 @@ use super::{data, stdout, touchcal};
 
 #[track_caller]
 pub(super) fn golden(name: &str, text: &str) {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/cli/golden").join(name);
+    same(&Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/cli/golden").join(name), text);
+}
+
+/// The text is that of the file.
+#[track_caller]
+pub(super) fn same(path: &Path, text: &str) {
     if std::env::var_os("TOUCHCAL_UPDATE").is_some() {
-        std::fs::write(&path, text).unwrap();
+        std::fs::write(path, text).unwrap();
     }
-    let expected = std::fs::read_to_string(&path).unwrap_or_default();
+    let expected = std::fs::read_to_string(path).unwrap_or_default();
     assert_eq!(text, expected, "{} differs; TOUCHCAL_UPDATE=1 takes the new text over", path.display());
 }
 

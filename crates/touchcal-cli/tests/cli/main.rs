@@ -6,12 +6,15 @@
 #[cfg(feature = "parquet")]
 mod campaign;
 mod demo;
+mod driver;
 mod experiment;
 mod failures;
 mod golden;
 #[cfg(unix)]
 mod interrupt;
 mod manifold;
+mod manual;
+mod new;
 mod real;
 mod simulate;
 mod train;

@@ -69,6 +69,18 @@ impl ContactLog {
         }
     }
 
+    /// Appends the contacts of `other`, all made while touching fixture number `fixture`, with its files, notes and counts.
+    pub fn append(&mut self, other: &ContactLog, fixture: usize) {
+        let first = self.files.len() as u32;
+        self.files.extend_from_slice(&other.files);
+        self.notes.extend_from_slice(&other.notes);
+        self.rows_read += other.rows_read;
+        for i in 0..other.len() {
+            let Source { file, line } = other.source(i);
+            self.push(other.q(i), fixture, Source { file: first + file, line });
+        }
+    }
+
     /// Number of moving joints.
     pub fn dof(&self) -> usize {
         self.dof

@@ -23,8 +23,7 @@ pub fn cramer_rao(problem: &Problem, truth: impl Fn(Column) -> f64) -> DMatrix<f
     let scale = system.scale();
     let contacts = if system.has_walls() {
         system.set_resolution(&theta, 1);
-        let stride = system.wall_stride();
-        (0..STEPS).for_each(|_| _ = system.learn_walls(&theta, &scale, stride));
+        (0..STEPS).for_each(|_| _ = system.learn_walls(&theta, &scale));
         system.wall_statistics(&theta, 1).squares_of_slope.information
     } else {
         system.statistics(&theta).0

@@ -142,17 +142,16 @@ impl<'p> Search<'p> {
         self.minimise((Rung::Envelope, self.stride()), COARSE, observe);
     }
 
-    /// Onto the manifolds, the loss narrowing; at the end with all contacts, or as many as it takes to see their walls.
+    /// Onto the manifolds, the loss narrowing; all contacts at full resolution at the end only.
     fn fine(&mut self, observe: Observe<'_>) {
         let loss = self.system.problem.loss;
         self.glance(observe);
-        let last = if self.system.has_walls() { self.system.wall_stride() } else { 1 };
         let mut stride = self.stride() / LADDER;
-        while stride > last {
+        while stride > 1 {
             self.minimise((Rung::Residual(loss), stride), NARROW, observe);
             stride /= LADDER;
         }
-        self.minimise((Rung::Residual(loss), last), FINE, observe);
+        self.minimise((Rung::Residual(loss), 1), FINE, observe);
     }
 
     /// Onto the manifolds with a few contacts.
@@ -207,13 +206,11 @@ impl<'p> Search<'p> {
         }
     }
 
-    /// From the least gap of each contact to all walls that it may touch, if they can be told.
+    /// From the least gap of each contact to all walls that it may touch.
     fn polish(&mut self, observe: Observe<'_>) {
         self.see_walls(observe);
         if self.sees_walls {
             self.minimise((Rung::Walls, 1), FINE, observe);
-        } else if self.system.has_walls() {
-            self.minimise((Rung::Residual(self.system.problem.loss), 1), FINE, observe);
         }
     }
 
@@ -224,13 +221,11 @@ impl<'p> Search<'p> {
         if !self.sees_walls {
             return;
         }
-        for stride in [self.stride(), self.system.wall_stride()] {
-            for _ in 0..POLISHINGS {
-                let change = self.system.learn_walls(&self.theta, &self.scale, stride);
-                self.minimise((Rung::Walls, stride), NARROW, observe);
-                if change < SETTLED {
-                    break;
-                }
+        for _ in 0..POLISHINGS {
+            let change = self.system.learn_walls(&self.theta, &self.scale);
+            self.minimise((Rung::Walls, self.system.wall_stride()), NARROW, observe);
+            if change < SETTLED {
+                break;
             }
         }
     }

@@ -54,10 +54,7 @@ pub(super) fn covariance(information: &DMatrix<f64>, scale: &DVector<f64>) -> DM
         if held { f64::from(u8::from(i == j)) } else { scale[i] * information[(i, j)] * scale[j] }
     });
     let inverse = Cholesky::new(scaled.clone()).map(|cholesky| cholesky.inverse());
-    // The decomposition never ends on what is not a number.
-    let is_finite = scaled.iter().all(|entry| entry.is_finite());
-    let pseudo_inverse = || is_finite.then(|| scaled.pseudo_inverse(1e-14).ok()).flatten();
-    let inverse = inverse.or_else(pseudo_inverse).unwrap_or_else(|| DMatrix::zeros(size, size));
+    let inverse = inverse.or_else(|| scaled.pseudo_inverse(1e-14).ok()).unwrap_or_else(|| DMatrix::zeros(size, size));
     DMatrix::from_fn(size, size, |i, j| scale[i] * inverse[(i, j)] * scale[j])
 }
 

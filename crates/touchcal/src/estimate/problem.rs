@@ -1,5 +1,7 @@
 //! What is to be solved: an arm, what touches, what is touched, the contacts, and what may be wrong.
 
+use std::sync::Arc;
+
 use super::gradient_descent::Descent;
 use super::loss::Loss;
 use crate::contact::ContactLog;
@@ -33,12 +35,12 @@ pub struct Tool {
 }
 
 /// What is touched: a contact manifold at a place in base.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Fixture {
     /// Unique name.
     pub name: String,
     /// How the tool touches it.
-    pub manifold: Box<dyn ContactManifold>,
+    pub manifold: Arc<dyn ContactManifold>,
     /// Nominal pose in base. Without one, the fixture starts where the nominal arm puts the mean of its contacts.
     pub base_from_fixture: Option<Pose>,
     /// How well that is known.
@@ -80,7 +82,7 @@ pub enum Method {
 }
 
 /// A calibration problem.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Problem {
     /// The arm.
     pub robot: Robot,

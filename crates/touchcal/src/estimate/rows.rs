@@ -6,10 +6,13 @@ use super::loss::Loss;
 use super::normal::NormalEquations;
 use super::statistics::Statistics;
 use super::system::System;
-use super::walls::{self, Distances, Near, Said, Square};
-use crate::manifold::{Cotangent, MAX_ROWS, Reach, Rows};
+use super::walls::{self, Distances, Said, Square};
+use crate::manifold::{Cotangent, MAX_ROWS, Rows};
 use crate::robot::{Column, Kinematics, Scratch};
 use crate::se3::{self, Pose, Twist};
+
+/// Largest standard deviation of a wall's distance over the median of all gaps'.
+const WIDEST: f64 = 2.0;
 
 /// Which rows a contact gives.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -59,8 +62,7 @@ pub(crate) struct ContactRows {
     residual: [f64; MAX_ROWS],
     /// Standard deviation (m) of the first row before whitening.
     deviation: f64,
-    /// Which walls were near, and what they said, if they were asked.
-    reach: Reach,
+    /// What the walls said, if they were asked.
     said: Option<Said>,
 }
 
@@ -118,7 +120,6 @@ impl<'s> At<'s> {
             jacobian: vec![0.0; MAX_ROWS * columns],
             residual: [0.0; MAX_ROWS],
             deviation: 0.0,
-            reach: Reach { covariance: Matrix6::zeros(), own_variance: 0.0, interference: 0.0, deviations: 0.0 },
             said: None,
         }
     }
@@ -195,7 +196,7 @@ impl<'s> At<'s> {
             let of_wall = direction.map_or(0.0, |k| self.fixtures[f].walls[k]);
             into.residual[r] = into.rows.values()[r] - interference - of_wall;
         }
-        into.said = walls.then(|| self.listen(f, into));
+        into.said = walls.then(|| self.listen(into));
         if whiten && !walls {
             self.whiten(seen.len(), into);
         }
@@ -251,45 +252,27 @@ impl<'s> At<'s> {
 
     /// The walls that are not free beyond doubt.
     fn find_walls(&self, f: usize, fixture_from_tool: &Pose, into: &mut ContactRows) {
-        let variance = (self.system.noise_factor * self.system.wall_noise).powi(2);
+        let ContactRows { rows, scratch, .. } = into;
+        let FixtureAt { interference, .. } = self.fixtures[f];
+        let noise = self.system.odds.noise;
+        let within = walls::REACH * WIDEST * noise * self.system.resolution + interference.max(0.0);
+        let variance = (self.system.noise_factor * noise).powi(2);
         let mut covariance = Matrix6::zeros();
-        for (joint, of_joint) in into.scratch.joints.iter().zip(&self.system.joint_variance) {
+        for (joint, of_joint) in scratch.joints.iter().zip(&self.system.joint_variance) {
             covariance.ger(variance * of_joint, joint, joint, 1.0);
         }
-        into.reach = Reach {
-            covariance,
-            own_variance: variance * self.system.problem.noise.contact.powi(2),
-            interference: self.fixtures[f].interference,
-            deviations: walls::REACH,
-        };
-        self.system.problem.fixtures[f].manifold.walls(fixture_from_tool, &into.reach, &mut into.rows);
+        self.system.problem.fixtures[f].manifold.walls(fixture_from_tool, within, &covariance, rows);
+        rows.retain(|distance, row| {
+            distance - interference < walls::REACH * noise * self.covariance_of((row, row), true, scratch).sqrt()
+        });
     }
 
-    /// The region of fixture `f` that walls are of, and its number of surfaces.
-    fn region(&self, f: usize, walls: &Rows) -> (usize, usize) {
-        let surfaces = self.system.odds[f].first().map_or(1, |odds| odds.another.len());
-        (walls.surfaces().first().map_or(0, |surface| surface / surfaces), surfaces)
-    }
-
-    /// What the walls of fixture `f` in reach say.
-    fn listen(&self, f: usize, into: &ContactRows) -> Said {
-        let (region, _) = self.region(f, &into.rows);
-        let odds = &self.system.odds[f][region];
-        let (mut distances, mut another) = (Distances::zeros(), Distances::repeat(1.0));
-        for (k, &surface) in into.rows.surfaces().iter().enumerate() {
-            distances[k] = into.residual[k];
-            another[k] = odds.another[surface % odds.another.len()];
-        }
-        let rows = into.rows.jacobian();
-        let mut covariance = Square::identity();
-        for (a, row_a) in rows.iter().enumerate() {
-            for (b, row_b) in rows[..=a].iter().enumerate() {
-                let own = if a == b { into.reach.own_variance } else { 0.0 };
-                covariance[(a, b)] = into.reach.covariance(row_a, row_b) + own;
-                covariance[(b, a)] = covariance[(a, b)];
-            }
-        }
-        walls::weigh(&Near { none: odds.none, count: into.len(), distances, covariance, another })
+    /// What the walls in reach say.
+    fn listen(&self, into: &ContactRows) -> Said {
+        let mut distances = Distances::zeros();
+        distances.iter_mut().zip(&into.residual).take(into.len()).for_each(|(to, distance)| *to = *distance);
+        let odds = self.system.odds;
+        walls::weigh(&distances, &(self.covariance(into) * odds.noise.powi(2)), into.len(), odds)
     }
 
     /// Covariance of a contact's rows, errors in variables: `N (J Σ_q Jᵀ) Nᵀ + σ_c² I`; encoder noise reaches the residual through the arm.
@@ -352,13 +335,6 @@ impl<'s> At<'s> {
         let Some(&first) = batch.first() else { return Vec::new() };
         let contacts = &self.system.problem.contacts;
         let f = contacts.fixture(first);
-        if entry.rung == Rung::Walls && self.system.problem.fixtures[f].manifold.has_interference() {
-            let each = batch.iter().map(|&i| {
-                self.contact(i, entry.rung, into);
-                (self.add(i, entry, into, normal), into.len())
-            });
-            return each.collect();
-        }
         let poses: Vec<Pose> = batch.iter().map(|&i| self.pose(f, contacts.q(i), &mut into.q)).collect();
         let mut looks = vec![Rows::new(); batch.len()];
         self.look(f, &poses, entry.rung, &mut looks);
@@ -380,7 +356,7 @@ impl<'s> At<'s> {
             normal.add_form(seen, jacobian, |r| share * said.slope[r], |r, s| share * said.complete[(r, s)]);
             normal.cost += 2.0 * share * said.cost;
             normal.squares += share * said.squares;
-            normal.rows += share * said.touched.sum();
+            normal.rows += share * said.touched;
             return said.squares;
         }
         let loss = match rung {
@@ -403,8 +379,7 @@ impl<'s> At<'s> {
     /// Adds what contact `i` says of its walls to statistics; of contacts without walls, what their residual says with the problem's loss.
     pub fn add_to(&self, statistics: &mut Statistics, i: usize, into: &mut ContactRows) {
         self.contact(i, Rung::Walls, into);
-        let f = self.system.problem.contacts.fixture(i);
-        let seen = &self.system.seen[f];
+        let seen = &self.system.seen[self.system.problem.contacts.fixture(i)];
         let jacobian = &into.jacobian[..into.len() * seen.len()];
         let Some(said) = &into.said else {
             let (loss, squared) = (self.system.problem.loss, into.squared());
@@ -420,16 +395,14 @@ impl<'s> At<'s> {
         let square = |r: usize, s: usize| said.slope[r] * said.slope[s];
         statistics.observed.add_form(seen, jacobian, |_| 0.0, |r, s| said.observed[(r, s)]);
         statistics.squares_of_slope.add_form(seen, jacobian, |r| said.slope[r], square);
-        let (region, surfaces) = self.region(f, &into.rows);
-        let tally = &mut statistics.tallies[f][region];
-        tally.touching += said.touching;
-        tally.not_touching += if into.len() > 0 { 1.0 - said.touching } else { 0.0 };
-        for (k, &surface) in into.rows.surfaces().iter().enumerate() {
-            tally.walls[surface % surfaces] += 1.0;
-            tally.touched[surface % surfaces] += said.touched[k];
-        }
+        let walls = into.len() as f64;
+        let variances = self.covariance(into).diagonal();
+        statistics.touching += said.touching;
+        statistics.touched += said.touched;
         statistics.squares += said.squares;
-        statistics.deviations += said.deviations;
+        statistics.walls += walls;
+        statistics.not_touching += if walls > 0.0 { 1.0 - said.touching } else { 0.0 };
+        statistics.deviations += variances.iter().take(into.len()).map(|variance| variance.sqrt()).sum::<f64>();
     }
 
     /// Known distances between fixtures' origins.

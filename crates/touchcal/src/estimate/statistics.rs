@@ -9,15 +9,6 @@ use super::system::System;
 use super::walls::{Odds, REACH};
 use crate::robot::Column;
 
-/// Touched walls of a surface that how often all are touched counts as much as.
-const SURFACE_STRENGTH: f64 = 5.0;
-/// Steps towards how often surfaces are touched.
-const TALLY_STEPS: usize = 20;
-/// Bounds of `κ` (m).
-const LEAST_ODDS: f64 = 1e-8;
-const MOST_ODDS: f64 = 1.0;
-/// No surface is touched more often than this.
-const MOST_TOUCHED: f64 = 0.99;
 /// Walls that the declared noise counts as much as.
 const NOISE_STRENGTH: f64 = 100.0;
 /// Start of the standard deviation (m) of how much walls of one fixture differ in how far they are penetrated. It counts for little: good parts must come out as good.
@@ -26,7 +17,7 @@ const WALL_STRENGTH: f64 = 0.01;
 /// Steps towards that standard deviation from one look at the contacts.
 const WIDTH_STEPS: usize = 20;
 /// About so many contacts say how often walls are touched.
-const ENOUGH: usize = 500;
+const ENOUGH: usize = 1000;
 /// Share of the contacts that must tell which walls they touch.
 const TELLING: f64 = 0.3;
 /// Directions of which contacts say less than this share of what they say of the best are not seen.
@@ -44,83 +35,31 @@ pub(crate) struct Statistics {
     /// `Σ s sᵀ` of the sums `s` over blocks of contacts that follow each other, and the number of blocks.
     squares_of_blocks: DMatrix<f64>,
     blocks: f64,
-    /// Squared whitened distances of walls that are touched.
-    pub squares: f64,
-    /// Sum of the standard deviations (m) of all walls in reach.
-    pub deviations: f64,
-    /// Of each fixture and region of it.
-    pub tallies: Vec<Vec<Tally>>,
-}
-
-/// How often walls of one region are touched.
-#[derive(Clone, Debug)]
-pub(crate) struct Tally {
-    /// Contacts that touch a wall, and contacts with walls in reach that touch none.
+    /// Contacts that touch a wall, and walls that are touched.
     pub touching: f64,
+    pub touched: f64,
+    /// Squared whitened distances of those walls.
+    pub squares: f64,
+    /// Walls in reach, touched or free, and the sum of their standard deviations (m).
+    pub walls: f64,
+    pub deviations: f64,
+    /// Contacts with walls in reach of which none is touched.
     pub not_touching: f64,
-    /// Of each surface, walls in reach, and those that are touched.
-    pub walls: Vec<f64>,
-    pub touched: Vec<f64>,
-}
-
-impl Tally {
-    fn new(surfaces: usize) -> Tally {
-        Tally { touching: 0.0, not_touching: 0.0, walls: vec![0.0; surfaces], touched: vec![0.0; surfaces] }
-    }
-
-    fn each(&mut self) -> impl Iterator<Item = &mut f64> {
-        [&mut self.touching, &mut self.not_touching].into_iter().chain(&mut self.walls).chain(&mut self.touched)
-    }
-
-    /// How often each surface is touched, and how often nothing is: walls in reach are within `band` (m) on average.
-    ///
-    /// With walls touched independently of each other, each with probability `q`, contacts are what touches at least one, a share `z` of all poses. A free wall is seen only
-    /// where another is touched, or nothing is.
-    fn odds(&self, band: f64) -> Odds {
-        if self.touching < 1.0 {
-            return Odds::start(self.walls.len());
-        }
-        let contacts = self.touching;
-        let (walls, touched): (f64, f64) = (self.walls.iter().sum(), self.touched.iter().sum());
-        let none = self.not_touching.max(1.0);
-        let (mut q, mut z) = (Vec::new(), 1.0);
-        for _ in 0..TALLY_STEPS {
-            q = self.touched.iter().map(|touched| (z * touched / contacts).min(MOST_TOUCHED)).collect();
-            z = 1.0 - q.iter().map(|q: &f64| 1.0 - q).product::<f64>();
-        }
-        // Surfaces of which little is seen are touched as often as all.
-        let (more, free) = (SURFACE_STRENGTH, SURFACE_STRENGTH * (walls - touched).max(1.0) / touched.max(1.0));
-        let each = |((walls, touched), q): ((&f64, &f64), &f64)| {
-            let seen = 1.0 - (1.0 - z) / (1.0 - q) + z * none / contacts;
-            (seen * band * (touched + more) / ((walls - touched).max(0.0) + free)).clamp(LEAST_ODDS, MOST_ODDS)
-        };
-        let another = self.walls.iter().zip(&self.touched).zip(&q).map(each).collect();
-        Odds { another, none: none / contacts * z / (1.0 - z) }
-    }
-
-    /// [`odds`](Tally::odds) from what was expected `before`, taken twice as far, since steps of expectation–maximisation creep; but not where no wall was seen.
-    fn odds_after(&self, before: &Odds, band: f64) -> Odds {
-        let mut odds = self.odds(band);
-        for ((found, before), walls) in odds.another.iter_mut().zip(&before.another).zip(&self.walls) {
-            if *walls > 0.0 {
-                *found = (*found * *found / before).clamp(LEAST_ODDS, MOST_ODDS);
-            }
-        }
-        odds
-    }
 }
 
 impl Statistics {
-    fn new(size: usize, odds: &[Vec<Odds>]) -> Self {
-        let none = |odds: &Odds| Tally::new(odds.another.len());
+    fn new(size: usize) -> Self {
         Statistics {
             observed: NormalEquations::new(size),
             squares_of_slope: NormalEquations::new(size),
             squares_of_blocks: DMatrix::zeros(size, size),
             blocks: 0.0,
+            touching: 0.0,
+            touched: 0.0,
             squares: 0.0,
+            walls: 0.0,
             deviations: 0.0,
-            tallies: odds.iter().map(|regions| regions.iter().map(none).collect()).collect(),
+            not_touching: 0.0,
         }
     }
 
@@ -130,54 +69,36 @@ impl Statistics {
         let slope = &other.squares_of_slope.gradient;
         self.squares_of_blocks.ger(1.0, slope, slope, 1.0);
         self.blocks += 1.0;
+        self.touching += other.touching;
+        self.touched += other.touched;
         self.squares += other.squares;
+        self.walls += other.walls;
         self.deviations += other.deviations;
-        for (tally, more) in self.tallies.iter_mut().flatten().zip(other.tallies.iter().flatten()) {
-            tally.each().zip(more.clone().each()).for_each(|(sum, more)| *sum += *more);
-        }
+        self.not_touching += other.not_touching;
     }
 
     fn scale(&mut self, factor: f64) {
         self.observed.scale(factor);
         self.squares_of_slope.scale(factor);
         self.squares_of_blocks *= factor;
+        self.touching *= factor;
+        self.touched *= factor;
         self.squares *= factor;
+        self.walls *= factor;
         self.deviations *= factor;
-        self.tallies.iter_mut().flatten().flat_map(Tally::each).for_each(|count| *count *= factor);
+        self.not_touching *= factor;
     }
 
-    /// Contacts that touch a wall.
-    pub fn touching(&self) -> f64 {
-        self.tallies.iter().flatten().map(|tally| tally.touching).sum()
-    }
-
-    /// How often walls are touched, from what was expected `before`.
-    fn odds(&self, before: &[Vec<Odds>]) -> Vec<Vec<Odds>> {
-        let walls: f64 = self.tallies.iter().flatten().flat_map(|tally| &tally.walls).sum();
-        let band = (REACH * self.deviations / walls.max(1.0)).max(f64::MIN_POSITIVE);
-        let after = |(tally, before): (&Tally, &Odds)| tally.odds_after(before, band);
-        let of_fixture = |(tallies, before): (&Vec<Tally>, &Vec<Odds>)| tallies.iter().zip(before).map(after).collect();
-        self.tallies.iter().zip(before).map(of_fixture).collect()
-    }
-
-    /// How noisy walls are, from what was expected `before`: a step of expectation–maximisation.
-    fn noise(&self, before: f64, parameters: usize) -> f64 {
-        let touched: f64 = self.tallies.iter().flatten().flat_map(|tally| &tally.touched).sum();
-        let freedom = (touched - parameters as f64).max(0.0) + NOISE_STRENGTH;
-        before * ((self.squares + NOISE_STRENGTH / before.powi(2)) / freedom).sqrt()
-    }
-
-    /// Mean relative change of how often walls are touched.
-    fn change(&self, before: &[Vec<Odds>], after: &[Vec<Odds>]) -> f64 {
-        let (mut sum, mut count) = (0.0, 1.0);
-        let odds = before.iter().flatten().zip(after.iter().flatten());
-        for (tally, (before, after)) in self.tallies.iter().flatten().zip(odds) {
-            for (touched, (before, after)) in tally.touched.iter().zip(before.another.iter().zip(&after.another)) {
-                sum += touched * (after / before).ln().abs();
-                count += touched;
-            }
-        }
-        sum / count
+    /// How often walls are touched and how noisy they are, from what was expected `before`: a step of expectation–maximisation, of which the first number is taken
+    /// twice as far, since it creeps.
+    fn odds(&self, before: Odds, parameters: usize) -> Odds {
+        let band = REACH * before.noise * self.deviations / self.walls.max(1.0);
+        let free = (self.walls - self.touched).max(1.0);
+        let another = (self.touched - self.touching).max(1.0) * band / free;
+        let none = self.not_touching.max(1.0) / (self.touching.max(1.0) * band.max(f64::MIN_POSITIVE));
+        let freedom = (self.touched - parameters as f64).max(0.0) + NOISE_STRENGTH;
+        let squares = self.squares + NOISE_STRENGTH / before.noise.powi(2);
+        Odds { another: another.powi(2) / before.another, none, noise: before.noise * (squares / freedom).sqrt() }
     }
 
     /// The covariance of parameters found at the minimum: `D (H + Λ)⁻¹ (B + Λ) (H + Λ)⁻¹`, with `H` the second derivative, `B` the covariance of its slope, `Λ` of what is
@@ -225,11 +146,11 @@ impl System<'_> {
     pub fn wall_statistics(&self, theta: &DVector<f64>, stride: usize) -> Statistics {
         let at = self.at(theta);
         let size = self.parameters.len();
-        let room = || (at.rows(), Statistics::new(size, &self.odds));
+        let room = || (at.rows(), Statistics::new(size));
         let (_, rooms) = self.sum(stride, room, |batch, (rows, statistics), _| {
             batch.iter().for_each(|&i| at.add_to(statistics, i, rows));
         });
-        let mut total = Statistics::new(size, &self.odds);
+        let mut total = Statistics::new(size);
         rooms.iter().for_each(|(_, statistics)| total.add(statistics));
         total.scale(stride as f64);
         Statistics { observed: total.observed.complete(), squares_of_slope: total.squares_of_slope.complete(), ..total }
@@ -242,15 +163,17 @@ impl System<'_> {
 
     /// Whether enough contacts tell which walls there are.
     pub fn tells_walls(&self, theta: &DVector<f64>) -> bool {
-        self.wall_statistics(theta, self.wall_stride()).touching() > TELLING * self.problem.contacts.len() as f64
+        self.wall_statistics(theta, self.wall_stride()).touching > TELLING * self.problem.contacts.len() as f64
     }
 
-    /// Learns from every `stride`-th contact how often walls are touched, how noisy they are and how much they differ; the relative change.
-    pub fn learn_walls(&mut self, theta: &DVector<f64>, scale: &DVector<f64>, stride: usize) -> f64 {
-        let found = self.wall_statistics(theta, stride);
-        let (odds, noise) = (found.odds(&self.odds), found.noise(self.wall_noise, self.parameters.len()));
-        let mut most = found.change(&self.odds, &odds).max((noise / self.wall_noise).ln().abs());
-        (self.odds, self.wall_noise) = (odds, noise);
+    /// Learns how often walls are touched, how noisy they are and how much they differ; the largest relative change. Some contacts are enough for that.
+    pub fn learn_walls(&mut self, theta: &DVector<f64>, scale: &DVector<f64>) -> f64 {
+        let found = self.wall_statistics(theta, self.wall_stride());
+        let before = self.odds;
+        self.odds = found.odds(before, self.parameters.len());
+        let change = |after: f64, before: f64| (after / before).ln().abs();
+        let of_odds = change(self.odds.another, before.another).max(change(self.odds.none, before.none));
+        let mut most = of_odds.max(change(self.odds.noise, before.noise));
         let data = &found.observed.information + self.distance_information(theta);
         for f in 0..self.problem.fixtures.len() {
             let of_fixture = |column: Column| matches!(column, Column::Wall(of, _) if of == f);
@@ -263,7 +186,7 @@ impl System<'_> {
                 let sigma = ((squares + WALL_STRENGTH * WALL_SIGMA.powi(2)) / count).sqrt();
                 for &k in &walls {
                     let before = self.parameters[k].prior_sigma.replace(sigma);
-                    most = most.max(before.map_or(0.0, |before| (sigma / before).ln().abs()));
+                    most = most.max(before.map_or(0.0, |before| change(sigma, before)));
                 }
             }
         }

@@ -5,7 +5,7 @@ use rayon::prelude::*;
 
 use super::loss::Loss;
 use super::normal::NormalEquations;
-use super::problem::{Fixture, Freedom, Problem};
+use super::problem::{Freedom, Problem};
 use super::rows::{At, ContactRows, Entry, Rung};
 use super::statistics::WALL_SIGMA;
 use super::walls::Odds;
@@ -24,6 +24,8 @@ const ENVELOPE_SAY: f64 = 10.0;
 /// Prior standard deviation of a gap manifold's interference (m): contacts neither float nor penetrate by much more.
 const INTERFERENCE_SIGMA: f64 = 0.1e-3;
 
+/// Start of how often another wall is touched over how many free ones there are in a metre (m).
+const ANOTHER: f64 = 1e-4;
 /// Directions in which walls push.
 const DIRECTIONS: usize = 6;
 
@@ -40,10 +42,8 @@ pub(crate) struct System<'p> {
     pub noise_factor: f64,
     /// How well a contact's pose is known (m): the noise of its residual, see [`ContactManifold::residual`](crate::manifold::ContactManifold).
     pub resolution: f64,
-    /// How often walls are touched, of each fixture and region of it.
-    pub odds: Vec<Vec<Odds>>,
-    /// Standard deviation of walls' noise over what it was taken for.
-    pub wall_noise: f64,
+    /// How often walls are touched.
+    pub odds: Odds,
     /// Index of each fixture's placement.
     pub placement: Vec<usize>,
     /// For each fixture, the indices of all parameters that its contacts see, ascending.
@@ -64,10 +64,6 @@ impl<'p> System<'p> {
         });
         let joint_variance = joint_variance.collect();
         let base_from_fixture = nominal_places(problem, &kinematics);
-        let start = |fixture: &Fixture| {
-            let (regions, surfaces) = fixture.manifold.surfaces();
-            vec![Odds::start(surfaces); regions]
-        };
         System {
             problem,
             parameters,
@@ -76,8 +72,7 @@ impl<'p> System<'p> {
             kinematics,
             noise_factor: 1.0,
             resolution: 0.0,
-            odds: problem.fixtures.iter().map(start).collect(),
-            wall_noise: 1.0,
+            odds: Odds { another: ANOTHER, none: 1.0, noise: 1.0 },
             placement,
             seen,
         }

@@ -3,11 +3,11 @@
 //! A peg in a hole rests against one wall or against several at once, and noise moves all their distances together. Given their distances `d` with noise of
 //! covariance `S`, each set `A` of touched walls has a likelihood: those in `A` are at zero but for noise, the others somewhere above it,
 //!
-//! `L_A = Π_j κ_j · N(d_A; 0, S_AA) Π_k Φ(d′_k / s_k)`,
+//! `L_A = κ^(|A| − 1) N(d_A; 0, S_AA) Π_k Φ(d′_k / s_k)`,
 //!
-//! with `d′_k` the distance of a free wall less what the noise of the touched ones makes one expect, `s_k` its standard deviation, and `Φ` the normal distribution. `κ_j` (m) is how
-//! often the surface that wall `j` is of is touched over how often it is free within a metre: where a tool is held, it leans to one side. A contact that touches nothing has `η Π_k Φ(d_k / s_k)`, and
-//! one that fits nowhere `η`. The contact's likelihood `L` is the sum. The slope of its logarithm is zero on average at the true parameters; that of the least distance
+//! with `d′_k` the distance of a free wall less what the noise of the touched ones makes one expect, `s_k` its standard deviation, and `Φ` the normal distribution. `κ` (m) is how
+//! often another wall is touched over how many free ones there are in each metre. A contact that touches nothing has `η Π_k Φ(d_k / s_k)`, and
+//! one that fits nowhere `η` (1/m). The contact's likelihood `L` is the sum. The slope of its logarithm is zero on average at the true parameters; that of the least distance
 //! is not, since the least of several noisy distances is too small.
 //!
 //! Walls join a set one after the other. Each one takes what it has in common with the others out of them, so that the next is independent of it.
@@ -28,39 +28,18 @@ pub(super) const REACH: f64 = 5.0;
 const LEAVING: f64 = 3.0;
 /// A set of walls whose squared whitened distances exceed this is not touched.
 const IMPOSSIBLE: f64 = 60.0;
-/// Start of `κ` (m) and of `η`.
-const ANOTHER: f64 = 1e-4;
-const NONE: f64 = 1e-4;
 /// Share of the likelihood below which a set is left out.
 const NEGLIGIBLE: f64 = 1e-9;
 
-/// The walls near one contact, the first `count` of each.
-pub(super) struct Near {
-    /// `η`.
-    pub none: f64,
-    pub count: usize,
-    /// How far away (m).
-    pub distances: Distances,
-    /// Covariance of their noise (m²).
-    pub covariance: Square,
-    /// How often each one's surface is touched, `κ_j` (m).
-    pub another: Distances,
-}
-
-/// How often the walls of one region are touched.
-#[derive(Clone, Debug, PartialEq)]
+/// How often walls are touched, and how noisy they are.
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Odds {
-    /// `κ_j` (m) of each surface.
-    pub another: Vec<f64>,
-    /// `η`.
+    /// `κ` (m).
+    pub another: f64,
+    /// `η` (1/m).
     pub none: f64,
-}
-
-impl Odds {
-    /// Before anything is known, with so many surfaces.
-    pub fn start(surfaces: usize) -> Odds {
-        Odds { another: vec![ANOTHER; surfaces], none: NONE }
-    }
+    /// Standard deviation of the noise over what it was taken for.
+    pub noise: f64,
 }
 
 /// What one contact says of its walls. Derivatives are by the distances.
@@ -76,20 +55,16 @@ pub(super) struct Said {
     pub observed: Square,
     /// Probability that a wall is touched.
     pub touching: f64,
-    /// Probability that each wall is touched.
-    pub touched: Distances,
+    /// Expected number of touched walls.
+    pub touched: f64,
     /// Expected `d_Aᵀ S_AA⁻¹ d_A`.
     pub squares: f64,
-    /// Sum of the standard deviations (m) of all walls.
-    pub deviations: f64,
 }
 
-/// What they say.
-pub(super) fn weigh(near: &Near) -> Said {
-    let Near { none, count, distances, covariance, another } = near;
-    let logs = Logs { another: another.map(f64::ln), none: none.ln() };
-    let mut sum = Sum { most: logs.none, total: 1.0, ..Sum::default() };
-    Set::empty(distances, covariance).visit(0, *count, &logs, &mut sum);
+/// What `distances` (m), the first `count` of them, say, given the covariance (m²) of their noise.
+pub(super) fn weigh(distances: &Distances, covariance: &Square, count: usize, odds: Odds) -> Said {
+    let mut sum = Sum { most: odds.none.ln(), total: 1.0, ..Sum::default() };
+    Set::empty(distances, covariance).visit(0, count, odds, &mut sum);
     let Sum { most, total, slope, complete, squares_of_slope, touching, touched, squares } = sum;
     let slope = slope / total;
     let complete = complete / total;
@@ -101,12 +76,9 @@ pub(super) fn weigh(near: &Near) -> Said {
         touching: touching / total,
         touched: touched / total,
         squares: squares / total,
-        deviations: 0.0,
     };
-    for k in 0..*count {
-        let deviation = covariance[(k, k)].sqrt();
-        let (cost, slope) = leave(distances[k], deviation);
-        said.deviations += deviation;
+    for k in 0..count {
+        let (cost, slope) = leave(distances[k], covariance[(k, k)].sqrt());
         said.cost += cost;
         said.slope[k] += slope;
     }
@@ -130,14 +102,8 @@ struct Sum {
     complete: Square,
     squares_of_slope: Square,
     touching: f64,
-    touched: Distances,
+    touched: f64,
     squares: f64,
-}
-
-/// Logarithms of `κ_j` and `η`.
-struct Logs {
-    another: Distances,
-    none: f64,
 }
 
 impl Sum {
@@ -159,8 +125,9 @@ impl Sum {
 /// A set of touched walls.
 #[derive(Clone)]
 struct Set {
-    /// `ln (Π_j κ_j · N(d_A; 0, S_AA))`.
+    /// `ln N(d_A; 0, S_AA)`.
     log: f64,
+    touched: usize,
     /// `d_Aᵀ S_AA⁻¹ d_A`.
     squares: f64,
     /// `S_AA⁻¹ d_A` and `S_AA⁻¹`, zero elsewhere.
@@ -177,6 +144,7 @@ impl Set {
     fn empty(distances: &Distances, covariance: &Square) -> Set {
         Set {
             log: 0.0,
+            touched: 0,
             squares: 0.0,
             slope: Distances::zeros(),
             information: Square::zeros(),
@@ -188,25 +156,26 @@ impl Set {
     }
 
     /// Adds this set to the sum, and all that have more of the walls from `next` on.
-    fn visit(&self, next: usize, count: usize, logs: &Logs, sum: &mut Sum) {
-        self.add(count, logs, sum);
+    fn visit(&self, next: usize, count: usize, odds: Odds, sum: &mut Sum) {
+        self.add(count, odds, sum);
         for k in next..count {
-            let larger = self.with(k, count, logs);
+            let larger = self.with(k, count);
             if larger.squares < IMPOSSIBLE {
-                larger.visit(k + 1, count, logs, sum);
+                larger.visit(k + 1, count, odds, sum);
             }
         }
     }
 
     /// With wall `k` touched too.
-    fn with(&self, k: usize, count: usize, logs: &Logs) -> Set {
+    fn with(&self, k: usize, count: usize) -> Set {
         let mut set = self.clone();
         let (left, variance) = (self.left[k], self.covariance[(k, k)]);
         let row = self.from_distances.row(k).transpose();
         set.squares += left * left / variance;
-        set.log += logs.another[k] - 0.5 * (left * left / variance + (std::f64::consts::TAU * variance).ln());
+        set.log -= 0.5 * (left * left / variance + (std::f64::consts::TAU * variance).ln());
         set.slope += row * (left / variance);
         set.information += row * row.transpose() / variance;
+        set.touched += 1;
         set.is_touched[k] = true;
         for i in (0..count).filter(|&i| !set.is_touched[i]) {
             let share = self.covariance[(i, k)] / variance;
@@ -220,9 +189,9 @@ impl Set {
         set
     }
 
-    fn add(&self, count: usize, logs: &Logs, sum: &mut Sum) {
-        let is_empty = !self.is_touched.contains(&true);
-        let mut log = self.log + if is_empty { logs.none } else { 0.0 };
+    fn add(&self, count: usize, odds: Odds, sum: &mut Sum) {
+        let prior = if self.touched == 0 { odds.none.ln() } else { (self.touched as f64 - 1.0) * odds.another.ln() };
+        let mut log = prior + self.log;
         let mut free = [(0.0, 0.0); MAX_ROWS];
         for k in (0..count).filter(|&k| !self.is_touched[k]) {
             let deviation = self.covariance[(k, k)].max(f64::MIN_POSITIVE).sqrt();
@@ -246,8 +215,8 @@ impl Set {
         sum.slope += slope * share;
         sum.complete += information * share;
         sum.squares_of_slope += slope * slope.transpose() * share;
-        sum.touching += if is_empty { 0.0 } else { share };
-        sum.touched += Distances::from_fn(|k, _| if self.is_touched[k] { share } else { 0.0 });
+        sum.touching += if self.touched > 0 { share } else { 0.0 };
+        sum.touched += share * self.touched as f64;
         sum.squares += share * self.squares;
     }
 }
@@ -273,7 +242,7 @@ mod tests {
     use rand_distr::{Distribution, StandardNormal};
     use rand_pcg::Pcg64;
 
-    const ANOTHER: f64 = 2e-4;
+    const ODDS: Odds = Odds { another: 2e-4, none: 5.0, noise: 1.0 };
     const MICRON: f64 = 1e-6;
 
     /// Three walls, the first two pushing against each other, so that their noise is more or less opposite.
@@ -293,18 +262,13 @@ mod tests {
         distances
     }
 
-    /// Walls of surfaces that are touched equally often.
-    fn near(distances: Distances, covariance: Square, count: usize, none: f64) -> Near {
-        Near { none, count, distances, covariance, another: Distances::repeat(ANOTHER) }
-    }
-
     #[test]
     fn derivatives_are_those_of_the_cost() {
         let (covariance, h) = (covariance(650.0), 1e-3 * MICRON);
         for each in
             [[3.0, 5.0, -4.0], [40.0, -30.0, 80.0], [-20.0, 35.0, 10.0], [60.0, 70.0, 90.0], [-150.0, 20.0, 0.0]]
         {
-            let at = |d: &Distances| weigh(&near(*d, covariance, 3, 1e-3));
+            let at = |d: &Distances| weigh(d, &covariance, 3, ODDS);
             let d = distances(each);
             let said = at(&d);
             for k in 0..3 {
@@ -323,11 +287,11 @@ mod tests {
     #[test]
     fn one_wall_touched_for_sure_is_least_squares() {
         let variance = (28.0 * MICRON).powi(2);
-        let one = near(distances([20.0, 0.0, 0.0]), Square::identity() * variance, 1, 1e-13);
-        let said = weigh(&one);
+        let said =
+            weigh(&distances([20.0, 0.0, 0.0]), &(Square::identity() * variance), 1, Odds { none: 1e-9, ..ODDS });
         assert!((said.slope[0] * variance / (20.0 * MICRON) - 1.0).abs() < 1e-6);
         assert!((said.complete[(0, 0)] * variance - 1.0).abs() < 1e-6);
-        assert!((said.touched[0] - 1.0).abs() < 1e-6 && (said.touching - 1.0).abs() < 1e-6);
+        assert!((said.touched - 1.0).abs() < 1e-6 && (said.touching - 1.0).abs() < 1e-6);
     }
 
     /// Walls drawn as the model has them: touched or free, free ones evenly spread, with noise. The least distance is off by several of its standard errors.
@@ -335,7 +299,7 @@ mod tests {
     fn the_slope_is_zero_on_average_where_the_least_distance_is_not() {
         const CONTACTS: usize = 40_000;
         let band = 400.0 * MICRON;
-        let touched_share = ANOTHER / (ANOTHER + band);
+        let touched_share = ODDS.another / (ODDS.another + band);
         let covariance = covariance(150.0);
         let factor = covariance.fixed_view::<3, 3>(0, 0).into_owned().cholesky().unwrap().l();
         let mut chance = Pcg64::seed_from_u64(7);
@@ -350,7 +314,7 @@ mod tests {
             let noise = factor * SVector::<f64, 3>::from_fn(|_, _| StandardNormal.sample(&mut chance));
             let each: [f64; 3] =
                 std::array::from_fn(|k| noise[k] + if touched[k] { 0.0 } else { band * chance.random::<f64>() });
-            let said = weigh(&near(distances(each.map(|d| d / MICRON)), covariance, 3, 1e-7));
+            let said = weigh(&distances(each.map(|d| d / MICRON)), &covariance, 3, Odds { none: 1e-3, ..ODDS });
             for k in 0..3 {
                 sum[k] += said.slope[k];
                 squares[k] += said.slope[k].powi(2);

@@ -92,7 +92,7 @@ pub(crate) fn distances(scenario: &Scenario) -> Vec<Distance> {
 fn fixture(touch: &Touch) -> Fixture {
     Fixture {
         name: touch.name.clone(),
-        manifold: manifold_of(&touch.parts),
+        manifold: manifold_of(&touch.parts).into(),
         base_from_fixture: (!touch.free).then_some(touch.base_from_fixture),
         freedom: if touch.free { Freedom::Free } else { freedom(touch.place_error) },
         placement: touch.name.split('/').next().unwrap_or_default().to_owned(),

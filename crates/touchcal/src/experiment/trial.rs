@@ -83,7 +83,7 @@ impl Trial {
         parameters.extend(joint_offset(&self.robot));
         let fixture = Fixture {
             name: "hole".to_owned(),
-            manifold,
+            manifold: manifold.into(),
             base_from_fixture: Some(self.base_from_hole),
             freedom: Freedom::Known,
             placement: String::new(),

@@ -18,7 +18,7 @@ pub fn write(path: &Path, bytes: &[u8]) -> Result<(), IoError> {
 /// The same of what `content` writes, bit by bit.
 ///
 /// # Errors
-/// As [`write`], and those of `content`.
+/// As [`write()`], and those of `content`.
 pub fn write_by(path: &Path, content: impl FnOnce(&mut File) -> Result<(), IoError>) -> Result<(), IoError> {
     let folder = match path.parent() {
         Some(parent) if !parent.as_os_str().is_empty() => parent,

@@ -17,6 +17,13 @@ pub struct Input {
     pub sha256: String,
 }
 
+impl Input {
+    /// Bytes in memory, under a name that stands for a path.
+    pub fn of(name: impl Into<String>, content: impl AsRef<[u8]>) -> Input {
+        Input { path: name.into(), sha256: sha256(content) }
+    }
+}
+
 /// Passes bytes on and fingerprints them.
 pub(crate) struct Hashing<R> {
     inner: R,
@@ -82,7 +89,7 @@ pub(crate) fn sha256(content: impl AsRef<[u8]>) -> String {
 }
 
 /// The fingerprint of bytes in parts, one after another.
-pub(crate) fn sha256_of_parts<'p>(parts: impl Iterator<Item = &'p [u8]>) -> String {
+pub(crate) fn sha256_of_parts(parts: impl Iterator<Item = impl AsRef<[u8]>>) -> String {
     let mut hasher = Sha256::new();
     parts.for_each(|part| hasher.update(part));
     hex(&hasher.finalize())

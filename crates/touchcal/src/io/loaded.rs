@@ -1,10 +1,11 @@
 //! What a problem is read from, together.
 
 use super::bytes::Input;
+use super::error::{IoError, Place};
 use crate::estimate::Problem;
 
 /// A problem, and what is needed to write its result.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub struct Loaded {
     /// The problem.
     pub problem: Problem,
@@ -12,4 +13,17 @@ pub struct Loaded {
     pub urdf: String,
     /// Every file that was read, in that order.
     pub inputs: Vec<Input>,
+}
+
+impl Loaded {
+    /// The same, if all its fixtures can be calibrated with.
+    ///
+    /// # Errors
+    /// If a fixture's shape is unknown.
+    pub fn with_known_shapes(self) -> Result<Loaded, IoError> {
+        let unknown = self.problem.fixtures.iter().find(|fixture| fixture.manifold.is_unknown());
+        let Some(fixture) = unknown else { return Ok(self) };
+        let found = "`unknown`; record its contacts with a calibrated arm (`touchcal manifold`) and give them as `manifold = \"nearest\"`";
+        Err(IoError::unexpected(Place::file(format!("fixture `{}`", fixture.name)), "a known manifold", found))
+    }
 }

@@ -10,9 +10,11 @@
 //! | [`trial_folder`] | trials with truth | [`Trial`](crate::experiment::Trial)s |
 //! | [`pose_file`] | poses of a tool in contact | [`PoseSamples`](crate::manifold::PoseSamples) |
 //! | [`manifold_file`] | `manifold.safetensors` | [`ManifoldFile`](manifold_file::ManifoldFile), and writes it |
+//! | [`calibration_folder`] | | writes what a calibration leaves: `calibrated.urdf`, `estimate.json`, `report.html` |
 //! | [`estimate_file`] | `estimate.json` | [`EstimateFile`](estimate_file::EstimateFile), and writes it |
 //! | [`weights_file`], [`checkpoint_file`] | a network, trained or in training | [`WeightsFile`](weights_file::WeightsFile), [`CheckpointFile`](checkpoint_file::CheckpointFile), and writes them |
 //! | [`onnx`] | | writes a network for others |
+//! | [`offsets_yaml`] | | writes encoder offsets for a driver |
 //! | [`atomic`] | | writes a file whole or not at all |
 //!
 //! Every failure is an [`IoError`] that names the file, the line or field, what was expected and what was found. Input is
@@ -20,6 +22,7 @@
 
 pub mod atomic;
 mod bytes;
+pub mod calibration_folder;
 #[cfg(feature = "parquet")]
 pub mod campaign_parquet;
 pub mod checkpoint_file;
@@ -34,6 +37,7 @@ mod network_entry;
 mod network_tensors;
 #[cfg(feature = "parquet")]
 mod number_columns;
+pub mod offsets_yaml;
 pub mod onnx;
 mod outline;
 pub mod pose_file;

@@ -4,11 +4,12 @@
 //! somewhere unknown; neighbouring sockets of one placement are a known distance apart.
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use nalgebra::Isometry3;
 
 use super::bytes::Input;
-use super::contact_csv;
+use super::contact_log;
 use super::error::{IoError, Place, quoted};
 use super::loaded::Loaded;
 use super::suggest::{did_you_mean, list};
@@ -135,7 +136,7 @@ fn check(options: &MukcaOptions, folder: &Path) -> Result<(), IoError> {
 fn socket(placement: &str, number: u32) -> Fixture {
     Fixture {
         name: format!("{placement}/{number}"),
-        manifold: Box::new(BallInSocket),
+        manifold: Arc::new(BallInSocket),
         base_from_fixture: None,
         freedom: Freedom::Free,
         placement: placement.to_owned(),
@@ -143,8 +144,8 @@ fn socket(placement: &str, number: u32) -> Fixture {
 }
 
 fn read_hole(path: &Path, fixture: usize, robot: &Robot, log: &mut ContactLog) -> Result<Input, IoError> {
-    let options = contact_csv::Options { fixture, ..contact_csv::Options::default() };
-    contact_csv::read_file(path, robot, &options, log)
+    let options = contact_log::Options { fixture, ..contact_log::Options::default() };
+    contact_log::read_file(path, robot, &options, log)
 }
 
 /// All subfolders that hold files `hole_N.csv`, sorted by name.

@@ -35,29 +35,27 @@ pub const MAX_ROWS: usize = 6;
 
 /// A residual of up to [`MAX_ROWS`] rows with its derivative, held in place so that evaluating a contact allocates nothing.
 ///
-/// `jacobian[k]` is `∂value[k]/∂ξ` for the right perturbation `fixture_from_tool · Exp(ξ)`, ordered `[v; ω]`; `surface[k]` is which of the manifold's surfaces a
-/// wall is of, region by region, see [`ContactManifold::surfaces`], and 0 for other rows.
+/// `jacobian[k]` is `∂value[k]/∂ξ` for the right perturbation `fixture_from_tool · Exp(ξ)`, ordered `[v; ω]`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Rows {
     len: usize,
     value: [f64; MAX_ROWS],
     jacobian: [Twist; MAX_ROWS],
-    surface: [usize; MAX_ROWS],
 }
 
 impl Rows {
     /// No rows.
     pub fn new() -> Self {
-        Rows { len: 0, value: [0.0; MAX_ROWS], jacobian: [Twist::zeros(); MAX_ROWS], surface: [0; MAX_ROWS] }
+        Rows { len: 0, value: [0.0; MAX_ROWS], jacobian: [Twist::zeros(); MAX_ROWS] }
     }
 
     /// Keeps the rows of which `keep(value, derivative)` is true, in their order.
     pub fn retain(&mut self, mut keep: impl FnMut(f64, &Twist) -> bool) {
         let before = std::mem::take(&mut self.len);
         for k in 0..before {
-            let (value, jacobian, surface) = (self.value[k], self.jacobian[k], self.surface[k]);
+            let (value, jacobian) = (self.value[k], self.jacobian[k]);
             if keep(value, &jacobian) {
-                self.push_wall(value, jacobian, surface);
+                self.push(value, jacobian);
             }
         }
     }
@@ -69,16 +67,10 @@ impl Rows {
 
     /// Appends a row. Rows beyond [`MAX_ROWS`] are a mistake of the manifold and are ignored in release builds.
     pub fn push(&mut self, value: f64, jacobian: Twist) {
-        self.push_wall(value, jacobian, 0);
-    }
-
-    /// Appends a wall of one of the manifold's surfaces; all walls of a pose are of one region.
-    pub fn push_wall(&mut self, value: f64, jacobian: Twist, surface: usize) {
         debug_assert!(self.len < MAX_ROWS, "a manifold pushed more than {MAX_ROWS} rows");
         if self.len < MAX_ROWS {
             self.value[self.len] = value;
             self.jacobian[self.len] = jacobian;
-            self.surface[self.len] = surface;
             self.len += 1;
         }
     }
@@ -102,49 +94,11 @@ impl Rows {
     pub fn jacobian(&self) -> &[Twist] {
         &self.jacobian[..self.len]
     }
-
-    /// Surface of each wall.
-    pub fn surfaces(&self) -> &[usize] {
-        &self.surface[..self.len]
-    }
 }
 
 impl Default for Rows {
     fn default() -> Self {
         Rows::new()
-    }
-}
-
-/// How near walls must be to be looked at.
-#[derive(Clone, Debug)]
-pub struct Reach {
-    /// Covariance of the pose's noise (right twists).
-    pub covariance: Matrix6<f64>,
-    /// Variance (m²) of each wall's own noise.
-    pub own_variance: f64,
-    /// How far (m) beyond its surface a wall is on average.
-    pub interference: f64,
-    /// Standard deviations up to which a wall is near.
-    pub deviations: f64,
-}
-
-impl Reach {
-    /// Covariance (m²) of the distances of two walls with these gradients, less their own noise.
-    pub fn covariance(&self, a: &Twist, b: &Twist) -> f64 {
-        a.dot(&(self.covariance * b))
-    }
-
-    /// Whether a wall at `distance` (m) is near.
-    pub fn holds(&self, distance: f64, gradient: &Twist) -> bool {
-        let deviation = (self.covariance(gradient, gradient) + self.own_variance).sqrt();
-        distance - self.interference < self.deviations * deviation
-    }
-
-    /// Distance (m) from which on no wall is near that touches the tool within `radius` (m) of its origin.
-    pub fn farthest(&self, radius: f64) -> f64 {
-        let size = |k: usize| self.covariance.fixed_view::<3, 3>(k, k).norm().sqrt();
-        let deviation = (size(0) + radius * size(3)).hypot(self.own_variance.sqrt());
-        self.interference.max(0.0) + self.deviations * deviation
     }
 }
 
@@ -173,18 +127,11 @@ pub trait ContactManifold: Send + Sync + std::fmt::Debug {
         }
     }
 
-    /// How far the tool is from each wall that it may touch, the nearest first, appended to `rows`: those within `reach`. A wall is what can push in one
-    /// direction; all that the parts touch at once read zero, on average over the pose's noise. None where it
+    /// How far the tool is from each wall that it may touch, the nearest first, appended to `rows`: those below `within` (m). A wall is what can push in one
+    /// direction; all that the parts touch at once read zero, on average if the pose has noise of the given covariance (right twists). None where it
     /// cannot be told which walls there are. The residual, for a manifold of one wall.
-    fn walls(&self, fixture_from_tool: &Pose, reach: &Reach, rows: &mut Rows) {
+    fn walls(&self, fixture_from_tool: &Pose, _within: f64, _covariance: &Matrix6<f64>, rows: &mut Rows) {
         self.residual(fixture_from_tool, 0.0, rows);
-        rows.retain(|distance, gradient| reach.holds(distance, gradient));
-    }
-
-    /// Number of regions of the manifold, and of surfaces that walls of each region are of. How often a surface is touched is learned: where a tool is held, it leans to
-    /// one side, and elsewhere to another.
-    fn surfaces(&self) -> (usize, usize) {
-        (1, 1)
     }
 
     /// Derivatives of a loss by a right twist of each pose, from those by its residual: `Jᵀ cotangent(i, residual)`.

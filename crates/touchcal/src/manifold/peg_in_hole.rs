@@ -1,9 +1,9 @@
 //! A straight peg in a straight hole: the residual is the exact signed gap.
 
-use super::{ContactManifold, MAX_ROWS, Reach, Rows, Shape, Sketch};
-use crate::geometry::extrusion::{Gap, PegAndHole};
+use super::{ContactManifold, MAX_ROWS, Rows, Shape, Sketch};
+use crate::geometry::extrusion::PegAndHole;
 use crate::geometry::profile::Profile;
-use nalgebra::Vector3;
+use nalgebra::{Matrix6, Vector3};
 
 use crate::se3::{self, Pose, Twist, twist};
 
@@ -38,16 +38,6 @@ impl PegInHole {
         PegInHole { shapes, translation_scale: TRANSLATION_SCALE, rotation_scale: ROTATION_SCALE }
     }
 
-    /// Number of the surface that a gap is of.
-    fn surface(&self, gap: &Gap, hole_from_peg: &Pose) -> usize {
-        let (normal, point) = (gap.normal_in_hole, gap.point_in_hole);
-        let axis = normal.iamax();
-        let is_at_rim = point.z.abs() < hole_from_peg.inverse_transform_point(&point).z.abs();
-        let depth = (-hole_from_peg.translation.z / self.shapes.depth()).clamp(0.0, 1.0);
-        let quarter = ((depth * QUARTERS as f64) as usize).min(QUARTERS - 1);
-        SURFACES * quarter + 4 * axis + 2 * usize::from(normal[axis] < 0.0) + usize::from(is_at_rim)
-    }
-
     /// Whether the peg's end reaches from below the rim to above it. Edge then rolls over edge, and which features there are depends on the noise.
     fn is_at_rim(&self, hole_from_peg: &Pose) -> bool {
         let axis = hole_from_peg.rotation * Vector3::z();
@@ -56,42 +46,25 @@ impl PegInHole {
     }
 }
 
-/// Regions of a hole, by how deep the tip is: a peg that is hardly in leans otherwise than one that is deep in.
-const QUARTERS: usize = 4;
-/// Surfaces of each: those that push in each of six directions, near the peg's tip or at the rim.
-const SURFACES: usize = 12;
-
 /// Cosine of the angle between normals from which two features are of one wall.
 const ALIKE: f64 = 0.95;
-/// Two features of a wall whose distances differ by less than `TOGETHER` standard deviations of the noise between them are as near as each other, by more than `APART` they are not.
-const TOGETHER: f64 = 2.0;
-const APART: f64 = 4.0;
+/// What the lesser of two distances that are the same but for noise of 1 is made larger by where they differ by `x`: `FLAT · exp(−x²/2)`, which is right on average: 1/√π.
+const FLAT: f64 = 0.564_189_583_547_756_3;
 
-/// The features that push in one direction: the nearest of them, and the mean of all that are as near but for noise. Noise would choose among those, and the one that it chose
-/// is too near.
-struct Wall<'g> {
-    nearest: &'g Gap,
-    weight: f64,
+/// The features that push in one direction: the nearest, and by how much it is too small on average if others are as near.
+struct Wall {
     distance: f64,
     gradient: Twist,
+    too_small_by: f64,
 }
 
-impl<'g> Wall<'g> {
-    fn new(nearest: &'g Gap) -> Self {
-        Wall { weight: 1.0, distance: nearest.value, gradient: nearest.gradient, nearest }
-    }
-
-    /// Takes another feature into account.
-    fn beside(&mut self, other: &Gap, reach: &Reach) {
-        let between = other.gradient - self.nearest.gradient;
-        let deviation = reach.covariance(&between, &between).max(f64::MIN_POSITIVE).sqrt();
-        let apart = (((other.value - self.nearest.value) / deviation - TOGETHER) / (APART - TOGETHER)).clamp(0.0, 1.0);
-        if apart < 1.0 {
-            self.weight += 1.0 - apart;
-            let share = (1.0 - apart) / self.weight;
-            self.distance += share * (other.value - self.distance);
-            self.gradient += (other.gradient - self.gradient) * share;
-        }
+impl Wall {
+    /// Takes another feature into account: with two that are really as near, the nearer one is too near by what noise tells between them.
+    fn beside(&mut self, distance: f64, gradient: &Twist, covariance: &Matrix6<f64>) {
+        let between = gradient - self.gradient;
+        let variance = between.dot(&(covariance * between));
+        let x2 = (distance - self.distance).powi(2) / variance.max(f64::MIN_POSITIVE);
+        self.too_small_by = self.too_small_by.max(FLAT * variance.sqrt() * (-0.5 * x2).exp());
     }
 }
 
@@ -114,35 +87,25 @@ impl ContactManifold for PegInHole {
         rows.push(value, gradient);
     }
 
-    fn walls(&self, hole_from_peg: &Pose, reach: &Reach, rows: &mut Rows) {
+    fn walls(&self, hole_from_peg: &Pose, within: f64, covariance: &Matrix6<f64>, rows: &mut Rows) {
         if self.is_at_rim(hole_from_peg) {
             return;
         }
-        let mut features: Vec<Gap> = Vec::new();
-        let radius = self.shapes.peg().bounding_radius().hypot(self.shapes.depth());
-        self.shapes.visit_below(hole_from_peg, reach.farthest(radius), |gap| {
-            if gap.normal_in_hole.z > DOWN && reach.holds(gap.value, &gap.gradient) {
-                features.push(gap.clone());
+        let mut features: Vec<(f64, Twist)> = Vec::new();
+        self.shapes.visit_below(hole_from_peg, within, |gap| {
+            if gap.normal_in_hole.z > DOWN {
+                features.push((gap.value, gap.gradient));
             }
         });
-        while let Some(nearest) = features.iter().min_by(|a, b| a.value.total_cmp(&b.value)).cloned() {
-            let mut wall = Wall::new(&nearest);
-            features.retain(|gap| {
-                let of_wall = alike(&nearest.gradient, &gap.gradient);
-                if of_wall && gap.feature != nearest.feature {
-                    wall.beside(gap, reach);
-                }
-                !of_wall
-            });
-            rows.push_wall(wall.distance, wall.gradient, self.surface(&nearest, hole_from_peg));
-            if rows.len() == MAX_ROWS {
-                return;
+        features.sort_unstable_by(|(a, _), (b, _)| a.total_cmp(b));
+        let mut walls: Vec<Wall> = Vec::new();
+        for (distance, gradient) in features {
+            match walls.iter_mut().find(|wall| alike(&wall.gradient, &gradient)) {
+                Some(wall) => wall.beside(distance, &gradient, covariance),
+                None => walls.push(Wall { distance, gradient, too_small_by: 0.0 }),
             }
         }
-    }
-
-    fn surfaces(&self) -> (usize, usize) {
-        (QUARTERS, SURFACES)
+        walls.iter().take(MAX_ROWS).for_each(|wall| rows.push(wall.distance + wall.too_small_by, wall.gradient));
     }
 
     fn envelope(&self, hole_from_peg: &Pose, rows: &mut Rows) {

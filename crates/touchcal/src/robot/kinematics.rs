@@ -2,7 +2,7 @@
 
 use nalgebra::{Matrix3, Matrix6, Rotation3, UnitQuaternion, Vector3};
 
-use super::chain::{JointKind, Robot};
+use super::chain::{Joint, JointKind, Robot};
 use super::gravity::{Gravity, Torques};
 use super::parameters::{Block, Column};
 use super::segments::segments;
@@ -255,12 +255,7 @@ impl Robot {
             }
             let twist = Twist::from_fn(|k, _| sum(&|column| column == Column::JointOrigin(moving, k)));
             let offset = sum(&|column| column == Column::JointOffset(moving));
-            let bias = if joint.kind == JointKind::Prismatic {
-                Pose::translation(-offset * joint.axis.x, -offset * joint.axis.y, -offset * joint.axis.z)
-            } else {
-                Pose::from_parts(Vector3::zeros().into(), UnitQuaternion::from_axis_angle(&joint.axis, -offset))
-            };
-            joint.parent_from_joint = joint.parent_from_joint * se3::exp(&twist) * bias;
+            joint.parent_from_joint = joint.parent_from_joint * se3::exp(&twist) * bias(joint, offset);
             joint.compliance += sum(&|column| column == Column::JointCompliance(moving));
             moving += 1;
         }
@@ -274,6 +269,15 @@ impl Robot {
         let last = robot.joints_mut().last_mut().filter(|joint| joint.kind == JointKind::Fixed)?;
         last.parent_from_joint *= *tip_from_moved_tip;
         Some(robot)
+    }
+}
+
+/// The motion of a moving joint by `−offset`, which stands before its own.
+pub(super) fn bias(joint: &Joint, offset: f64) -> Pose {
+    if joint.kind == JointKind::Prismatic {
+        Pose::translation(-offset * joint.axis.x, -offset * joint.axis.y, -offset * joint.axis.z)
+    } else {
+        Pose::from_parts(Vector3::zeros().into(), UnitQuaternion::from_axis_angle(&joint.axis, -offset))
     }
 }
 

@@ -4,6 +4,7 @@ pub mod builtin;
 mod chain;
 mod gravity;
 mod kinematics;
+mod offsets;
 mod parameters;
 mod segments;
 mod stage;

@@ -4,25 +4,26 @@ mod comparison;
 
 use std::path::Path;
 
+use touchcal::io::calibration_folder::{self, Solved};
 use touchcal::io::{problem_file, scenario_file};
 
-use super::{Failure, Outcome, Solved, calibrate, simulate};
+use super::{Failure, Outcome, calibrate, simulate};
 use crate::args::DemoArgs;
 use crate::output;
 use crate::summary;
 
 /// Simulates, writes the example, calibrates it as `touchcal calibrate` would, compares with the truth.
 pub fn run(args: &DemoArgs) -> Result<Outcome, Failure> {
-    simulate::spare_foreign_files(&args.out)?;
+    scenario_file::check_folder(&args.out)?;
     let mut file = scenario_file::preset("paper")?;
     file.scenario.contacts = args.contacts as usize;
     let simulated = simulate::simulate(&file, args.seed)?;
-    simulate::write(&args.out, &file, &simulated, args.seed)?;
+    scenario_file::write_folder(&args.out, &file, &simulated, args.seed)?;
     let loaded = problem_file::read_file(&args.out.join(scenario_file::PROBLEM))?;
     let solved = super::calibrate(&loaded)?;
     let Solved { estimate, prefit, .. } = &solved;
-    let written = output::estimate_file(&loaded, &solved);
-    output::write(&args.out, &loaded, &solved, &written)?;
+    let written = calibration_folder::estimate_file(&loaded, &solved);
+    calibration_folder::write(&args.out, &loaded, &solved, &written)?;
     let text = [
         comparison::text(&file.scenario.robot, &simulated.truth, args.seed, &loaded.problem, estimate),
         "Distance from touching (mm)\n".to_owned(),

@@ -3,10 +3,9 @@
 use super::kuka;
 use super::lines::Separator;
 use super::{AngleUnit, Options};
+use crate::io::contact_log::joints::{WRENCH, check_renames, joint_order, same, scale};
 use crate::io::error::{IoError, Place, quoted};
 use crate::io::suggest::{did_you_mean, list};
-#[cfg(feature = "mcap")]
-use crate::robot::Joint;
 use crate::robot::{JointKind, Robot};
 
 /// What a column holds; the discriminant of a joint is its place in the chain's order.
@@ -18,6 +17,21 @@ pub(in crate::io) enum Holds {
     Wrench(usize),
     /// Contact flag.
     Contact,
+}
+
+impl Holds {
+    /// What is expected there, in words.
+    pub(in crate::io) fn expected(self, robot: &Robot, options: &Options) -> &'static str {
+        let prismatic = |joint| robot.moving().nth(joint).is_some_and(|joint| joint.kind == JointKind::Prismatic);
+        match self {
+            Holds::Joint(joint) if prismatic(joint) => "a number in metres",
+            Holds::Joint(_) if options.unit == AngleUnit::Degree => "a number in degrees",
+            Holds::Joint(_) => "a number in radians",
+            Holds::Wrench(0..3) => "a number in N",
+            Holds::Wrench(_) => "a number in Nm",
+            Holds::Contact => "0, 1, true or false",
+        }
+    }
 }
 
 /// Layout of a log.
@@ -35,8 +49,6 @@ pub(in crate::io) struct Layout {
     pub(in crate::io) from_recorder: bool,
     pub(in crate::io) separator: Separator,
 }
-
-const WRENCH: [&str; 6] = ["fx", "fy", "fz", "tx", "ty", "tz"];
 
 impl Layout {
     /// Understands the first line of a file.
@@ -122,51 +134,6 @@ fn without_force(place: Place, found: String) -> IoError {
     IoError::unexpected(place, "columns fx, fy and fz, which a force threshold needs", found)
 }
 
-/// For each moving joint, what to multiply its column with to get rad or m.
-pub(in crate::io) fn scale(robot: &Robot, options: &Options) -> Vec<f64> {
-    let degree = |kind| options.unit == AngleUnit::Degree && kind != JointKind::Prismatic;
-    robot.moving().map(|joint| if degree(joint.kind) { std::f64::consts::PI / 180.0 } else { 1.0 }).collect()
-}
-
-/// For each of `q1`…`qn`, its place among the moving joints.
-fn joint_order(file: &str, robot: &Robot, options: &Options) -> Result<Vec<usize>, IoError> {
-    let Some(wanted) = &options.joints else { return Ok((0..robot.dof()).collect()) };
-    let known: Vec<&str> = robot.moving().map(|joint| joint.name.as_str()).collect();
-    let mut order = Vec::with_capacity(known.len());
-    for name in wanted {
-        let found = known.iter().position(|joint| joint == name);
-        match found.filter(|index| !order.contains(index)) {
-            Some(index) => order.push(index),
-            None => {
-                let found = match found {
-                    Some(_) => format!("`{name}` twice"),
-                    None => format!("`{name}`{}", did_you_mean(name, known.iter().copied())),
-                };
-                let expected = format!("a list of the moving joints ({})", list(known.iter().copied()));
-                return Err(IoError::unexpected(Place::file(file).field("joints"), expected, found));
-            }
-        }
-    }
-    if order.len() != known.len() {
-        let expected = format!("all {} moving joints ({})", known.len(), list(known.iter().copied()));
-        return Err(IoError::unexpected(Place::file(file).field("joints"), expected, format!("{}", order.len())));
-    }
-    Ok(order)
-}
-
-/// The name that each moving joint goes by, where it must be the only one: that of [`Options::columns`], else its own.
-#[cfg(feature = "mcap")]
-pub(in crate::io) fn joint_names(file: &str, robot: &Robot, options: &Options) -> Result<Vec<String>, IoError> {
-    let order = joint_order(file, robot, options)?;
-    check_renames(file, robot, options)?;
-    let renamed = |usual: &str| options.columns.iter().find(|(key, _)| same(key, usual)).map(|(_, name)| name.clone());
-    let name = |(index, joint): (usize, &Joint)| {
-        let number = 1 + order.iter().position(|at| *at == index).unwrap_or(index);
-        renamed(&joint.name).or_else(|| renamed(&format!("q{number}"))).unwrap_or_else(|| joint.name.clone())
-    };
-    Ok(robot.moving().enumerate().map(name).collect())
-}
-
 /// Finds columns by their names.
 fn by_name(
     cells: &[&[u8]],
@@ -194,7 +161,11 @@ fn by_name(
         };
         let Some(column) = column else {
             let expected = format!("a column for every joint: `{}` or `{numbered}`", joint.name);
-            let found = format!("{}{}", names(cells), hint(cells));
+            let near = match hint(cells) {
+                "" => misspelt(&joint.name, &numbered, &header, robot),
+                hint => hint.to_owned(),
+            };
+            let found = format!("{}{near}", names(cells));
             return Err(IoError::unexpected(place.clone(), expected, found));
         };
         used.push((column, Holds::Joint(index), header[column].to_owned()));
@@ -212,6 +183,19 @@ fn by_name(
         ));
     }
     Ok(used)
+}
+
+/// The first column that is no joint's and looks like this joint's with a typing error.
+fn misspelt(joint: &str, numbered: &str, header: &[&str], robot: &Robot) -> String {
+    let known = |name: &str| {
+        let number = (1..=robot.dof()).any(|number| same(&format!("q{number}"), name));
+        number || robot.moving().any(|joint| same(&joint.name, name))
+    };
+    let near = header.iter().map(|name| name.trim()).filter(|name| !known(name)).find_map(|name| {
+        let hint = did_you_mean(name, [joint, numbered]);
+        (!hint.is_empty()).then(|| format!(" ({}{hint})", quoted(name)))
+    });
+    near.unwrap_or_default()
 }
 
 /// The columns of a file without header: joints in order, nothing else.
@@ -257,25 +241,6 @@ impl Search<'_> {
             (column, _) => Ok(column),
         }
     }
-}
-
-/// Every key of the renames must be a usual name, or it would silently do nothing.
-fn check_renames(file: &str, robot: &Robot, options: &Options) -> Result<(), IoError> {
-    let numbered: Vec<String> = (1..=robot.dof()).map(|number| format!("q{number}")).collect();
-    let joints = robot.moving().map(|joint| joint.name.as_str());
-    let known: Vec<&str> = joints.chain(numbered.iter().map(String::as_str)).chain(WRENCH).chain(["contact"]).collect();
-    match options.columns.keys().find(|key| !known.iter().any(|name| same(key, name))) {
-        None => Ok(()),
-        Some(key) => {
-            let place = Place::file(file).field("columns");
-            let expected = format!("a name to rename ({})", list(known.iter().copied()));
-            Err(IoError::unexpected(place, expected, format!("`{key}`{}", did_you_mean(key, known))))
-        }
-    }
-}
-
-pub(in crate::io) fn same(a: &str, b: &str) -> bool {
-    a.trim().eq_ignore_ascii_case(b.trim())
 }
 
 fn number(cell: &[u8]) -> Option<f64> {

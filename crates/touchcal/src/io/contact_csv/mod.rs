@@ -17,8 +17,7 @@ use std::path::Path;
 
 use flate2::bufread::MultiGzDecoder;
 
-use super::bytes::{self, Hashing, Input};
-pub use super::contact_log::{AngleUnit, Detection, MAX_CONTACTS, Options};
+use super::contact_log::{AngleUnit, Options};
 use super::error::{IoError, Place};
 use crate::contact::ContactLog;
 use crate::robot::Robot;
@@ -54,18 +53,6 @@ pub(super) fn unpacked<'c>(content: impl Read + 'c, file: &str) -> Result<Box<dy
         return Ok(Box::new(BufReader::with_capacity(BUFFER, MultiGzDecoder::new(content))));
     }
     Ok(Box::new(content))
-}
-
-/// Adds the contacts of a file to `log`, and returns its fingerprint.
-///
-/// # Errors
-/// As [`read`], and if the file cannot be read.
-pub fn read_file(path: &Path, robot: &Robot, options: &Options, log: &mut ContactLog) -> Result<Input, IoError> {
-    let name = path.display().to_string();
-    let mut hashing = Hashing::new(bytes::open(path)?);
-    read(&mut hashing, &name, robot, options, log)?;
-    let sha256 = hashing.finish().map_err(|source| IoError::file(path, "read", source))?;
-    Ok(Input { path: name, sha256 })
 }
 
 fn refuse_other_formats(start: &[u8], file: &str) -> Result<(), IoError> {

@@ -2,13 +2,13 @@
 
 use std::io::BufRead;
 
+use super::Options;
 use super::header::{Holds, Layout};
 use super::lines::Lines;
-use super::{AngleUnit, Options};
 use crate::contact::ContactLog;
 use crate::io::contact_log::rows::{ContactRows, Row};
 use crate::io::error::{IoError, Place, quoted};
-use crate::robot::{JointKind, Robot};
+use crate::robot::Robot;
 
 pub(super) fn read(
     content: impl BufRead,
@@ -24,10 +24,7 @@ pub(super) fn read(
     let layout = Layout::of(first, at(file, number), robot, options)?;
     let first = if layout.has_header { None } else { Some(first.to_vec()) };
     let mut parser = RowParser { row: Row::new(robot.dof()), file, robot, options, layout };
-    let mut rows = ContactRows::new(file, at, parser.layout.joint_names(robot.dof()), (robot, options), log);
-    if parser.layout.from_recorder {
-        rows.guess_unit(robot, options);
-    }
+    let mut rows = ContactRows::of(&parser.layout, (file, at), (robot, options), log);
     if let Some(first) = first {
         rows.take(number, parser.parse(number, &first)?)?;
     }
@@ -61,11 +58,11 @@ impl RowParser<'_> {
             let Some((_, holds, name)) = used.next_if(|(column, _, _)| *column == index) else { continue };
             if let Holds::Contact = holds {
                 self.row.flag = flag(cell)
-                    .ok_or_else(|| IoError::unexpected(self.place(number, name), "0, 1, true or false", shown(cell)))?;
+                    .ok_or_else(|| IoError::unexpected(self.place(number, name), self.expected(*holds), shown(cell)))?;
                 continue;
             }
             let value = finite(cell)
-                .ok_or_else(|| IoError::unexpected(self.place(number, name), self.unit(*holds), shown(cell)))?;
+                .ok_or_else(|| IoError::unexpected(self.place(number, name), self.expected(*holds), shown(cell)))?;
             match holds {
                 Holds::Joint(joint) => self.row.q[*joint] = value * self.layout.scale[*joint],
                 Holds::Wrench(k) => self.row.wrench[*k] = value,
@@ -84,16 +81,8 @@ impl RowParser<'_> {
         at(self.file, line).field(format!("column {column}"))
     }
 
-    fn unit(&self, holds: Holds) -> &'static str {
-        let prismatic = |joint| self.robot.moving().nth(joint).is_some_and(|joint| joint.kind == JointKind::Prismatic);
-        match holds {
-            Holds::Joint(joint) if prismatic(joint) => "a number in metres",
-            Holds::Joint(_) if self.options.unit == AngleUnit::Degree => "a number in degrees",
-            Holds::Joint(_) => "a number in radians",
-            Holds::Wrench(0..3) => "a number in N",
-            Holds::Wrench(_) => "a number in Nm",
-            Holds::Contact => "0 or 1",
-        }
+    fn expected(&self, holds: Holds) -> &'static str {
+        holds.expected(self.robot, self.options)
     }
 }
 

@@ -7,11 +7,15 @@
 //! | comma-separated values, plain or gzipped | [`contact_csv`] | what is none of the others |
 //! | ROS 2 bag, MCAP (cargo feature `mcap`) | `mcap` | its first five bytes |
 //! | Parquet (cargo feature `parquet`) | `parquet` | its first four bytes |
+//! | columns in memory | [`Columns`] | |
 //!
 //! Which rows are contacts: those a force threshold detects, if one is given; else those flagged, if there are flags; else all.
 
+mod columns;
+pub(super) mod joints;
 #[cfg(feature = "mcap")]
 mod mcap;
+mod numbers;
 #[cfg(feature = "parquet")]
 mod parquet;
 pub(super) mod rows;
@@ -27,6 +31,8 @@ use super::contact_csv;
 use super::error::IoError;
 use crate::contact::ContactLog;
 use crate::robot::Robot;
+
+pub use columns::{Columns, read_columns};
 
 /// Most contacts of one problem, about 80 bytes of memory each.
 pub const MAX_CONTACTS: usize = 20_000_000;

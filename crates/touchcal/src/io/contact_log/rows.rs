@@ -3,6 +3,7 @@
 use super::units::UnitCheck;
 use super::{AngleUnit, MAX_CONTACTS, Options};
 use crate::contact::{ContactLog, Detector, Source, Wrench};
+use crate::io::contact_csv::header::Layout;
 use crate::io::error::{IoError, Place};
 use crate::robot::{JointKind, Robot};
 
@@ -51,8 +52,7 @@ pub(in crate::io) struct ContactRows<'a> {
 
 impl<'a> ContactRows<'a> {
     pub(in crate::io) fn new(
-        file: &'a str,
-        place: fn(&str, u64) -> Place,
+        (file, place): (&'a str, fn(&str, u64) -> Place),
         names: Vec<String>,
         (robot, options): (&Robot, &Options),
         log: &'a mut ContactLog,
@@ -71,14 +71,22 @@ impl<'a> ContactRows<'a> {
         }
     }
 
-    /// From here on, finds out whether angles are radians or degrees, if that is not declared.
-    pub(in crate::io) fn guess_unit(&mut self, robot: &Robot, options: &Options) {
-        if options.unit == AngleUnit::Undeclared {
+    /// Rows of a table.
+    pub(in crate::io) fn of(
+        layout: &Layout,
+        at: (&'a str, fn(&str, u64) -> Place),
+        (robot, options): (&Robot, &Options),
+        log: &'a mut ContactLog,
+    ) -> Self {
+        let mut rows = ContactRows::new(at, layout.joint_names(robot.dof()), (robot, options), log);
+        // Radians or degrees is found out, if it is not declared.
+        if layout.from_recorder && options.unit == AngleUnit::Undeclared {
             let scale = |kind| if kind == JointKind::Prismatic { 1.0 } else { std::f64::consts::PI / 180.0 };
             let scale: Vec<f64> = robot.moving().map(|joint| scale(joint.kind)).collect();
             let units = UnitCheck::new(robot, AngleUnit::Degree);
-            self.guess = Some(Guess { first: self.log.len(), q: scale.clone(), scale, units });
+            rows.guess = Some(Guess { first: rows.log.len(), q: scale.clone(), scale, units });
         }
+        rows
     }
 
     /// Remembers what was taken for granted.

@@ -7,6 +7,7 @@ pub(super) mod context;
 mod parameters;
 mod projected;
 pub(super) mod schema;
+mod settings;
 pub(super) mod touch;
 
 use std::collections::HashMap;
@@ -21,19 +22,17 @@ use super::loaded::Loaded;
 use super::suggest::{did_you_mean, list};
 use super::urdf::{self, Ends, UrdfFile};
 use crate::contact::ContactLog;
-use crate::estimate::{Distance, Fixture, Freedom, Noise, Problem, Tool};
+use crate::estimate::{Distance, Fixture, Freedom, Tool};
 use crate::robot::Robot;
 use crate::se3::Pose;
-use context::{Allowed, Context, DEG, MM};
-use schema::{ContactsToml, DistanceToml, FixtureKind, FixtureToml, NoiseToml, ProblemToml, RobotToml, Text, UnitToml};
+use context::{Allowed, Context, MM};
+use schema::{ContactsToml, DistanceToml, FixtureToml, ProblemToml, RobotToml, Text, UnitToml};
 use touch::Shape;
+
+pub use settings::{DEFAULT_CONTACT, DEFAULT_ENCODER, Settings};
 
 /// Largest problem file read (bytes).
 pub const MAX_BYTES: u64 = 4 << 20;
-/// Encoder noise where none is given (rad): 0.005°, the repeatability of a good arm's joint.
-pub const DEFAULT_ENCODER: f64 = 0.005 * DEG;
-/// Contact noise where none is given (m).
-pub const DEFAULT_CONTACT: f64 = 0.05 * MM;
 /// Uncertainty of a distance where none is given (m).
 pub const DEFAULT_DISTANCE_SIGMA: f64 = 0.05 * MM;
 /// Most rows that a change of contact may be made to wait for.
@@ -69,24 +68,20 @@ fn build(toml: &ProblemToml, context: &Context<'_>) -> Result<Loaded, IoError> {
     }
     let UrdfFile { robot, text: urdf, input } = robot(&toml.robot, context)?;
     let mut inputs = vec![input];
-    let wanted = parameters::wanted(&toml.estimate, &robot, context)?;
+    let settings = Settings::of(&toml.noise, &toml.estimate, &robot, context)?;
     let shape = Shape::of(&toml.tool, context, &mut inputs)?;
     let tool = toml.tool.get_ref();
-    let mut tool = Tool {
+    let tool = Tool {
         tip_from_tool: context.pose(tool.tip_from_tool.as_ref(), "tool, tip_from_tool")?.unwrap_or_else(Pose::identity),
         freedom: context.freedom(tool.free, tool.sigma_mm.as_ref(), tool.sigma_deg.as_ref(), "tool")?,
     };
     let names = fixture_names(&toml.fixture, context)?;
     let mut fixtures = Vec::with_capacity(toml.fixture.len());
     for table in &toml.fixture {
-        fixtures.push(fixture(table, wanted.fixtures, &shape, context, &mut inputs)?);
-    }
-    if wanted.tool && tool.freedom == Freedom::Known {
-        tool.freedom = Freedom::Free;
+        fixtures.push(fixture(table, &settings, &shape, context, &mut inputs)?);
     }
     let distances =
         toml.distance.iter().map(|table| distance(table, &names, context)).collect::<Result<Vec<_>, _>>()?;
-    let noise = noise(&toml.noise, context)?;
     let mut contacts = ContactLog::new(robot.dof());
     if toml.contacts.is_empty() {
         return Err(IoError::unexpected(Place::file(context.file), "at least one [[contacts]] table", "none"));
@@ -98,18 +93,7 @@ fn build(toml: &ProblemToml, context: &Context<'_>) -> Result<Loaded, IoError> {
         let options = Options { joints, ..options(table, &names, context)? };
         inputs.push(read_contacts(table, &robot, &options, context, &mut contacts)?);
     }
-    let problem = Problem {
-        robot,
-        tool,
-        fixtures,
-        distances,
-        contacts,
-        noise,
-        parameters: wanted.parameters,
-        joint_drift: wanted.joint_drift,
-        method: wanted.method,
-        loss: wanted.loss,
-    };
+    let problem = settings.problem(robot, (tool, fixtures, distances), contacts);
     Ok(Loaded { problem, urdf, inputs })
 }
 
@@ -175,7 +159,7 @@ fn fixture_names<'t>(
 
 fn fixture(
     table: &Spanned<FixtureToml>,
-    all_free: bool,
+    settings: &Settings,
     shape: &Shape,
     context: &Context<'_>,
     inputs: &mut Vec<Input>,
@@ -184,21 +168,32 @@ fn fixture(
     let span = table.span();
     let table = table.get_ref();
     let name = format!("fixture `{}`", table.name.get_ref());
-    let mut freedom = context.freedom(table.free, table.sigma_mm.as_ref(), table.sigma_deg.as_ref(), &name)?;
-    if all_free && freedom == Freedom::Known {
-        freedom = Freedom::Free;
+    let freedom = context.freedom(table.free, table.sigma_mm.as_ref(), table.sigma_deg.as_ref(), &name)?;
+    let fixture = Fixture {
+        name: table.name.get_ref().clone(),
+        manifold: manifold.into(),
+        base_from_fixture: context.pose(table.base_from_fixture.as_ref(), &format!("{name}, base_from_fixture"))?,
+        freedom: settings.fixture_freedom(freedom),
+        placement: table.placement.clone().unwrap_or_else(|| placement(table.name.get_ref()).to_owned()),
+    };
+    match missing_place(&fixture) {
+        Some(expected) => Err(IoError::unexpected(context.place(span, name), expected, "none")),
+        None => Ok(fixture),
     }
-    let base_from_fixture = context.pose(table.base_from_fixture.as_ref(), &format!("{name}, base_from_fixture"))?;
-    if base_from_fixture.is_none() && (table.kind != FixtureKind::Socket || freedom != Freedom::Free) {
-        let expected = match table.kind {
-            FixtureKind::Socket => "`base_from_fixture`, or `free = true`",
-            _ => "`base_from_fixture`, from where its place is looked for",
-        };
-        return Err(IoError::unexpected(context.place(span, name), expected, "none"));
+}
+
+/// What is to be said of a fixture that lacks a place and needs one: only a socket, a point, is found without.
+pub fn missing_place(fixture: &Fixture) -> Option<&'static str> {
+    match (fixture.base_from_fixture, fixture.manifold.is_point(), fixture.freedom) {
+        (Some(_), _, _) | (None, true, Freedom::Free) => None,
+        (None, true, _) => Some("`base_from_fixture`, or `free = true`"),
+        (None, false, _) => Some("`base_from_fixture`, from where its place is looked for"),
     }
-    let name = table.name.get_ref().clone();
-    let placement = table.placement.clone().unwrap_or_else(|| name.split('/').next().unwrap_or("").to_owned());
-    Ok(Fixture { name, manifold, base_from_fixture, freedom, placement })
+}
+
+/// The placement of a fixture of this name where none is given: what stands before the first `/`.
+pub fn placement(name: &str) -> &str {
+    name.split('/').next().unwrap_or("")
 }
 
 fn fixture_index(
@@ -236,21 +231,6 @@ fn distance(
     let distance = context.required(Some(mm), MM, table.span(), "distance, mm")?;
     let sigma = context.number(sigma_mm.as_ref(), MM, Allowed::Positive, "distance, sigma_mm")?;
     Ok(Distance { between, distance, sigma: sigma.unwrap_or(DEFAULT_DISTANCE_SIGMA) })
-}
-
-fn noise(table: &NoiseToml, context: &Context<'_>) -> Result<Noise, IoError> {
-    let encoder = context.number(table.encoder_deg.as_ref(), DEG, Allowed::NotNegative, "noise, encoder_deg")?;
-    let contact = context.number(table.contact_mm.as_ref(), MM, Allowed::NotNegative, "noise, contact_mm")?;
-    let noise = Noise {
-        encoder: encoder.unwrap_or(DEFAULT_ENCODER),
-        contact: contact.unwrap_or(DEFAULT_CONTACT),
-        learned: encoder.is_none() && contact.is_none(),
-    };
-    if noise.encoder == 0.0 && noise.contact == 0.0 {
-        let place = Place::file(context.file).field("noise");
-        return Err(IoError::unexpected(place, "encoder or contact noise above 0", "both 0"));
-    }
-    Ok(noise)
 }
 
 fn options(

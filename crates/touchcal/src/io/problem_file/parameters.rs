@@ -33,6 +33,7 @@ const CAUCHY: f64 = 2.385;
 const GEMAN_MCCLURE: f64 = 3.0;
 
 /// What the table asks for.
+#[derive(Debug)]
 pub(super) struct Wanted {
     pub(super) parameters: Vec<Parameter>,
     /// The tool's place is to be estimated.

@@ -24,7 +24,7 @@ use crate::robot::{JointKind, Robot};
 use crate::sim::{ArmErrors, Distribution, Exploration, PlaceError, Preset, Scenario, Stiffness, Thermal, Touch};
 use schema::{ErrorsToml, ExplorationToml, RecorderToml, ScenarioToml, StiffnessToml, ThermalToml, TouchToml};
 
-pub use posed::{PROBLEM, TRUTH, log_texts, problem_text, truth_text};
+pub use posed::{PROBLEM, TRUTH, check_folder, log_texts, problem_text, truth_text, write_folder};
 pub use vary::varied_text;
 pub use write::{SCENARIO, TextFile, scenario_text};
 

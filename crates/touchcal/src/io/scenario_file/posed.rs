@@ -2,13 +2,15 @@
 
 use std::collections::BTreeMap;
 use std::fmt::Write;
+use std::path::Path;
 
 use serde::Serialize;
 
 use super::ScenarioFile;
-use super::write::{Lines, TextFile, file_name, fixture_text, quoted, robot_text, tool_text};
+use super::write::{Lines, TextFile, file_name, fixture_text, quoted, robot_text, scenario_text, tool_text};
 use crate::estimate::Distance;
 use crate::experiment;
+use crate::io::atomic;
 use crate::io::error::{IoError, Place};
 use crate::robot::{Block, segments};
 use crate::sim::{Log, Scenario, Simulated, Touch, WRENCH_DIGITS};
@@ -17,6 +19,36 @@ use crate::sim::{Log, Scenario, Simulated, Touch, WRENCH_DIGITS};
 pub const PROBLEM: &str = "problem.toml";
 /// Name of the file that tells the truth.
 pub const TRUTH: &str = "truth.json";
+
+/// Refuses a folder whose problem file is a user's own; that of an earlier simulation may be overwritten.
+///
+/// # Errors
+/// If it is.
+pub fn check_folder(folder: &Path) -> Result<(), IoError> {
+    let problem = folder.join(PROBLEM);
+    if problem.exists() && !folder.join(TRUTH).exists() {
+        let place = Place::file(problem.display().to_string());
+        let expected = "the problem of an earlier simulation, or none";
+        return Err(IoError::unexpected(place, expected, "another; choose another folder"));
+    }
+    Ok(())
+}
+
+/// Writes all files of a simulation, the problem last.
+///
+/// # Errors
+/// As [`check_folder`] and [`truth_text`], and if a file cannot be written.
+pub fn write_folder(folder: &Path, file: &ScenarioFile, simulated: &Simulated, seed: u64) -> Result<(), IoError> {
+    check_folder(folder)?;
+    let mut files = vec![truth_text(&file.scenario, simulated, seed)?];
+    files.extend(log_texts(&file.scenario, simulated));
+    files.extend(scenario_text(file));
+    files.extend(problem_text(file));
+    for file in files {
+        atomic::write(&folder.join(file.name), file.text.as_bytes())?;
+    }
+    Ok(())
+}
 
 /// `problem.toml`, which `touchcal calibrate` takes, and the files that it refers to but for the logs.
 pub fn problem_text(file: &ScenarioFile) -> Vec<TextFile> {

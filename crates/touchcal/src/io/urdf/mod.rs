@@ -69,6 +69,30 @@ pub fn read_file(path: &Path, ends: Ends<'_>) -> Result<UrdfFile, IoError> {
     Ok(UrdfFile { robot, text, input })
 }
 
+/// Reads the chain that `robot` is from another URDF, to stand in the same gravity.
+///
+/// # Errors
+/// As [`read_file`], and if its moving joints are not those of `robot`.
+pub fn read_like(robot: &Robot, path: &Path) -> Result<UrdfFile, IoError> {
+    let mut other = read_file(path, Ends { base: Some(robot.base()), tip: Some(robot.tip()) })?;
+    check_like(robot, &other.robot, &other.input.path)?;
+    other.robot = other.robot.with_gravity(*robot.gravity());
+    Ok(other)
+}
+
+/// Refuses another robot, of `file`, whose moving joints are not those of `robot`.
+///
+/// # Errors
+/// If they are not.
+pub fn check_like(robot: &Robot, other: &Robot, file: &str) -> Result<(), IoError> {
+    let names = |robot: &Robot| robot.moving().map(|joint| joint.name.clone()).collect::<Vec<_>>().join(", ");
+    let (expected, found) = (names(robot), names(other));
+    if expected == found {
+        return Ok(());
+    }
+    Err(IoError::unexpected(Place::file(file), format!("the moving joints {expected}"), found))
+}
+
 /// One of the arms in [`builtin::ALL`]; its tip is its flange unless `ends` says otherwise.
 ///
 /// # Errors

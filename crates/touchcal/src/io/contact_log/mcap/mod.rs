@@ -14,9 +14,9 @@ use std::io::Read;
 use self::records::Visit;
 use self::together::{State, Together};
 use super::Options;
+use super::joints::{joint_names, scale};
 use super::rows::{ContactRows, Row};
 use crate::contact::ContactLog;
-use crate::io::contact_csv::header::{joint_names, scale};
 use crate::io::error::{IoError, Place, quoted};
 use crate::io::suggest::{did_you_mean, list};
 use crate::robot::Robot;
@@ -63,7 +63,7 @@ pub(super) fn read(
         file,
         options,
         scale: scale(robot, options),
-        rows: ContactRows::new(file, at, names.clone(), (robot, options), log),
+        rows: ContactRows::new((file, at), names.clone(), (robot, options), log),
         row: Row::new(robot.dof()),
         names,
         schemas: HashMap::new(),

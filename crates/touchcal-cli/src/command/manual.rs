@@ -1,0 +1,68 @@
+//! `touchcal completions`, `touchcal man` and the guide's reference: what the arguments' definition says, for shells and readers.
+
+use std::fmt::Write;
+
+use clap::{Command, CommandFactory};
+use clap_mangen::Man;
+use touchcal::io::atomic;
+
+use super::{Failure, Outcome};
+use crate::args::{Args, CompletionsArgs, ManArgs};
+use crate::output;
+
+/// Columns of the reference's lines.
+const WIDTH: usize = 100;
+
+/// Prints the script for a shell.
+pub fn completions(args: &CompletionsArgs) -> Result<Outcome, Failure> {
+    let mut script = Vec::new();
+    clap_complete::generate(args.shell, &mut Args::command(), "touchcal", &mut script);
+    output::print(&String::from_utf8_lossy(&script))?;
+    Ok(Outcome::Done)
+}
+
+/// Prints the page of `touchcal`, or writes the pages of all commands.
+pub fn pages(args: &ManArgs) -> Result<Outcome, Failure> {
+    let Some(folder) = &args.out else {
+        output::print(&page(&built())?)?;
+        return Ok(Outcome::Done);
+    };
+    for command in all(&built()) {
+        let name = command.get_display_name().unwrap_or(command.get_name());
+        atomic::write(&folder.join(format!("{name}.1")), page(&command)?.as_bytes())?;
+    }
+    Ok(Outcome::Done)
+}
+
+fn page(command: &Command) -> Result<String, Failure> {
+    let mut page = Vec::new();
+    Man::new(command.clone()).render(&mut page).map_err(Failure::Stdout)?;
+    Ok(String::from_utf8_lossy(&page).into_owned())
+}
+
+/// Prints the reference.
+pub fn reference() -> Result<Outcome, Failure> {
+    let mut text = "# Command-line reference\n\nWhat `touchcal COMMAND --help` says, for every command.\n".to_owned();
+    for command in all(&built()) {
+        let help = command.clone().term_width(WIDTH).render_long_help();
+        let what = command.get_bin_name().unwrap_or(command.get_name());
+        // Writing to a String cannot fail.
+        let written = write!(text, "\n## {}\n\n```text\n{}\n```\n", what, help.to_string().trim_end());
+        debug_assert!(written.is_ok());
+    }
+    output::print(&text)?;
+    Ok(Outcome::Done)
+}
+
+/// The definition with all that clap adds to it, but for its command `help`.
+fn built() -> Command {
+    let mut command = Args::command().disable_help_subcommand(true);
+    command.build();
+    command
+}
+
+/// The command and all below it that are shown, in the order of `--help`.
+fn all(command: &Command) -> Vec<Command> {
+    let below = command.get_subcommands().filter(|below| !below.is_hide_set());
+    std::iter::once(command.clone()).chain(below.flat_map(all)).collect()
+}

@@ -1,0 +1,71 @@
+//! `calibrate --driver-offsets`: offsets and URDF that together are the calibrated arm.
+
+use super::new::filled_in;
+use super::{json, stdout, touchcal};
+
+#[test]
+fn offsets_go_to_the_driver_and_leave_the_urdf_as_it_was() {
+    let folder = filled_in("planes", &["planes.toml"]);
+    let at = |name: &str| folder.path().join(name);
+    let args = ["calibrate", "planes/problem.toml", "--out", "out", "--driver-offsets"];
+    let done = touchcal(folder.path(), &args).success();
+    assert!(
+        stdout(&done).contains("out/driver/joint_offsets.yaml, for a driver that takes offsets: use both or neither")
+    );
+    let read = |name: &str| std::fs::read_to_string(at(name)).unwrap();
+    assert_eq!(read("out/driver/robot.urdf"), read("planes/robot.urdf"), "nothing but offsets was estimated");
+    assert_ne!(read("out/calibrated.urdf"), read("planes/robot.urdf"));
+    let yaml = read("out/driver/joint_offsets.yaml");
+    let lines: Vec<&str> = yaml.lines().filter(|line| !line.starts_with('#')).collect();
+    let estimate = json(&at("out/estimate.json"));
+    let offsets = estimate["parameters"].as_array().unwrap().iter().filter(|entry| entry["block"] == "joint_offset");
+    let mut compared = 0;
+    for (line, entry) in lines.iter().zip(offsets) {
+        let (joint, rest) = line.split_once(": ").unwrap();
+        assert_eq!(format!("joint_offset.{joint}"), entry["name"].as_str().unwrap());
+        let offset: f64 = rest.strip_suffix("  # rad").unwrap().parse().unwrap();
+        assert!((offset - entry["value"].as_f64().unwrap()).abs() < 1e-12, "{line}");
+        compared += 1;
+    }
+    assert_eq!((compared, lines.len()), (7, 7));
+}
+
+/// The log with its offsets taken off, as the driver does, scores with the driver's URDF as the raw one with the calibrated URDF.
+#[test]
+fn both_exports_are_the_same_arm() {
+    let folder = filled_in("sockets", &["--preset", "mukca"]);
+    let at = |name: &str| folder.path().join(name);
+    touchcal(folder.path(), &["calibrate", "sockets/problem.toml", "--out", "out", "--driver-offsets"]).success();
+    let score = |urdf: &str| -> f64 {
+        let args = ["evaluate", "sockets/problem.toml", "--urdf", urdf, "--estimate", "out/estimate.json", "--json"];
+        let score: serde_json::Value =
+            serde_json::from_str(&stdout(&touchcal(folder.path(), &args).success())).unwrap();
+        score["rms_mm"].as_f64().unwrap()
+    };
+    let folded = score("out/calibrated.urdf");
+    let yaml = std::fs::read_to_string(at("out/driver/joint_offsets.yaml")).unwrap();
+    let offset = |line: &str| Some(line.split_once(": ")?.1.strip_suffix("  # rad")?.parse::<f64>().unwrap());
+    let offsets: Vec<f64> = yaml.lines().filter_map(offset).collect();
+    assert!(offsets.iter().any(|offset| offset.abs() > 1e-3), "{offsets:?}");
+    for file in std::fs::read_dir(at("sockets")).unwrap().map(|file| file.unwrap().path()) {
+        if file.extension().is_some_and(|extension| extension == "csv") {
+            std::fs::write(&file, taken_off(&std::fs::read_to_string(&file).unwrap(), &offsets)).unwrap();
+        }
+    }
+    // Nine digits of a radian are in the log.
+    assert!((score("out/driver/robot.urdf") - folded).abs() < 1e-5);
+    assert!((score("out/calibrated.urdf") - folded).abs() > 0.1, "offsets twice are another arm");
+}
+
+/// A simulated log, whose second to eighth columns are the joints, with corrected positions.
+fn taken_off(log: &str, offsets: &[f64]) -> String {
+    let row = |line: &str| {
+        let mut cells: Vec<String> = line.split(',').map(str::to_owned).collect();
+        for (cell, offset) in cells[1..].iter_mut().zip(offsets) {
+            *cell = format!("{:.12}", cell.parse::<f64>().unwrap() - offset);
+        }
+        cells.join(",") + "\n"
+    };
+    let (header, rows) = log.split_once('\n').unwrap();
+    format!("{header}\n{}", rows.lines().map(row).collect::<String>())
+}

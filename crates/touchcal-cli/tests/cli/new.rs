@@ -1,0 +1,127 @@
+//! `touchcal new`: what it writes is a problem that works once the robot and the logs are there, and nothing is overwritten.
+
+use std::path::Path;
+
+use super::{json, stderr, stdout, touchcal};
+
+const PLANES: &str = "contacts = 100
+[errors]
+joint_offset_deg = 0.3
+[tool]
+kind = \"ball\"
+radius_mm = 10
+tip_from_tool = { xyz_mm = [0, 0, 150], quat_wxyz = [0, 0, 1, 0] }
+sigma_mm = 0.5
+[[fixture]]
+name = \"table\"
+kind = \"plane\"
+base_from_fixture = { xyz_mm = [500, 0, 100] }
+sigma_mm = 1
+postures_deg = [[0, 40, 0, -90, 0, 50, 0]]
+[[fixture]]
+name = \"back\"
+kind = \"plane\"
+base_from_fixture = { xyz_mm = [750, 0, 300], rpy_deg = [0, -90, 0] }
+sigma_mm = 1
+postures_deg = [[0, 60, 0, -90, 0, -60, 0]]
+[[fixture]]
+name = \"side\"
+kind = \"plane\"
+base_from_fixture = { xyz_mm = [500, 350, 300], rpy_deg = [90, 0, 0] }
+sigma_mm = 1
+postures_deg = [[0, 40, 0, -90, 90, 90, 0]]
+[exploration]
+radius_mm = 40
+tilt_deg = 25
+press_mm = 5
+swing_deg = 15
+";
+
+/// A new problem with logs of a simulated arm whose nominal URDF is the built-in one's.
+pub(super) fn filled_in(kind: &str, simulation: &[&str]) -> tempfile::TempDir {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("planes.toml"), PLANES).unwrap();
+    touchcal(folder.path(), &["new", kind]).success();
+    touchcal(folder.path(), &[&["simulate", "--out", "sim"], simulation].concat()).success();
+    let (_, urdf) = touchcal::robot::builtin::ALL.iter().find(|(name, _)| *name == "iiwa14").unwrap();
+    std::fs::write(folder.path().join(kind).join("robot.urdf"), urdf).unwrap();
+    for file in std::fs::read_dir(folder.path().join("sim")).unwrap() {
+        let file = file.unwrap();
+        if file.path().extension().is_some_and(|extension| extension == "csv") {
+            std::fs::copy(file.path(), folder.path().join(kind).join(file.file_name())).unwrap();
+        }
+    }
+    folder
+}
+
+/// Reads it, untouched, and calibrates to the truth of the simulation.
+#[track_caller]
+fn works(kind: &str, simulation: &[&str], contacts: u64) {
+    let folder = filled_in(kind, simulation);
+    let problem = format!("{kind}/problem.toml");
+    let inspected: serde_json::Value =
+        serde_json::from_str(&stdout(&touchcal(folder.path(), &["inspect", &problem, "--json"]).success())).unwrap();
+    assert_eq!(inspected["contacts"], contacts);
+    touchcal(folder.path(), &["calibrate", &problem, "--out", "out"]).success();
+    let truth = json(&folder.path().join("sim/truth.json"));
+    let estimate = json(&folder.path().join("out/estimate.json"));
+    let mut compared = 0;
+    for parameter in estimate["parameters"].as_array().unwrap() {
+        let name = parameter["name"].as_str().unwrap();
+        let arm = name.starts_with("joint_");
+        if let (true, Some(truth), Some(sigma)) = (arm, truth["parameters"][name].as_f64(), parameter["sigma"].as_f64())
+        {
+            let error = parameter["value"].as_f64().unwrap() - truth;
+            assert!(error.abs() < 5.0 * sigma, "{name}: {error} ± {sigma}");
+            compared += 1;
+        }
+    }
+    assert!(compared >= 6, "{compared}");
+}
+
+#[test]
+fn a_new_peg_in_hole_works() {
+    works("peg-in-hole", &["--preset", "workcell", "--contacts", "600"], 600);
+}
+
+#[test]
+fn new_sockets_work() {
+    works("sockets", &["--preset", "mukca"], 180);
+}
+
+#[test]
+fn new_planes_work() {
+    works("planes", &["planes.toml"], 300);
+}
+
+#[test]
+fn before_the_robot_is_there_the_first_gap_is_named() {
+    let folder = tempfile::tempdir().unwrap();
+    touchcal(folder.path(), &["new", "sockets", "--out", "mine"]).success();
+    let done = touchcal(folder.path(), &["inspect", "mine/problem.toml"]).code(1);
+    assert!(
+        stderr(&done).contains("robot, urdf: expected a file, found \"robot.urdf\", which does not exist"),
+        "{}",
+        stderr(&done)
+    );
+}
+
+#[test]
+fn nothing_is_overwritten() {
+    for taken in ["problem.toml", "README.md"] {
+        let folder = tempfile::tempdir().unwrap();
+        std::fs::write(folder.path().join(taken), "mine").unwrap();
+        let done = touchcal(folder.path(), &["new", "planes", "--out", "."]).code(1);
+        assert!(stderr(&done).contains(&format!("{taken} is there already")), "{}", stderr(&done));
+        assert_eq!(std::fs::read_to_string(folder.path().join(taken)).unwrap(), "mine");
+        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
+    }
+}
+
+#[test]
+fn an_unknown_kind_gets_a_suggestion() {
+    let folder = tempfile::tempdir().unwrap();
+    let done = touchcal(folder.path(), &["new", "socket"]).code(2);
+    assert!(stderr(&done).contains("a similar value exists: 'sockets'"), "{}", stderr(&done));
+    assert!(!Path::new("socket").exists());
+}

@@ -1,0 +1,248 @@
+//! A calibration's folder: `calibrated.urdf`, `estimate.json` and `report.html`.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use super::error::{IoError, Place};
+use super::estimate_file::{
+    self, ContactCounts, EstimateFile, FixtureResidual, InputEntry, NullDirection, ParameterEntry, ResidualStats,
+    Residuals, TerminationEntry, WarningEntry,
+};
+use super::loaded::Loaded;
+use super::{atomic, offsets_yaml, urdf};
+use crate::estimate::{Estimate, Fixture, Problem, Progress, Score, Spread, Status, Warning, place};
+use crate::report::{Advice, Input, Report};
+use crate::robot::Robot;
+use crate::se3::Pose;
+
+/// The calibrated robot's file.
+pub const CALIBRATED: &str = "calibrated.urdf";
+/// The estimate's file.
+pub const ESTIMATE: &str = "estimate.json";
+/// The page to look at.
+pub const REPORT: &str = "report.html";
+/// The files for a driver that takes encoder offsets.
+const DRIVER: [&str; 2] = ["robot.urdf", "joint_offsets.yaml"];
+
+/// A calibration done.
+#[derive(Clone, Debug)]
+pub struct Solved {
+    /// What came out.
+    pub estimate: Estimate,
+    /// How well the nominal arm explains the contacts.
+    pub prefit: Score,
+    /// The estimation's steps.
+    pub steps: Vec<Progress>,
+    /// What the estimation took (s).
+    pub seconds: f64,
+}
+
+/// A calibration's files.
+pub struct Written {
+    /// Path of the calibrated URDF.
+    pub urdf: PathBuf,
+    /// Path of the estimate.
+    pub estimate: PathBuf,
+    /// Path of the report.
+    pub report: PathBuf,
+    /// Paths of the URDF and the offsets that belong together, if they were asked for.
+    pub driver: Option<[PathBuf; 2]>,
+}
+
+/// Writes `calibrated.urdf`, `estimate.json` and `report.html` into `folder`; `file` is what [`estimate_file()`] made of `solved`.
+///
+/// # Errors
+/// If one of them cannot be made or written.
+pub fn write(folder: &Path, loaded: &Loaded, solved: &Solved, file: &EstimateFile) -> Result<Written, IoError> {
+    let text = calibrated_urdf(loaded, &solved.estimate)?;
+    let json = file.to_json()?;
+    let page = page(loaded, solved, file)?;
+    let written = Written {
+        urdf: folder.join(CALIBRATED),
+        estimate: folder.join(ESTIMATE),
+        report: folder.join(REPORT),
+        driver: None,
+    };
+    atomic::write(&written.urdf, text.as_bytes())?;
+    atomic::write(&written.estimate, json.as_bytes())?;
+    atomic::write(&written.report, page.as_bytes())?;
+    Ok(written)
+}
+
+/// Writes what a driver that takes encoder offsets needs instead of `calibrated.urdf`: the offsets, and the URDF without them
+/// ([`Robot::without_offsets`]); nothing where the problem's chain has other joints.
+///
+/// # Errors
+/// If one of them cannot be made or written.
+pub fn write_driver(folder: &Path, loaded: &Loaded, estimate: &Estimate) -> Result<Option<[PathBuf; 2]>, IoError> {
+    let Some((robot, offsets)) = calibrated(loaded, estimate).robot.without_offsets(&loaded.problem.robot) else {
+        return Ok(None);
+    };
+    let paths = DRIVER.map(|name| folder.join("driver").join(name));
+    let texts = [urdf::rewrite(&loaded.urdf, &robot)?, offsets_yaml::text(&robot, &offsets)];
+    for (path, text) in paths.iter().zip(texts) {
+        atomic::write(path, text.as_bytes())?;
+    }
+    Ok(Some(paths))
+}
+
+/// The text of `calibrated.urdf`.
+///
+/// # Errors
+/// If the robot cannot be written into the text it was read from.
+pub fn calibrated_urdf(loaded: &Loaded, estimate: &Estimate) -> Result<String, IoError> {
+    urdf::rewrite(&loaded.urdf, &calibrated(loaded, estimate).robot)
+}
+
+/// The text of `report.html`, with the warnings and inputs of `file`.
+///
+/// # Errors
+/// If a number cannot be said in JSON.
+pub fn page(loaded: &Loaded, solved: &Solved, file: &EstimateFile) -> Result<String, IoError> {
+    let advice = |entry: &WarningEntry| Advice { words: entry.words.clone(), advice: entry.advice.clone() };
+    let input = |entry: &InputEntry| Input { path: entry.path.clone(), sha256: entry.sha256.clone() };
+    let report = Report {
+        problem: &loaded.problem,
+        estimate: &solved.estimate,
+        prefit: &solved.prefit,
+        steps: &solved.steps,
+        warnings: &file.warnings.iter().map(advice).collect::<Vec<_>>(),
+        inputs: &file.inputs.iter().map(input).collect::<Vec<_>>(),
+    };
+    report.html().map_err(|error| IoError::syntax(Place::file(REPORT), error.to_string()))
+}
+
+/// The calibrated arm as it is written.
+struct Calibrated {
+    robot: Robot,
+    /// The tool's place was estimated, and the robot does not carry it.
+    tool_left_out: bool,
+}
+
+/// Puts tool and fixtures where a calibration found them, as [`place`] does, for an arm read from the `calibrated.urdf` that it wrote: a tool that is
+/// the tip link itself is there already.
+pub fn place_written(problem: &mut Problem, found: &EstimateFile) {
+    let nominal = Some(problem.tool.tip_from_tool).filter(|_| carries_tool(problem));
+    let entry = |name: &str| found.parameters.iter().find(|entry| entry.name == name);
+    place(problem, |name| entry(name).map(|entry| entry.value));
+    problem.tool.tip_from_tool = nominal.unwrap_or(problem.tool.tip_from_tool);
+}
+
+/// Where the tool frame is the tip link itself, its estimated place moves that link.
+fn carries_tool(problem: &Problem) -> bool {
+    let Problem { tool, robot, .. } = problem;
+    tool.tip_from_tool == Pose::identity() && robot.with_tip_moved(&Pose::identity()).is_some()
+}
+
+/// The arm as it is written.
+fn calibrated(loaded: &Loaded, estimate: &Estimate) -> Calibrated {
+    let motion = estimate.tool_motion();
+    let carried = motion.filter(|_| carries_tool(&loaded.problem));
+    let moved = carried.and_then(|motion| estimate.robot.with_tip_moved(&motion));
+    let tool_left_out = motion.is_some() && moved.is_none();
+    Calibrated { robot: moved.unwrap_or_else(|| estimate.robot.clone()), tool_left_out }
+}
+
+/// A calibration as it is written.
+pub fn estimate_file(loaded: &Loaded, solved: &Solved) -> EstimateFile {
+    let Solved { estimate, prefit, seconds, .. } = solved;
+    let size = estimate.parameters.len();
+    let fixtures = &loaded.problem.fixtures;
+    EstimateFile {
+        schema: estimate_file::SCHEMA,
+        status: match estimate.status {
+            Status::Converged => estimate_file::Status::Converged,
+            Status::NotConverged => estimate_file::Status::NotConverged,
+            Status::NotUsable => estimate_file::Status::NotUsable,
+        },
+        parameters: parameters(estimate),
+        covariance: (0..size).map(|i| (0..size).map(|j| estimate.covariance[(i, j)]).collect()).collect(),
+        rank: estimate.identifiability.rank,
+        condition: finite(estimate.identifiability.condition),
+        null_space: null_space(estimate),
+        residuals: Residuals { prefit: stats(prefit, fixtures), postfit: stats(&estimate.postfit, fixtures) },
+        contacts: ContactCounts {
+            read: estimate.contacts.read,
+            used: estimate.contacts.used as u64,
+            rejected: estimate.contacts.rejected as u64,
+        },
+        termination: TerminationEntry {
+            reason: estimate.termination.reason.name().to_owned(),
+            measured: finite(estimate.termination.measured),
+            threshold: finite(estimate.termination.threshold),
+            iterations: estimate.termination.iterations,
+        },
+        warnings: warnings(loaded, estimate),
+        inputs: loaded.inputs.iter().map(Into::into).collect(),
+        version: env!("CARGO_PKG_VERSION").to_owned(),
+        seconds: *seconds,
+    }
+}
+
+fn parameters(estimate: &Estimate) -> Vec<ParameterEntry> {
+    let each = estimate.parameters.iter().map(|entry| ParameterEntry {
+        name: entry.parameter.name.clone(),
+        block: entry.parameter.column.block().name().to_owned(),
+        unit: entry.parameter.unit.symbol().to_owned(),
+        value: entry.value,
+        sigma: entry.sigma,
+        prior_sigma: entry.parameter.prior_sigma,
+        identifiable: entry.identifiable,
+    });
+    each.collect()
+}
+
+fn null_space(estimate: &Estimate) -> Vec<NullDirection> {
+    let name = |k: usize| estimate.parameters[k].parameter.name.clone();
+    let each = estimate.identifiability.null_space.iter().map(|null| NullDirection {
+        words: null.words.clone(),
+        direction: null.direction.iter().map(|&(k, part)| (name(k), part)).collect(),
+    });
+    each.collect()
+}
+
+fn warnings(loaded: &Loaded, estimate: &Estimate) -> Vec<WarningEntry> {
+    let entry = |warning: &Warning| WarningEntry {
+        kind: warning.kind().to_owned(),
+        words: warning.words(),
+        advice: warning.advice().to_owned(),
+    };
+    let mut warnings: Vec<WarningEntry> = estimate.warnings.iter().map(entry).collect();
+    if calibrated(loaded, estimate).tool_left_out {
+        warnings.push(WarningEntry {
+            kind: "tool_only_in_estimate".to_owned(),
+            words: format!("the tool's estimated place is only in {ESTIMATE}, not in {CALIBRATED}"),
+            advice: "move tip_from_tool in the problem by the twist `tool` before you use it elsewhere".to_owned(),
+        });
+    }
+    if estimate.robot.bends() {
+        warnings.push(WarningEntry {
+            kind: "compliance_needs_driver".to_owned(),
+            words: format!(
+                "only touchcal reads the joints' compliance from {CALIBRATED}, and without it the rest is not the best rigid arm"
+            ),
+            advice: "have the arm's driver apply it (README), or calibrate without joint_compliance"
+                .to_owned(),
+        });
+    }
+    warnings
+}
+
+/// A score as it is written.
+pub fn stats(score: &Score, fixtures: &[Fixture]) -> ResidualStats {
+    let [mean_mm, rms_mm, max_mm] = millimetres(&score.all);
+    let each = fixtures.iter().zip(&score.per_fixture).map(|(fixture, spread)| {
+        let [mean_mm, rms_mm, max_mm] = millimetres(spread);
+        (fixture.name.clone(), FixtureResidual { contacts: spread.count, mean_mm, rms_mm, max_mm })
+    });
+    ResidualStats { mean_mm, rms_mm, max_mm, per_fixture: each.collect::<BTreeMap<_, _>>() }
+}
+
+fn millimetres(spread: &Spread) -> [Option<f64>; 3] {
+    [spread.mean, spread.rms, spread.max].map(|value| finite(1e3 * value).filter(|_| spread.count > 0))
+}
+
+/// JSON has no infinities.
+fn finite(value: f64) -> Option<f64> {
+    value.is_finite().then_some(value)
+}

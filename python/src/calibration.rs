@@ -1,0 +1,393 @@
+//! A calibration, and what came out.
+
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+use std::time::Instant;
+
+use nalgebra::DVector;
+use numpy::{PyArray1, PyArray2};
+use pyo3::exceptions::PyKeyError;
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use touchcal::estimate::{self, Identifiability, Status, Verdict, distances, place};
+use touchcal::io::calibration_folder::{self, Solved};
+use touchcal::io::estimate_file::{EstimateFile, ParameterEntry};
+use touchcal::io::urdf::{self, Ends};
+
+use crate::array::{fixed, fixed_rows, numbers};
+use crate::error::io;
+use crate::frame::Frame;
+use crate::inspection::{python_bool, shown};
+use crate::problem::Problem;
+use crate::progress::{Progress, Watch};
+use crate::robot::Robot;
+use crate::score::Score;
+
+/// One estimated number.
+///
+/// Attributes:
+///     name: "joint_offset.joint_a1".
+///     block: "joint_offset".
+///     unit: "m", "rad", "1" or "rad/(N m)".
+///     value: the estimate.
+///     sigma: its standard deviation; None where the data do not determine it.
+///     prior_sigma: standard deviation of its prior, where it has one.
+///     identifiable: whether the data determine it.
+#[pyclass(frozen, get_all, eq, module = "touchcal")]
+#[derive(Clone, Debug, PartialEq)]
+pub struct Parameter {
+    name: String,
+    block: String,
+    unit: String,
+    value: f64,
+    sigma: Option<f64>,
+    prior_sigma: Option<f64>,
+    identifiable: bool,
+}
+
+impl From<&ParameterEntry> for Parameter {
+    fn from(entry: &ParameterEntry) -> Self {
+        let ParameterEntry { name, block, unit, value, sigma, prior_sigma, identifiable } = entry.clone();
+        Parameter { name, block, unit, value, sigma, prior_sigma, identifiable }
+    }
+}
+
+#[pymethods]
+impl Parameter {
+    fn __repr__(&self) -> String {
+        let Parameter { name, value, sigma, unit, identifiable, .. } = self;
+        let (sigma, known) = (shown(*sigma), python_bool(*identifiable));
+        format!("Parameter({name:?}, value={value:?}, sigma={sigma}, unit={unit:?}, identifiable={known})")
+    }
+}
+
+/// A direction of the parameters that the data do not determine.
+///
+/// Attributes:
+///     words: what it means.
+///     direction: parts of the parameters by name, in units of their scales; the largest is 1.
+#[pyclass(frozen, get_all, eq, module = "touchcal")]
+#[derive(Clone, Debug, PartialEq)]
+pub struct NullDirection {
+    words: String,
+    direction: BTreeMap<String, f64>,
+}
+
+impl NullDirection {
+    /// All of them; `name(k)` is that of parameter number `k`.
+    pub fn each(found: &Identifiability, name: impl Fn(usize) -> String) -> Vec<NullDirection> {
+        let each = found.null_space.iter().map(|null| NullDirection {
+            words: null.words.clone(),
+            direction: null.direction.iter().map(|&(k, part)| (name(k), part)).collect(),
+        });
+        each.collect()
+    }
+}
+
+#[pymethods]
+impl NullDirection {
+    fn __repr__(&self) -> String {
+        format!("NullDirection({:?})", self.words)
+    }
+}
+
+/// Something to know about a result.
+///
+/// Attributes:
+///     kind: for programs: "too_few_contacts".
+///     words: what is the matter.
+///     advice: what to do about it.
+#[pyclass(frozen, get_all, eq, module = "touchcal")]
+#[derive(Clone, Debug, PartialEq)]
+pub struct Warning {
+    kind: String,
+    words: String,
+    advice: String,
+}
+
+#[pymethods]
+impl Warning {
+    fn __repr__(&self) -> String {
+        format!("Warning({:?}, {:?})", self.kind, self.words)
+    }
+}
+
+/// Why the search stopped.
+///
+/// Attributes:
+///     reason: "converged", "iteration_limit", "no_descent" or "not_finite".
+///     measured: what was measured for it.
+///     threshold: what it had to fall below.
+///     iterations: steps made.
+#[pyclass(frozen, get_all, eq, module = "touchcal")]
+#[derive(Clone, Debug, PartialEq)]
+pub struct Termination {
+    reason: &'static str,
+    measured: f64,
+    threshold: f64,
+    iterations: usize,
+}
+
+#[pymethods]
+impl Termination {
+    fn __repr__(&self) -> String {
+        format!("Termination({:?}, iterations={})", self.reason, self.iterations)
+    }
+}
+
+/// What came out of a calibration. Look at `usable` first.
+///
+/// `calibration["joint_offset.joint_a1"]` is the parameter of that name.
+#[pyclass(frozen, module = "touchcal")]
+#[derive(Debug)]
+pub struct Calibration {
+    problem: Py<Problem>,
+    pub solved: Solved,
+    file: EstimateFile,
+}
+
+#[pymethods]
+impl Calibration {
+    /// Whether the result may be used: the search ended, and the data carry it.
+    #[getter]
+    fn usable(&self) -> bool {
+        self.solved.estimate.status == Status::Converged
+    }
+
+    /// "converged", "not_converged" or "not_usable".
+    #[getter]
+    fn status(&self) -> &'static str {
+        self.solved.estimate.status.name()
+    }
+
+    /// What was estimated, in order.
+    #[getter]
+    fn parameters(&self) -> Vec<Parameter> {
+        self.file.parameters.iter().map(Into::into).collect()
+    }
+
+    /// Covariance of the parameters, in their order and units, shape (P, P).
+    #[getter]
+    fn covariance<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        fixed_rows(py, self.file.covariance.concat(), self.file.parameters.len())
+    }
+
+    /// Number of directions of the parameters that the data determine.
+    #[getter]
+    fn rank(&self) -> usize {
+        self.solved.estimate.identifiability.rank
+    }
+
+    /// Largest over smallest singular value of those directions.
+    #[getter]
+    fn condition(&self) -> f64 {
+        self.solved.estimate.identifiability.condition
+    }
+
+    /// Singular values of the whitened Jacobian in units of the parameters' scales, largest first.
+    #[getter]
+    fn singular_values<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        fixed(py, self.solved.estimate.identifiability.singular_values.clone())
+    }
+
+    /// Directions of the parameters that the data do not determine.
+    #[getter]
+    fn null_space(&self) -> Vec<NullDirection> {
+        NullDirection::each(&self.solved.estimate.identifiability, |k| self.file.parameters[k].name.clone())
+    }
+
+    /// Distances from touching with the nominal arm.
+    #[getter]
+    fn prefit(&self) -> Score {
+        Score::new(&self.solved.prefit, &self.problem.get().loaded.problem.fixtures)
+    }
+
+    /// Distances from touching with the calibrated arm.
+    #[getter]
+    fn postfit(&self) -> Score {
+        Score::new(&self.solved.estimate.postfit, &self.problem.get().loaded.problem.fixtures)
+    }
+
+    /// Weight of each contact, 0 to 1; 0 if it was rejected; shape (N,).
+    #[getter]
+    fn weights<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        let weight = |verdict: &Verdict| match verdict {
+            Verdict::Used { weight } => *weight,
+            Verdict::Rejected { .. } => 0.0,
+        };
+        fixed(py, self.solved.estimate.verdicts.iter().map(weight).collect())
+    }
+
+    /// What a user should know, with advice.
+    #[getter]
+    fn warnings(&self) -> Vec<Warning> {
+        let each = self.file.warnings.iter().cloned();
+        each.map(|entry| Warning { kind: entry.kind, words: entry.words, advice: entry.advice }).collect()
+    }
+
+    /// Why the search stopped.
+    #[getter]
+    fn termination(&self) -> Termination {
+        let estimate::Termination { reason, measured, threshold, iterations } = self.solved.estimate.termination;
+        Termination { reason: reason.name(), measured, threshold, iterations }
+    }
+
+    /// The steps of the search.
+    #[getter]
+    fn steps(&self) -> Vec<Progress> {
+        self.solved.steps.iter().map(Into::into).collect()
+    }
+
+    /// Measured over declared standard deviation of the contacts.
+    #[getter]
+    fn noise_factor(&self) -> f64 {
+        self.solved.estimate.noise_factor
+    }
+
+    /// What the estimation took (s).
+    #[getter]
+    fn seconds(&self) -> f64 {
+        self.solved.seconds
+    }
+
+    /// The calibrated arm, as calibrated.urdf has it.
+    #[getter]
+    fn robot(&self) -> PyResult<Robot> {
+        let nominal = &self.problem.get().loaded.problem.robot;
+        let text = self.calibrated_urdf()?;
+        let robot = urdf::read(
+            &text,
+            calibration_folder::CALIBRATED,
+            Ends { base: Some(nominal.base()), tip: Some(nominal.tip()) },
+        );
+        Ok(Robot::new(robot.map_err(io)?.with_gravity(*nominal.gravity()), text, &[]))
+    }
+
+    /// Pose of the tool on the tip link of the nominal arm where the calibration found it, shape (7,).
+    #[getter]
+    fn tip_from_tool<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        fixed(py, numbers(&self.placed().tool.tip_from_tool).to_vec())
+    }
+
+    /// Poses of the fixtures in the base frame where the calibration found them, shape (7,), by name: of those that had a nominal place.
+    #[getter]
+    fn base_from_fixture<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let places = PyDict::new(py);
+        for fixture in self.placed().fixtures {
+            if let Some(pose) = &fixture.base_from_fixture {
+                places.set_item(&fixture.name, fixed(py, numbers(pose).to_vec()))?;
+            }
+        }
+        Ok(places)
+    }
+
+    fn __getitem__(&self, name: &str) -> PyResult<Parameter> {
+        let found = self.file.parameters.iter().find(|entry| entry.name == name);
+        found.map(Into::into).ok_or_else(|| PyKeyError::new_err(name.to_owned()))
+    }
+
+    /// A row a parameter: name, block, unit, value, sigma, prior_sigma, identifiable.
+    fn to_pandas<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let entries = &self.file.parameters;
+        let text = |part: fn(&ParameterEntry) -> &String| entries.iter().map(part).collect::<Vec<_>>();
+        let number = |part: fn(&ParameterEntry) -> Option<f64>| {
+            entries.iter().map(|entry| part(entry).unwrap_or(f64::NAN)).collect::<Vec<_>>()
+        };
+        Frame::new(py)
+            .column("name", text(|entry| &entry.name))?
+            .column("block", text(|entry| &entry.block))?
+            .column("unit", text(|entry| &entry.unit))?
+            .column("value", number(|entry| Some(entry.value)))?
+            .column("sigma", number(|entry| entry.sigma))?
+            .column("prior_sigma", number(|entry| entry.prior_sigma))?
+            .column("identifiable", entries.iter().map(|entry| entry.identifiable).collect::<Vec<_>>())?
+            .build()
+    }
+
+    /// A row a contact: fixture, file, line, distance from touching (m) with the nominal and the calibrated arm, weight.
+    fn contacts_to_pandas<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let problem = &self.problem.get().loaded.problem;
+        let values = self.solved.estimate.values();
+        let (before, after) =
+            py.detach(|| (distances(problem, &DVector::zeros(values.len())), distances(problem, &values)));
+        let log = &problem.contacts;
+        let file = |i: usize| log.files().get(log.source(i).file as usize).map_or("", String::as_str);
+        Frame::new(py)
+            .column("fixture", (0..log.len()).map(|i| &problem.fixtures[log.fixture(i)].name).collect::<Vec<_>>())?
+            .column("file", (0..log.len()).map(file).collect::<Vec<_>>())?
+            .column("line", (0..log.len()).map(|i| log.source(i).line).collect::<Vec<_>>())?
+            .column("before", fixed(py, before))?
+            .column("after", fixed(py, after))?
+            .column("weight", self.weights(py))?
+            .build()
+    }
+
+    /// The text of calibrated.urdf.
+    fn calibrated_urdf(&self) -> PyResult<String> {
+        calibration_folder::calibrated_urdf(&self.problem.get().loaded, &self.solved.estimate).map_err(io)
+    }
+
+    /// The text of estimate.json.
+    fn to_json(&self) -> PyResult<String> {
+        self.file.to_json().map_err(io)
+    }
+
+    /// The text of report.html, a page that loads nothing.
+    fn to_html(&self, py: Python<'_>) -> PyResult<String> {
+        let loaded = &self.problem.get().loaded;
+        py.detach(|| calibration_folder::page(loaded, &self.solved, &self.file)).map_err(io)
+    }
+
+    /// Writes calibrated.urdf, estimate.json and report.html into a folder, as `touchcal calibrate --out` does.
+    ///
+    /// Returns:
+    ///     their paths.
+    fn save(&self, py: Python<'_>, folder: PathBuf) -> PyResult<(PathBuf, PathBuf, PathBuf)> {
+        let loaded = &self.problem.get().loaded;
+        let written = py.detach(|| calibration_folder::write(&folder, loaded, &self.solved, &self.file)).map_err(io)?;
+        Ok((written.urdf, written.estimate, written.report))
+    }
+
+    fn __repr__(&self) -> String {
+        let (parameters, rms) = (self.file.parameters.len(), 1e3 * self.solved.estimate.postfit.all.rms);
+        format!("Calibration({:?}, {parameters} parameters, {rms:.3} mm rms)", self.status())
+    }
+}
+
+impl Calibration {
+    /// The problem with tool and fixtures where they were found.
+    fn placed(&self) -> estimate::Problem {
+        let mut problem = self.problem.get().loaded.problem.clone();
+        place(&mut problem, |name| self.solved.estimate.parameter(name).map(|parameter| parameter.value));
+        problem
+    }
+}
+
+/// Estimates what is wrong with an arm, as `touchcal calibrate` does: the same input gives the same bits.
+///
+/// Args:
+///     problem: what is to be calibrated.
+///     progress: called with a `Progress` at each step; what it raises ends the work, as Ctrl-C does. See `touchcal.bar`.
+///
+/// Returns:
+///     The result, which may be not usable: that is no exception, but its `status`.
+#[pyfunction]
+#[pyo3(signature = (problem, progress=None))]
+pub fn calibrate(py: Python<'_>, problem: Py<Problem>, progress: Option<Py<PyAny>>) -> PyResult<Calibration> {
+    let mut watch = Watch::new(progress);
+    let loaded = &problem.get().loaded;
+    let mut steps = Vec::new();
+    let start = Instant::now();
+    let estimate = py.detach(|| {
+        estimate::calibrate(&loaded.problem, &mut |progress| {
+            steps.push(*progress);
+            watch.step(progress)
+        })
+    });
+    let seconds = start.elapsed().as_secs_f64();
+    watch.finish()?;
+    let prefit = py.detach(|| estimate::evaluate(&loaded.problem));
+    let solved = Solved { estimate, prefit, steps, seconds };
+    let file = calibration_folder::estimate_file(loaded, &solved);
+    Ok(Calibration { problem, solved, file })
+}

@@ -1,0 +1,189 @@
+//! What contacts can determine, before solving.
+
+use numpy::PyArray1;
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use touchcal::estimate::{self, StopReason};
+
+use crate::array::fixed;
+use crate::calibration::NullDirection;
+use crate::frame::Frame;
+use crate::problem::Problem;
+use crate::progress::Watch;
+
+/// How well a parameter will be known.
+///
+/// Attributes:
+///     name: "joint_offset.joint_a1".
+///     unit: of sigma: "m", "rad", "1" or "rad/(N m)".
+///     sigma: standard deviation to expect; None where neither data nor prior bound it.
+///     prior_sigma: standard deviation of its prior, where it has one.
+///     identifiable: whether the data determine it.
+#[pyclass(frozen, get_all, eq, module = "touchcal")]
+#[derive(Clone, Debug, PartialEq)]
+pub struct Expected {
+    name: String,
+    unit: &'static str,
+    sigma: Option<f64>,
+    prior_sigma: Option<f64>,
+    identifiable: bool,
+}
+
+#[pymethods]
+impl Expected {
+    fn __repr__(&self) -> String {
+        format!(
+            "Expected({:?}, sigma={}, identifiable={})",
+            self.name,
+            shown(self.sigma),
+            python_bool(self.identifiable)
+        )
+    }
+}
+
+/// The range of a joint's measured positions.
+///
+/// Attributes:
+///     joint: its name.
+///     least, most: rad or m.
+///     share: share of the joint's limits that this covers, where it has limits.
+#[pyclass(frozen, get_all, eq, module = "touchcal")]
+#[derive(Clone, Debug, PartialEq)]
+pub struct JointRange {
+    joint: String,
+    least: f64,
+    most: f64,
+    share: Option<f64>,
+}
+
+#[pymethods]
+impl JointRange {
+    fn __repr__(&self) -> String {
+        let JointRange { joint, least, most, share } = self;
+        format!("JointRange({joint:?}, least={least:?}, most={most:?}, share={})", shown(*share))
+    }
+}
+
+/// What a problem's contacts can determine, with the noise declared and no outliers.
+///
+/// Attributes:
+///     rank: number of directions of the parameters that the data determine.
+///     condition: largest over smallest singular value of those.
+///     observability: indices O1 to O5 (Sun & Hollerbach 2008), shape (5,).
+///     converged: whether the coarse stage did; if not, expectations are rough.
+#[pyclass(frozen, module = "touchcal")]
+#[derive(Debug)]
+pub struct Inspection {
+    problem: Py<Problem>,
+    inspection: estimate::Inspection,
+}
+
+#[pymethods]
+impl Inspection {
+    #[getter]
+    fn rank(&self) -> usize {
+        self.inspection.identifiability.rank
+    }
+
+    #[getter]
+    fn condition(&self) -> f64 {
+        self.inspection.identifiability.condition
+    }
+
+    #[getter]
+    fn observability<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        fixed(py, self.inspection.observability.to_vec())
+    }
+
+    #[getter]
+    fn converged(&self) -> bool {
+        self.inspection.reason == StopReason::Converged
+    }
+
+    /// Singular values of the whitened Jacobian in units of the parameters' scales, largest first.
+    #[getter]
+    fn singular_values<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        fixed(py, self.inspection.identifiability.singular_values.clone())
+    }
+
+    /// Every parameter, in order.
+    #[getter]
+    fn parameters(&self) -> Vec<Expected> {
+        let each = self.inspection.parameters.iter().map(|expected| Expected {
+            name: expected.parameter.name.clone(),
+            unit: expected.parameter.unit.symbol(),
+            sigma: expected.sigma,
+            prior_sigma: expected.parameter.prior_sigma,
+            identifiable: expected.identifiable,
+        });
+        each.collect()
+    }
+
+    /// Range of every moving joint, in order; none without contacts.
+    #[getter]
+    fn ranges(&self) -> Vec<JointRange> {
+        let each = self.inspection.ranges.iter().cloned();
+        each.map(|estimate::JointRange { joint, least, most, share }| JointRange { joint, least, most, share })
+            .collect()
+    }
+
+    /// Number of contacts by name of the fixture.
+    #[getter]
+    fn per_fixture<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let counts = PyDict::new(py);
+        let fixtures = &self.problem.get().loaded.problem.fixtures;
+        let each = fixtures.iter().zip(&self.inspection.per_fixture);
+        each.into_iter().try_for_each(|(fixture, count)| counts.set_item(&fixture.name, count))?;
+        Ok(counts)
+    }
+
+    /// Directions of the parameters that the data do not determine.
+    #[getter]
+    fn null_space(&self) -> Vec<NullDirection> {
+        let name = |k: usize| self.inspection.parameters[k].parameter.name.clone();
+        NullDirection::each(&self.inspection.identifiability, name)
+    }
+
+    /// A row a parameter: name, unit, sigma, prior_sigma, identifiable.
+    fn to_pandas<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let parameters = self.parameters();
+        let number = |value: Option<f64>| value.unwrap_or(f64::NAN);
+        Frame::new(py)
+            .column("name", parameters.iter().map(|p| &p.name).collect::<Vec<_>>())?
+            .column("unit", parameters.iter().map(|p| p.unit).collect::<Vec<_>>())?
+            .column("sigma", parameters.iter().map(|p| number(p.sigma)).collect::<Vec<_>>())?
+            .column("prior_sigma", parameters.iter().map(|p| number(p.prior_sigma)).collect::<Vec<_>>())?
+            .column("identifiable", parameters.iter().map(|p| p.identifiable).collect::<Vec<_>>())?
+            .build()
+    }
+
+    fn __repr__(&self) -> String {
+        let found = &self.inspection.identifiability;
+        format!("Inspection({} of {} directions determined)", found.rank, self.inspection.parameters.len())
+    }
+}
+
+/// Says what a problem's contacts can determine, as `touchcal inspect` does.
+///
+/// Args:
+///     problem: what is to be calibrated.
+///     progress: called with a `Progress` at each step; what it raises ends the work, as Ctrl-C does.
+#[pyfunction]
+#[pyo3(signature = (problem, progress=None))]
+pub fn inspect(py: Python<'_>, problem: Py<Problem>, progress: Option<Py<PyAny>>) -> PyResult<Inspection> {
+    let mut watch = Watch::new(progress);
+    let solved = &problem.get().loaded.problem;
+    let inspection = py.detach(|| estimate::inspect(solved, &mut |step| watch.step(step)));
+    watch.finish()?;
+    Ok(Inspection { problem, inspection })
+}
+
+/// A number as Python writes it.
+pub fn shown(value: Option<f64>) -> String {
+    value.map_or("None".to_owned(), |value| format!("{value:?}"))
+}
+
+/// A truth value as Python writes it.
+pub fn python_bool(value: bool) -> &'static str {
+    if value { "True" } else { "False" }
+}

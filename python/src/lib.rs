@@ -1,0 +1,50 @@
+//! The Python package `touchcal`: a thin layer over the library, one file for each idea.
+//!
+//! Arguments become the library's types at the door, with its own error texts; solves run without the interpreter's lock; results are
+//! read-only. What is documented for Python users stands at the classes and in `touchcal/_touchcal.pyi`.
+
+mod array;
+mod calibration;
+mod error;
+mod frame;
+mod inspection;
+mod log;
+mod manifold;
+mod problem;
+mod progress;
+mod robot;
+mod score;
+mod simulation;
+
+/// Calibrate a robot arm by touch.
+#[pyo3::pymodule]
+mod _touchcal {
+    #[pymodule_export]
+    use crate::array::pose;
+    #[pymodule_export]
+    use crate::calibration::{Calibration, NullDirection, Parameter, Termination, Warning, calibrate};
+    #[pymodule_export]
+    use crate::error::{Error, FileError, InputError, SimulationError};
+    #[pymodule_export]
+    use crate::inspection::{Expected, Inspection, JointRange, inspect};
+    #[pymodule_export]
+    use crate::log::ContactLog;
+    #[pymodule_export]
+    use crate::manifold::{Manifold, extrusion25, offset_outline, project};
+    #[pymodule_export]
+    use crate::problem::{Fixture, Problem, Tool};
+    #[pymodule_export]
+    use crate::progress::Progress;
+    #[pymodule_export]
+    use crate::robot::Robot;
+    #[pymodule_export]
+    use crate::score::{Score, Spread, evaluate};
+    #[pymodule_export]
+    use crate::simulation::{Simulation, simulate};
+    use pyo3::prelude::*;
+
+    #[pymodule_init]
+    fn version(module: &Bound<'_, PyModule>) -> PyResult<()> {
+        module.add("__version__", env!("CARGO_PKG_VERSION"))
+    }
+}

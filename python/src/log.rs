@@ -1,0 +1,282 @@
+//! Logs of contacts: from arrays, data frames and files.
+
+use std::collections::BTreeMap;
+use std::ffi::CString;
+use std::path::PathBuf;
+
+use numpy::{PyArray1, PyArray2, PyArrayMethods, PyUntypedArrayMethods};
+use pyo3::exceptions::PyUserWarning;
+use pyo3::prelude::*;
+use touchcal::io::Input;
+use touchcal::io::contact_log::{self, AngleUnit, Columns, Detection, Options};
+
+use crate::array::{Numbers, fixed_rows};
+use crate::error::{io, unexpected};
+use crate::robot::Robot;
+
+const WRENCH: [&str; 6] = ["fx", "fy", "fz", "tx", "ty", "tz"];
+
+/// Joint positions of an arm whose tool touched one fixture, a row a contact.
+///
+/// Rows are contacts where the force exceeds `force_threshold`, if it is given; else where they are flagged, if there are flags; else all.
+#[pyclass(frozen, module = "touchcal")]
+#[derive(Debug)]
+pub struct ContactLog {
+    pub log: touchcal::contact::ContactLog,
+    pub input: Input,
+}
+
+/// What rows are contacts, by force: threshold and release (N), debounce (rows).
+type Force = (Option<f64>, Option<f64>, usize);
+
+fn options(
+    unit: Option<&str>,
+    joints: Option<Vec<String>>,
+    columns: Option<BTreeMap<String, String>>,
+    (threshold, release, debounce): Force,
+) -> PyResult<Options> {
+    let unit = match unit {
+        None => AngleUnit::Undeclared,
+        Some("rad") => AngleUnit::Radian,
+        Some("deg") => AngleUnit::Degree,
+        Some(other) => return Err(unexpected("unit", "\"rad\" or \"deg\"", format!("{other:?}"))),
+    };
+    let positive = |what: &str, value: Option<f64>| match value.filter(|value| !(*value > 0.0 && value.is_finite())) {
+        Some(bad) => Err(unexpected(what, "a positive number", format!("{bad}"))),
+        None => Ok(()),
+    };
+    positive("force_threshold", threshold)?;
+    positive("release", release)?;
+    if threshold.is_none() && (release.is_some() || debounce != 1) {
+        return Err(unexpected("contacts", "`force_threshold`", "`release` or `debounce` without it"));
+    }
+    if debounce == 0 {
+        return Err(unexpected("debounce", "at least 1 row", "0"));
+    }
+    if let (Some(threshold), Some(release)) = (threshold, release)
+        && release > threshold
+    {
+        return Err(unexpected("release", format!("at most force_threshold ({threshold})"), format!("{release}")));
+    }
+    let detection = threshold.map(|threshold| Detection { threshold, release: release.unwrap_or(threshold), debounce });
+    Ok(Options { unit, joints, columns: columns.unwrap_or_default(), detection, ..Options::default() })
+}
+
+impl ContactLog {
+    /// From columns of numbers in memory.
+    fn from_columns(columns: &Columns<'_>, name: &str, robot: &Robot, options: &Options) -> PyResult<ContactLog> {
+        let robot = &robot.file.robot;
+        let mut log = touchcal::contact::ContactLog::new(robot.dof());
+        let input = contact_log::read_columns(columns, name, robot, options, &mut log).map_err(io)?;
+        Ok(ContactLog { log, input })
+    }
+
+    /// With what was taken for granted said as warnings.
+    fn told(self, py: Python<'_>) -> PyResult<ContactLog> {
+        warn(py, &self.log)?;
+        Ok(self)
+    }
+}
+
+/// Says what was taken for granted in reading.
+pub fn warn(py: Python<'_>, log: &touchcal::contact::ContactLog) -> PyResult<()> {
+    for note in log.notes() {
+        PyErr::warn(py, &py.get_type::<PyUserWarning>(), &CString::new(note.as_str())?, 1)?;
+    }
+    Ok(())
+}
+
+/// The parts of a log in arrays, each with the names of its columns.
+struct Arrays<'a, 'py>(Vec<(&'a Numbers<'py>, Vec<String>)>);
+
+impl<'a, 'py> Arrays<'a, 'py> {
+    /// Appends an array of so many rows, or of any number if it is the first, with a column for each name.
+    fn with(mut self, what: &str, array: &'a Numbers<'py>, names: Vec<String>) -> PyResult<Self> {
+        let shape = array.shape();
+        let rows = self.0.first().map(|(first, _)| first.shape()[0]);
+        let (given, columns) = match *shape {
+            [given] if names.len() == 1 => (given, 1),
+            [given, columns] => (given, columns),
+            _ => (usize::MAX, 0),
+        };
+        if columns != names.len() || rows.is_some_and(|rows| rows != given) {
+            let rows = rows.map_or("N".to_owned(), |rows| rows.to_string());
+            let expected =
+                if names.len() == 1 { format!("shape ({rows},)") } else { format!("shape ({rows}, {})", names.len()) };
+            return Err(unexpected(what, expected, format!("shape {shape:?}")));
+        }
+        self.0.push((array, names));
+        Ok(self)
+    }
+
+    /// The log that they are.
+    fn read(&self, name: &str, robot: &Robot, options: &Options) -> PyResult<ContactLog> {
+        let names: Vec<String> = self.0.iter().flat_map(|(_, names)| names.iter().cloned()).collect();
+        let rows = self.0.first().map_or(0, |(first, _)| first.shape()[0]);
+        let views: Vec<_> = self.0.iter().map(|(array, _)| array.as_array()).collect();
+        let places: Vec<(usize, usize)> =
+            self.0.iter().enumerate().flat_map(|(part, (_, names))| (0..names.len()).map(move |k| (part, k))).collect();
+        let value = |row: usize, column: usize| {
+            let (part, k) = places[column];
+            let view = &views[part];
+            if view.ndim() == 1 { view[[row]] } else { view[[row, k]] }
+        };
+        ContactLog::from_columns(&Columns { names: &names, rows, value: &value }, name, robot, options)
+    }
+}
+
+#[pymethods]
+#[allow(clippy::too_many_arguments, reason = "most are keywords with a default")]
+impl ContactLog {
+    /// A log from arrays; those of float64 are read where they are.
+    ///
+    /// Args:
+    ///     robot: whose joints these are.
+    ///     q: joint positions (rad or m), shape (N, dof), columns in the order of `robot.joints` unless `joints` says otherwise.
+    ///     wrench: forces and torques `fx, fy, fz, tx, ty, tz` (N, N m), shape (N, 6).
+    ///     contact: whether a row is a contact, shape (N,).
+    ///     unit: of the revolute joints: "rad" or "deg"; default: radians, but guessed, with a warning, if columns are named as KUKA's recorder does.
+    ///     joints: names of the moving joints in the order of the columns.
+    ///     force_threshold: force (N) above which contact begins; needs `wrench`.
+    ///     release: force (N) below which it ends; default: the threshold.
+    ///     debounce: rows in a row that either takes.
+    ///     name: what stands for the file in messages, reports and estimate.json.
+    ///
+    /// Raises:
+    ///     InputError: as for a file: numbers that are not finite, degrees where radians are declared, and so on.
+    #[staticmethod]
+    #[pyo3(signature = (robot, q, *, wrench=None, contact=None, unit=None, joints=None, force_threshold=None, release=None, debounce=1, name="array"))]
+    fn from_numpy(
+        robot: &Robot,
+        q: Numbers<'_>,
+        wrench: Option<Numbers<'_>>,
+        contact: Option<Numbers<'_>>,
+        unit: Option<&str>,
+        joints: Option<Vec<String>>,
+        force_threshold: Option<f64>,
+        release: Option<f64>,
+        debounce: usize,
+        name: &str,
+    ) -> PyResult<ContactLog> {
+        let options = options(unit, joints, None, (force_threshold, release, debounce))?;
+        let joints = (1..=robot.file.robot.dof()).map(|number| format!("q{number}")).collect();
+        let mut arrays = Arrays(Vec::new()).with("q", &q, joints)?;
+        if let Some(wrench) = &wrench {
+            arrays = arrays.with("wrench", wrench, WRENCH.map(str::to_owned).to_vec())?;
+        }
+        if let Some(contact) = &contact {
+            arrays = arrays.with("contact", contact, vec!["contact".to_owned()])?;
+        }
+        arrays.read(name, robot, &options)?.told(q.py())
+    }
+
+    /// A log from a pandas DataFrame, whose columns are named as in a file: joint names or `q1` to `qn`, `fx` to `tz`, `contact`; others are ignored.
+    ///
+    /// Args:
+    ///     robot, unit, joints, force_threshold, release, debounce, name: as for `from_numpy`.
+    ///     frame: the columns; joint positions in rad or m.
+    ///     columns: by usual name, the frame's name for that column.
+    #[staticmethod]
+    #[pyo3(signature = (robot, frame, *, unit=None, joints=None, columns=None, force_threshold=None, release=None, debounce=1, name="DataFrame"))]
+    fn from_pandas(
+        robot: &Robot,
+        frame: Bound<'_, PyAny>,
+        unit: Option<&str>,
+        joints: Option<Vec<String>>,
+        columns: Option<BTreeMap<String, String>>,
+        force_threshold: Option<f64>,
+        release: Option<f64>,
+        debounce: usize,
+        name: &str,
+    ) -> PyResult<ContactLog> {
+        let options = options(unit, joints, columns, (force_threshold, release, debounce))?;
+        let labels: Vec<Bound<'_, PyAny>> = frame.getattr("columns")?.try_iter()?.collect::<PyResult<_>>()?;
+        let names = labels.iter().map(|label| Ok(label.str()?.to_string())).collect::<PyResult<Vec<String>>>()?;
+        let at = frame.getattr("iloc")?;
+        // A column that holds no numbers matters only if it is asked for, and is then refused as not finite.
+        let numbers = (0..names.len()).map(|k| {
+            let column = at.get_item((pyo3::types::PySlice::full(frame.py()), k)).ok()?;
+            column.call_method1("to_numpy", ("float64",)).ok()?.extract::<Numbers<'_>>().ok()
+        });
+        let numbers: Vec<Option<Numbers<'_>>> = numbers.collect();
+        let views: Vec<_> = numbers.iter().map(|column| column.as_ref().map(|column| column.as_array())).collect();
+        let value = |row: usize, column: usize| views[column].as_ref().map_or(f64::NAN, |column| column[[row]]);
+        ContactLog::from_columns(&Columns { names: &names, rows: frame.len()?, value: &value }, name, robot, &options)?
+            .told(frame.py())
+    }
+
+    /// A log from a file: CSV, plain or gzipped, Parquet, or a ROS 2 bag in MCAP.
+    ///
+    /// Args:
+    ///     robot, unit, joints, force_threshold, release, debounce: as for `from_numpy`.
+    ///     path: the file; a header names its columns, as for `from_pandas`; without one they are the joints in order, or what `header` says.
+    ///     header: names of the columns of a CSV file that has no header.
+    ///     columns: by usual name, the file's name for that column, or for that joint in a bag.
+    ///     joint_topic, wrench_topic: topics of a bag; default: the only one of their type.
+    #[staticmethod]
+    #[pyo3(signature = (robot, path, *, unit=None, joints=None, header=None, columns=None, joint_topic=None, wrench_topic=None, force_threshold=None, release=None, debounce=1))]
+    fn from_file(
+        py: Python<'_>,
+        robot: &Robot,
+        path: PathBuf,
+        unit: Option<&str>,
+        joints: Option<Vec<String>>,
+        header: Option<Vec<String>>,
+        columns: Option<BTreeMap<String, String>>,
+        joint_topic: Option<String>,
+        wrench_topic: Option<String>,
+        force_threshold: Option<f64>,
+        release: Option<f64>,
+        debounce: usize,
+    ) -> PyResult<ContactLog> {
+        let options = options(unit, joints, columns, (force_threshold, release, debounce))?;
+        let options = Options { header, joint_topic, wrench_topic, ..options };
+        let robot = &robot.file.robot;
+        let mut log = touchcal::contact::ContactLog::new(robot.dof());
+        let input = py.detach(|| contact_log::read_file(&path, robot, &options, &mut log)).map_err(io)?;
+        ContactLog { log, input }.told(py)
+    }
+
+    /// Joint positions of the contacts (rad or m), shape (len, dof).
+    #[getter]
+    fn q<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        contact_positions(py, &self.log)
+    }
+
+    /// Row of each contact in what was read, 1 for the first line of a file or the first row of an array; shape (len,).
+    #[getter]
+    fn lines<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<u64>> {
+        let lines = PyArray1::from_iter(py, (0..self.log.len()).map(|i| self.log.source(i).line));
+        lines.readwrite().make_nonwriteable();
+        lines
+    }
+
+    /// What was taken for granted in reading, as it was warned of.
+    #[getter]
+    fn notes(&self) -> Vec<String> {
+        self.log.notes().to_vec()
+    }
+
+    /// Rows read, in contact or not.
+    #[getter]
+    fn rows_read(&self) -> u64 {
+        self.log.rows_read()
+    }
+
+    fn __len__(&self) -> usize {
+        self.log.len()
+    }
+
+    fn __repr__(&self) -> String {
+        let (contacts, rows) = (self.log.len(), self.log.rows_read());
+        format!("ContactLog({contacts} contacts of {rows} rows, {:?})", self.input.path)
+    }
+}
+
+/// Joint positions of all contacts.
+pub fn contact_positions<'py>(
+    py: Python<'py>,
+    log: &touchcal::contact::ContactLog,
+) -> PyResult<Bound<'py, PyArray2<f64>>> {
+    fixed_rows(py, (0..log.len()).flat_map(|i| log.q(i)).copied().collect(), log.dof())
+}

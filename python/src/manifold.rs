@@ -1,0 +1,218 @@
+//! How tool and fixture touch.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use nalgebra::{Point2, Point3};
+use numpy::{PyArray1, PyArray2};
+use pyo3::prelude::*;
+use touchcal::experiment::manifold_of;
+use touchcal::geometry::{extrusion::PegAndHole, profile::Profile};
+use touchcal::io::Input;
+use touchcal::io::manifold_file;
+use touchcal::io::weights_file::WeightsFile;
+use touchcal::manifold::coordinates::{self, Coordinates, Metric};
+use touchcal::manifold::{ContactManifold, NearestSample, PoseSamples, Projected, Projection, Rows};
+use touchcal::se3::Pose;
+use touchcal::sim::Parts;
+
+use crate::array::{Numbers, fixed, fixed_rows, many_poses, poses_array};
+use crate::error::{io, refused, unexpected};
+
+/// How a tool touches a fixture: the set of poses `fixture_from_tool` in which it does.
+#[pyclass(frozen, module = "touchcal")]
+#[derive(Clone, Debug)]
+pub struct Manifold {
+    pub shape: Arc<dyn ContactManifold>,
+    projection: Option<Arc<dyn Projection>>,
+    /// Files that it was read from.
+    pub inputs: Vec<Input>,
+}
+
+impl Manifold {
+    fn of(parts: &Parts) -> Manifold {
+        Manifold { shape: manifold_of(parts).into(), projection: None, inputs: Vec::new() }
+    }
+
+    fn projected(projection: Arc<dyn Projection>, inputs: Vec<Input>) -> Manifold {
+        Manifold { shape: Arc::new(Projected(Arc::clone(&projection))), projection: Some(projection), inputs }
+    }
+}
+
+#[pymethods]
+impl Manifold {
+    /// A ball, or a point, in a socket: the tool's origin is the fixture's.
+    #[staticmethod]
+    fn ball_in_socket() -> Manifold {
+        Manifold::of(&Parts::BallInSocket)
+    }
+
+    /// Points of the tool above the plane z = 0 of the fixture, at least one on it.
+    ///
+    /// Args:
+    ///     points: points in the tool's frame (m), shape (N, 3); default: its origin.
+    ///     radius: of balls about the points (m).
+    #[staticmethod]
+    #[pyo3(signature = (points=None, *, radius=0.0))]
+    fn plane(points: Option<Numbers<'_>>, radius: f64) -> PyResult<Manifold> {
+        let points = match &points {
+            None => vec![Point3::origin()],
+            Some(points) => rows::<3>(points, "points")?.into_iter().map(Point3::from).collect(),
+        };
+        if points.is_empty() || !(radius >= 0.0 && radius.is_finite()) {
+            let found = format!("{} and {radius}", points.len());
+            return Err(unexpected("plane", "at least one point and a radius of at least 0", found));
+        }
+        Ok(Manifold::of(&Parts::OnPlane { points, radius }))
+    }
+
+    /// A straight peg in a straight hole. The peg's frame is at the centre of its tip face, z towards the arm; the hole's at the
+    /// centre of its mouth, z outwards; a seated peg has the hole's axes.
+    ///
+    /// Args:
+    ///     peg, hole: outlines, vertices x, y (m), shape (N, 2); see `extrusion25` and `offset_outline`.
+    ///     length: of the peg (m).
+    ///     depth: of the hole (m).
+    #[staticmethod]
+    #[pyo3(signature = (peg, hole, *, length, depth))]
+    fn peg_in_hole(peg: Numbers<'_>, hole: Numbers<'_>, length: f64, depth: f64) -> PyResult<Manifold> {
+        let parts = PegAndHole::new(profile(&peg, "peg")?, length, profile(&hole, "hole")?, depth);
+        let parts = parts.map_err(|error| refused("peg_in_hole", error))?;
+        Ok(Manifold::of(&Parts::PegInHole(Box::new(parts))))
+    }
+
+    /// Distance from the nearest of recorded poses, or from a mean of the nearest few. No error bars follow from it.
+    ///
+    /// Args:
+    ///     samples: path of a manifold from `touchcal manifold` or of a table of poses; or poses `fixture_from_tool`, shape (N, 7) or (N, 4, 4).
+    ///     neighbours: how many poses a projection is the mean of.
+    ///     metres_per_radian: length that counts as much as a radian; default: that of the file, else 1 mm a degree.
+    #[staticmethod]
+    #[pyo3(signature = (samples, *, neighbours=1, metres_per_radian=None))]
+    fn nearest(samples: Bound<'_, PyAny>, neighbours: usize, metres_per_radian: Option<f64>) -> PyResult<Manifold> {
+        let (samples, thinned_in, inputs) = match samples.extract::<PathBuf>() {
+            Ok(path) => {
+                let (samples, metric, input) = manifold_file::read_samples(&path).map_err(io)?;
+                (samples, metric, vec![input])
+            }
+            Err(_) => {
+                let poses = many_poses(&samples.extract()?, "samples")?;
+                (PoseSamples::from_poses(&poses).map_err(|error| refused("samples", error))?, None, Vec::new())
+            }
+        };
+        if let Some(bad) = metres_per_radian.filter(|length| !(*length > 0.0 && length.is_finite())) {
+            return Err(unexpected("metres_per_radian", "a positive length", format!("{bad}")));
+        }
+        let given = metres_per_radian.map(|metres_per_radian| Metric { metres_per_radian });
+        let metric = given.or(thinned_in).unwrap_or(Metric::MILLIMETRE_PER_DEGREE);
+        let nearest = NearestSample::new(samples, metric).with_neighbours(neighbours);
+        Ok(Manifold::projected(Arc::new(nearest), inputs))
+    }
+
+    /// Distance from where a network projects. No error bars follow from it.
+    ///
+    /// Args:
+    ///     weights: path of `weights.safetensors` from `touchcal train`.
+    #[staticmethod]
+    fn learned(weights: PathBuf) -> PyResult<Manifold> {
+        let (file, input) = WeightsFile::read_file(&weights).map_err(io)?;
+        Ok(Manifold::projected(Arc::new(file.projection), vec![input]))
+    }
+
+    /// What touches what, in words: "ball in socket".
+    #[getter]
+    fn name(&self) -> &str {
+        self.shape.name()
+    }
+
+    /// How far poses are from touching (m), shape (N,): the size of the residual; 0 on the manifold.
+    ///
+    /// Args:
+    ///     poses: `fixture_from_tool`, shape (N, 7) or (N, 4, 4).
+    fn distance<'py>(&self, py: Python<'py>, poses: Numbers<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
+        let poses = many_poses(&poses, "poses")?;
+        let distances = py.detach(|| {
+            let mut rows = vec![Rows::new(); poses.len()];
+            self.shape.residuals(&poses, 0.0, &mut rows);
+            let size = |rows: &Rows| rows.values().iter().map(|value| value * value).sum::<f64>().sqrt();
+            rows.iter().map(size).collect()
+        });
+        Ok(fixed(py, distances))
+    }
+
+    /// The poses on the manifold that stand for these: only of `nearest` and `learned`.
+    ///
+    /// Args:
+    ///     poses: `fixture_from_tool`, shape (N, 7) or (N, 4, 4).
+    ///
+    /// Returns:
+    ///     shape (N, 7).
+    fn project<'py>(&self, py: Python<'py>, poses: Numbers<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        let Some(projection) = &self.projection else {
+            let found = format!("`{}`", self.shape.name());
+            return Err(unexpected("project", "a manifold made by `nearest` or `learned`", found));
+        };
+        let poses = many_poses(&poses, "poses")?;
+        let projected: Vec<Pose> = py.detach(|| {
+            let at: Vec<Coordinates> = poses.iter().map(coordinates::coordinates).collect();
+            let mut onto = Vec::new();
+            projection.project(&at, &mut onto);
+            onto.iter().map(coordinates::pose).collect()
+        });
+        poses_array(py, &projected)
+    }
+
+    fn __repr__(&self) -> String {
+        format!("Manifold({:?})", self.shape.name())
+    }
+}
+
+/// `manifold.project(poses)`.
+#[pyfunction]
+pub fn project<'py>(py: Python<'py>, manifold: &Manifold, poses: Numbers<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+    manifold.project(py, poses)
+}
+
+/// Outline of a T-slot extrusion of 25 mm: vertices x, y (m), shape (N, 2).
+#[pyfunction]
+pub fn extrusion25(py: Python<'_>) -> PyResult<Bound<'_, PyArray2<f64>>> {
+    outline(py, &Profile::extrusion25())
+}
+
+/// An outline moved outwards, corners mitred, as of a hole for a peg.
+///
+/// Args:
+///     outline: vertices x, y (m), shape (N, 2).
+///     distance: how far (m).
+#[pyfunction]
+#[pyo3(name = "offset_outline", signature = (outline, distance))]
+pub fn offset_outline<'py>(
+    py: Python<'py>,
+    outline: Numbers<'py>,
+    distance: f64,
+) -> PyResult<Bound<'py, PyArray2<f64>>> {
+    let moved = profile(&outline, "outline")?.offset_mitred(distance).map_err(|error| refused("outline", error))?;
+    self::outline(py, &moved)
+}
+
+fn outline<'py>(py: Python<'py>, profile: &Profile) -> PyResult<Bound<'py, PyArray2<f64>>> {
+    fixed_rows(py, profile.vertices().iter().flat_map(|vertex| [vertex.x, vertex.y]).collect(), 2)
+}
+
+fn profile(outline: &Numbers<'_>, what: &str) -> PyResult<Profile> {
+    let vertices = rows::<2>(outline, what)?.into_iter().map(Point2::from).collect();
+    Profile::new(vertices).map_err(|error| refused(what, error))
+}
+
+/// Rows of `N` finite numbers.
+fn rows<const N: usize>(array: &Numbers<'_>, what: &str) -> PyResult<Vec<[f64; N]>> {
+    let view = array.as_array();
+    match *view.shape() {
+        [count, columns] if columns == N && view.iter().all(|value| value.is_finite()) => {
+            Ok((0..count).map(|i| std::array::from_fn(|k| view[[i, k]])).collect())
+        }
+        ref shape => {
+            Err(unexpected(what, format!("finite numbers of shape (N, {N})"), format!("shape {shape:?}, or others")))
+        }
+    }
+}

@@ -1,0 +1,244 @@
+"""Calibrations: what is found, what is built in code, and how one is watched and ended."""
+
+import json
+import os
+import signal
+import threading
+import time
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import touchcal
+
+
+@pytest.fixture(scope="module")
+def long_one() -> touchcal.Problem:
+    """A problem whose solve takes seconds: each contact counts twenty times."""
+    robot = touchcal.Robot.from_urdf("iiwa14")
+    log = touchcal.simulate("paper", 1, contacts=3000).log("hole")
+    peg = touchcal.extrusion25()
+    hole = touchcal.Manifold.peg_in_hole(peg, touchcal.offset_outline(peg, 0.5e-3), length=0.04, depth=0.03)
+    place = touchcal.pose((0.6, 0.1, 0.15), quat_wxyz=(0.984807753012, 0, 0, 0.173648177667))
+    return touchcal.Problem(
+        robot,
+        touchcal.Tool(touchcal.pose((0, 0, 0.15), quat_wxyz=(0, 0, 1, 0))),
+        [touchcal.Fixture("hole", hole, place)],
+        {"hole": [touchcal.ContactLog.from_numpy(robot, log["q"], contact=log["contact"])] * 20},
+        parameters=["strain", "joint_offset"],
+    )
+
+
+def test_finds_the_truth(workcell: Path) -> None:
+    calibration = touchcal.calibrate(touchcal.Problem.from_toml(workcell / "problem.toml"))
+    truth = json.loads((workcell / "truth.json").read_text())["parameters"]
+    assert calibration.usable and calibration.status == "converged"
+    offsets = [p for p in calibration.parameters if p.block == "joint_offset"]
+    assert len(offsets) == 7
+    deviations = [(p.value - truth[p.name]) / p.sigma for p in offsets if p.sigma and p.identifiable]
+    assert len(deviations) >= 6
+    # Each is within four standard deviations, and they are of the size that the intervals say.
+    assert max(map(abs, deviations)) < 4
+    assert np.sqrt(np.mean(np.square(deviations))) < 2
+    assert calibration.postfit.all.rms < 0.1 * calibration.prefit.all.rms
+
+
+def test_a_problem_in_code_has_the_bits_of_its_file(workcell: Path) -> None:
+    from_file = touchcal.calibrate(touchcal.Problem.from_toml(workcell / "problem.toml"))
+    robot = touchcal.Robot.from_urdf("iiwa14", base="base_link", tip="flange")
+    peg = touchcal.extrusion25()
+    hole = touchcal.Manifold.peg_in_hole(
+        peg, touchcal.offset_outline(peg, 0.5 * 1e-3), length=40 * 1e-3, depth=30 * 1e-3
+    )
+    mm, deg = 1e-3, np.pi / 180
+    problem = touchcal.Problem(
+        robot,
+        touchcal.Tool(touchcal.pose((0, 0, 150 * mm), quat_wxyz=(0, 0, 1, 0))),
+        [
+            touchcal.Fixture(
+                "hole",
+                hole,
+                touchcal.pose(
+                    (600 * mm, 100 * mm, 150 * mm), quat_wxyz=(0.984807753012, 0, 0, 0.173648177667)
+                ),
+                sigma=1 * mm,
+                sigma_angle=0.2 * deg,
+            )
+        ],
+        {"hole": touchcal.ContactLog.from_file(robot, workcell / "hole.csv", force_threshold=3)},
+        parameters=["joint_offset"],
+        noise={"encoder_deg": 0.002, "contact_mm": 0.005},
+        estimate={"loss": "geman_mcclure", "loss_scale": 3},
+    )
+    in_code = touchcal.calibrate(problem)
+    assert in_code.parameters == from_file.parameters
+    assert np.array_equal(in_code.covariance, from_file.covariance)
+    assert in_code.calibrated_urdf() == from_file.calibrated_urdf()
+    assert [sha for _, sha in problem.inputs] == [
+        entry["sha256"] for entry in json.loads(from_file.to_json())["inputs"][1:]
+    ]
+
+
+def test_sockets_in_code_have_the_bits_of_their_file(sockets: Path) -> None:
+    from_file = touchcal.calibrate(touchcal.Problem.from_toml(sockets / "problem.toml"))
+    robot = touchcal.Robot.from_urdf("iiwa14")
+    names = [f"{placement}/{number}" for placement in ("front", "left", "right") for number in (0, 1)]
+    logs = {
+        name: [touchcal.ContactLog.from_file(robot, sockets / f"{name.replace('/', '_')}.csv", force_threshold=3)]
+        for name in names
+    }
+    problem = touchcal.Problem(
+        robot,
+        touchcal.Tool(touchcal.pose((0, 0, 150e-3), quat_wxyz=(0, 0, 1, 0)), sigma=2e-3),
+        [touchcal.Fixture(name, touchcal.Manifold.ball_in_socket(), free=True) for name in names],
+        logs,
+        distances=[(names[k], names[k + 1], 50 * 1e-3, 0.01 * 1e-3) for k in (0, 2, 4)],
+        parameters=["joint_origin"],
+        noise=settings(sockets, "noise"),
+        estimate=settings(sockets, "estimate"),
+    )
+    assert touchcal.calibrate(problem).parameters == from_file.parameters
+
+
+def settings(folder: Path, table: str) -> dict[str, object]:
+    """A table of numbers and texts of problem.toml, but for `parameters`."""
+    lines = (folder / "problem.toml").read_text().split(f"[{table}]\n")[1].split("[")[0].splitlines()
+    pairs = (line.split(" = ") for line in lines if " = " in line)
+    return {key: json.loads(value) for key, value in pairs if key != "parameters"}
+
+
+def test_a_calibrated_arm_is_the_one_that_is_written(workcell: Path, tmp_path: Path) -> None:
+    problem = touchcal.Problem.from_toml(workcell / "problem.toml")
+    calibration = touchcal.calibrate(problem)
+    urdf, _, _ = calibration.save(tmp_path)
+    again = touchcal.Robot.from_urdf(urdf, base="base_link", tip="flange")
+    q = problem.q[:50]
+    assert np.array_equal(calibration.robot.base_from_tip(q), again.base_from_tip(q))
+    assert not np.allclose(calibration.robot.base_from_tip(q), problem.robot.base_from_tip(q), atol=1e-4)
+
+
+def test_held_out_contacts_are_scored_with_what_was_found(workcell: Path) -> None:
+    calibration = touchcal.calibrate(touchcal.Problem.from_toml(workcell / "problem.toml"))
+    other = touchcal.simulate(workcell / "scenario.toml", 3, contacts=1500).problem()
+    assert touchcal.evaluate(other, calibration).all.rms < 0.05e-3 < touchcal.evaluate(other).all.rms
+    assert set(calibration.base_from_fixture) == {"hole"}
+    truth = json.loads((workcell / "truth.json").read_text())["parameters"]
+    moved = calibration.base_from_fixture["hole"][:3] - np.array([0.6, 0.1, 0.15])
+    assert np.linalg.norm(moved) == pytest.approx(
+        np.linalg.norm([truth[f"fixture.hole.{axis}"] for axis in "xyz"]), abs=2e-3
+    )
+
+
+def test_too_few_contacts_are_a_status_and_no_exception() -> None:
+    calibration = touchcal.calibrate(touchcal.simulate("paper", 1, contacts=3).problem())
+    assert not calibration.usable
+    assert calibration.status == "not_usable"
+    assert {"too_few_contacts"} <= {warning.kind for warning in calibration.warnings}
+    assert all(warning.words and warning.advice for warning in calibration.warnings)
+    assert calibration.null_space and calibration.null_space[0].words
+
+
+def test_progress_is_told_at_every_step(workcell: Path) -> None:
+    seen: list[touchcal.Progress] = []
+    calibration = touchcal.calibrate(touchcal.Problem.from_toml(workcell / "problem.toml"), progress=seen.append)
+    assert seen == calibration.steps
+    assert {progress.stage for progress in seen} == {"coarse", "fine"}
+
+
+def test_what_a_callback_raises_ends_the_work(long_one: touchcal.Problem) -> None:
+    calls = 0
+
+    def tired(_: touchcal.Progress) -> None:
+        nonlocal calls
+        calls += 1
+        if calls == 2:
+            raise LookupError("tired")
+
+    with pytest.raises(LookupError, match="tired"):
+        touchcal.calibrate(long_one, tired)
+    assert calls == 2
+
+
+@pytest.mark.parametrize("work", ["calibrate", "simulate"])
+def test_ctrl_c(work: str, long_one: touchcal.Problem) -> None:
+    threading.Timer(0.2, lambda: os.kill(os.getpid(), signal.SIGINT)).start()
+    begin = time.monotonic()
+    with pytest.raises(KeyboardInterrupt):
+        if work == "calibrate":
+            touchcal.calibrate(long_one)
+        else:
+            touchcal.simulate("paper", 1, contacts=500_000)
+    assert 0.2 < time.monotonic() - begin < 3
+
+
+def test_others_run_during_a_solve(long_one: touchcal.Problem) -> None:
+    done = threading.Event()
+    begin = time.monotonic()
+    ticks = calls = 0
+
+    class Enough(Exception):
+        pass
+
+    def tick() -> None:
+        nonlocal ticks
+        while not done.wait(0.01):
+            ticks += 1
+
+    def stop(_: touchcal.Progress) -> None:
+        nonlocal calls
+        calls += 1
+        if time.monotonic() - begin > 1.5:
+            raise Enough
+
+    other = threading.Thread(target=tick)
+    other.start()
+    with pytest.raises(Enough):
+        touchcal.calibrate(long_one, stop)
+    elapsed = time.monotonic() - begin
+    done.set()
+    other.join()
+    # If the interpreter were kept, the other would tick at the calls at most.
+    assert ticks > 20 * elapsed
+    assert ticks > 2 * calls
+
+
+def test_a_bar_counts_steps(workcell: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    with touchcal.bar(mininterval=0) as progress:
+        calibration = touchcal.calibrate(touchcal.Problem.from_toml(workcell / "problem.toml"), progress)
+    told = capsys.readouterr().err
+    assert f"{len(calibration.steps)} steps" in told and "fine, cost" in told
+
+
+def test_frames(workcell: Path) -> None:
+    problem = touchcal.Problem.from_toml(workcell / "problem.toml")
+    calibration = touchcal.calibrate(problem)
+    frame = calibration.to_pandas().set_index("name")
+    assert frame.loc["joint_offset.joint_a3", "value"] == calibration["joint_offset.joint_a3"].value
+    assert frame["sigma"].notna().sum() == sum(p.sigma is not None for p in calibration.parameters)
+    contacts = calibration.contacts_to_pandas()
+    assert len(contacts) == len(problem) and set(contacts["fixture"]) == {"hole"}
+    assert np.sqrt(np.mean(contacts["after"] ** 2)) == pytest.approx(calibration.postfit.all.rms, rel=1e-12)
+    assert np.sqrt(np.mean(contacts["before"] ** 2)) == pytest.approx(calibration.prefit.all.rms, rel=1e-12)
+    assert contacts["line"].is_monotonic_increasing
+    scores = calibration.postfit.to_pandas()
+    assert scores["contacts"].tolist() == [len(problem)]
+    assert len(touchcal.inspect(problem).to_pandas()) == len(frame)
+
+
+def test_results_cannot_be_changed(workcell: Path) -> None:
+    calibration = touchcal.calibrate(touchcal.Problem.from_toml(workcell / "problem.toml"))
+    with pytest.raises(AttributeError):
+        calibration.parameters[0].value = 1.0  # type: ignore[misc]
+    with pytest.raises(ValueError, match="read-only"):
+        calibration.covariance[0, 0] = 1.0
+    with pytest.raises(KeyError):
+        calibration["joint_offset.joint_a9"]
+
+
+def test_the_covariance_is_that_of_the_sigmas(workcell: Path) -> None:
+    calibration = touchcal.calibrate(touchcal.Problem.from_toml(workcell / "problem.toml"))
+    spread = np.sqrt(np.diag(calibration.covariance))
+    for parameter, sigma in zip(calibration.parameters, spread, strict=True):
+        if parameter.sigma is not None:
+            assert sigma == pytest.approx(parameter.sigma, rel=1e-12)

@@ -1,0 +1,127 @@
+"""Problems put together in code: what is refused, and how manifolds are."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import touchcal
+from touchcal import Fixture, Manifold, Problem, Tool
+
+
+@pytest.fixture(scope="module")
+def robot() -> touchcal.Robot:
+    return touchcal.Robot.from_urdf("iiwa14")
+
+
+@pytest.fixture(scope="module")
+def log(robot: touchcal.Robot) -> touchcal.ContactLog:
+    return touchcal.ContactLog.from_numpy(robot, np.random.default_rng(1).uniform(-1, 1, (30, 7)))
+
+
+def test_what_problems_are_refused_for(robot: touchcal.Robot, log: touchcal.ContactLog) -> None:
+    ball = Manifold.ball_in_socket()
+    sockets = [Fixture("a/0", ball, free=True), Fixture("a/1", ball, free=True)]
+
+    def refused(words: str, **arguments: object) -> None:
+        usual = {"robot": robot, "tool": Tool(), "fixtures": sockets, "contacts": {"a/0": log}, "parameters": ["strain"]}
+        with pytest.raises(touchcal.InputError, match=words):
+            Problem(**{**usual, **arguments})  # type: ignore[arg-type]
+
+    refused("^Problem, estimate, parameters: expected a block of parameters .*, found \"strian\"; did you mean `strain`", parameters=["strian"])
+    refused("^Problem: unknown field `encoder`, expected `encoder_deg` or `contact_mm`", noise={"encoder": 1})
+    refused("encoder or contact noise above 0, found both 0", noise={"encoder_deg": 0, "contact_mm": 0})
+    refused("^Problem: unknown variant `l2`", estimate={"loss": "l2"})
+    refused("did you mean `joint_offset.joint_a1`", parameters=["joint_offset"], estimate={"freeze": ["joint_offset.joint_b1"]})
+    refused("expected the name of a fixture .*, found \"b\"", contacts={"b": log})
+    refused("expected distinct names, found \"a/0\" twice", fixtures=[sockets[0], sockets[0]])
+    refused("fixture `a`: expected `base_from_fixture`, or `free = true`, found none", fixtures=[Fixture("a", ball)])
+    refused("fixture `p`: expected `base_from_fixture`, from where", fixtures=[Fixture("p", Manifold.plane(), free=True)])
+    refused("distances: expected two fixtures", distances=[("a/0", "a/0", 0.05)])
+    refused("distances: expected the name", distances=[("a/0", "c", 0.05)])
+    with pytest.raises(touchcal.InputError, match="tool: expected free or sigma and sigma_angle, found both"):
+        Tool(free=True, sigma=1e-3)
+    with pytest.raises(touchcal.InputError, match="tool, sigma: expected a number of at least 0, found -1"):
+        Tool(sigma=-1)
+
+
+def test_settings_mean_what_a_file_means(robot: touchcal.Robot, log: touchcal.ContactLog) -> None:
+    fixture = Fixture("s", Manifold.ball_in_socket(), free=True)
+    problem = Problem(
+        robot,
+        Tool(free=True),
+        [fixture],
+        {"s": [log, log]},
+        parameters=["joint_offset", "joint_origin"],
+        estimate={"freeze": ["joint_origin.joint_a1"], "prior": {"joint_origin_mm": 0.25}},
+    )
+    assert len(problem) == 60 and problem.fixtures == ["s"]
+    expected = {entry.name: entry for entry in touchcal.inspect(problem).parameters}
+    assert "joint_origin.joint_a2.x" in expected and "joint_origin.joint_a1.x" not in expected
+    assert expected["joint_origin.joint_a2.x"].prior_sigma == 0.25e-3
+    assert {"tool.x", "fixture.s.x"} <= set(expected)
+
+
+def test_a_ball_is_as_far_as_its_centre() -> None:
+    poses = np.array([touchcal.pose((0.003, 0.004, 0)), touchcal.pose((0, 0, -0.002), rpy=(1, 2, 3))])
+    assert Manifold.ball_in_socket().distance(poses) == pytest.approx([0.005, 0.002], abs=1e-15)
+    assert Manifold.plane(radius=0.001).distance(poses) == pytest.approx([0.001, 0.003], abs=1e-15)
+    corners = [[0.01, 0, 0], [-0.01, 0, 0]]
+    tilted = [touchcal.pose((0, 0, 0.02), rpy=(0, 0.1, 0))]
+    assert Manifold.plane(corners).distance(tilted) == pytest.approx([0.02 - 0.01 * np.sin(0.1)], abs=1e-15)
+
+
+def test_a_peg_in_the_middle_of_its_hole_is_the_clearance_away() -> None:
+    square = np.array([[-0.01, -0.01], [0.01, -0.01], [0.01, 0.01], [-0.01, 0.01]])
+    hole = touchcal.offset_outline(square, 0.0005)
+    assert sorted(map(tuple, np.round(hole, 12))) == sorted(map(tuple, np.round(square * 1.05, 12)))
+    manifold = Manifold.peg_in_hole(square, hole, length=0.04, depth=0.03)
+    seated = [touchcal.pose((0.0002 * k, 0, -0.02)) for k in range(3)]
+    assert manifold.distance(seated) == pytest.approx([0.0005, 0.0003, 0.0001], abs=1e-12)
+    assert touchcal.extrusion25().shape[1] == 2
+    for outline in (square[:2], square[:, :1], np.full((4, 2), np.nan)):
+        with pytest.raises(touchcal.InputError, match="^peg: "):
+            Manifold.peg_in_hole(outline, hole, length=0.04, depth=0.03)
+    with pytest.raises(touchcal.InputError, match="^outline: "):
+        touchcal.offset_outline(square, -0.5)
+
+
+def test_projection_finds_the_nearest_sample() -> None:
+    rng = np.random.default_rng(2)
+    places, angles = rng.uniform(-0.01, 0.01, (200, 3)), rng.uniform(-0.2, 0.2, (200, 3))
+    samples = np.array([touchcal.pose(x, rpy=rpy) for x, rpy in zip(places, angles, strict=True)])
+    manifold = Manifold.nearest(samples)
+    at, turned = rng.uniform(-0.02, 0.02, (50, 3)), rng.uniform(-0.3, 0.3, (50, 3))
+    poses = np.array([touchcal.pose(x, rpy=rpy) for x, rpy in zip(at, turned, strict=True)])
+    # A millimetre counts as much as a degree.
+    length = 1e-3 / np.radians(1)
+    far = np.linalg.norm(at[:, None] - places, axis=2) ** 2 + (length * np.linalg.norm(turned[:, None] - angles, axis=2)) ** 2
+    assert np.allclose(touchcal.project(manifold, poses), samples[far.argmin(axis=1)], atol=1e-14)
+    assert manifold.distance(poses) == pytest.approx(np.sqrt(far.min(axis=1)), rel=1e-9)
+    assert np.allclose(manifold.project(samples), samples, atol=1e-14)
+    with pytest.raises(touchcal.InputError, match="project: expected a manifold made by `nearest` or `learned`"):
+        touchcal.project(Manifold.ball_in_socket(), poses)
+
+
+def test_recorded_poses_are_a_manifold(workcell: Path) -> None:
+    problem = Problem.from_toml(workcell / "problem.toml")
+    poses = problem.contact_poses("hole")
+    assert poses.shape == (len(problem), 7)
+    assert Manifold.nearest(poses).distance(poses) == pytest.approx(np.zeros(len(poses)), abs=1e-12)
+    # The exact shape of the same contacts: a nominal arm is off.
+    peg = touchcal.extrusion25()
+    exact = Manifold.peg_in_hole(peg, touchcal.offset_outline(peg, 0.5e-3), length=0.04, depth=0.03)
+    assert np.sqrt(np.mean(exact.distance(poses) ** 2)) == pytest.approx(touchcal.evaluate(problem).all.rms, rel=1e-9)
+    with pytest.raises(touchcal.InputError, match="expected the name of a fixture"):
+        problem.contact_poses("hull")
+
+
+def test_everything_public_is_documented() -> None:
+    for name in touchcal.__all__:
+        thing = getattr(touchcal, name)
+        assert name == "__version__" or thing.__doc__, name
+        if isinstance(thing, type):
+            members = [member for member in vars(thing) if not member.startswith("_")]
+            attributes = thing.__doc__ or ""
+            for member in members:
+                assert getattr(thing, member).__doc__ or f"{member}" in attributes, f"{name}.{member}"

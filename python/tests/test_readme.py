@@ -1,0 +1,27 @@
+"""What the README says to Python runs as it stands."""
+
+import re
+import shutil
+from pathlib import Path
+
+import pytest
+
+import touchcal
+
+ROOT = Path(__file__).parents[2]
+BLOCKS = re.findall(r"^```python\n(.*?)^```", (ROOT / "README.md").read_text(), re.MULTILINE | re.DOTALL)
+
+
+def test_the_readme_runs(workcell: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    for name in ("problem.toml", "hole.csv"):
+        shutil.copy(workcell / name, tmp_path)
+    shutil.copy(workcell / "problem.toml", tmp_path / "other.toml")
+    (tmp_path / "robot.urdf").write_text(touchcal.Robot.from_urdf("iiwa14").urdf)
+    monkeypatch.chdir(tmp_path)
+    log = touchcal.simulate("workcell", 1, contacts=100).log("hole")
+    names: dict[str, object] = {"q": log["q"], "wrench": log["wrench"]}
+    assert len(BLOCKS) == 2
+    for block in BLOCKS:
+        exec(block, names)
+    assert (tmp_path / "out" / "report.html").exists()
+    assert len(names["problem"]) == 100  # type: ignore[arg-type]

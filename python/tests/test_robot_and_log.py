@@ -1,0 +1,179 @@
+"""Robots and logs: kinematics against an independent walk along the URDF, and arrays understood as files are."""
+
+import xml.etree.ElementTree as ElementTree
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+import touchcal
+
+
+def rotation(axis: np.ndarray, angle: float) -> np.ndarray:
+    """Rodrigues' formula."""
+    x, y, z = axis / np.linalg.norm(axis)
+    cross = np.array([[0, -z, y], [z, 0, -x], [-y, x, 0]])
+    return np.eye(3) + np.sin(angle) * cross + (1 - np.cos(angle)) * cross @ cross
+
+
+def walk(robot: touchcal.Robot, q: np.ndarray) -> np.ndarray:
+    """base_from_tip as a matrix, from the URDF's text."""
+    joints = {joint.find("child").get("link"): joint for joint in ElementTree.fromstring(robot.urdf).iter("joint")}
+    chain, link = [], robot.tip
+    while link != robot.base:
+        chain.insert(0, joints[link])
+        link = joints[link].find("parent").get("link")
+    pose, positions = np.eye(4), iter(q)
+    for joint in chain:
+        origin, step = joint.find("origin"), np.eye(4)
+        if origin is not None:
+            roll, pitch, yaw = map(float, origin.get("rpy", "0 0 0").split())
+            step[:3, :3] = rotation(np.array([0, 0, 1]), yaw) @ rotation(np.array([0, 1, 0]), pitch)
+            step[:3, :3] = step[:3, :3] @ rotation(np.array([1, 0, 0]), roll)
+            step[:3, 3] = list(map(float, origin.get("xyz", "0 0 0").split()))
+        if joint.get("type") in ("revolute", "continuous"):
+            turn = np.eye(4)
+            turn[:3, :3] = rotation(np.array(list(map(float, joint.find("axis").get("xyz").split()))), next(positions))
+            step = step @ turn
+        pose = pose @ step
+    return pose
+
+
+def matrix(pose: np.ndarray) -> np.ndarray:
+    """A pose of seven numbers as a matrix."""
+    x, y, z, qw, *v = pose
+    full = np.eye(4)
+    full[:3, 3] = x, y, z
+    cross = np.array([[0, -v[2], v[1]], [v[2], 0, -v[0]], [-v[1], v[0], 0]])
+    full[:3, :3] = np.eye(3) + 2 * qw * cross + 2 * cross @ cross
+    return full
+
+
+@pytest.mark.parametrize("name", touchcal.Robot.builtins())
+def test_kinematics(name: str) -> None:
+    robot = touchcal.Robot.from_urdf(name)
+    limits = robot.limits
+    q = np.random.default_rng(5).uniform(limits[:, 0], limits[:, 1], (20, robot.dof))
+    poses = robot.base_from_tip(q)
+    assert poses.shape == (20, 7)
+    for pose, positions in zip(poses, q, strict=True):
+        assert np.allclose(matrix(pose), walk(robot, positions), atol=1e-12)
+    assert np.array_equal(robot.base_from_tip(q[3]), poses[3:4])
+    assert np.array_equal(robot.base_from_tip(np.asfortranarray(q)[::2]), poses[::2])
+
+
+def test_an_arm_stands_as_its_maker_says() -> None:
+    robot = touchcal.Robot.from_urdf("iiwa14")
+    assert robot.base_from_tip(np.zeros(7))[0, :3] == pytest.approx([0, 0, 0.36 + 0.42 + 0.4 + 0.126])
+    assert robot.joints == [f"joint_a{k}" for k in range(1, 8)]
+    assert (robot.name, robot.base, robot.tip, robot.dof) == ("iiwa14", "base_link", "flange", 7)
+    assert robot.gravity.tolist() == [0, 0, -9.81]
+    assert touchcal.Robot.from_urdf("iiwa14", gravity=(0, 0, 0)).gravity.tolist() == [0, 0, 0]
+    with pytest.raises(touchcal.InputError, match=r"q: expected shape \(N, 7\), found shape \[6\]"):
+        robot.base_from_tip(np.zeros(6))
+
+
+def test_poses_are_seven_numbers_or_matrices() -> None:
+    pose = touchcal.pose((0.1, 0.2, 0.3), rpy=(0.4, -0.5, 0.6))
+    roll, pitch, yaw = (
+        rotation(axis, angle) for axis, angle in zip(np.eye(3), (0.4, -0.5, 0.6), strict=True)
+    )
+    assert np.allclose(matrix(pose)[:3, :3], yaw @ pitch @ roll, atol=1e-15)
+    ball = touchcal.Manifold.ball_in_socket()
+    assert ball.distance([matrix(pose)]) == pytest.approx(ball.distance([pose]), abs=1e-15)
+    for bad in (np.ones((4, 4)), np.ones(7), np.full(7, np.nan), np.zeros(6), np.diag([1.0, 1, -1, 1])):
+        with pytest.raises(touchcal.InputError, match="^tip_from_tool: expected"):
+            touchcal.Tool(bad)
+
+
+@pytest.fixture(scope="module")
+def robot() -> touchcal.Robot:
+    return touchcal.Robot.from_urdf("iiwa14")
+
+
+def test_arrays_frames_and_files_are_one_log(robot: touchcal.Robot, workcell: Path) -> None:
+    path = workcell / "hole.csv"
+    frame = pd.read_csv(path)
+    q = frame[robot.joints].to_numpy()
+    wrench = frame[["fx", "fy", "fz", "tx", "ty", "tz"]].to_numpy()
+    file = touchcal.ContactLog.from_file(robot, path, force_threshold=3)
+    assert 0 < len(file) < file.rows_read == len(frame)
+    arrays = touchcal.ContactLog.from_numpy(robot, q, wrench=wrench, force_threshold=3)
+    frames = touchcal.ContactLog.from_pandas(robot, frame, force_threshold=3)
+    for log in (arrays, frames):
+        assert np.array_equal(log.q, file.q)
+        assert np.array_equal(log.lines + 1, file.lines)
+        assert log.rows_read == file.rows_read
+    force = np.linalg.norm(wrench[:, :3], axis=1)
+    assert np.array_equal(file.q, q[force > 3])
+
+
+def test_any_layout_and_type_of_array(robot: touchcal.Robot) -> None:
+    q = np.random.default_rng(1).uniform(-1, 1, (30, 7))
+    plain = touchcal.ContactLog.from_numpy(robot, q)
+    assert np.array_equal(plain.q, q) and not plain.q.flags.writeable
+    assert np.array_equal(touchcal.ContactLog.from_numpy(robot, np.asfortranarray(q)).q, q)
+    assert np.array_equal(touchcal.ContactLog.from_numpy(robot, np.repeat(q, 2, axis=0)[::2]).q, q)
+    assert np.array_equal(touchcal.ContactLog.from_numpy(robot, q.tolist()).q, q)
+    single = q.astype(np.float32)
+    assert np.array_equal(touchcal.ContactLog.from_numpy(robot, single).q, single.astype(np.float64))
+    flags = q[:, 0] > 0
+    assert np.array_equal(touchcal.ContactLog.from_numpy(robot, q, contact=flags).q, q[flags])
+    degrees = touchcal.ContactLog.from_numpy(robot, np.degrees(q), unit="deg")
+    assert np.allclose(degrees.q, q, rtol=1e-15)
+    order = [6, 5, 4, 3, 2, 1, 0]
+    reversed_names = [robot.joints[k] for k in order]
+    assert np.array_equal(touchcal.ContactLog.from_numpy(robot, q[:, order], joints=reversed_names).q, q)
+
+
+def test_columns_by_joint_name_or_another(robot: touchcal.Robot) -> None:
+    q = np.random.default_rng(1).uniform(-1, 1, (5, 7))
+    frame = pd.DataFrame(q, columns=robot.joints).assign(note="text", when=pd.Timestamp("2026-01-01"))
+    assert np.array_equal(touchcal.ContactLog.from_pandas(robot, frame).q, q)
+    renamed = frame.rename(columns={"joint_a1": "shoulder"})
+    columns = {"joint_a1": "shoulder"}
+    assert np.array_equal(touchcal.ContactLog.from_pandas(robot, renamed, columns=columns).q, q)
+    with pytest.raises(touchcal.InputError, match="expected a column for every joint: `joint_a1` or `q1`"):
+        touchcal.ContactLog.from_pandas(robot, renamed)
+    with pytest.raises(touchcal.InputError, match="DataFrame:1, column joint_a3: expected a number in radians, found NaN"):
+        touchcal.ContactLog.from_pandas(robot, frame.assign(joint_a3="much"))
+
+
+def test_what_is_guessed_is_said(robot: touchcal.Robot, tmp_path: Path) -> None:
+    q = np.random.default_rng(1).uniform(-1.5, 1.5, (30, 7))
+    recorded = pd.DataFrame(np.degrees(q), columns=[f"axisQMsr_LBR_iiwa_14_R820_1[{k}]" for k in range(7)])
+    recorded.to_csv(tmp_path / "kuka.csv", index=False)
+    with pytest.warns(UserWarning, match="taken as DEGREES"):
+        log = touchcal.ContactLog.from_file(robot, tmp_path / "kuka.csv")
+    with pytest.warns(UserWarning, match="taken as DEGREES"):
+        frame = touchcal.ContactLog.from_pandas(robot, recorded)
+    for read in (log, frame):
+        assert np.allclose(read.q, q) and "taken as DEGREES" in read.notes[0]
+    declared = touchcal.ContactLog.from_file(robot, tmp_path / "kuka.csv", unit="deg")
+    assert np.array_equal(declared.q, log.q) and declared.notes == []
+
+
+def test_what_arrays_are_refused_for(robot: touchcal.Robot) -> None:
+    q = np.random.default_rng(1).uniform(-1, 1, (30, 7))
+
+    def refused(words: str, **arguments: object) -> None:
+        with pytest.raises(touchcal.InputError, match=words):
+            touchcal.ContactLog.from_numpy(**{"robot": robot, "q": q, "name": "rows", **arguments})  # type: ignore[arg-type]
+
+    spoilt = q.copy()
+    spoilt[3, 2] = np.inf
+    refused("rows:4, column q3: expected a number in radians, found inf", q=spoilt)
+    refused("looks like degrees; declare unit = \"deg\"", q=np.degrees(q) * 4)
+    refused(r"q: expected shape \(N, 7\), found shape \[30, 6\]", q=q[:, :6])
+    refused(r"wrench: expected shape \(30, 6\), found shape \[29, 6\]", wrench=np.zeros((29, 6)))
+    refused(r"contact: expected shape \(30,\), found shape \[30, 2\]", contact=np.zeros((30, 2)))
+    refused("expected 0, 1, true or false, found 0.5", contact=np.full(30, 0.5))
+    refused("columns fx, fy and fz, which a force threshold needs", force_threshold=3)
+    refused("release: expected at most force_threshold", force_threshold=3, release=4, wrench=np.zeros((30, 6)))
+    refused("expected `force_threshold`, found `release` or `debounce` without it", release=4)
+    refused("unit: expected \"rad\" or \"deg\", found \"grad\"", unit="grad")
+    refused("did you mean `joint_a1`", joints=["joint_b1", *robot.joints[1:]])
+    refused("expected rows of joint positions, found none", q=q[:0])
+    with pytest.raises(ValueError, match="could not convert"):
+        touchcal.ContactLog.from_numpy(robot, "some")
