@@ -163,29 +163,6 @@ fn bad_content_is_refused() {
     }
 }
 
-/// `cargo test --release -p touchcal --features parquet --test io_contact_parquet -- --ignored --nocapture`
-#[test]
-#[ignore = "a measurement"]
-fn how_long_a_million_rows_take() {
-    let folder = tempfile::tempdir().unwrap();
-    let rows = 0..1_000_000;
-    let angle = |i: i32, k: i32| Cell::Double(((i * 7 + k) as f64 * 0.61).sin());
-    let names = ["q1", "q2", "q3", "q4", "q5", "q6", "q7"];
-    let mut table: Vec<_> =
-        names.into_iter().zip(0..).map(|(n, k)| (n, rows.clone().map(|i| angle(i, k)).collect())).collect();
-    for name in ["fx", "fy", "fz"] {
-        table.push((name, rows.clone().map(|i| angle(i, 9)).collect()));
-    }
-    let path = folder.path().join("c.parquet");
-    std::fs::write(&path, file(&table, 1 << 17)).unwrap();
-    let robot = urdf::read_builtin("iiwa14", Ends::default()).unwrap().robot;
-    let start = std::time::Instant::now();
-    let mut log = ContactLog::new(7);
-    contact_log::read_file(&path, &robot, &Options::default(), &mut log).unwrap();
-    let megabytes = std::fs::metadata(&path).unwrap().len() as f64 / 1e6;
-    println!("{} contacts of a file of {megabytes:.0} MB in {:.3} s", log.len(), start.elapsed().as_secs_f64());
-}
-
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(1000))]
 

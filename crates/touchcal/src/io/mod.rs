@@ -11,6 +11,7 @@
 //! | [`pose_file`] | poses of a tool in contact | [`PoseSamples`](crate::manifold::PoseSamples) |
 //! | [`manifold_file`] | `manifold.safetensors` | [`ManifoldFile`](manifold_file::ManifoldFile), and writes it |
 //! | [`calibration_folder`] | | writes what a calibration leaves: `calibrated.urdf`, `estimate.json`, `report.html` |
+//! | `calibration_mcap` | | writes a calibration for Foxglove and Rerun (cargo feature `mcap`) |
 //! | [`estimate_file`] | `estimate.json` | [`EstimateFile`](estimate_file::EstimateFile), and writes it |
 //! | [`weights_file`], [`checkpoint_file`] | a network, trained or in training | [`WeightsFile`](weights_file::WeightsFile), [`CheckpointFile`](checkpoint_file::CheckpointFile), and writes them |
 //! | [`onnx`] | | writes a network for others |
@@ -23,6 +24,8 @@
 pub mod atomic;
 mod bytes;
 pub mod calibration_folder;
+#[cfg(feature = "mcap")]
+pub mod calibration_mcap;
 #[cfg(feature = "parquet")]
 pub mod campaign_parquet;
 pub mod checkpoint_file;

@@ -91,12 +91,3 @@ fn unfit(file: &str, name: &str, found: String) -> IoError {
 pub(super) fn damaged(file: &str, error: &ParquetError) -> IoError {
     IoError::unexpected(Place::file(file), "a whole Parquet file", error.to_string())
 }
-
-/// Reads by `read`.
-///
-/// Some damage makes the parquet crate panic (60.1: a negative offset, a page whose dictionary is missing). That is caught here and is an error
-/// as any other, though the panic hook has its say.
-pub(super) fn caught<T>(file: &str, read: impl FnOnce() -> Result<T, IoError>) -> Result<T, IoError> {
-    std::panic::catch_unwind(std::panic::AssertUnwindSafe(read))
-        .unwrap_or_else(|_| Err(IoError::unexpected(Place::file(file), "a whole Parquet file", "damaged data")))
-}

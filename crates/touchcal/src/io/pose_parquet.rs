@@ -1,15 +1,15 @@
-//! Poses of a tool in contact as Parquet: the columns of [`pose_file`](super::pose_file), of numbers, uncompressed, snappy or gzip.
+//! Poses of a tool in contact as Parquet: the columns of [`pose_file`](super::pose_file), of numbers, uncompressed, snappy, gzip or zstd.
 
 use parquet::file::reader::{ChunkReader, FileReader, SerializedFileReader};
 
-use super::error::{IoError, Place};
-use super::number_columns::{NumberColumns, caught, damaged};
+use super::error::{IoError, Place, caught};
+use super::number_columns::{NumberColumns, damaged};
 use super::pose_file::{COLUMNS, MAX_POSES, columns, pose};
 use crate::se3::Pose;
 
 /// Reads the poses of a file's content; `file` is its name for messages.
 pub(super) fn read(content: impl ChunkReader + 'static, file: &str) -> Result<Vec<Pose>, IoError> {
-    caught(file, || read_groups(content, file))
+    caught(file, "Parquet", || read_groups(content, file))
 }
 
 fn read_groups(content: impl ChunkReader + 'static, file: &str) -> Result<Vec<Pose>, IoError> {

@@ -17,6 +17,7 @@ use std::path::Path;
 
 use flate2::bufread::MultiGzDecoder;
 
+use super::contact_log::rows::Keep;
 use super::contact_log::{AngleUnit, Options};
 use super::error::{IoError, Place};
 use crate::contact::ContactLog;
@@ -41,7 +42,17 @@ pub fn read(
     options: &Options,
     log: &mut ContactLog,
 ) -> Result<(), IoError> {
-    rows::read(unpacked(content, file)?, file, robot, options, log)
+    read_into(content, file, robot, options, Keep::Contacts(log))
+}
+
+pub(super) fn read_into(
+    content: impl Read,
+    file: &str,
+    robot: &Robot,
+    options: &Options,
+    keep: Keep<'_>,
+) -> Result<(), IoError> {
+    rows::read(unpacked(content, file)?, file, robot, options, keep)
 }
 
 /// The text of a table, plain or gzipped; other formats are refused.

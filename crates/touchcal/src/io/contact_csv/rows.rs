@@ -5,8 +5,7 @@ use std::io::BufRead;
 use super::Options;
 use super::header::{Holds, Layout};
 use super::lines::Lines;
-use crate::contact::ContactLog;
-use crate::io::contact_log::rows::{ContactRows, Row};
+use crate::io::contact_log::rows::{ContactRows, Keep, Row};
 use crate::io::error::{IoError, Place, quoted};
 use crate::robot::Robot;
 
@@ -15,7 +14,7 @@ pub(super) fn read(
     file: &str,
     robot: &Robot,
     options: &Options,
-    log: &mut ContactLog,
+    keep: Keep<'_>,
 ) -> Result<(), IoError> {
     let mut lines = Lines::new(content, file);
     let Some((number, first)) = lines.next()? else {
@@ -24,7 +23,7 @@ pub(super) fn read(
     let layout = Layout::of(first, at(file, number), robot, options)?;
     let first = if layout.has_header { None } else { Some(first.to_vec()) };
     let mut parser = RowParser { row: Row::new(robot.dof()), file, robot, options, layout };
-    let mut rows = ContactRows::of(&parser.layout, (file, at), (robot, options), log);
+    let mut rows = ContactRows::of(&parser.layout, (file, at), (robot, options), keep);
     if let Some(first) = first {
         rows.take(number, parser.parse(number, &first)?)?;
     }

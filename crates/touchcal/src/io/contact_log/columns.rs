@@ -2,6 +2,7 @@
 
 use super::Options;
 use super::numbers::NumberRows;
+use super::rows::Keep;
 use crate::contact::ContactLog;
 use crate::io::bytes::{self, Input};
 use crate::io::error::{IoError, Place};
@@ -31,7 +32,7 @@ pub fn read_columns(
 ) -> Result<Input, IoError> {
     let names: Vec<&[u8]> = columns.names.iter().map(|name| name.as_bytes()).collect();
     let at = |file: &str, row| Place::file(file).line(row);
-    let mut rows = NumberRows::new(&names, (name, at), (robot, options), log)?;
+    let mut rows = NumberRows::new(&names, (name, at), (robot, options), Keep::Contacts(log))?;
     let used: Vec<usize> = rows.used().map(|(column, _)| column).collect();
     for row in 0..columns.rows {
         rows.take(|k| (columns.value)(row, used[k]))?;

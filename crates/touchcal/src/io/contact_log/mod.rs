@@ -19,6 +19,7 @@ mod numbers;
 #[cfg(feature = "parquet")]
 mod parquet;
 pub(super) mod rows;
+mod table;
 mod units;
 
 use std::collections::BTreeMap;
@@ -31,8 +32,10 @@ use super::contact_csv;
 use super::error::IoError;
 use crate::contact::ContactLog;
 use crate::robot::Robot;
+use rows::Keep;
 
 pub use columns::{Columns, read_columns};
+pub use table::LogTable;
 
 /// Most contacts of one problem, about 80 bytes of memory each.
 pub const MAX_CONTACTS: usize = 20_000_000;
@@ -91,6 +94,10 @@ pub struct Options {
 /// # Errors
 /// If the file cannot be read, is no such log, or too large. `log` then holds a part of it and should be dropped.
 pub fn read_file(path: &Path, robot: &Robot, options: &Options, log: &mut ContactLog) -> Result<Input, IoError> {
+    read_into(path, robot, options, Keep::Contacts(log))
+}
+
+fn read_into(path: &Path, robot: &Robot, options: &Options, keep: Keep<'_>) -> Result<Input, IoError> {
     let name = path.display().to_string();
     let failed = |source| IoError::file(path, "read", source);
     let mut file = bytes::open(path)?;
@@ -99,32 +106,26 @@ pub fn read_file(path: &Path, robot: &Robot, options: &Options, log: &mut Contac
     file.rewind().map_err(failed)?;
     let mut hashing = Hashing::new(file.try_clone().map_err(failed)?);
     if start.starts_with(PARQUET) {
-        read_parquet(&file, &name, robot, options, log)?;
+        read_parquet(&file, &name, robot, options, keep)?;
         // The handle that is fingerprinted shares its position.
         file.rewind().map_err(failed)?;
     } else if start == MCAP {
-        read_mcap(&mut hashing, &name, robot, options, log)?;
+        read_mcap(&mut hashing, &name, robot, options, keep)?;
     } else {
-        contact_csv::read(&mut hashing, &name, robot, options, log)?;
+        contact_csv::read_into(&mut hashing, &name, robot, options, keep)?;
     }
     let sha256 = hashing.finish().map_err(failed)?;
     Ok(Input { path: name, sha256 })
 }
 
 #[cfg(feature = "parquet")]
-fn read_parquet(
-    content: &File,
-    file: &str,
-    robot: &Robot,
-    options: &Options,
-    log: &mut ContactLog,
-) -> Result<(), IoError> {
+fn read_parquet(content: &File, file: &str, robot: &Robot, options: &Options, keep: Keep<'_>) -> Result<(), IoError> {
     let content = content.try_clone().map_err(|source| IoError::file(Path::new(file), "read", source))?;
-    parquet::read(content, file, robot, options, log)
+    parquet::read(content, file, robot, options, keep)
 }
 
 #[cfg(not(feature = "parquet"))]
-fn read_parquet(_: &File, file: &str, _: &Robot, _: &Options, _: &mut ContactLog) -> Result<(), IoError> {
+fn read_parquet(_: &File, file: &str, _: &Robot, _: &Options, _: Keep<'_>) -> Result<(), IoError> {
     Err(without_feature(file, "Parquet", "parquet"))
 }
 
@@ -132,7 +133,7 @@ fn read_parquet(_: &File, file: &str, _: &Robot, _: &Options, _: &mut ContactLog
 use mcap::read as read_mcap;
 
 #[cfg(not(feature = "mcap"))]
-fn read_mcap(_: impl Read, file: &str, _: &Robot, _: &Options, _: &mut ContactLog) -> Result<(), IoError> {
+fn read_mcap(_: impl Read, file: &str, _: &Robot, _: &Options, _: Keep<'_>) -> Result<(), IoError> {
     Err(without_feature(file, "MCAP", "mcap"))
 }
 

@@ -1,8 +1,7 @@
 //! Rows of numbers in named columns, from memory or from a file that holds no text.
 
 use super::Options;
-use super::rows::{ContactRows, Row};
-use crate::contact::ContactLog;
+use super::rows::{ContactRows, Keep, Row};
 use crate::io::contact_csv::header::{Holds, Layout};
 use crate::io::error::{IoError, Place};
 use crate::robot::Robot;
@@ -24,10 +23,10 @@ impl<'a> NumberRows<'a> {
         names: &[&[u8]],
         (file, place): (&'a str, fn(&str, u64) -> Place),
         (robot, options): (&'a Robot, &'a Options),
-        log: &'a mut ContactLog,
+        keep: Keep<'a>,
     ) -> Result<Self, IoError> {
         let layout = Layout::named(names, Place::file(file), robot, options)?;
-        let rows = ContactRows::of(&layout, (file, place), (robot, options), log);
+        let rows = ContactRows::of(&layout, (file, place), (robot, options), keep);
         Ok(NumberRows { file, place, robot, options, layout, row: Row::new(robot.dof()), rows })
     }
 

@@ -1,9 +1,9 @@
 //! What becomes of a row, whatever format it was read from.
 
 use super::units::UnitCheck;
-use super::{AngleUnit, MAX_CONTACTS, Options};
+use super::{AngleUnit, LogTable, MAX_CONTACTS, Options};
 use crate::contact::{ContactLog, Detector, Source, Wrench};
-use crate::io::contact_csv::header::Layout;
+use crate::io::contact_csv::header::{Holds, Layout};
 use crate::io::error::{IoError, Place};
 use crate::robot::{JointKind, Robot};
 
@@ -20,6 +20,30 @@ impl Row {
     /// A row of an arm with `dof` moving joints.
     pub(in crate::io) fn new(dof: usize) -> Row {
         Row { q: vec![0.0; dof], wrench: [0.0; 6], flag: true }
+    }
+}
+
+/// Where rows go.
+pub(in crate::io) enum Keep<'a> {
+    /// Those that are contacts.
+    Contacts(&'a mut ContactLog),
+    /// All of them, whole.
+    All(&'a mut LogTable),
+}
+
+impl Keep<'_> {
+    fn len(&self) -> usize {
+        match self {
+            Keep::Contacts(log) => log.len(),
+            Keep::All(table) => table.rows().len(),
+        }
+    }
+
+    fn note(&mut self, note: String) {
+        match self {
+            Keep::Contacts(log) => log.note(note),
+            Keep::All(table) => table.note(note),
+        }
     }
 }
 
@@ -47,16 +71,25 @@ pub(in crate::io) struct ContactRows<'a> {
     fixture: usize,
     index: u32,
     rows: u64,
-    log: &'a mut ContactLog,
+    keep: Keep<'a>,
 }
 
 impl<'a> ContactRows<'a> {
+    /// Rows in which joints go by `names`, and which hold `extras` beside joint positions.
     pub(in crate::io) fn new(
         (file, place): (&'a str, fn(&str, u64) -> Place),
         names: Vec<String>,
+        extras: &[Holds],
         (robot, options): (&Robot, &Options),
-        log: &'a mut ContactLog,
+        mut keep: Keep<'a>,
     ) -> Self {
+        let index = match &mut keep {
+            Keep::Contacts(log) => log.add_file(file),
+            Keep::All(table) => {
+                table.set_extras(extras);
+                0
+            }
+        };
         ContactRows {
             file,
             place,
@@ -65,9 +98,9 @@ impl<'a> ContactRows<'a> {
             guess: None,
             detector: options.detection.map(|d| Detector::new(d.threshold, d.release, d.debounce)),
             fixture: options.fixture,
-            index: log.add_file(file),
+            index,
             rows: 0,
-            log,
+            keep,
         }
     }
 
@@ -76,22 +109,24 @@ impl<'a> ContactRows<'a> {
         layout: &Layout,
         at: (&'a str, fn(&str, u64) -> Place),
         (robot, options): (&Robot, &Options),
-        log: &'a mut ContactLog,
+        keep: Keep<'a>,
     ) -> Self {
-        let mut rows = ContactRows::new(at, layout.joint_names(robot.dof()), (robot, options), log);
+        let joint = |holds: &Holds| matches!(holds, Holds::Joint(_));
+        let extras: Vec<Holds> = layout.used.iter().map(|(_, holds, _)| *holds).filter(|holds| !joint(holds)).collect();
+        let mut rows = ContactRows::new(at, layout.joint_names(robot.dof()), &extras, (robot, options), keep);
         // Radians or degrees is found out, if it is not declared.
         if layout.from_recorder && options.unit == AngleUnit::Undeclared {
             let scale = |kind| if kind == JointKind::Prismatic { 1.0 } else { std::f64::consts::PI / 180.0 };
             let scale: Vec<f64> = robot.moving().map(|joint| scale(joint.kind)).collect();
             let units = UnitCheck::new(robot, AngleUnit::Degree);
-            rows.guess = Some(Guess { first: rows.log.len(), q: scale.clone(), scale, units });
+            rows.guess = Some(Guess { first: rows.keep.len(), q: scale.clone(), scale, units });
         }
         rows
     }
 
     /// Remembers what was taken for granted.
     pub(in crate::io) fn note(&mut self, note: &str) {
-        self.log.note(format!("{}: {note}", self.file));
+        self.keep.note(format!("{}: {note}", self.file));
     }
 
     /// Takes row `number`.
@@ -109,12 +144,16 @@ impl<'a> ContactRows<'a> {
             Some(detector) => detector.update(&row.wrench),
             None => row.flag,
         };
-        if touching {
-            if self.log.len() >= MAX_CONTACTS {
+        match &mut self.keep {
+            keep if keep.len() >= MAX_CONTACTS && (touching || matches!(keep, Keep::All(_))) => {
                 let place = (self.place)(self.file, number);
                 return Err(IoError::unexpected(place, format!("at most {MAX_CONTACTS} contacts"), "more"));
             }
-            self.log.push(&row.q, self.fixture, Source { line: number, file: self.index });
+            Keep::All(table) => table.push(row),
+            Keep::Contacts(log) if touching => {
+                log.push(&row.q, self.fixture, Source { line: number, file: self.index });
+            }
+            Keep::Contacts(_) => {}
         }
         Ok(())
     }
@@ -129,14 +168,19 @@ impl<'a> ContactRows<'a> {
         match self.guess.take() {
             Some(guess) if self.units.doubtful() => {
                 guess.units.finish(self.file, self.place)?;
-                self.log.rescale(guess.first, &guess.scale);
+                match &mut self.keep {
+                    Keep::Contacts(log) => log.rescale(guess.first, &guess.scale),
+                    Keep::All(table) => table.rescale(&guess.scale),
+                }
                 self.note("the unit of angles is not declared: taken as DEGREES, since as radians they would be beyond the joint limits; \
                            declare unit = \"deg\"");
             }
             Some(_) => self.note("the unit of angles is not declared: taken as RADIANS, which fit the joint limits; declare unit = \"rad\""),
             None => self.units.finish(self.file, self.place)?,
         }
-        self.log.count_rows(self.rows);
+        if let Keep::Contacts(log) = &mut self.keep {
+            log.count_rows(self.rows);
+        }
         Ok(())
     }
 }

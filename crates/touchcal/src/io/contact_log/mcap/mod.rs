@@ -15,14 +15,15 @@ use self::records::Visit;
 use self::together::{State, Together};
 use super::Options;
 use super::joints::{joint_names, scale};
-use super::rows::{ContactRows, Row};
-use crate::contact::ContactLog;
-use crate::io::error::{IoError, Place, quoted};
+use super::rows::{ContactRows, Keep, Row};
+use crate::io::contact_csv::header::Holds;
+use crate::io::error::{IoError, Place, caught, quoted};
 use crate::io::suggest::{did_you_mean, list};
 use crate::robot::Robot;
 
-/// Most topics that a message lists.
+/// Most topics that a message lists, and most bytes of one.
 const MOST_TOPICS: usize = 1000;
+const LONGEST_TOPIC: usize = 1000;
 
 /// What a topic is read for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -30,6 +31,10 @@ enum Kind {
     Joints,
     Wrench,
 }
+
+/// What a row holds beside joint positions.
+const WRENCH_PARTS: [Holds; 6] =
+    [Holds::Wrench(0), Holds::Wrench(1), Holds::Wrench(2), Holds::Wrench(3), Holds::Wrench(4), Holds::Wrench(5)];
 
 impl Kind {
     const ALL: [Kind; 2] = [Kind::Joints, Kind::Wrench];
@@ -50,20 +55,23 @@ impl Kind {
     }
 }
 
-/// Adds the contacts of a bag to `log`; `file` is its name for messages and provenance.
+/// Adds the rows of a bag to `keep`; `file` is its name for messages and provenance.
 pub(super) fn read(
     content: impl Read,
     file: &str,
     robot: &Robot,
     options: &Options,
-    log: &mut ContactLog,
+    keep: Keep<'_>,
 ) -> Result<(), IoError> {
     let names = joint_names(file, robot, options)?;
+    let with_wrench = options.detection.is_some() || options.wrench_topic.is_some();
+    let extras = if with_wrench { &WRENCH_PARTS[..] } else { &[] };
     let mut bag = Bag {
         file,
         options,
+        with_wrench,
         scale: scale(robot, options),
-        rows: ContactRows::new((file, at), names.clone(), (robot, options), log),
+        rows: ContactRows::new((file, at), names.clone(), extras, (robot, options), keep),
         row: Row::new(robot.dof()),
         names,
         schemas: HashMap::new(),
@@ -74,7 +82,7 @@ pub(super) fn read(
         newest: [i64::MIN; 2],
         together: Together::default(),
     };
-    records::read(content, file, &mut bag)?;
+    caught(file, "MCAP", || records::read(content, file, &mut bag))?;
     bag.finish()
 }
 
@@ -85,6 +93,8 @@ fn at(file: &str, number: u64) -> Place {
 struct Bag<'a> {
     file: &'a str,
     options: &'a Options,
+    /// Whether wrenches are read.
+    with_wrench: bool,
     /// For each moving joint, its name in the bag, and what makes rad or m of its positions.
     names: Vec<String>,
     scale: Vec<f64>,
@@ -103,17 +113,17 @@ struct Bag<'a> {
 }
 
 impl Visit for Bag<'_> {
-    fn schema(&mut self, id: u16, name: &[u8]) {
-        self.schemas.insert(id, Kind::ALL.into_iter().find(|kind| name == kind.schema().as_bytes()));
+    fn schema(&mut self, id: u16, name: &str) {
+        self.schemas.insert(id, Kind::ALL.into_iter().find(|kind| name == kind.schema()));
     }
 
-    fn channel(&mut self, id: u16, schema: u16, topic: &[u8], encoding: &[u8]) -> Result<(), IoError> {
-        let topic = String::from_utf8_lossy(topic);
-        if self.seen.len() < MOST_TOPICS && !self.seen.iter().any(|seen| *seen == topic) {
+    fn channel(&mut self, id: u16, schema: u16, topic: &str, encoding: &str) -> Result<(), IoError> {
+        if self.seen.len() < MOST_TOPICS && topic.len() <= LONGEST_TOPIC && !self.seen.iter().any(|seen| seen == topic)
+        {
             self.seen.push(topic.to_string());
         }
         let Some(kind) = self.schemas.get(&schema).copied().flatten() else { return Ok(()) };
-        if kind == Kind::Wrench && self.options.detection.is_none() {
+        if kind == Kind::Wrench && !self.with_wrench {
             return Ok(());
         }
         let declared = [&self.options.joint_topic, &self.options.wrench_topic][kind as usize];
@@ -122,22 +132,18 @@ impl Visit for Bag<'_> {
             Some(_) if declared.is_some() => return Ok(()),
             Some(other) => {
                 let expected = format!("one topic of type {}, or `{}`", kind.schema(), kind.key());
-                let found = format!("{} and {}", quoted(other), quoted(&topic));
+                let found = format!("{} and {}", quoted(other), quoted(topic));
                 return Err(IoError::unexpected(Place::file(self.file), expected, found));
             }
             None => self.topics[kind as usize] = Some(topic.to_string()),
         }
-        if encoding != b"cdr" {
+        if encoding != "cdr" {
             let place = Place::file(self.file).field(format!("topic {topic}"));
-            let found = quoted(&String::from_utf8_lossy(encoding));
+            let found = quoted(encoding);
             return Err(IoError::unexpected(place, "messages encoded as cdr", found));
         }
         self.channels.insert(id, kind);
         Ok(())
-    }
-
-    fn wants(&self, channel: u16) -> bool {
-        self.channels.contains_key(&channel)
     }
 
     fn message(&mut self, channel: u16, recorded: i64, data: &[u8]) -> Result<(), IoError> {
@@ -176,7 +182,7 @@ impl Bag<'_> {
             return Err(IoError::unexpected(at(self.file, number), "each joint once", "one twice"));
         }
         let time = self.time(Kind::Joints, stamped.stamp.unwrap_or(recorded))?;
-        if self.options.detection.is_none() {
+        if !self.with_wrench {
             return self.rows.take(number, &self.row);
         }
         self.together.add_state(State { number, time, q: self.row.q.clone() });
@@ -217,7 +223,7 @@ impl Bag<'_> {
     }
 
     fn finish(mut self) -> Result<(), IoError> {
-        let needed = if self.options.detection.is_some() { &Kind::ALL[..] } else { &Kind::ALL[..1] };
+        let needed = if self.with_wrench { &Kind::ALL[..] } else { &Kind::ALL[..1] };
         for &kind in needed {
             if self.counts[kind as usize] == 0 {
                 return Err(self.without(kind));
@@ -231,7 +237,7 @@ impl Bag<'_> {
         if alone > 0 {
             let seconds = together::GAP as f64 / 1e9;
             self.rows.note(&format!(
-                "{alone} joint states have no wrench within {seconds} s before and after, and count as no contact"
+                "{alone} joint states have no wrench within {seconds} s before and after, and are passed over"
             ));
         }
         self.rows.finish()
