@@ -39,6 +39,14 @@ impl Keep<'_> {
         }
     }
 
+    /// Multiplies the joint positions of all that is kept from number `first` on, each joint's by its `scale`.
+    fn rescale(&mut self, first: usize, scale: &[f64]) {
+        match self {
+            Keep::Contacts(log) => log.rescale(first, scale),
+            Keep::All(table) => table.rescale(first, scale),
+        }
+    }
+
     fn note(&mut self, note: String) {
         match self {
             Keep::Contacts(log) => log.note(note),
@@ -49,7 +57,7 @@ impl Keep<'_> {
 
 /// Radians or degrees?
 struct Guess {
-    /// Contacts from this one on are in the unit that is guessed.
+    /// What is kept from this number on is in the unit that is guessed.
     first: usize,
     /// What makes rad or m of a row that is in degrees.
     scale: Vec<f64>,
@@ -58,7 +66,7 @@ struct Guess {
     units: UnitCheck,
 }
 
-/// Takes a file's rows one after the other and keeps those that are contacts.
+/// Takes a file's rows one after the other and keeps contacts, or all.
 pub(in crate::io) struct ContactRows<'a> {
     file: &'a str,
     /// The place of a row in the file, by its number.
@@ -144,16 +152,16 @@ impl<'a> ContactRows<'a> {
             Some(detector) => detector.update(&row.wrench),
             None => row.flag,
         };
+        if !touching && matches!(self.keep, Keep::Contacts(_)) {
+            return Ok(());
+        }
+        if self.keep.len() >= MAX_CONTACTS {
+            let place = (self.place)(self.file, number);
+            return Err(IoError::unexpected(place, format!("at most {MAX_CONTACTS} contacts"), "more"));
+        }
         match &mut self.keep {
-            keep if keep.len() >= MAX_CONTACTS && (touching || matches!(keep, Keep::All(_))) => {
-                let place = (self.place)(self.file, number);
-                return Err(IoError::unexpected(place, format!("at most {MAX_CONTACTS} contacts"), "more"));
-            }
+            Keep::Contacts(log) => log.push(&row.q, self.fixture, Source { line: number, file: self.index }),
             Keep::All(table) => table.push(row),
-            Keep::Contacts(log) if touching => {
-                log.push(&row.q, self.fixture, Source { line: number, file: self.index });
-            }
-            Keep::Contacts(_) => {}
         }
         Ok(())
     }
@@ -168,10 +176,7 @@ impl<'a> ContactRows<'a> {
         match self.guess.take() {
             Some(guess) if self.units.doubtful() => {
                 guess.units.finish(self.file, self.place)?;
-                match &mut self.keep {
-                    Keep::Contacts(log) => log.rescale(guess.first, &guess.scale),
-                    Keep::All(table) => table.rescale(&guess.scale),
-                }
+                self.keep.rescale(guess.first, &guess.scale);
                 self.note("the unit of angles is not declared: taken as DEGREES, since as radians they would be beyond the joint limits; \
                            declare unit = \"deg\"");
             }

@@ -98,9 +98,9 @@ impl LogTable {
         self.notes.push(note);
     }
 
-    /// Multiplies the joint positions of all rows, each joint's by its `scale`.
-    pub(super) fn rescale(&mut self, scale: &[f64]) {
-        for row in self.values.chunks_exact_mut((self.joints.len() + self.extras.len()).max(1)) {
+    /// Multiplies the joint positions of all rows from number `first` on, each joint's by its `scale`.
+    pub(super) fn rescale(&mut self, first: usize, scale: &[f64]) {
+        for row in self.values.chunks_exact_mut((self.joints.len() + self.extras.len()).max(1)).skip(first) {
             row.iter_mut().zip(scale).for_each(|(q, scale)| *q *= scale);
         }
     }
