@@ -4,7 +4,7 @@ use std::io::{BufReader, Read};
 use std::path::Path;
 
 use mcap::McapError;
-use mcap::records::{Record, op};
+use mcap::records::op;
 use mcap::sans_io::{LinearReadEvent, LinearReader, LinearReaderOptions};
 
 use crate::io::error::{IoError, Place};
@@ -57,24 +57,55 @@ pub(super) fn read(content: impl Read, file: &str, visitor: &mut impl Visit) -> 
     Ok(())
 }
 
+/// What is said of a record that does not hold what it should.
+const DAMAGED: &str = "a record that is damaged";
 /// Bytes of a record before its content.
 const RECORD_HEAD: u64 = 9;
 
+/// Not by the mcap crate, which sets aside as much memory as a record says that its text takes.
 fn show(opcode: u8, data: &[u8], file: &str, visitor: &mut impl Visit) -> Result<(), IoError> {
-    if !matches!(opcode, op::SCHEMA | op::CHANNEL | op::MESSAGE) {
-        return Ok(());
-    }
-    match mcap::parse_record(opcode, data).map_err(|error| damaged(file, &error))? {
-        Record::Schema { header, .. } => visitor.schema(header.id, &header.name),
-        Record::Channel(channel) => {
-            visitor.channel(channel.id, channel.schema_id, &channel.topic, &channel.message_encoding)?;
+    let cut = || IoError::unexpected(Place::file(file), "a whole MCAP file", DAMAGED);
+    let mut fields = Fields(data);
+    match opcode {
+        op::SCHEMA => {
+            let (id, name) = fields.u16().zip(fields.text()).ok_or_else(cut)?;
+            visitor.schema(id, name);
         }
-        Record::Message { header, data } => {
-            visitor.message(header.channel_id, header.log_time.cast_signed(), &data)?;
+        op::CHANNEL => {
+            let (id, schema) = fields.u16().zip(fields.u16()).ok_or_else(cut)?;
+            let (topic, encoding) = fields.text().zip(fields.text()).ok_or_else(cut)?;
+            visitor.channel(id, schema, topic, encoding)?;
+        }
+        op::MESSAGE => {
+            let (channel, _sequence) = fields.u16().zip(fields.array::<4>()).ok_or_else(cut)?;
+            let (recorded, _published) = fields.array().zip(fields.array::<8>()).ok_or_else(cut)?;
+            visitor.message(channel, i64::from_le_bytes(recorded), fields.0)?;
         }
         _ => {}
     }
     Ok(())
+}
+
+/// Fields of a record, from its beginning.
+struct Fields<'b>(&'b [u8]);
+
+impl<'b> Fields<'b> {
+    fn array<const N: usize>(&mut self) -> Option<[u8; N]> {
+        let (array, rest) = self.0.split_first_chunk()?;
+        self.0 = rest;
+        Some(*array)
+    }
+
+    fn u16(&mut self) -> Option<u16> {
+        self.array().map(u16::from_le_bytes)
+    }
+
+    fn text(&mut self) -> Option<&'b str> {
+        let length = self.array().map(u32::from_le_bytes)?;
+        let (text, rest) = self.0.split_at_checked(length as usize)?;
+        self.0 = rest;
+        std::str::from_utf8(text).ok()
+    }
 }
 
 fn damaged(file: &str, error: &McapError) -> IoError {
@@ -84,7 +115,7 @@ fn damaged(file: &str, error: &McapError) -> IoError {
         McapError::RecordTooLarge { len, .. } => format!("a record of {len} bytes, more than {MAX_RECORD}"),
         McapError::BadChunkCrc { .. } => "a chunk whose checksum is another".to_owned(),
         // binrw's own words are many lines.
-        McapError::Parse(_) => "a record that is damaged".to_owned(),
+        McapError::Parse(_) => DAMAGED.to_owned(),
         other => other.to_string(),
     };
     IoError::unexpected(Place::file(file), "a whole MCAP file", found)
