@@ -1,12 +1,14 @@
 //! Logs of contacts: from arrays, data frames and files.
 
 use std::collections::BTreeMap;
+use std::ffi::CString;
 use std::path::PathBuf;
 
 use numpy::{PyArray1, PyArray2, PyArrayMethods, PyUntypedArrayMethods};
+use pyo3::exceptions::PyUserWarning;
 use pyo3::prelude::*;
 use touchcal::io::Input;
-use touchcal::io::contact_csv::{self, AngleUnit, Columns, Detection, Options};
+use touchcal::io::contact_log::{self, AngleUnit, Columns, Detection, Options};
 
 use crate::array::{Numbers, fixed_rows};
 use crate::error::{io, unexpected};
@@ -28,15 +30,16 @@ pub struct ContactLog {
 type Force = (Option<f64>, Option<f64>, usize);
 
 fn options(
-    unit: &str,
+    unit: Option<&str>,
     joints: Option<Vec<String>>,
     columns: Option<BTreeMap<String, String>>,
     (threshold, release, debounce): Force,
 ) -> PyResult<Options> {
     let unit = match unit {
-        "rad" => AngleUnit::Radian,
-        "deg" => AngleUnit::Degree,
-        other => return Err(unexpected("unit", "\"rad\" or \"deg\"", format!("{other:?}"))),
+        None => AngleUnit::Undeclared,
+        Some("rad") => AngleUnit::Radian,
+        Some("deg") => AngleUnit::Degree,
+        Some(other) => return Err(unexpected("unit", "\"rad\" or \"deg\"", format!("{other:?}"))),
     };
     let positive = |what: &str, value: Option<f64>| match value.filter(|value| !(*value > 0.0 && value.is_finite())) {
         Some(bad) => Err(unexpected(what, "a positive number", format!("{bad}"))),
@@ -56,7 +59,7 @@ fn options(
         return Err(unexpected("release", format!("at most force_threshold ({threshold})"), format!("{release}")));
     }
     let detection = threshold.map(|threshold| Detection { threshold, release: release.unwrap_or(threshold), debounce });
-    Ok(Options { fixture: 0, unit, joints, columns: columns.unwrap_or_default(), detection })
+    Ok(Options { unit, joints, columns: columns.unwrap_or_default(), detection, ..Options::default() })
 }
 
 impl ContactLog {
@@ -64,9 +67,23 @@ impl ContactLog {
     fn from_columns(columns: &Columns<'_>, name: &str, robot: &Robot, options: &Options) -> PyResult<ContactLog> {
         let robot = &robot.file.robot;
         let mut log = touchcal::contact::ContactLog::new(robot.dof());
-        let input = contact_csv::read_columns(columns, name, robot, options, &mut log).map_err(io)?;
+        let input = contact_log::read_columns(columns, name, robot, options, &mut log).map_err(io)?;
         Ok(ContactLog { log, input })
     }
+
+    /// With what was taken for granted said as warnings.
+    fn told(self, py: Python<'_>) -> PyResult<ContactLog> {
+        warn(py, &self.log)?;
+        Ok(self)
+    }
+}
+
+/// Says what was taken for granted in reading.
+pub fn warn(py: Python<'_>, log: &touchcal::contact::ContactLog) -> PyResult<()> {
+    for note in log.notes() {
+        PyErr::warn(py, &py.get_type::<PyUserWarning>(), &CString::new(note.as_str())?, 1)?;
+    }
+    Ok(())
 }
 
 /// The parts of a log in arrays, each with the names of its columns.
@@ -118,7 +135,7 @@ impl ContactLog {
     ///     q: joint positions (rad or m), shape (N, dof), columns in the order of `robot.joints` unless `joints` says otherwise.
     ///     wrench: forces and torques `fx, fy, fz, tx, ty, tz` (N, N m), shape (N, 6).
     ///     contact: whether a row is a contact, shape (N,).
-    ///     unit: of the revolute joints: "rad" or "deg".
+    ///     unit: of the revolute joints: "rad" or "deg"; default: radians, but guessed, with a warning, if columns are named as KUKA's recorder does.
     ///     joints: names of the moving joints in the order of the columns.
     ///     force_threshold: force (N) above which contact begins; needs `wrench`.
     ///     release: force (N) below which it ends; default: the threshold.
@@ -128,13 +145,13 @@ impl ContactLog {
     /// Raises:
     ///     InputError: as for a file: numbers that are not finite, degrees where radians are declared, and so on.
     #[staticmethod]
-    #[pyo3(signature = (robot, q, *, wrench=None, contact=None, unit="rad", joints=None, force_threshold=None, release=None, debounce=1, name="array"))]
+    #[pyo3(signature = (robot, q, *, wrench=None, contact=None, unit=None, joints=None, force_threshold=None, release=None, debounce=1, name="array"))]
     fn from_numpy(
         robot: &Robot,
         q: Numbers<'_>,
         wrench: Option<Numbers<'_>>,
         contact: Option<Numbers<'_>>,
-        unit: &str,
+        unit: Option<&str>,
         joints: Option<Vec<String>>,
         force_threshold: Option<f64>,
         release: Option<f64>,
@@ -150,7 +167,7 @@ impl ContactLog {
         if let Some(contact) = &contact {
             arrays = arrays.with("contact", contact, vec!["contact".to_owned()])?;
         }
-        arrays.read(name, robot, &options)
+        arrays.read(name, robot, &options)?.told(q.py())
     }
 
     /// A log from a pandas DataFrame, whose columns are named as in a file: joint names or `q1` to `qn`, `fx` to `tz`, `contact`; others are ignored.
@@ -160,11 +177,11 @@ impl ContactLog {
     ///     frame: the columns; joint positions in rad or m.
     ///     columns: by usual name, the frame's name for that column.
     #[staticmethod]
-    #[pyo3(signature = (robot, frame, *, unit="rad", joints=None, columns=None, force_threshold=None, release=None, debounce=1, name="DataFrame"))]
+    #[pyo3(signature = (robot, frame, *, unit=None, joints=None, columns=None, force_threshold=None, release=None, debounce=1, name="DataFrame"))]
     fn from_pandas(
         robot: &Robot,
         frame: Bound<'_, PyAny>,
-        unit: &str,
+        unit: Option<&str>,
         joints: Option<Vec<String>>,
         columns: Option<BTreeMap<String, String>>,
         force_threshold: Option<f64>,
@@ -184,33 +201,40 @@ impl ContactLog {
         let numbers: Vec<Option<Numbers<'_>>> = numbers.collect();
         let views: Vec<_> = numbers.iter().map(|column| column.as_ref().map(|column| column.as_array())).collect();
         let value = |row: usize, column: usize| views[column].as_ref().map_or(f64::NAN, |column| column[[row]]);
-        ContactLog::from_columns(&Columns { names: &names, rows: frame.len()?, value: &value }, name, robot, &options)
+        ContactLog::from_columns(&Columns { names: &names, rows: frame.len()?, value: &value }, name, robot, &options)?
+            .told(frame.py())
     }
 
-    /// A log from a file: CSV, plain or gzipped.
+    /// A log from a file: CSV, plain or gzipped, Parquet, or a ROS 2 bag in MCAP.
     ///
     /// Args:
     ///     robot, unit, joints, force_threshold, release, debounce: as for `from_numpy`.
-    ///     path: the file; a header names its columns, as for `from_pandas`; without one they are the joints in order.
-    ///     columns: by usual name, the file's name for that column.
+    ///     path: the file; a header names its columns, as for `from_pandas`; without one they are the joints in order, or what `header` says.
+    ///     header: names of the columns of a CSV file that has no header.
+    ///     columns: by usual name, the file's name for that column, or for that joint in a bag.
+    ///     joint_topic, wrench_topic: topics of a bag; default: the only one of their type.
     #[staticmethod]
-    #[pyo3(signature = (robot, path, *, unit="rad", joints=None, columns=None, force_threshold=None, release=None, debounce=1))]
+    #[pyo3(signature = (robot, path, *, unit=None, joints=None, header=None, columns=None, joint_topic=None, wrench_topic=None, force_threshold=None, release=None, debounce=1))]
     fn from_file(
         py: Python<'_>,
         robot: &Robot,
         path: PathBuf,
-        unit: &str,
+        unit: Option<&str>,
         joints: Option<Vec<String>>,
+        header: Option<Vec<String>>,
         columns: Option<BTreeMap<String, String>>,
+        joint_topic: Option<String>,
+        wrench_topic: Option<String>,
         force_threshold: Option<f64>,
         release: Option<f64>,
         debounce: usize,
     ) -> PyResult<ContactLog> {
         let options = options(unit, joints, columns, (force_threshold, release, debounce))?;
+        let options = Options { header, joint_topic, wrench_topic, ..options };
         let robot = &robot.file.robot;
         let mut log = touchcal::contact::ContactLog::new(robot.dof());
-        let input = py.detach(|| contact_csv::read_file(&path, robot, &options, &mut log)).map_err(io)?;
-        Ok(ContactLog { log, input })
+        let input = py.detach(|| contact_log::read_file(&path, robot, &options, &mut log)).map_err(io)?;
+        ContactLog { log, input }.told(py)
     }
 
     /// Joint positions of the contacts (rad or m), shape (len, dof).
@@ -225,6 +249,12 @@ impl ContactLog {
         let lines = PyArray1::from_iter(py, (0..self.log.len()).map(|i| self.log.source(i).line));
         lines.readwrite().make_nonwriteable();
         lines
+    }
+
+    /// What was taken for granted in reading, as it was warned of.
+    #[getter]
+    fn notes(&self) -> Vec<String> {
+        self.log.notes().to_vec()
     }
 
     /// Rows read, in contact or not.

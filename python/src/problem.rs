@@ -14,7 +14,7 @@ use touchcal::se3::Pose;
 
 use crate::array::{Numbers, one_pose, poses_array};
 use crate::error::{io, unexpected};
-use crate::log::{ContactLog, contact_positions};
+use crate::log::{ContactLog, contact_positions, warn};
 use crate::manifold::Manifold;
 use crate::robot::Robot;
 
@@ -217,7 +217,7 @@ impl Problem {
     ///     FileError, InputError: with the text that the command line prints.
     #[staticmethod]
     fn from_toml(py: Python<'_>, path: PathBuf) -> PyResult<Problem> {
-        Problem::of(py.detach(|| problem_file::read_file(&path)).map_err(io)?)
+        Problem::of(py.detach(|| problem_file::read_file(&path)).map_err(io)?)?.told(py)
     }
 
     /// Reads a folder PLACEMENT/hole_N.csv of ball-in-socket logs, joint angles in radians, as `touchcal calibrate --mukca` does.
@@ -241,7 +241,7 @@ impl Problem {
     ) -> PyResult<Problem> {
         let options = MukcaOptions { only, except: leave_out, spacing, joint_compliance, ..MukcaOptions::default() };
         let urdf = robot.file.clone();
-        Problem::of(py.detach(|| mukca::read(&folder, urdf, &options)).map_err(io)?)
+        Problem::of(py.detach(|| mukca::read(&folder, urdf, &options)).map_err(io)?)?.told(py)
     }
 
     /// The nominal arm.
@@ -266,6 +266,12 @@ impl Problem {
     #[getter]
     fn inputs(&self) -> Vec<(&str, &str)> {
         self.loaded.inputs.iter().map(|input| (input.path.as_str(), input.sha256.as_str())).collect()
+    }
+
+    /// What was taken for granted in reading logs, as it was warned of.
+    #[getter]
+    fn notes(&self) -> Vec<String> {
+        self.loaded.problem.contacts.notes().to_vec()
     }
 
     /// Where the arm as it is puts its tool in the contacts with a fixture. Of a calibrated arm these are samples of the fixture's manifold.
@@ -296,6 +302,12 @@ impl Problem {
     /// A problem that can be calibrated with.
     pub fn of(loaded: Loaded) -> PyResult<Problem> {
         Ok(Problem { loaded: loaded.with_known_shapes().map_err(io)? })
+    }
+
+    /// With what was taken for granted in reading logs said as warnings.
+    fn told(self, py: Python<'_>) -> PyResult<Problem> {
+        warn(py, &self.loaded.problem.contacts)?;
+        Ok(self)
     }
 }
 

@@ -140,6 +140,20 @@ def test_columns_by_joint_name_or_another(robot: touchcal.Robot) -> None:
         touchcal.ContactLog.from_pandas(robot, frame.assign(joint_a3="much"))
 
 
+def test_what_is_guessed_is_said(robot: touchcal.Robot, tmp_path: Path) -> None:
+    q = np.random.default_rng(1).uniform(-1.5, 1.5, (30, 7))
+    recorded = pd.DataFrame(np.degrees(q), columns=[f"axisQMsr_LBR_iiwa_14_R820_1[{k}]" for k in range(7)])
+    recorded.to_csv(tmp_path / "kuka.csv", index=False)
+    with pytest.warns(UserWarning, match="taken as DEGREES"):
+        log = touchcal.ContactLog.from_file(robot, tmp_path / "kuka.csv")
+    with pytest.warns(UserWarning, match="taken as DEGREES"):
+        frame = touchcal.ContactLog.from_pandas(robot, recorded)
+    for read in (log, frame):
+        assert np.allclose(read.q, q) and "taken as DEGREES" in read.notes[0]
+    declared = touchcal.ContactLog.from_file(robot, tmp_path / "kuka.csv", unit="deg")
+    assert np.array_equal(declared.q, log.q) and declared.notes == []
+
+
 def test_what_arrays_are_refused_for(robot: touchcal.Robot) -> None:
     q = np.random.default_rng(1).uniform(-1, 1, (30, 7))
 
@@ -154,7 +168,7 @@ def test_what_arrays_are_refused_for(robot: touchcal.Robot) -> None:
     refused(r"q: expected shape \(N, 7\), found shape \[30, 6\]", q=q[:, :6])
     refused(r"wrench: expected shape \(30, 6\), found shape \[29, 6\]", wrench=np.zeros((29, 6)))
     refused(r"contact: expected shape \(30,\), found shape \[30, 2\]", contact=np.zeros((30, 2)))
-    refused("expected 0 or 1, found 0.5", contact=np.full(30, 0.5))
+    refused("expected 0, 1, true or false, found 0.5", contact=np.full(30, 0.5))
     refused("columns fx, fy and fz, which a force threshold needs", force_threshold=3)
     refused("release: expected at most force_threshold", force_threshold=3, release=4, wrench=np.zeros((30, 6)))
     refused("expected `force_threshold`, found `release` or `debounce` without it", release=4)

@@ -112,7 +112,7 @@ class ContactLog:
         *,
         wrench: npt.ArrayLike | None = None,
         contact: npt.ArrayLike | None = None,
-        unit: _Unit = "rad",
+        unit: _Unit | None = None,
         joints: Sequence[str] | None = None,
         force_threshold: float | None = None,
         release: float | None = None,
@@ -124,7 +124,7 @@ class ContactLog:
         robot: Robot,
         frame: pd.DataFrame,
         *,
-        unit: _Unit = "rad",
+        unit: _Unit | None = None,
         joints: Sequence[str] | None = None,
         columns: Mapping[str, str] | None = None,
         force_threshold: float | None = None,
@@ -137,9 +137,12 @@ class ContactLog:
         robot: Robot,
         path: _Path,
         *,
-        unit: _Unit = "rad",
+        unit: _Unit | None = None,
         joints: Sequence[str] | None = None,
+        header: Sequence[str] | None = None,
         columns: Mapping[str, str] | None = None,
+        joint_topic: str | None = None,
+        wrench_topic: str | None = None,
         force_threshold: float | None = None,
         release: float | None = None,
         debounce: int = 1,
@@ -148,6 +151,8 @@ class ContactLog:
     def q(self) -> _Floats: ...
     @property
     def lines(self) -> npt.NDArray[np.uint64]: ...
+    @property
+    def notes(self) -> list[str]: ...
     @property
     def rows_read(self) -> int: ...
     def __len__(self) -> int: ...
@@ -232,6 +237,8 @@ class Problem:
     def q(self) -> _Floats: ...
     @property
     def inputs(self) -> list[tuple[str, str]]: ...
+    @property
+    def notes(self) -> list[str]: ...
     def contact_poses(self, fixture: str) -> _Floats: ...
     def __len__(self) -> int: ...
 

@@ -25,6 +25,7 @@ fn main() -> ExitCode {
     let done = match &args.command {
         Command::New(args) => command::new::run(args),
         Command::Calibrate(args) => command::calibrate::run(args),
+        Command::Convert(args) => command::convert::run(args),
         Command::Evaluate(args) => command::evaluate::run(args),
         Command::Inspect(args) => command::inspect::run(args),
         Command::Manifold(args) => command::manifold::run(args),

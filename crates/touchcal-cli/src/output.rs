@@ -19,6 +19,11 @@ pub fn complain(line: &str) {
     drop(written);
 }
 
+/// Says on stderr what was taken for granted in reading.
+pub fn notes(notes: &[String]) {
+    notes.iter().for_each(|note| complain(&format!("note: {note}")));
+}
+
 /// JSON has no infinities.
 pub fn finite(value: f64) -> Option<f64> {
     value.is_finite().then_some(value)

@@ -8,7 +8,8 @@ use std::io::{Read, Write};
 use flate2::{Compression, write::GzEncoder};
 use proptest::prelude::*;
 use touchcal::contact::ContactLog;
-use touchcal::io::contact_csv::{self, AngleUnit, Columns, Detection, Options};
+use touchcal::io::contact_csv;
+use touchcal::io::contact_log::{self, AngleUnit, Columns, Detection, Options};
 use touchcal::io::urdf::{self, Ends};
 use touchcal::robot::Robot;
 
@@ -93,6 +94,53 @@ fn order_renames_and_units_are_applied() {
     refused(read_with(&b"q1,q2\n0,0\n"[..], &wrong), &["all 2 moving joints", "found 1"]);
 }
 
+const RECORDER: &str = "%  ZeitInSec ZeitInNanoSec axisQMsr_LBR_1[0] axisQMsr_LBR_1[1] axisQCmd_LBR_1[0] cartForce1_X cartForce1_Y cartForce1_Z \
+    cartForceVar1_X cartTorque1_TauX\n";
+
+#[test]
+fn a_log_of_kukas_recorder_is_read_as_it_is() {
+    let rows = " 7 1000 -90.0  0.1 5 3 4 0 9 1\n 7\t2000\t45.0\t0.2\t5\t0\t0\t1\t9\t1\n";
+    let log = read(&(RECORDER.to_owned() + rows)).unwrap();
+    let turn = std::f64::consts::FRAC_PI_2;
+    assert_eq!(q(&log), [[-turn, 0.1], [turn / 2.0, 0.2]]);
+    assert_eq!(log.notes().len(), 1);
+    assert!(log.notes()[0].starts_with("c.csv: ") && log.notes()[0].contains("DEGREES"), "{:?}", log.notes());
+    assert_eq!(q(&read_with((RECORDER.to_owned() + rows).as_bytes(), &force(4.0)).unwrap()), [[-turn, 0.1]]);
+
+    // As radians where they fit, and as declared without a note.
+    let small = " 7 1000 -1.5 0.1 5 3 4 0 9 1\n";
+    let log = read(&(RECORDER.to_owned() + small)).unwrap();
+    assert_eq!(q(&log), [[-1.5, 0.1]]);
+    assert!(log.notes()[0].contains("RADIANS"), "{:?}", log.notes());
+    let degrees = Options { unit: AngleUnit::Degree, ..Options::default() };
+    let log = read_with((RECORDER.to_owned() + small).as_bytes(), &degrees).unwrap();
+    assert_eq!((q(&log), log.notes()), (vec![[-1.5f64.to_radians(), 0.1]], &[][..]));
+    let radians = Options { unit: AngleUnit::Radian, ..Options::default() };
+    refused(read_with((RECORDER.to_owned() + rows).as_bytes(), &radians), &["c.csv:2, joint `sh`", "declare unit"]);
+    refused(read(&(RECORDER.to_owned() + &rows.replace("-90.0", "-900"))), &["c.csv:2, joint `sh`", "another robot"]);
+    refused(read(&(RECORDER.to_owned() + "7 1000 1\n")), &["c.csv:2: expected 10 columns", "found 3"]);
+
+    // Made into CSV by others; contacts of files read before stay as they were.
+    let csv = "axisQMsr_LBR_iiwa_14_R820_1[1],axisQMsr_LBR_iiwa_14_R820_1[0]\n0.3,-80\n0.4,60\n";
+    let mut log = ContactLog::new(2);
+    for text in ["q1,q2\n1,0.5\n", csv] {
+        contact_csv::read(text.as_bytes(), "c.csv", &arm(), &Options::default(), &mut log).unwrap();
+    }
+    assert_eq!(q(&log), [[1.0, 0.5], [-80f64.to_radians(), 0.3], [60f64.to_radians(), 0.4]]);
+}
+
+#[test]
+fn columns_of_a_file_without_header_are_declared() {
+    let header = ["t", "sl", "q1", "fx", "fy", "fz", "t"].map(str::to_owned).to_vec();
+    let options = Options { header: Some(header), ..force(4.0) };
+    let log = read_with(&b"0,0.2,0.1,3,4,0,x\n1,0.4,0.3,0,0,5,y\n"[..], &options).unwrap();
+    assert_eq!((q(&log), lines(&log)), (vec![[0.1, 0.2], [0.3, 0.4]], vec![1, 2]));
+    refused(read_with(&b"0,0.2\n"[..], &options), &["c.csv:1: expected 7 columns, as `header` declares, found 2"]);
+    refused(read_with(&b"t,sl,q1,fx,fy,fz,x\n"[..], &options), &["c.csv:1, column sl: expected a number in metres"]);
+    let options = Options { header: Some(vec!["a".to_owned(), "q2".to_owned()]), ..Options::default() };
+    refused(read_with(&b"0,0\n"[..], &options), &["c.csv, header", "`sh` or `q1`", "columns \"a,q2\""]);
+}
+
 #[test]
 fn a_misspelt_joint_is_pointed_at() {
     let long = ARM.replace("'sh'", "'shoulder'").replace("'sl'", "'slide'");
@@ -146,12 +194,9 @@ fn bad_content_is_refused_with_line_and_column() {
     refused(read("q1,q2\n"), &["c.csv:1", "only a header"]);
     refused(read_with(&b"q1,q2\n0,\xff\xfe\n"[..], &Options::default()), &["c.csv:2, column q2"]);
     refused(read_with(&b"\xff,q2,x\n0,0,0\n"[..], &Options::default()), &["column names in UTF-8"]);
-    refused(read_with(&b"PAR1\x15"[..], &Options::default()), &["Parquet, which is not supported yet"]);
-    refused(read_with(&b"\x89MCAP0\r\n"[..], &Options::default()), &["MCAP, which is not supported yet"]);
-    refused(
-        read_with(&b"\xff\xfeq\x001\x00"[..], &Options::default()),
-        &["text in UTF-16, which is not supported yet"],
-    );
+    refused(read_with(&b"PAR1\x15"[..], &Options::default()), &["found Parquet"]);
+    refused(read_with(&b"\x89MCAP0\r\n"[..], &Options::default()), &["found MCAP"]);
+    refused(read_with(&b"\xff\xfeq\x001\x00"[..], &Options::default()), &["found text in UTF-16"]);
     refused(read(&"9".repeat(1 << 20)), &["c.csv:1", "at most 65536 bytes in a line"]);
     refused(read("q1,q2\n\"0,0\n0,0\n"), &["c.csv:2, column q1"]);
 }
@@ -197,11 +242,11 @@ fn files_are_fingerprinted() {
     let path = folder.path().join("c.csv");
     std::fs::write(&path, "0.1,0.2\n").unwrap();
     let mut log = ContactLog::new(2);
-    let input = contact_csv::read_file(&path, &arm(), &Options::default(), &mut log).unwrap();
+    let input = contact_log::read_file(&path, &arm(), &Options::default(), &mut log).unwrap();
     assert_eq!(input.sha256, "cfd4683f10687dd7d53b38219422f8b28f0f570807e7e2271a25652d86bf9e0d");
-    let missing = contact_csv::read_file(&folder.path().join("no.csv"), &arm(), &Options::default(), &mut log);
+    let missing = contact_log::read_file(&folder.path().join("no.csv"), &arm(), &Options::default(), &mut log);
     assert!(missing.unwrap_err().to_string().contains("no.csv: could not open"));
-    let directory = contact_csv::read_file(folder.path(), &arm(), &Options::default(), &mut log);
+    let directory = contact_log::read_file(folder.path(), &arm(), &Options::default(), &mut log);
     assert!(directory.unwrap_err().to_string().contains("expected a file, found a folder"));
 }
 
@@ -238,7 +283,7 @@ fn read_columns(names: &[&str], rows: &[&[f64]], options: &Options) -> Result<Co
     let names: Vec<String> = names.iter().map(|name| (*name).to_owned()).collect();
     let columns = Columns { names: &names, rows: rows.len(), value: &|row, column| rows[row][column] };
     let mut log = ContactLog::new(2);
-    contact_csv::read_columns(&columns, "c.csv", &arm(), options, &mut log).map_err(|error| error.to_string())?;
+    contact_log::read_columns(&columns, "c.csv", &arm(), options, &mut log).map_err(|error| error.to_string())?;
     Ok(log)
 }
 
@@ -271,7 +316,10 @@ fn columns_in_memory_are_refused_as_a_file_is() {
         read_columns(&["q1", "q2"], &[&[0.1, f64::NAN]], &plain),
         &["c.csv:1, column q2: expected a number in metres, found NaN"],
     );
-    refused(read_columns(&["q1", "q2", "contact"], &[&[0.1, 0.2, 0.5]], &plain), &["expected 0 or 1, found 0.5"]);
+    refused(
+        read_columns(&["q1", "q2", "contact"], &[&[0.1, 0.2, 0.5]], &plain),
+        &["expected 0, 1, true or false, found 0.5"],
+    );
     refused(read_columns(&["q1", "fx"], &[&[0.1, 0.2]], &plain), &["expected a column for every joint: `sl` or `q2`"]);
     refused(read_columns(&["q1", "q2"], &[], &plain), &["expected rows of joint positions, found none"]);
     refused(read_columns(&["q1", "q2"], &[&[0.1, 0.2]], &force(3.0)), &["columns fx, fy and fz"]);

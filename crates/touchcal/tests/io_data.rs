@@ -6,7 +6,7 @@
 use std::path::{Path, PathBuf};
 
 use touchcal::contact::ContactLog;
-use touchcal::io::contact_csv::{self, Detection, Options};
+use touchcal::io::contact_log::{self, Detection, Options};
 use touchcal::io::mukca::{self, MukcaOptions};
 use touchcal::io::urdf::{self, Ends};
 use touchcal::robot::Column;
@@ -79,16 +79,16 @@ fn simulated_logs_are_read_and_their_contacts_detected() {
     assert!(!contacts.is_empty());
     for path in contacts {
         let mut log = ContactLog::new(robot.dof());
-        contact_csv::read_file(&path, &robot, &plain, &mut log).unwrap();
+        contact_log::read_file(&path, &robot, &plain, &mut log).unwrap();
         assert_eq!((log.len(), log.rows_read()), (3000, 3000), "{}", path.display());
     }
     let detection = Some(Detection { threshold: 3.0, release: 3.0, debounce: 1 });
     let detecting = Options { detection, ..Options::default() };
     for path in files_below(&folder, "log.csv.gz") {
         let mut detected = ContactLog::new(robot.dof());
-        contact_csv::read_file(&path, &robot, &detecting, &mut detected).unwrap();
+        contact_log::read_file(&path, &robot, &detecting, &mut detected).unwrap();
         let mut flagged = ContactLog::new(robot.dof());
-        contact_csv::read_file(&path, &robot, &plain, &mut flagged).unwrap();
+        contact_log::read_file(&path, &robot, &plain, &mut flagged).unwrap();
         assert!(detected.len() >= 2900, "{}: {}", path.display(), detected.len());
         let differing = detected.len().abs_diff(flagged.len());
         assert!(differing * 100 <= flagged.len(), "{}: {} and {}", path.display(), detected.len(), flagged.len());

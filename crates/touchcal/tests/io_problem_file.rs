@@ -395,7 +395,7 @@ fn a_hole_may_be_known_by_samples() {
 #[test]
 fn other_kinds_of_files_are_refused() {
     let folder = folder();
-    for (name, part) in [("log.mcap", "a .mcap file"), ("log.parquet", "a .parquet file")] {
+    for (name, part) in [("log.bag", "a .bag file"), ("log.db3", "a .db3 file")] {
         std::fs::write(folder.path().join(name), "x").unwrap();
         let message = read_in(folder.path(), &FULL.replace("log.csv", name)).unwrap_err();
         assert!(message.contains(part) && message.contains("not supported yet"), "{message}");

@@ -1,5 +1,6 @@
 //! What may be asked for.
 
+mod convert;
 mod experiment;
 
 use std::path::PathBuf;
@@ -10,6 +11,7 @@ use clap_complete::Shell;
 use touchcal::manifold::learned::Device;
 use touchcal::sim::Preset;
 
+pub use convert::ConvertArgs;
 pub use experiment::*;
 
 /// Calibrate a robot arm by touch: URDF, joint log and touched parts in, calibrated URDF with honest error bars out.
@@ -39,6 +41,8 @@ pub enum Command {
     Calibrate(CalibrateArgs),
     /// Score a URDF on contacts, without fitting anything
     Evaluate(EvaluateArgs),
+    /// Write a log in another format: joint positions in radians under the joints' names
+    Convert(ConvertArgs),
     /// Store a contact manifold: recorded poses of the tool, thinned, with what they cover
     Manifold(ManifoldArgs),
     /// Teach a network the projection onto a stored manifold
@@ -167,6 +171,10 @@ pub struct CalibrateArgs {
     /// Write DIR/driver too, for a driver that takes encoder offsets: joint_offsets.yaml, and the robot.urdf that goes with it
     #[arg(long)]
     pub driver_offsets: bool,
+    /// Write DIR/calibration.mcap too, to look at the contacts in Foxglove or Rerun
+    #[cfg(feature = "mcap")]
+    #[arg(long)]
+    pub mcap: bool,
     /// Print every parameter on a line of its own
     #[arg(long)]
     pub all: bool,

@@ -20,6 +20,10 @@ pub fn run(args: &CalibrateArgs) -> Result<Outcome, Failure> {
     if args.driver_offsets {
         written.driver = calibration_folder::write_driver(&args.out, &loaded, &solved.estimate)?;
     }
+    #[cfg(feature = "mcap")]
+    if args.mcap {
+        written.mcap = Some(calibration_folder::write_mcap(&args.out, &loaded, &solved.estimate)?);
+    }
     let calibration = Calibration { loaded: &loaded, solved: &solved, file: &file, written: &written };
     if args.json {
         output::print(&file.to_json()?)?;

@@ -1,6 +1,7 @@
 //! The commands, each from arguments to output.
 
 pub mod calibrate;
+pub mod convert;
 pub mod demo;
 pub mod evaluate;
 pub mod experiment;
@@ -110,6 +111,7 @@ fn load(source: &Source, arm: &Arm) -> Result<Loaded, Failure> {
         // clap lets neither through.
         _ => return Err(Failure::Setup("neither a problem file nor --mukca with --urdf".to_owned())),
     };
+    crate::output::notes(loaded.problem.contacts.notes());
     Ok(loaded.with_known_shapes()?)
 }
 

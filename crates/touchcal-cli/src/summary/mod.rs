@@ -73,13 +73,15 @@ impl Calibration<'_> {
     }
 
     fn paths(&self) -> String {
-        let Written { urdf, estimate, report, driver } = self.written;
+        let Written { urdf, estimate, report, driver, mcap } = self.written;
         let [urdf, estimate, report] = [urdf, estimate, report].map(|path| path.display());
         let driver = driver.as_ref().map_or(String::new(), |[urdf, offsets]| {
             let [urdf, offsets] = [urdf, offsets].map(|path| path.display());
             format!("{INDENT}{urdf} and {offsets}, for a driver that takes offsets: use both or neither\n")
         });
-        format!("Written   {urdf}\n{INDENT}{estimate}\n{INDENT}{report}\n{driver}")
+        let mcap =
+            mcap.as_ref().map_or(String::new(), |path| format!("{INDENT}{}, for Foxglove or Rerun\n", path.display()));
+        format!("Written   {urdf}\n{INDENT}{estimate}\n{INDENT}{report}\n{driver}{mcap}")
     }
 
     fn warnings(&self) -> String {

@@ -5,6 +5,8 @@
 
 #[cfg(feature = "parquet")]
 mod campaign;
+#[cfg(all(feature = "mcap", feature = "parquet"))]
+mod convert;
 mod demo;
 mod driver;
 mod experiment;

@@ -9,7 +9,7 @@ pub use detection::{Detector, Wrench};
 pub struct Source {
     /// Index into [`ContactLog::files`].
     pub file: u32,
-    /// Line of the file, 1 for the first.
+    /// Line of the file, row of a table or number of a joint state in a bag; 1 for the first.
     pub line: u64,
 }
 
@@ -21,6 +21,7 @@ pub struct ContactLog {
     fixture: Vec<u32>,
     source: Vec<Source>,
     files: Vec<String>,
+    notes: Vec<String>,
     rows_read: u64,
 }
 
@@ -41,6 +42,23 @@ impl ContactLog {
         self.rows_read += rows;
     }
 
+    /// Remembers what was taken for granted in reading, for the user to be told.
+    pub fn note(&mut self, note: impl Into<String>) {
+        self.notes.push(note.into());
+    }
+
+    /// What was taken for granted in reading.
+    pub fn notes(&self) -> &[String] {
+        &self.notes
+    }
+
+    /// Multiplies the joint positions of all contacts from number `first` on, each joint's by its `scale`.
+    pub(crate) fn rescale(&mut self, first: usize, scale: &[f64]) {
+        for q in self.q.chunks_exact_mut(self.dof.max(1)).skip(first) {
+            q.iter_mut().zip(scale).for_each(|(q, scale)| *q *= scale);
+        }
+    }
+
     /// Appends a contact: measured joint positions `q` (rad or m) while touching fixture number `fixture`.
     /// Positions beyond [`ContactLog::dof`] are ignored; missing ones make the contact ignored as a whole.
     pub fn push(&mut self, q: &[f64], fixture: usize, source: Source) {
@@ -51,10 +69,11 @@ impl ContactLog {
         }
     }
 
-    /// Appends the contacts of `other`, all made while touching fixture number `fixture`, with its files and counts.
+    /// Appends the contacts of `other`, all made while touching fixture number `fixture`, with its files, notes and counts.
     pub fn append(&mut self, other: &ContactLog, fixture: usize) {
         let first = self.files.len() as u32;
         self.files.extend_from_slice(&other.files);
+        self.notes.extend_from_slice(&other.notes);
         self.rows_read += other.rows_read;
         for i in 0..other.len() {
             let Source { file, line } = other.source(i);
@@ -104,7 +123,8 @@ impl ContactLog {
 
     /// The contacts for which `keep(i)` holds, in order.
     pub fn filtered(&self, mut keep: impl FnMut(usize) -> bool) -> ContactLog {
-        let mut log = ContactLog { files: self.files.clone(), rows_read: self.rows_read, ..ContactLog::new(self.dof) };
+        let (files, notes) = (self.files.clone(), self.notes.clone());
+        let mut log = ContactLog { files, notes, rows_read: self.rows_read, ..ContactLog::new(self.dof) };
         for i in (0..self.len()).filter(|&i| keep(i)) {
             log.push(self.q(i), self.fixture(i), self.source(i));
         }

@@ -47,6 +47,8 @@ pub struct Written {
     pub report: PathBuf,
     /// Paths of the URDF and the offsets that belong together, if they were asked for.
     pub driver: Option<[PathBuf; 2]>,
+    /// Path of the calibration for Foxglove and Rerun, if it was asked for.
+    pub mcap: Option<PathBuf>,
 }
 
 /// Writes `calibrated.urdf`, `estimate.json` and `report.html` into `folder`; `file` is what [`estimate_file()`] made of `solved`.
@@ -62,6 +64,7 @@ pub fn write(folder: &Path, loaded: &Loaded, solved: &Solved, file: &EstimateFil
         estimate: folder.join(ESTIMATE),
         report: folder.join(REPORT),
         driver: None,
+        mcap: None,
     };
     atomic::write(&written.urdf, text.as_bytes())?;
     atomic::write(&written.estimate, json.as_bytes())?;
@@ -84,6 +87,17 @@ pub fn write_driver(folder: &Path, loaded: &Loaded, estimate: &Estimate) -> Resu
         atomic::write(path, text.as_bytes())?;
     }
     Ok(Some(paths))
+}
+
+/// Writes `calibration.mcap`, for Foxglove and Rerun, and returns its path.
+///
+/// # Errors
+/// If it cannot be made or written.
+#[cfg(feature = "mcap")]
+pub fn write_mcap(folder: &Path, loaded: &Loaded, estimate: &Estimate) -> Result<PathBuf, IoError> {
+    let path = folder.join("calibration.mcap");
+    atomic::write(&path, &super::calibration_mcap::to_bytes(&loaded.problem, estimate)?)?;
+    Ok(path)
 }
 
 /// The text of `calibrated.urdf`.

@@ -204,7 +204,7 @@ pub(super) fn read_open(content: File, path: &Path) -> Result<Part, IoError> {
     let size = content.metadata().map_err(|source| IoError::file(path, "read", source))?.len();
     bytes::check_size(size, MAX_BYTES, &name)?;
     let unfit = |found: String| IoError::unexpected(Place::file(name), "a part of a campaign", found);
-    // The parquet crate panics on some damage, see `pose_parquet`.
+    // The parquet crate panics on some damage, see `number_columns`.
     catch_unwind(AssertUnwindSafe(|| read(content)))
         .unwrap_or_else(|_| Err(ParquetError::General("damaged data".to_owned())))
         .map_err(|error| unfit(error.to_string()))

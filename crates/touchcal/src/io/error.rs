@@ -31,9 +31,10 @@ impl Place {
         self
     }
 
-    /// An element, key or column of it.
+    /// An element, key or column of it, or of the element named before.
     pub fn field(mut self, field: impl Into<String>) -> Place {
-        self.field = Some(field.into());
+        let field = field.into();
+        self.field = Some(self.field.map_or(field.clone(), |outer| format!("{outer}, {field}")));
         self
     }
 
@@ -109,6 +110,17 @@ impl IoError {
     pub(crate) fn file(path: &Path, action: &'static str, source: std::io::Error) -> IoError {
         IoError::File { path: path.display().to_string(), action, source }
     }
+}
+
+/// Reads by `read` from a file of that `format`.
+///
+/// Some damage makes the crates `parquet` (60.1: a negative offset, a page whose dictionary is missing) and `mcap` (0.26: a record that goes on
+/// beyond its chunk, where overflow is checked) panic. That is caught here and is an error as any other, though the panic hook has its say.
+#[cfg(any(feature = "mcap", feature = "parquet"))]
+pub(crate) fn caught<T>(file: &str, format: &str, read: impl FnOnce() -> Result<T, IoError>) -> Result<T, IoError> {
+    std::panic::catch_unwind(std::panic::AssertUnwindSafe(read)).unwrap_or_else(|_| {
+        Err(IoError::unexpected(Place::file(file), format!("a whole {format} file"), "damaged data"))
+    })
 }
 
 /// `text` in quotes, control characters escaped, shortened where it is long.

@@ -3,7 +3,7 @@
 //! | module | reads | into |
 //! |---|---|---|
 //! | [`urdf`] | a robot description | [`Robot`](crate::robot::Robot), and writes a calibrated one back into the text |
-//! | [`contact_csv`] | joint logs, plain or gzipped | [`ContactLog`](crate::contact::ContactLog) |
+//! | [`contact_log`] | joint logs: [`contact_csv`], Parquet, ROS 2 bags | [`ContactLog`](crate::contact::ContactLog) |
 //! | [`problem_file`] | `problem.toml` and what it refers to | [`Problem`](crate::estimate::Problem) |
 //! | [`scenario_file`] | `scenario.toml` | [`Scenario`](crate::sim::Scenario), and writes it with the problem that it poses |
 //! | [`mukca`] | a folder of ball-in-socket logs | [`Problem`](crate::estimate::Problem) |
@@ -11,6 +11,7 @@
 //! | [`pose_file`] | poses of a tool in contact | [`PoseSamples`](crate::manifold::PoseSamples) |
 //! | [`manifold_file`] | `manifold.safetensors` | [`ManifoldFile`](manifold_file::ManifoldFile), and writes it |
 //! | [`calibration_folder`] | | writes what a calibration leaves: `calibrated.urdf`, `estimate.json`, `report.html` |
+//! | `calibration_mcap` | | writes a calibration for Foxglove and Rerun (cargo feature `mcap`) |
 //! | `campaign_folder`, `campaign_parquet` | parts of a campaign (feature `parquet`) | [`CampaignRow`](crate::experiment::CampaignRow)s, and writes them |
 //! | [`estimate_file`] | `estimate.json` | [`EstimateFile`](estimate_file::EstimateFile), and writes it |
 //! | [`weights_file`], [`checkpoint_file`] | a network, trained or in training | [`WeightsFile`](weights_file::WeightsFile), [`CheckpointFile`](checkpoint_file::CheckpointFile), and writes them |
@@ -24,12 +25,15 @@
 pub mod atomic;
 mod bytes;
 pub mod calibration_folder;
+#[cfg(feature = "mcap")]
+pub mod calibration_mcap;
 #[cfg(feature = "parquet")]
 pub mod campaign_folder;
 #[cfg(feature = "parquet")]
 pub mod campaign_parquet;
 pub mod checkpoint_file;
 pub mod contact_csv;
+pub mod contact_log;
 mod error;
 pub mod estimate_file;
 mod loaded;
@@ -37,6 +41,8 @@ pub mod manifold_file;
 pub mod mukca;
 mod network_entry;
 mod network_tensors;
+#[cfg(feature = "parquet")]
+mod number_columns;
 pub mod offsets_yaml;
 pub mod onnx;
 mod outline;

@@ -9,7 +9,7 @@ use std::sync::Arc;
 use nalgebra::Isometry3;
 
 use super::bytes::Input;
-use super::contact_csv;
+use super::contact_log;
 use super::error::{IoError, Place, quoted};
 use super::loaded::Loaded;
 use super::suggest::{did_you_mean, list};
@@ -144,8 +144,8 @@ fn socket(placement: &str, number: u32) -> Fixture {
 }
 
 fn read_hole(path: &Path, fixture: usize, robot: &Robot, log: &mut ContactLog) -> Result<Input, IoError> {
-    let options = contact_csv::Options { fixture, ..contact_csv::Options::default() };
-    contact_csv::read_file(path, robot, &options, log)
+    let options = contact_log::Options { fixture, ..contact_log::Options::default() };
+    contact_log::read_file(path, robot, &options, log)
 }
 
 /// All subfolders that hold files `hole_N.csv`, sorted by name.

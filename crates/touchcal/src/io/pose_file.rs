@@ -10,10 +10,11 @@ use std::path::Path;
 use nalgebra::{Quaternion, Translation3, UnitQuaternion};
 
 use super::bytes::{self, Hashing, Input};
-use super::contact_csv::header::{hint, names, same};
+use super::contact_csv::header::{hint, names};
 use super::contact_csv::lines::{Lines, fields};
 use super::contact_csv::rows::{finite, shown};
 use super::contact_csv::unpacked;
+use super::contact_log::joints::same;
 use super::error::{IoError, Place};
 use crate::manifold::{PoseSamples, SamplesError};
 use crate::se3::Pose;

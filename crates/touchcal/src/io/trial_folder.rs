@@ -9,7 +9,7 @@ use nalgebra::{Quaternion, Translation3, UnitQuaternion};
 use serde::Deserialize;
 
 use super::bytes;
-use super::contact_csv;
+use super::contact_log;
 use super::error::{IoError, Place, quoted};
 use crate::contact::ContactLog;
 use crate::experiment::Trial;
@@ -93,7 +93,7 @@ fn read_trial(folder: &Path, robot: &Robot) -> Result<Trial, IoError> {
     let mut contacts = ContactLog::new(robot.dof());
     let gzipped = folder.join("contact.csv.gz");
     let log = if gzipped.is_file() { gzipped } else { folder.join("contact.csv") };
-    let logged = contact_csv::read_file(&log, robot, &contact_csv::Options::default(), &mut contacts)?;
+    let logged = contact_log::read_file(&log, robot, &contact_log::Options::default(), &mut contacts)?;
     let offsets = truth.b_rad.iter().enumerate().map(|(i, &b)| (Column::JointOffset(i), b));
     Ok(Trial {
         name: folder.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned()),

@@ -13,6 +13,8 @@ mod scene;
 
 pub use contacts::MOST_DRAWN;
 pub use content::{Advice, Input};
+#[cfg(feature = "mcap")]
+pub(crate) use scene::{places, positions};
 
 use crate::estimate::{Estimate, Problem, Progress, Score};
 use content::Content;

@@ -4,7 +4,8 @@ use nalgebra::Vector3;
 use serde::Serialize;
 
 use super::Report;
-use crate::estimate::Problem;
+use crate::contact::ContactLog;
+use crate::estimate::{Estimate, Problem};
 use crate::manifold::Shape;
 use crate::robot::{Column, JointKind, Kinematics, Robot};
 use crate::se3::{self, Pose, Twist};
@@ -72,12 +73,9 @@ impl<'a> Scene<'a> {
         let nominal_tool = problem.tool.tip_from_tool;
         let tool = nominal_tool * estimate.tool_motion().unwrap_or_else(Pose::identity);
         let log = &problem.contacts;
-        let positions = |kinematics: &Kinematics| -> Vec<[f32; 3]> {
-            drawn.iter().map(|&i| position(kinematics, log.q(i))).collect()
-        };
-        let after = positions(&Kinematics::new(&estimate.robot, &[], tool));
+        let after = positions(log, drawn, &Kinematics::new(&estimate.robot, &[], tool));
         let sketches: Vec<_> = problem.fixtures.iter().map(|fixture| fixture.manifold.sketch()).collect();
-        let places = places(report, drawn, &after);
+        let places = places(problem, estimate, drawn, &after);
         let parts = sketches.iter().zip(&places);
         let mut tools: Vec<ShapeEntry> = sketches.iter().map(|sketch| (&sketch.tool).into()).collect();
         tools.dedup();
@@ -89,22 +87,26 @@ impl<'a> Scene<'a> {
                 .collect(),
             tools,
             q: drawn.iter().map(|&i| log.q(i).iter().map(|q| *q as f32).collect()).collect(),
-            before: positions(&Kinematics::new(&problem.robot, &[], nominal_tool)),
+            before: positions(log, drawn, &Kinematics::new(&problem.robot, &[], nominal_tool)),
             after,
         }
     }
 }
 
-fn position(kinematics: &Kinematics, q: &[f64]) -> [f32; 3] {
-    let place = kinematics.pose(q).translation;
-    [place.x as f32, place.y as f32, place.z as f32]
+/// Where an arm's tool was in the contacts `drawn`, in base (m).
+pub(crate) fn positions(log: &ContactLog, drawn: &[usize], kinematics: &Kinematics) -> Vec<[f32; 3]> {
+    let position = |&i: &usize| {
+        let place = kinematics.pose(log.q(i)).translation;
+        [place.x as f32, place.y as f32, place.z as f32]
+    };
+    drawn.iter().map(position).collect()
 }
 
 /// Where each fixture was found; one without a nominal place is where the tool was on average in its contacts.
-fn places(report: &Report<'_>, drawn: &[usize], after: &[[f32; 3]]) -> Vec<Pose> {
-    let Problem { fixtures, contacts, .. } = report.problem;
+pub(crate) fn places(problem: &Problem, estimate: &Estimate, drawn: &[usize], after: &[[f32; 3]]) -> Vec<Pose> {
+    let Problem { fixtures, contacts, .. } = problem;
     let mut twists = vec![Twist::zeros(); fixtures.len()];
-    for entry in &report.estimate.parameters {
+    for entry in &estimate.parameters {
         if let Column::Fixture(f, k) = entry.parameter.column {
             twists[f][k] = entry.value;
         }

@@ -1,14 +1,16 @@
 //! Which column of a log holds what.
 
-use super::lines::fields;
+use super::kuka;
+use super::lines::Separator;
 use super::{AngleUnit, Options};
+use crate::io::contact_log::joints::{WRENCH, check_renames, joint_order, same, scale};
 use crate::io::error::{IoError, Place, quoted};
 use crate::io::suggest::{did_you_mean, list};
 use crate::robot::{JointKind, Robot};
 
 /// What a column holds; the discriminant of a joint is its place in the chain's order.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Holds {
+pub(in crate::io) enum Holds {
     /// Position of a moving joint.
     Joint(usize),
     /// Force component 0…2, torque component 3…5.
@@ -17,83 +19,119 @@ pub(super) enum Holds {
     Contact,
 }
 
-/// Layout of a log.
-#[derive(Debug)]
-pub(super) struct Layout {
-    /// Number of columns of every row.
-    pub(super) columns: usize,
-    /// Used columns in ascending order: index in the row, meaning, name.
-    pub(super) used: Vec<(usize, Holds, String)>,
-    /// For each moving joint, what to multiply its column with to get rad or m.
-    pub(super) scale: Vec<f64>,
-    /// Whether the first line is a header.
-    pub(super) has_header: bool,
+impl Holds {
+    /// What is expected there, in words.
+    pub(in crate::io) fn expected(self, robot: &Robot, options: &Options) -> &'static str {
+        let prismatic = |joint| robot.moving().nth(joint).is_some_and(|joint| joint.kind == JointKind::Prismatic);
+        match self {
+            Holds::Joint(joint) if prismatic(joint) => "a number in metres",
+            Holds::Joint(_) if options.unit == AngleUnit::Degree => "a number in degrees",
+            Holds::Joint(_) => "a number in radians",
+            Holds::Wrench(0..3) => "a number in N",
+            Holds::Wrench(_) => "a number in Nm",
+            Holds::Contact => "0, 1, true or false",
+        }
+    }
 }
 
-const WRENCH: [&str; 6] = ["fx", "fy", "fz", "tx", "ty", "tz"];
+/// Layout of a log.
+#[derive(Debug)]
+pub(in crate::io) struct Layout {
+    /// Number of columns of every row.
+    pub(in crate::io) columns: usize,
+    /// Used columns in ascending order: index in the row, meaning, name.
+    pub(in crate::io) used: Vec<(usize, Holds, String)>,
+    /// For each moving joint, what to multiply its column with to get rad or m.
+    pub(in crate::io) scale: Vec<f64>,
+    /// Whether the first line is a header.
+    pub(in crate::io) has_header: bool,
+    /// Whether joints are named as KUKA's recorder does.
+    pub(in crate::io) from_recorder: bool,
+    pub(in crate::io) separator: Separator,
+}
 
 impl Layout {
     /// Understands the first line of a file.
     pub(super) fn of(first: &[u8], place: Place, robot: &Robot, options: &Options) -> Result<Layout, IoError> {
-        let cells: Vec<&[u8]> = fields(first).collect();
+        if let Some(header) = &options.header {
+            return Layout::declared(header, Separator::Comma.fields(first).count(), place, robot, options);
+        }
+        let (first, separator) = match first.strip_prefix(kuka::HEADER) {
+            Some(names) => (names, Separator::Blanks),
+            None => (first, Separator::Comma),
+        };
+        let cells: Vec<&[u8]> = separator.fields(first).collect();
         let numeric = cells.iter().filter(|cell| number(cell).is_some()).count();
         // Someone's header may hold a number, and a row a broken one: the majority decides.
-        let has_header = 2 * numeric < cells.len();
-        if has_header {
-            return Layout::named(&cells, place, robot, options);
+        if 2 * numeric < cells.len() {
+            return Ok(Layout { separator, ..Layout::named(&cells, place, robot, options)? });
         }
-        let used = in_order(&cells, &place, robot, &joint_order(&place.file, robot, options)?)?;
-        Layout::new(&cells, used, (place, false), robot, options)
+        let order = joint_order(&place.file, robot, options)?;
+        let used = in_order(&cells, &place, robot, &order)?;
+        if options.detection.is_some() {
+            return Err(without_force(place, "no header".to_owned()));
+        }
+        Ok(Layout {
+            columns: cells.len(),
+            scale: scale(robot, options),
+            has_header: false,
+            from_recorder: false,
+            separator,
+            used,
+        })
     }
 
-    /// Understands columns of these names.
-    pub(super) fn named(cells: &[&[u8]], place: Place, robot: &Robot, options: &Options) -> Result<Layout, IoError> {
-        let used = by_name(cells, &place, robot, options, &joint_order(&place.file, robot, options)?)?;
-        Layout::new(cells, used, (place, true), robot, options)
-    }
-
-    fn new(
-        cells: &[&[u8]],
-        used: Vec<(usize, Holds, String)>,
-        (place, has_header): (Place, bool),
+    /// The layout of a file whose first line is a row of so many `columns`.
+    fn declared(
+        header: &[String],
+        columns: usize,
+        place: Place,
         robot: &Robot,
         options: &Options,
     ) -> Result<Layout, IoError> {
+        if header.len() != columns {
+            let expected = format!("{} columns, as `header` declares", header.len());
+            return Err(IoError::unexpected(place, expected, format!("{columns}")));
+        }
+        let names: Vec<&[u8]> = header.iter().map(String::as_bytes).collect();
+        let layout = Layout::named(&names, Place::file(place.file).field("header"), robot, options)?;
+        Ok(Layout { has_header: false, ..layout })
+    }
+
+    /// Understands the names of columns.
+    pub(in crate::io) fn named(
+        cells: &[&[u8]],
+        place: Place,
+        robot: &Robot,
+        options: &Options,
+    ) -> Result<Layout, IoError> {
+        let order = joint_order(&place.file, robot, options)?;
+        let used = by_name(cells, &place, robot, options, &order)?;
         let has_force = (0..3).all(|k| used.iter().any(|(_, holds, _)| *holds == Holds::Wrench(k)));
         if options.detection.is_some() && !has_force {
-            let found = if has_header { names(cells) } else { "no header".to_owned() };
-            return Err(IoError::unexpected(place, "columns fx, fy and fz, which a force threshold needs", found));
+            return Err(without_force(place, names(cells)));
         }
-        let degree = |kind| options.unit == AngleUnit::Degree && kind != JointKind::Prismatic;
-        let scale = robot.moving().map(|joint| if degree(joint.kind) { std::f64::consts::PI / 180.0 } else { 1.0 });
-        Ok(Layout { columns: cells.len(), scale: scale.collect(), has_header, used })
+        let is_joint =
+            |(_, holds, name): &(usize, Holds, String)| matches!(holds, Holds::Joint(_)) && kuka::usual(name).is_some();
+        Ok(Layout {
+            columns: cells.len(),
+            scale: scale(robot, options),
+            has_header: true,
+            from_recorder: used.iter().any(is_joint),
+            separator: Separator::Comma,
+            used,
+        })
+    }
+
+    /// The names of the joints' columns, in the chain's order.
+    pub(in crate::io) fn joint_names(&self, dof: usize) -> Vec<String> {
+        let name = |joint| self.used.iter().find(|(_, holds, _)| *holds == Holds::Joint(joint));
+        (0..dof).map(|joint| name(joint).map_or(String::new(), |(_, _, name)| name.clone())).collect()
     }
 }
 
-/// For each of `q1`…`qn`, its place among the moving joints.
-fn joint_order(file: &str, robot: &Robot, options: &Options) -> Result<Vec<usize>, IoError> {
-    let Some(wanted) = &options.joints else { return Ok((0..robot.dof()).collect()) };
-    let known: Vec<&str> = robot.moving().map(|joint| joint.name.as_str()).collect();
-    let mut order = Vec::with_capacity(known.len());
-    for name in wanted {
-        let found = known.iter().position(|joint| joint == name);
-        match found.filter(|index| !order.contains(index)) {
-            Some(index) => order.push(index),
-            None => {
-                let found = match found {
-                    Some(_) => format!("`{name}` twice"),
-                    None => format!("`{name}`{}", did_you_mean(name, known.iter().copied())),
-                };
-                let expected = format!("a list of the moving joints ({})", list(known.iter().copied()));
-                return Err(IoError::unexpected(Place::file(file).field("joints"), expected, found));
-            }
-        }
-    }
-    if order.len() != known.len() {
-        let expected = format!("all {} moving joints ({})", known.len(), list(known.iter().copied()));
-        return Err(IoError::unexpected(Place::file(file).field("joints"), expected, format!("{}", order.len())));
-    }
-    Ok(order)
+fn without_force(place: Place, found: String) -> IoError {
+    IoError::unexpected(place, "columns fx, fy and fz, which a force threshold needs", found)
 }
 
 /// Finds columns by their names.
@@ -112,7 +150,7 @@ fn by_name(
         header.push(name);
     }
     let search = Search { header: &header, place, options };
-    search.check_renames(robot)?;
+    check_renames(&place.file, robot, options)?;
     let mut used = Vec::new();
     for (index, joint) in robot.moving().enumerate() {
         let number = 1 + order.iter().position(|at| *at == index).unwrap_or(index);
@@ -187,7 +225,9 @@ impl Search<'_> {
     fn column(&self, usual: &str) -> Result<Option<usize>, IoError> {
         let renamed = self.options.columns.iter().find(|(key, _)| same(key, usual)).map(|(_, name)| name.as_str());
         let name = renamed.unwrap_or(usual);
-        let mut columns = (0..self.header.len()).filter(|k| same(self.header[*k], name));
+        let recorded = |column: &str| renamed.is_none() && kuka::usual(column).is_some_and(|name| same(&name, usual));
+        let is = |k: &usize| same(self.header[*k], name) || recorded(self.header[*k]);
+        let mut columns = (0..self.header.len()).filter(is);
         match (columns.next(), columns.next()) {
             (Some(first), Some(second)) => {
                 let found = format!("`{name}` twice (columns {} and {})", first + 1, second + 1);
@@ -201,26 +241,6 @@ impl Search<'_> {
             (column, _) => Ok(column),
         }
     }
-
-    /// Every key of the renames must be a usual name, or it would silently do nothing.
-    fn check_renames(&self, robot: &Robot) -> Result<(), IoError> {
-        let numbered: Vec<String> = (1..=robot.dof()).map(|number| format!("q{number}")).collect();
-        let joints = robot.moving().map(|joint| joint.name.as_str());
-        let known: Vec<&str> =
-            joints.chain(numbered.iter().map(String::as_str)).chain(WRENCH).chain(["contact"]).collect();
-        match self.options.columns.keys().find(|key| !known.iter().any(|name| same(key, name))) {
-            None => Ok(()),
-            Some(key) => {
-                let place = Place::file(&self.place.file).field("columns");
-                let expected = format!("a name to rename ({})", list(known.iter().copied()));
-                Err(IoError::unexpected(place, expected, format!("`{key}`{}", did_you_mean(key, known))))
-            }
-        }
-    }
-}
-
-pub(in crate::io) fn same(a: &str, b: &str) -> bool {
-    a.trim().eq_ignore_ascii_case(b.trim())
 }
 
 fn number(cell: &[u8]) -> Option<f64> {

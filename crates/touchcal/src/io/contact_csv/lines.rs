@@ -63,11 +63,26 @@ impl<'f, R: BufRead> Lines<'f, R> {
 
 /// The fields of a line, trimmed, without their quotes.
 pub(in crate::io) fn fields(line: &[u8]) -> Fields<'_> {
-    Fields { rest: Some(line) }
+    Separator::Comma.fields(line)
+}
+
+/// What stands between fields.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(in crate::io) enum Separator {
+    Comma,
+    /// One or more blanks or tabs.
+    Blanks,
+}
+
+impl Separator {
+    pub(in crate::io) fn fields(self, line: &[u8]) -> Fields<'_> {
+        Fields { rest: Some(line), separator: self }
+    }
 }
 
 pub(in crate::io) struct Fields<'l> {
     rest: Option<&'l [u8]>,
+    separator: Separator,
 }
 
 impl<'l> Iterator for Fields<'l> {
@@ -75,6 +90,12 @@ impl<'l> Iterator for Fields<'l> {
 
     fn next(&mut self) -> Option<&'l [u8]> {
         let rest = self.rest.take()?;
+        if self.separator == Separator::Blanks {
+            let rest = rest.trim_ascii();
+            let end = rest.iter().position(u8::is_ascii_whitespace);
+            self.rest = end.map(|end| &rest[end..]);
+            return Some(&rest[..end.unwrap_or(rest.len())]);
+        }
         let start = rest.iter().position(|byte| !byte.is_ascii_whitespace()).unwrap_or(rest.len());
         // A quoted field ends at the comma after its closing quote; a doubled quote inside is kept as two.
         let quoted = rest.get(start) == Some(&b'"');
@@ -101,5 +122,7 @@ mod tests {
         assert_eq!(split("\"a, x\" ,\" b\",,"), ["a, x", "b", "", ""]);
         assert_eq!(split("\"open,1"), ["\"open", "1"]);
         assert_eq!(split(""), [""]);
+        let blanks: Vec<&[u8]> = Separator::Blanks.fields(b" 1.5\t-2   x ").collect();
+        assert_eq!(blanks, [b"1.5".as_slice(), b"-2", b"x"]);
     }
 }

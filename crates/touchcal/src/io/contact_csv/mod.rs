@@ -1,75 +1,35 @@
 //! Contact logs as comma-separated values, plain or gzipped.
 //!
-//! A row is one moment: joint positions, and if there are any a wrench or a contact flag. With a header, columns are found by
-//! name, whatever their case and order, and others are ignored: the URDF's joint names or `q1`…`qn`; `fx,fy,fz,tx,ty,tz`;
-//! `contact` (0, 1, true or false). Without one, the columns are the joints in order and nothing else.
+//! With a header, columns are found by name, whatever their case and order, and others are ignored: the URDF's joint names or
+//! `q1`…`qn`; `fx,fy,fz,tx,ty,tz`; `contact` (0, 1, true or false). Without one, the columns are the joints in order and nothing else,
+//! or what [`Options::header`] declares.
 //!
-//! Which rows are contacts: those a force threshold detects, if one is given; else those flagged, if there are flags; else all.
+//! Logs of KUKA's Sunrise recorder are read as they are (separated by blanks, their header begun with `%`) or made into CSV: `axisQMsr…[0]`
+//! is `q1`, `cartForce1_X` is `fx`, `cartTorque1_TauX` is `tx`. Angles are radians or degrees there; if that is not declared it is guessed.
 
-mod columns;
 pub(super) mod header;
+mod kuka;
 pub(super) mod lines;
 pub(super) mod rows;
-mod units;
 
-use std::collections::BTreeMap;
 use std::io::{BufRead, BufReader, Read};
 use std::path::Path;
 
 use flate2::bufread::MultiGzDecoder;
 
-use super::bytes::{self, Hashing, Input};
+use super::contact_log::rows::Keep;
+use super::contact_log::{AngleUnit, Options};
 use super::error::{IoError, Place};
 use crate::contact::ContactLog;
 use crate::robot::Robot;
-
-pub use columns::{Columns, read_columns};
 
 /// Most bytes of one log, unpacked: about 20 million rows of seven joints.
 pub const MAX_BYTES: u64 = 2 << 30;
 /// Most bytes of one line.
 pub const MAX_LINE: usize = 1 << 16;
-/// Most contacts of one problem, about 80 bytes of memory each.
-pub const MAX_CONTACTS: usize = 20_000_000;
 
 /// Bytes read from the file at a time.
 const BUFFER: usize = 1 << 18;
-
-/// Unit of the revolute joints' columns; prismatic joints are in metres.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum AngleUnit {
-    /// Radians.
-    #[default]
-    Radian,
-    /// Degrees.
-    Degree,
-}
-
-/// Contact from force: see [`crate::contact::Detector`].
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Detection {
-    /// Force above which contact begins (N).
-    pub threshold: f64,
-    /// Force below which contact ends (N).
-    pub release: f64,
-    /// Rows in a row that either takes.
-    pub debounce: usize,
-}
-
-/// How to understand a log.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct Options {
-    /// Index of the fixture that the contacts touch.
-    pub fixture: usize,
-    /// Unit of the revolute joints' columns.
-    pub unit: AngleUnit,
-    /// Names of moving joints in the order of the columns `q1`…`qn` and of a file without header; none: the chain's order.
-    pub joints: Option<Vec<String>>,
-    /// By usual name (`q1`, a joint's name, `fx`, `contact`): the file's name for that column.
-    pub columns: BTreeMap<String, String>,
-    /// Detects contact by force; needs columns `fx`, `fy`, `fz`.
-    pub detection: Option<Detection>,
-}
 
 /// Adds the contacts of a log, plain or gzipped, to `log`; `file` is its name for messages and provenance.
 ///
@@ -82,7 +42,17 @@ pub fn read(
     options: &Options,
     log: &mut ContactLog,
 ) -> Result<(), IoError> {
-    rows::read(unpacked(content, file)?, file, robot, options, log)
+    read_into(content, file, robot, options, Keep::Contacts(log))
+}
+
+pub(super) fn read_into(
+    content: impl Read,
+    file: &str,
+    robot: &Robot,
+    options: &Options,
+    keep: Keep<'_>,
+) -> Result<(), IoError> {
+    rows::read(unpacked(content, file)?, file, robot, options, keep)
 }
 
 /// The text of a table, plain or gzipped; other formats are refused.
@@ -96,18 +66,6 @@ pub(super) fn unpacked<'c>(content: impl Read + 'c, file: &str) -> Result<Box<dy
     Ok(Box::new(content))
 }
 
-/// Adds the contacts of a file to `log`, and returns its fingerprint.
-///
-/// # Errors
-/// As [`read`], and if the file cannot be read.
-pub fn read_file(path: &Path, robot: &Robot, options: &Options, log: &mut ContactLog) -> Result<Input, IoError> {
-    let name = path.display().to_string();
-    let mut hashing = Hashing::new(bytes::open(path)?);
-    read(&mut hashing, &name, robot, options, log)?;
-    let sha256 = hashing.finish().map_err(|source| IoError::file(path, "read", source))?;
-    Ok(Input { path: name, sha256 })
-}
-
 fn refuse_other_formats(start: &[u8], file: &str) -> Result<(), IoError> {
     let known: [(&[u8], &str); 5] = [
         (b"PAR1", "Parquet"),
@@ -117,10 +75,7 @@ fn refuse_other_formats(start: &[u8], file: &str) -> Result<(), IoError> {
         (b"\xfe\xff", "text in UTF-16"),
     ];
     match known.iter().find(|(magic, _)| start.starts_with(magic)) {
-        Some((_, name)) => {
-            let found = format!("{name}, which is not supported yet");
-            Err(IoError::unexpected(Place::file(file), "CSV or gzipped CSV", found))
-        }
+        Some((_, name)) => Err(IoError::unexpected(Place::file(file), "CSV or gzipped CSV", *name)),
         None => Ok(()),
     }
 }

@@ -16,7 +16,7 @@ use std::path::Path;
 use toml::Spanned;
 
 use super::bytes::{self, Input};
-use super::contact_csv::{self, AngleUnit, Detection, Options};
+use super::contact_log::{self, AngleUnit, Detection, Options};
 use super::error::{IoError, Place, quoted};
 use super::loaded::Loaded;
 use super::suggest::{did_you_mean, list};
@@ -271,9 +271,13 @@ fn options(
     Ok(Options {
         fixture: fixture_index(&table.fixture, names, context, "contacts, fixture")?,
         unit: match table.unit {
-            UnitToml::Radian => AngleUnit::Radian,
-            UnitToml::Degree => AngleUnit::Degree,
+            None => AngleUnit::Undeclared,
+            Some(UnitToml::Radian) => AngleUnit::Radian,
+            Some(UnitToml::Degree) => AngleUnit::Degree,
         },
+        header: table.header.clone(),
+        joint_topic: table.joint_topic.clone(),
+        wrench_topic: table.wrench_topic.clone(),
         joints: None,
         columns: table.columns.clone(),
         detection,
@@ -290,9 +294,13 @@ fn read_contacts(
     let file = &table.get_ref().file;
     let path = context.path(file, "contacts, file")?;
     let extension = path.extension().and_then(|extension| extension.to_str()).unwrap_or_default().to_ascii_lowercase();
-    if ["parquet", "mcap", "bag", "db3"].contains(&extension.as_str()) {
+    if ["bag", "db3"].contains(&extension.as_str()) {
         let found = format!("a .{extension} file, which is not supported yet");
-        return Err(IoError::unexpected(context.place(file.span(), "contacts, file"), "CSV or gzipped CSV", found));
+        return Err(IoError::unexpected(
+            context.place(file.span(), "contacts, file"),
+            "CSV, gzipped CSV, Parquet or MCAP",
+            found,
+        ));
     }
-    contact_csv::read_file(&path, robot, options, log)
+    contact_log::read_file(&path, robot, options, log)
 }

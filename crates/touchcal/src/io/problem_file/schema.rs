@@ -121,9 +121,8 @@ pub(in crate::io) struct DistanceToml {
     pub(in crate::io) sigma_mm: Option<Number>,
 }
 
-#[derive(Clone, Copy, Debug, Default, Deserialize)]
+#[derive(Clone, Copy, Debug, Deserialize)]
 pub(in crate::io) enum UnitToml {
-    #[default]
     #[serde(rename = "rad")]
     Radian,
     #[serde(rename = "deg")]
@@ -138,8 +137,10 @@ pub(in crate::io) struct ContactsToml {
     pub(in crate::io) force_threshold_n: Option<Number>,
     pub(in crate::io) release_n: Option<Number>,
     pub(in crate::io) debounce: Option<Spanned<i64>>,
-    #[serde(default)]
-    pub(in crate::io) unit: UnitToml,
+    pub(in crate::io) unit: Option<UnitToml>,
+    pub(in crate::io) header: Option<Vec<String>>,
+    pub(in crate::io) joint_topic: Option<String>,
+    pub(in crate::io) wrench_topic: Option<String>,
     #[serde(default)]
     pub(in crate::io) columns: BTreeMap<String, String>,
 }

@@ -52,18 +52,23 @@ impl UnitCheck {
         q.iter().position(|q| q.abs() > ABSURD)
     }
 
+    /// Whether the rows are too far beyond the limits for the unit.
+    pub(super) fn doubtful(&self) -> bool {
+        self.beyond as f64 > SHARE * self.rows as f64
+    }
+
     /// The verdict over all rows.
-    pub(super) fn finish(&self, file: &str) -> Result<(), IoError> {
+    pub(super) fn finish(&self, file: &str, place: fn(&str, u64) -> Place) -> Result<(), IoError> {
         let Some((line, joint, q)) = self.first else { return Ok(()) };
-        if (self.beyond as f64) <= SHARE * self.rows as f64 {
+        if !self.doubtful() {
             return Ok(());
         }
         let (name, range) = &self.joints[joint];
         let (low, high) = range.unwrap_or_default();
-        let place = Place::file(file).line(line).field(format!("joint `{name}`"));
+        let place = place(file, line).field(format!("joint `{name}`"));
         let (many, all) = (self.beyond, self.rows);
         let (expected, found) = match self.unit {
-            AngleUnit::Radian => (
+            AngleUnit::Radian | AngleUnit::Undeclared => (
                 format!("radians within the joint limits [{low:.4}, {high:.4}]"),
                 format!("{q}, and such in {many} of {all} rows: looks like degrees; declare unit = \"deg\""),
             ),

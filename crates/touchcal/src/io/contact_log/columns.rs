@@ -1,8 +1,8 @@
 //! A log in memory: columns of numbers, under the names that a file's header has.
 
 use super::Options;
-use super::header::Layout;
-use super::rows::RowReader;
+use super::numbers::NumberRows;
+use super::rows::Keep;
 use crate::contact::ContactLog;
 use crate::io::bytes::{self, Input};
 use crate::io::error::{IoError, Place};
@@ -18,11 +18,11 @@ pub struct Columns<'a> {
     pub value: &'a dyn Fn(usize, usize) -> f64,
 }
 
-/// Adds the contacts of columns in memory to `log`, as [`super::read`] does those of a file, and returns their fingerprint; `name` stands for the
-/// file in messages, the first row is line 1.
+/// Adds the contacts of columns in memory to `log`, as [`super::read_file`] does those of a file, and returns their fingerprint; `name` stands for
+/// the file in messages, the first row is line 1.
 ///
 /// # Errors
-/// As [`super::read`].
+/// As [`super::read_file`].
 pub fn read_columns(
     columns: &Columns<'_>,
     name: &str,
@@ -31,17 +31,14 @@ pub fn read_columns(
     log: &mut ContactLog,
 ) -> Result<Input, IoError> {
     let names: Vec<&[u8]> = columns.names.iter().map(|name| name.as_bytes()).collect();
-    let layout = Layout::named(&names, Place::file(name), robot, options)?;
-    if columns.rows == 0 {
-        return Err(IoError::unexpected(Place::file(name), "rows of joint positions", "none"));
-    }
-    let used: Vec<usize> = layout.used.iter().map(|(column, _, _)| *column).collect();
-    let mut reader = RowReader::new(name, robot, options, layout, log);
+    let at = |file: &str, row| Place::file(file).line(row);
+    let mut rows = NumberRows::new(&names, (name, at), (robot, options), Keep::Contacts(log))?;
+    let used: Vec<usize> = rows.used().map(|(column, _)| column).collect();
     for row in 0..columns.rows {
-        reader.take_numbers(row as u64 + 1, |column| (columns.value)(row, column))?;
+        rows.take(|k| (columns.value)(row, used[k]))?;
     }
-    reader.finish()?;
-    let rows = (0..columns.rows).flat_map(|row| used.iter().map(move |&column| (columns.value)(row, column)));
-    let sha256 = bytes::sha256_of_parts(rows.map(f64::to_le_bytes));
+    rows.finish()?;
+    let values = (0..columns.rows).flat_map(|row| used.iter().map(move |&column| (columns.value)(row, column)));
+    let sha256 = bytes::sha256_of_parts(values.map(f64::to_le_bytes));
     Ok(Input { path: name.to_owned(), sha256 })
 }

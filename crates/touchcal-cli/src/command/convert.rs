@@ -1,0 +1,25 @@
+//! `touchcal convert`.
+
+use touchcal::io::contact_log::LogTable;
+use touchcal::io::urdf::{self, Ends};
+use touchcal::robot::builtin;
+
+use super::{Failure, Outcome};
+use crate::args::ConvertArgs;
+use crate::output;
+
+/// Reads a log, writes it in another format, tells.
+pub fn run(args: &ConvertArgs) -> Result<Outcome, Failure> {
+    let name = args.urdf.to_str().filter(|name| builtin::ALL.iter().any(|(known, _)| known == name));
+    let ends = Ends { base: None, tip: args.tip.as_deref() };
+    let arm = match name {
+        Some(name) => urdf::read_builtin(name, ends)?,
+        None => urdf::read_file(&args.urdf, ends)?,
+    };
+    let table = LogTable::read_file(&args.log, &arm.robot, &args.options())?;
+    output::notes(table.notes());
+    table.write_file(&args.out)?;
+    let (rows, columns) = (table.rows().len(), table.columns().join(", "));
+    output::print(&format!("{}: {rows} rows of {columns}\n", args.out.display()))?;
+    Ok(Outcome::Done)
+}
