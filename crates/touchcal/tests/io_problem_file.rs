@@ -402,7 +402,21 @@ fn other_kinds_of_files_are_refused() {
     }
     std::fs::write(folder.path().join("peg.stl"), "solid").unwrap();
     let message = read_in(folder.path(), &FULL.replace("peg.csv", "peg.stl")).unwrap_err();
-    assert!(message.contains("a .stl file, which is not supported yet"), "{message}");
+    assert!(message.contains("a mesh, which the key `mesh` takes"), "{message}");
+}
+
+#[test]
+fn a_drawing_is_the_outline_that_its_vertices_are() {
+    let folder = folder();
+    let svg = "<svg viewBox='0 0 9 9'><polygon id='peg' points='-10,10 10,10 10,-10 -10,-10'/><circle r='9'/></svg>";
+    std::fs::write(folder.path().join("peg.csv"), "-10,-10\n10,-10\n10,10\n-10,10\n").unwrap();
+    std::fs::write(folder.path().join("peg.svg"), svg).unwrap();
+    let drawn = "outline = \"peg.svg\"\noutline_name = \"peg\"\noutline_unit = \"mm\"";
+    let sketch = |text: &str| read_in(folder.path(), text).unwrap().problem.fixtures[0].manifold.sketch();
+    assert_eq!(sketch(&FULL.replace("outline = \"peg.csv\"", drawn)), sketch(FULL));
+    let alone = FULL.replace("outline = \"peg.csv\"", "builtin = \"extrusion25\"\noutline_name = \"peg\"");
+    let message = read_in(folder.path(), &alone).unwrap_err();
+    assert!(message.contains("problem.toml:10:16, tool: expected `outline`"), "{message}");
 }
 
 #[test]

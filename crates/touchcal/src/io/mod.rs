@@ -5,6 +5,7 @@
 //! | [`urdf`] | a robot description | [`Robot`](crate::robot::Robot), and writes a calibrated one back into the text |
 //! | [`contact_csv`] | joint logs, plain or gzipped | [`ContactLog`](crate::contact::ContactLog) |
 //! | [`problem_file`] | `problem.toml` and what it refers to | [`Problem`](crate::estimate::Problem) |
+//! | [`outline`] | outlines as CSV, SVG or DXF | [`Profile`](crate::geometry::profile::Profile) |
 //! | [`scenario_file`] | `scenario.toml` | [`Scenario`](crate::sim::Scenario), and writes it with the problem that it poses |
 //! | [`mukca`] | a folder of ball-in-socket logs | [`Problem`](crate::estimate::Problem) |
 //! | [`trial_folder`] | trials with truth | [`Trial`](crate::experiment::Trial)s |
@@ -36,7 +37,7 @@ mod network_entry;
 mod network_tensors;
 pub mod offsets_yaml;
 pub mod onnx;
-mod outline;
+pub mod outline;
 pub mod pose_file;
 #[cfg(feature = "parquet")]
 mod pose_parquet;

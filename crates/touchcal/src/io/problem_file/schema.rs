@@ -55,12 +55,24 @@ pub(in crate::io) enum ToolKind {
     Point,
 }
 
+/// The unit of a drawing.
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub(in crate::io) enum OutlineUnitToml {
+    Mm,
+    Cm,
+    M,
+    Inch,
+}
+
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(in crate::io) struct ToolToml {
     pub(in crate::io) kind: ToolKind,
     pub(in crate::io) tip_from_tool: Option<Spanned<PoseToml>>,
     pub(in crate::io) outline: Option<Text>,
+    pub(in crate::io) outline_name: Option<Text>,
+    pub(in crate::io) outline_unit: Option<Spanned<OutlineUnitToml>>,
     pub(in crate::io) builtin: Option<Text>,
     pub(in crate::io) mesh: Option<Text>,
     pub(in crate::io) length_mm: Option<Number>,
@@ -98,6 +110,8 @@ pub(in crate::io) struct FixtureToml {
     pub(in crate::io) placement: Option<String>,
     pub(in crate::io) base_from_fixture: Option<Spanned<PoseToml>>,
     pub(in crate::io) outline: Option<Text>,
+    pub(in crate::io) outline_name: Option<Text>,
+    pub(in crate::io) outline_unit: Option<Spanned<OutlineUnitToml>>,
     pub(in crate::io) outline_offset_mm: Option<Number>,
     pub(in crate::io) builtin: Option<Text>,
     pub(in crate::io) mesh: Option<Text>,
