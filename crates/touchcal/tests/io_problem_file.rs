@@ -299,8 +299,16 @@ fn what_does_not_fit_together_is_refused() {
     );
     refused("outline_offset_mm = 0.5\n", "", &["fixture `hole`", "neither"]);
     refused("outline_offset_mm = 0.5", "outline_offset_mm = 0.5\noutline = \"peg.csv\"", &["both"]);
-    refused("outline_offset_mm = 0.5", "mesh = \"hole.stl\"", &["mesh \"hole.stl\", which is not supported yet"]);
-    refused("outline = \"peg.csv\"", "mesh = \"peg.stl\"", &["tool", "not supported yet"]);
+    refused(
+        "outline_offset_mm = 0.5",
+        "mesh = \"hole.stl\"",
+        &["an outline of the hole, as the peg has", "a mesh of the hole alone"],
+    );
+    refused("outline = \"peg.csv\"", "mesh = \"peg.stl\"", &["what belongs to a peg's mesh", "`length_mm`"]);
+    let no_length = "outline = \"peg.csv\"\nlength_mm = 40";
+    refused(no_length, "mesh = \"peg.stl\"", &["tool, mesh", "\"peg.stl\", which does not exist"]);
+    refused(no_length, "mesh = \"peg.csv\"", &["peg.csv", "a mesh as STL or OBJ, found a .csv file"]);
+    refused("length_mm = 40", "length_mm = 40\nmesh_unit = \"mm\"", &["problem.toml:11:13", "`mesh_unit` without it"]);
     refused("outline = \"peg.csv\"\n", "", &["tool", "`outline` or `builtin` of the peg"]);
     refused("outline = \"peg.csv\"", "builtin = \"extrusion52\"", &["did you mean `extrusion25`?"]);
     refused("length_mm = 40\n", "", &["tool, length_mm", "the peg's length"]);

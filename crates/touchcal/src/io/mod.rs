@@ -6,6 +6,7 @@
 //! | [`contact_csv`] | joint logs, plain or gzipped | [`ContactLog`](crate::contact::ContactLog) |
 //! | [`problem_file`] | `problem.toml` and what it refers to | [`Problem`](crate::estimate::Problem) |
 //! | [`outline`] | outlines as CSV, SVG or DXF | [`Profile`](crate::geometry::profile::Profile) |
+//! | [`mesh`] | bodies as STL or OBJ | [`Solid`](crate::geometry::solid::Solid) |
 //! | [`scenario_file`] | `scenario.toml` | [`Scenario`](crate::sim::Scenario), and writes it with the problem that it poses |
 //! | [`mukca`] | a folder of ball-in-socket logs | [`Problem`](crate::estimate::Problem) |
 //! | [`trial_folder`] | trials with truth | [`Trial`](crate::experiment::Trial)s |
@@ -32,6 +33,7 @@ mod error;
 pub mod estimate_file;
 mod loaded;
 pub mod manifold_file;
+pub mod mesh;
 pub mod mukca;
 mod network_entry;
 mod network_tensors;

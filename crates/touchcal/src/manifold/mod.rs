@@ -10,6 +10,7 @@ mod plane;
 mod projection;
 mod samples;
 mod sketch;
+mod solid_in_hole;
 mod training_pairs;
 mod tree;
 mod unknown;
@@ -23,6 +24,7 @@ pub use plane::Plane;
 pub use projection::{Projected, Projection};
 pub use samples::{PoseSamples, SamplesError};
 pub use sketch::{Shape, Sketch};
+pub use solid_in_hole::SolidInHole;
 pub use training_pairs::TrainingPairs;
 pub use unknown::Unknown;
 

@@ -37,13 +37,12 @@ impl PegInHole {
     pub fn new(shapes: PegAndHole) -> Self {
         PegInHole { shapes, translation_scale: TRANSLATION_SCALE, rotation_scale: ROTATION_SCALE }
     }
+}
 
-    /// Whether the peg's end reaches from below the rim to above it. Edge then rolls over edge, and which features there are depends on the noise.
-    fn is_at_rim(&self, hole_from_peg: &Pose) -> bool {
-        let axis = hole_from_peg.rotation * Vector3::z();
-        let tilted_by = self.shapes.peg().bounding_radius() * axis.xy().norm();
-        hole_from_peg.translation.z.abs() < tilted_by + AT_RIM
-    }
+/// Whether the end of a peg that is `radius` wide reaches from below the rim to above it. Edge then rolls over edge, and which features there are depends on the noise.
+pub(super) fn is_at_rim(hole_from_peg: &Pose, radius: f64) -> bool {
+    let axis = hole_from_peg.rotation * Vector3::z();
+    hole_from_peg.translation.z.abs() < radius * axis.xy().norm() + AT_RIM
 }
 
 /// Cosine of the angle between normals from which two features are of one wall.
@@ -70,11 +69,43 @@ impl Wall {
 
 /// Height of a normal below which it is none of a wall: nothing in a hole faces down by more than the peg is tilted. Edges that cross each other a little the wrong
 /// way have such normals.
-const DOWN: f64 = -0.3;
+pub(super) const DOWN: f64 = -0.3;
 
 /// Whether two features push in one direction.
 fn alike(a: &Twist, b: &Twist) -> bool {
     se3::linear(a).dot(&se3::linear(b)) > ALIKE
+}
+
+/// The walls that features are of, each a distance and its gradient, the nearest first.
+pub(super) fn push_walls(mut features: Vec<(f64, Twist)>, covariance: &Matrix6<f64>, rows: &mut Rows) {
+    features.sort_unstable_by(|(a, _), (b, _)| a.total_cmp(b));
+    let mut walls: Vec<Wall> = Vec::new();
+    for (distance, gradient) in features {
+        match walls.iter_mut().find(|wall| alike(&wall.gradient, &gradient)) {
+            Some(wall) => wall.beside(distance, &gradient, covariance),
+            None => walls.push(Wall { distance, gradient, too_small_by: 0.0 }),
+        }
+    }
+    walls.iter().take(MAX_ROWS).for_each(|wall| rows.push(wall.distance + wall.too_small_by, wall.gradient));
+}
+
+/// The envelope of a hole `depth` (m) deep: its six rows, divided by the scales of translation and rotation.
+pub(super) fn push_envelope(hole_from_peg: &Pose, depth: f64, scale: (f64, f64), rows: &mut Rows) {
+    let tip = hole_from_peg.translation.vector;
+    let outside = Vector3::new(tip.x, tip.y, tip.z - tip.z.clamp(-depth, 0.0));
+    let rotation = hole_from_peg.rotation.to_rotation_matrix();
+    for axis in 0..3 {
+        let direction = rotation.matrix().row(axis).transpose();
+        // Within the depth the z row is flat.
+        let active = if axis < 2 || outside.z != 0.0 { 1.0 } else { 0.0 };
+        rows.push(outside[axis] / scale.0, twist(&(direction * (active / scale.0)), &Vector3::zeros()));
+    }
+    let vector = se3::rotation_log(&hole_from_peg.rotation);
+    let change = se3::rotation_log_jacobian(&vector);
+    for axis in 0..3 {
+        let row = change.row(axis).transpose() / scale.1;
+        rows.push(vector[axis] / scale.1, twist(&Vector3::zeros(), &row));
+    }
 }
 
 impl ContactManifold for PegInHole {
@@ -88,7 +119,7 @@ impl ContactManifold for PegInHole {
     }
 
     fn walls(&self, hole_from_peg: &Pose, within: f64, covariance: &Matrix6<f64>, rows: &mut Rows) {
-        if self.is_at_rim(hole_from_peg) {
+        if is_at_rim(hole_from_peg, self.shapes.peg().bounding_radius()) {
             return;
         }
         let mut features: Vec<(f64, Twist)> = Vec::new();
@@ -97,34 +128,11 @@ impl ContactManifold for PegInHole {
                 features.push((gap.value, gap.gradient));
             }
         });
-        features.sort_unstable_by(|(a, _), (b, _)| a.total_cmp(b));
-        let mut walls: Vec<Wall> = Vec::new();
-        for (distance, gradient) in features {
-            match walls.iter_mut().find(|wall| alike(&wall.gradient, &gradient)) {
-                Some(wall) => wall.beside(distance, &gradient, covariance),
-                None => walls.push(Wall { distance, gradient, too_small_by: 0.0 }),
-            }
-        }
-        walls.iter().take(MAX_ROWS).for_each(|wall| rows.push(wall.distance + wall.too_small_by, wall.gradient));
+        push_walls(features, covariance, rows);
     }
 
     fn envelope(&self, hole_from_peg: &Pose, rows: &mut Rows) {
-        let tip = hole_from_peg.translation.vector;
-        let outside = Vector3::new(tip.x, tip.y, tip.z - tip.z.clamp(-self.shapes.depth(), 0.0));
-        let rotation = hole_from_peg.rotation.to_rotation_matrix();
-        for axis in 0..3 {
-            let direction = rotation.matrix().row(axis).transpose();
-            // Within the depth the z row is flat.
-            let active = if axis < 2 || outside.z != 0.0 { 1.0 } else { 0.0 };
-            let scale = self.translation_scale;
-            rows.push(outside[axis] / scale, twist(&(direction * (active / scale)), &Vector3::zeros()));
-        }
-        let vector = se3::rotation_log(&hole_from_peg.rotation);
-        let change = se3::rotation_log_jacobian(&vector);
-        for axis in 0..3 {
-            let row = change.row(axis).transpose() / self.rotation_scale;
-            rows.push(vector[axis] / self.rotation_scale, twist(&Vector3::zeros(), &row));
-        }
+        push_envelope(hole_from_peg, self.shapes.depth(), (self.translation_scale, self.rotation_scale), rows);
     }
 
     fn fixture_directions(&self) -> &'static [usize] {

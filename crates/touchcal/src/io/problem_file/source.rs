@@ -3,10 +3,12 @@
 use toml::Spanned;
 
 use super::context::Context;
-use super::schema::{OutlineUnitToml, Text};
+use super::schema::{LengthUnitToml, Text};
 use crate::geometry::profile::Profile;
+use crate::geometry::solid::Solid;
 use crate::io::bytes::Input;
 use crate::io::error::{IoError, quoted};
+use crate::io::mesh;
 use crate::io::outline::{self, Choice};
 use crate::io::suggest::did_you_mean;
 
@@ -25,9 +27,10 @@ pub(super) struct Outline {
 pub(super) struct Sources<'a> {
     pub(super) outline: &'a Option<Text>,
     pub(super) outline_name: &'a Option<Text>,
-    pub(super) outline_unit: &'a Option<Spanned<OutlineUnitToml>>,
+    pub(super) outline_unit: &'a Option<Spanned<LengthUnitToml>>,
     pub(super) builtin: &'a Option<Text>,
     pub(super) mesh: &'a Option<Text>,
+    pub(super) mesh_unit: &'a Option<Spanned<LengthUnitToml>>,
 }
 
 impl Sources<'_> {
@@ -39,18 +42,16 @@ impl Sources<'_> {
             .or(text(self.mesh, "mesh"))
             .or(text(self.outline_name, "outline_name"))
             .or(self.outline_unit.as_ref().map(|unit| (unit.span(), "outline_unit")))
+            .or(self.mesh_unit.as_ref().map(|unit| (unit.span(), "mesh_unit")))
     }
 
+    /// The outline, if the keys give one.
     pub(super) fn outline(
         &self,
         field: &str,
         context: &Context<'_>,
         inputs: &mut Vec<Input>,
     ) -> Result<Option<Outline>, IoError> {
-        if let Some(mesh) = self.mesh {
-            let found = format!("mesh {}, which is not supported yet", quoted(mesh.get_ref()));
-            return Err(IoError::unexpected(context.place(mesh.span(), field), "an outline", found));
-        }
         match (self.outline, self.builtin) {
             (None, builtin) => {
                 let name = self.outline_name.as_ref().map(Spanned::span);
@@ -68,6 +69,27 @@ impl Sources<'_> {
         }
     }
 
+    /// The mesh, if the keys give one.
+    pub(super) fn solid(
+        &self,
+        field: &str,
+        context: &Context<'_>,
+        inputs: &mut Vec<Input>,
+    ) -> Result<Option<Solid>, IoError> {
+        let Some(file) = self.mesh else {
+            let Some(unit) = self.mesh_unit else { return Ok(None) };
+            return Err(IoError::unexpected(context.place(unit.span(), field), "`mesh`", "`mesh_unit` without it"));
+        };
+        if self.outline.is_some() || self.builtin.is_some() {
+            return Err(IoError::unexpected(context.place(file.span(), field), "an outline or a mesh", "both"));
+        }
+        let path = context.path(file, &format!("{field}, mesh"))?;
+        let unit = self.mesh_unit.as_ref().map_or(LengthUnitToml::Mm, |unit| *unit.get_ref());
+        let (solid, input) = mesh::read_file(&path, unit.metres())?;
+        inputs.push(input);
+        Ok(Some(solid))
+    }
+
     fn drawn(
         &self,
         file: &Text,
@@ -75,12 +97,7 @@ impl Sources<'_> {
         context: &Context<'_>,
         inputs: &mut Vec<Input>,
     ) -> Result<Outline, IoError> {
-        let unit = self.outline_unit.as_ref().map(|unit| match unit.get_ref() {
-            OutlineUnitToml::Mm => 1e-3,
-            OutlineUnitToml::Cm => 1e-2,
-            OutlineUnitToml::M => 1.0,
-            OutlineUnitToml::Inch => 25.4e-3,
-        });
+        let unit = self.outline_unit.as_ref().map(|unit| unit.get_ref().metres());
         let name = self.outline_name.as_ref().map(|name| name.get_ref().as_str());
         let path = context.path(file, &format!("{field}, outline"))?;
         let (profile, input) = outline::read_file(&path, Choice { name, unit })?;

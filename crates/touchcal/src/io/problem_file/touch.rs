@@ -12,15 +12,18 @@ use super::schema::{FixtureKind, FixtureToml, ManifoldToml, Number, Text, ToolKi
 use super::source::{Outline, Sources};
 use crate::experiment::manifold_of;
 use crate::geometry::extrusion::PegAndHole;
+use crate::geometry::solid::Solid;
+use crate::geometry::solids::Solids;
 use crate::io::bytes::Input;
 use crate::io::error::{IoError, Place};
-use crate::manifold::{ContactManifold, Unknown};
+use crate::manifold::{ContactManifold, SolidInHole, Unknown};
 use crate::sim::Parts;
 
 /// What the tool table says of the tool's shape.
 pub(in crate::io) struct Shape {
     kind: ToolKind,
     outline: Option<Rc<Outline>>,
+    solid: Option<Rc<Solid>>,
     length: Option<f64>,
     radius: Option<f64>,
     span: Range<usize>,
@@ -42,20 +45,23 @@ impl Shape {
             outline_unit: &tool.outline_unit,
             builtin: &tool.builtin,
             mesh: &tool.mesh,
+            mesh_unit: &tool.mesh_unit,
         };
         let number = |value: &Option<Number>, key| value.as_ref().map(|value| (value.span(), key));
         let (radius_mm, length_mm) = (number(&tool.radius_mm, "radius_mm"), number(&tool.length_mm, "length_mm"));
         let foreign = match tool.kind {
-            ToolKind::Peg => radius_mm,
+            ToolKind::Peg => radius_mm.or(length_mm.filter(|_| tool.mesh.is_some())),
             ToolKind::Point => radius_mm.or(length_mm).or(sources.key()),
             ToolKind::Ball => length_mm.or(sources.key()),
         };
         if let Some((span, key)) = foreign {
-            let expected = format!("what belongs to a {}", tool_name(tool.kind));
+            let name = if tool.mesh.is_some() { "peg's mesh" } else { tool_name(tool.kind) };
+            let expected = format!("what belongs to a {name}");
             return Err(IoError::unexpected(context.place(span, "tool"), expected, format!("`{key}`")));
         }
         let outline = sources.outline("tool", context, inputs)?.map(Rc::new);
-        Ok(Shape { kind: tool.kind, outline, length, radius, span })
+        let solid = sources.solid("tool", context, inputs)?.map(Rc::new);
+        Ok(Shape { kind: tool.kind, outline, solid, length, radius, span })
     }
 
     /// How this tool touches a fixture.
@@ -74,6 +80,9 @@ impl Shape {
                 ManifoldToml::Learned => return projected::learned(fixture, context, inputs),
                 ManifoldToml::Unknown => return Ok(Box::new(Unknown)),
             }
+            if let Some(peg) = &self.solid {
+                return Ok(Box::new(solid_in_hole(peg, fixture, context, inputs)?));
+            }
         }
         Ok(manifold_of(&self.parts(fixture, context, inputs)?))
     }
@@ -91,6 +100,9 @@ impl Shape {
         match (self.kind, fixture.get_ref().kind) {
             (ToolKind::Peg, FixtureKind::Hole) => self.in_hole(self.outline(context)?, fixture, context, inputs),
             (ToolKind::Peg, FixtureKind::Plane) => {
+                if let Some(solid) = &self.solid {
+                    return on_plane(solid.corners(), 0.0);
+                }
                 let tip = &self.outline(context)?.profile;
                 on_plane(tip.vertices().iter().map(|vertex| Point3::new(vertex.x, vertex.y, 0.0)).collect(), 0.0)
             }
@@ -119,7 +131,8 @@ impl Shape {
     fn outline(&self, context: &Context<'_>) -> Result<&Outline, IoError> {
         self.outline.as_deref().ok_or_else(|| {
             let place = context.place(self.span.clone(), "tool");
-            IoError::unexpected(place, "`outline` or `builtin` of the peg", "none")
+            let found = if self.solid.is_some() { "`mesh`, which contacts alone can use" } else { "none" };
+            IoError::unexpected(place, "`outline` or `builtin` of the peg", found)
         })
     }
 
@@ -138,6 +151,10 @@ impl Shape {
             let place = context.place(self.span.clone(), "tool, length_mm");
             return Err(IoError::unexpected(place, "the peg's length, which a hole needs", "none"));
         };
+        if let Some(mesh) = &fixture.mesh {
+            let expected = "an outline of the hole, as the peg has, or a mesh of both";
+            return Err(IoError::unexpected(context.place(mesh.span(), name), expected, "a mesh of the hole alone"));
+        }
         let own = fixture_sources(fixture).outline(&name, context, inputs)?;
         let field = format!("{name}, outline_offset_mm");
         let offset = context.number(fixture.outline_offset_mm.as_ref(), MM, Allowed::Positive, &field)?;
@@ -159,6 +176,31 @@ impl Shape {
     }
 }
 
+/// A peg and a hole as meshes.
+fn solid_in_hole(
+    peg: &Solid,
+    table: &Spanned<FixtureToml>,
+    context: &Context<'_>,
+    inputs: &mut Vec<Input>,
+) -> Result<SolidInHole, IoError> {
+    let fixture = table.get_ref();
+    let name = format!("fixture `{}`", fixture.name.get_ref());
+    let offset = fixture.outline_offset_mm.as_ref().map(|offset| (offset.span(), "outline_offset_mm"));
+    let sources = fixture_sources(fixture);
+    let outline = sources.key().filter(|_| fixture.mesh.is_none());
+    if let Some((span, key)) = offset.or(outline) {
+        let expected = "`mesh` of the hole, as the peg has, or outlines of both";
+        return Err(IoError::unexpected(context.place(span, name), expected, format!("`{key}`")));
+    }
+    let depth = context.required(fixture.depth_mm.as_ref(), MM, table.span(), &format!("{name}, depth_mm"))?;
+    match sources.solid(&name, context, inputs)? {
+        Some(hole) => Ok(SolidInHole::new(Solids::new(peg.clone(), hole), depth)),
+        None => {
+            Err(IoError::unexpected(context.place(table.span(), name), "`mesh` of the hole, as the peg has", "none"))
+        }
+    }
+}
+
 fn fixture_sources(fixture: &FixtureToml) -> Sources<'_> {
     Sources {
         outline: &fixture.outline,
@@ -166,6 +208,7 @@ fn fixture_sources(fixture: &FixtureToml) -> Sources<'_> {
         outline_unit: &fixture.outline_unit,
         builtin: &fixture.builtin,
         mesh: &fixture.mesh,
+        mesh_unit: &fixture.mesh_unit,
     }
 }
 

@@ -4,7 +4,7 @@ use serde::Deserialize;
 use toml::Spanned;
 
 use crate::io::problem_file::schema::{
-    FixtureKind, FixtureToml, Number, OutlineUnitToml, PoseToml, RobotToml, Text, ToolToml,
+    FixtureKind, FixtureToml, LengthUnitToml, Number, PoseToml, RobotToml, Text, ToolToml,
 };
 
 #[derive(Debug, Default, Deserialize)]
@@ -52,7 +52,7 @@ pub(super) struct TouchToml {
     pub(super) base_from_fixture: Spanned<PoseToml>,
     pub(super) outline: Option<Text>,
     pub(super) outline_name: Option<Text>,
-    pub(super) outline_unit: Option<Spanned<OutlineUnitToml>>,
+    pub(super) outline_unit: Option<Spanned<LengthUnitToml>>,
     pub(super) outline_offset_mm: Option<Number>,
     pub(super) builtin: Option<Text>,
     pub(super) depth_mm: Option<Number>,
@@ -81,6 +81,7 @@ impl TouchToml {
             outline_offset_mm: touch.outline_offset_mm.clone(),
             builtin: touch.builtin.clone(),
             mesh: None,
+            mesh_unit: None,
             depth_mm: touch.depth_mm.clone(),
             manifold: None,
             samples: None,
