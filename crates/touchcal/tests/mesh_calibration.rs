@@ -31,7 +31,9 @@ fn a_problem_with_stl_files_finds_what_its_outlines_find() {
     let (outlines, _) = mujoco_trial("extrusion/rich/trial_00");
     let folder = tempfile::tempdir().unwrap();
     let slot = Profile::extrusion25();
-    std::fs::write(folder.path().join("peg.stl"), stl(&peg(&slot, 0.04))).unwrap();
+    let peg = peg(&slot, 0.04);
+    assert!(peg.1.len() >= 1000, "{}", peg.1.len());
+    std::fs::write(folder.path().join("peg.stl"), stl(&peg)).unwrap();
     std::fs::write(folder.path().join("hole.stl"), stl(&block(&slot.offset_mitred(0.5e-3).unwrap(), 0.03))).unwrap();
     let log = data().join("mujoco_iiwa14/extrusion/rich/trial_00/contact.csv.gz");
     let text = format!(

@@ -1,6 +1,6 @@
 //! What of a body can touch another: its faces, the edges and corners that stick out, and trees to find them by place.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 use nalgebra::{Point3, Vector3};
 
@@ -152,9 +152,10 @@ impl Facets {
                 let along = others.iter().map(|&(other, _)| (at(other) - at(vertex)).normalize()).collect();
                 Corner { vertex, along }
             })
-            .filter(|corner: &Corner| !is_on_an_edge(corner))
             .collect();
         corners.sort_unstable_by_key(|corner| corner.vertex);
+        let (joints, corners): (Vec<Corner>, Vec<Corner>) = corners.into_iter().partition(is_on_an_edge);
+        let mut edges = joined(&edges, &joints.iter().map(|joint| joint.vertex).collect());
         let corner_at: HashMap<u32, u32> = corners.iter().zip(0..).map(|(corner, k)| (corner.vertex, k)).collect();
         let mut spoken_for = vec![false; vertices.len()];
         let is_hollow = |vertex: &u32| meeting[vertex].iter().any(|&(_, sticks_out)| !sticks_out);
@@ -175,6 +176,32 @@ impl Facets {
         let edge_boxes = edge_tree.boxes(|edge| around_edge[edge as usize]);
         Facets { faces, edges, corners, corner_at, face_tree, edge_tree, corner_tree, face_boxes, edge_boxes, vertices }
     }
+}
+
+/// Edges that a joint cuts in two as one.
+fn joined(edges: &[Edge], joints: &HashSet<u32>) -> Vec<Edge> {
+    let mut meeting: HashMap<u32, Vec<usize>> = HashMap::new();
+    for (k, edge) in edges.iter().enumerate() {
+        edge.ends.iter().filter(|end| joints.contains(end)).for_each(|&end| meeting.entry(end).or_default().push(k));
+    }
+    let mut is_done = vec![false; edges.len()];
+    let mut whole = Vec::new();
+    for k in 0..edges.len() {
+        if std::mem::replace(&mut is_done[k], true) {
+            continue;
+        }
+        let mut ends = edges[k].ends;
+        for end in &mut ends {
+            let on = |end: &u32, is_done: &[bool]| meeting.get(end)?.iter().copied().find(|&other| !is_done[other]);
+            while let Some(next) = on(end, &is_done) {
+                is_done[next] = true;
+                let [a, b] = edges[next].ends;
+                *end = if a == *end { b } else { a };
+            }
+        }
+        whole.push(Edge { ends, ..edges[k].clone() });
+    }
+    whole
 }
 
 /// Whether a vertex only cuts a straight edge in two.

@@ -68,10 +68,11 @@ pub fn lines(outline: &Profile, others: &[f64]) -> [Vec<f64>; 2] {
     [sorted(&|p| p.x), sorted(&|p| p.y)]
 }
 
-/// A peg whose outline runs along x and y.
+/// A peg whose outline runs along x and y, in six layers.
 pub fn peg(outline: &Profile, length: f64) -> Mesh {
     let [xs, ys] = lines(outline, &[]);
-    cells([&xs, &ys, &[0.0, length]], |p| outline.contains(&p.xy()))
+    let zs: Vec<f64> = (0..=6).map(|k| length * f64::from(k) / 6.0).collect();
+    cells([&xs, &ys, &zs], |p| outline.contains(&p.xy()))
 }
 
 /// A block of 60 mm with a hole whose outline runs along x and y.
