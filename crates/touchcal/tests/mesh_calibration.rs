@@ -67,7 +67,7 @@ parameters = ["strain", "joint_offset"]
     let ((with_outlines, straight_s), (with_meshes, mesh_s)) = (timed(&outlines), timed(&meshes.problem));
     let apart = apart(&with_outlines, &with_meshes);
     println!(
-        "validate: T-slot as mesh, {} contacts | {apart:.2e} sigma apart, {mesh_s:.2} s, outlines {straight_s:.2} s",
+        "T-slot as mesh, {} contacts | {apart:.2e} sigma apart, {mesh_s:.2} s, outlines {straight_s:.2} s",
         outlines.contacts.len()
     );
     assert!(apart < 0.05, "{apart}");

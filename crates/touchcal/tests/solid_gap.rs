@@ -97,7 +97,7 @@ fn straight_meshes_agree_with_their_outlines() {
         }
         let [contact, blended, near, at_rim] = worst;
         println!(
-            "validate: mesh against outline, {name} | {contact:e} m at contact, {blended:e} m blended, {near:e} m near it, {at_rim:e} m at the rim"
+            "mesh against outline, {name} | {contact:e} m at contact, {blended:e} m blended, {near:e} m near it, {at_rim:e} m at the rim"
         );
         assert!(contact.max(near).max(at_rim) < AGREEMENT, "{name}");
         // A mean over what is near, of which there are somewhat other pieces.
@@ -138,7 +138,7 @@ fn gaps_of_bodies_apart_are_parrys_distances() {
             assert!((gap - distance).abs() < 1e-9, "{k}: {gap:e} {distance:e}");
         }
     }
-    println!("validate: mesh against parry, {apart} poses apart | {worst:e} m");
+    println!("mesh against parry, {apart} poses apart | {worst:e} m");
     assert!(apart > 150 && overlapping > 150, "{apart} {overlapping}");
 }
 

@@ -10,7 +10,7 @@ use super::facets::{Edge, Facets};
 use super::solid::Solid;
 use crate::se3::{Pose, Twist, twist};
 
-/// Overlaps (m) up to this are looked for at first, deeper ones where some are half as deep or one of the [`SENTINELS`] are.
+/// Overlaps (m) up to this are looked for at first, deeper ones where what was found is half as deep, or a sentinel is.
 const DEEP: f64 = 0.5e-3;
 /// How many of the tool's corners, far from each other, are asked how deep they are.
 const SENTINELS: usize = 8;

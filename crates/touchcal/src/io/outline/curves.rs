@@ -59,14 +59,14 @@ impl<'a> Curves<'a> {
         let place = || Place::file(file).line(line).field(label);
         let mut points: Vec<Point> = Vec::new();
         for element in path.elements() {
-            let place_of = |p: &Point| p.x.abs() <= LARGEST && p.y.abs() <= LARGEST;
+            let is_near = |p: &Point| p.x.abs() <= LARGEST && p.y.abs() <= LARGEST;
             let ends: &[Point] = match element {
                 PathEl::MoveTo(a) | PathEl::LineTo(a) => &[*a],
                 PathEl::QuadTo(a, b) => &[*a, *b],
                 PathEl::CurveTo(a, b, c) => &[*a, *b, *c],
                 PathEl::ClosePath => &[],
             };
-            if let Some(bad) = ends.iter().find(|p| !place_of(p)) {
+            if let Some(bad) = ends.iter().find(|p| !is_near(p)) {
                 let found = format!("({}, {}) m", bad.x, bad.y);
                 return Err(IoError::unexpected(place(), format!("coordinates within ±{LARGEST} m"), found));
             }

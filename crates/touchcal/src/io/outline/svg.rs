@@ -275,9 +275,9 @@ impl Pen {
                 to = place(x, y);
                 let (radii, x_rotation) = (Vec2::new(rx, ry), x_axis_rotation.to_radians());
                 // Of ends that are the same but for digits no arc follows.
-                let to_same = self.at.distance(to) <= NOWHERE;
+                let is_nowhere = self.at.distance(to) <= NOWHERE;
                 let arc = SvgArc { from: self.at, to, radii, x_rotation, large_arc, sweep };
-                match (!to_same).then(|| Arc::from_svg_arc(&arc)).flatten() {
+                match (!is_nowhere).then(|| Arc::from_svg_arc(&arc)).flatten() {
                     Some(arc) => append_arc(&mut self.path, &arc, to, self.unit),
                     None => self.path.line_to(to),
                 }

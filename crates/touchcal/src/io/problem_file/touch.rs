@@ -55,7 +55,8 @@ impl Shape {
             ToolKind::Ball => length_mm.or(sources.key()),
         };
         if let Some((span, key)) = foreign {
-            let name = if tool.mesh.is_some() { "peg's mesh" } else { tool_name(tool.kind) };
+            let has_mesh = tool.kind == ToolKind::Peg && tool.mesh.is_some();
+            let name = if has_mesh { "peg's mesh" } else { tool_name(tool.kind) };
             let expected = format!("what belongs to a {name}");
             return Err(IoError::unexpected(context.place(span, "tool"), expected, format!("`{key}`")));
         }
@@ -151,9 +152,10 @@ impl Shape {
             let place = context.place(self.span.clone(), "tool, length_mm");
             return Err(IoError::unexpected(place, "the peg's length, which a hole needs", "none"));
         };
-        if let Some(mesh) = &fixture.mesh {
+        let mesh = fixture.mesh.as_ref().map(Spanned::span);
+        if let Some(span) = mesh.or(fixture.mesh_unit.as_ref().map(Spanned::span)) {
             let expected = "an outline of the hole, as the peg has, or a mesh of both";
-            return Err(IoError::unexpected(context.place(mesh.span(), name), expected, "a mesh of the hole alone"));
+            return Err(IoError::unexpected(context.place(span, name), expected, "a mesh of the hole alone"));
         }
         let own = fixture_sources(fixture).outline(&name, context, inputs)?;
         let field = format!("{name}, outline_offset_mm");
