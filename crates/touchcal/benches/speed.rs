@@ -3,17 +3,23 @@
 
 #[path = "../tests/common/mod.rs"]
 mod common;
+#[path = "../tests/common/parts.rs"]
+mod parts;
 
 use std::hint::black_box;
+use std::sync::Arc;
 
 use common::{data, mujoco_trial, solve};
 use criterion::measurement::WallTime;
 use criterion::{BenchmarkGroup, Criterion, criterion_group, criterion_main};
+use parts::{block, peg, solid};
 use touchcal::estimate::Problem;
 use touchcal::geometry::extrusion::PegAndHole;
 use touchcal::geometry::profile::Profile;
+use touchcal::geometry::solids::Solids;
 use touchcal::io::mukca::{self, MukcaOptions};
 use touchcal::io::urdf::{self, Ends};
+use touchcal::manifold::SolidInHole;
 use touchcal::robot::{Column, Kinematics, Parameter, joint_compliance, joint_offset, strain};
 use touchcal::se3::Pose;
 
@@ -58,6 +64,13 @@ fn calibration(criterion: &mut Criterion) {
     for trial in ["extrusion/paper/trial_00", "extrusion/rich/trial_00", "square/paper/trial_00"] {
         on_one_core(&mut group, &format!("{trial}, 3000 contacts"), &mujoco_trial(trial).0);
     }
+    let (mut meshes, _) = mujoco_trial("extrusion/paper/trial_00");
+    let outline = Profile::extrusion25();
+    let hole = solid(&block(&outline.offset_mitred(0.5e-3).unwrap(), 0.03));
+    let peg = solid(&peg(&outline, 0.04));
+    let name = format!("extrusion/paper/trial_00, peg as {} triangles", peg.triangle_count());
+    meshes.fixtures[0].manifold = Arc::new(SolidInHole::new(Solids::new(peg, hole), 0.03));
+    on_one_core(&mut group, &name, &meshes);
     let folder = data().join("mukca");
     let urdf = urdf::read_file(&folder.join("panda.urdf"), Ends::default()).unwrap();
     let panda = mukca::read(&folder.join("panda_3"), urdf, &MukcaOptions::default()).unwrap();

@@ -299,8 +299,16 @@ fn what_does_not_fit_together_is_refused() {
     );
     refused("outline_offset_mm = 0.5\n", "", &["fixture `hole`", "neither"]);
     refused("outline_offset_mm = 0.5", "outline_offset_mm = 0.5\noutline = \"peg.csv\"", &["both"]);
-    refused("outline_offset_mm = 0.5", "mesh = \"hole.stl\"", &["mesh \"hole.stl\", which is not supported yet"]);
-    refused("outline = \"peg.csv\"", "mesh = \"peg.stl\"", &["tool", "not supported yet"]);
+    refused(
+        "outline_offset_mm = 0.5",
+        "mesh = \"hole.stl\"",
+        &["an outline of the hole, as the peg has", "a mesh of the hole alone"],
+    );
+    refused("outline = \"peg.csv\"", "mesh = \"peg.stl\"", &["what belongs to a peg's mesh", "`length_mm`"]);
+    let no_length = "outline = \"peg.csv\"\nlength_mm = 40";
+    refused(no_length, "mesh = \"peg.stl\"", &["tool, mesh", "\"peg.stl\", which does not exist"]);
+    refused(no_length, "mesh = \"peg.csv\"", &["peg.csv", "a mesh as STL or OBJ, found a .csv file"]);
+    refused("length_mm = 40", "length_mm = 40\nmesh_unit = \"mm\"", &["problem.toml:11:13", "`mesh_unit` without it"]);
     refused("outline = \"peg.csv\"\n", "", &["tool", "`outline` or `builtin` of the peg"]);
     refused("outline = \"peg.csv\"", "builtin = \"extrusion52\"", &["did you mean `extrusion25`?"]);
     refused("length_mm = 40\n", "", &["tool, length_mm", "the peg's length"]);
@@ -402,7 +410,21 @@ fn other_kinds_of_files_are_refused() {
     }
     std::fs::write(folder.path().join("peg.stl"), "solid").unwrap();
     let message = read_in(folder.path(), &FULL.replace("peg.csv", "peg.stl")).unwrap_err();
-    assert!(message.contains("a .stl file, which is not supported yet"), "{message}");
+    assert!(message.contains("a mesh, which the key `mesh` takes"), "{message}");
+}
+
+#[test]
+fn a_drawing_is_the_outline_that_its_vertices_are() {
+    let folder = folder();
+    let svg = "<svg viewBox='0 0 9 9'><polygon id='peg' points='-10,10 10,10 10,-10 -10,-10'/><circle r='9'/></svg>";
+    std::fs::write(folder.path().join("peg.csv"), "-10,-10\n10,-10\n10,10\n-10,10\n").unwrap();
+    std::fs::write(folder.path().join("peg.svg"), svg).unwrap();
+    let drawn = "outline = \"peg.svg\"\noutline_name = \"peg\"\noutline_unit = \"mm\"";
+    let sketch = |text: &str| read_in(folder.path(), text).unwrap().problem.fixtures[0].manifold.sketch();
+    assert_eq!(sketch(&FULL.replace("outline = \"peg.csv\"", drawn)), sketch(FULL));
+    let alone = FULL.replace("outline = \"peg.csv\"", "builtin = \"extrusion25\"\noutline_name = \"peg\"");
+    let message = read_in(folder.path(), &alone).unwrap_err();
+    assert!(message.contains("problem.toml:10:16, tool: expected `outline`"), "{message}");
 }
 
 #[test]

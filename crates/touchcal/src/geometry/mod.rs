@@ -1,12 +1,17 @@
 //! Shapes and exact signed distances between them.
 //!
-//! [`profile`] holds the outlines, [`extrusion`] the gap between a straight peg and a straight hole.
+//! [`profile`] holds the outlines, [`extrusion`] the gap between a straight peg and a straight hole; [`solid`] holds bodies of any shape as
+//! triangles, [`solids`] the gap between two of them.
 
 pub mod extrusion;
 pub mod profile;
+pub mod solid;
+pub mod solids;
 
 mod blend;
+mod boxes;
 mod edges;
+mod facets;
 mod nearness;
 mod outlines;
 mod scan;

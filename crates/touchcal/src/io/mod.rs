@@ -5,6 +5,8 @@
 //! | [`urdf`] | a robot description | [`Robot`](crate::robot::Robot), and writes a calibrated one back into the text |
 //! | [`contact_log`] | joint logs: [`contact_csv`], Parquet, ROS 2 bags | [`ContactLog`](crate::contact::ContactLog) |
 //! | [`problem_file`] | `problem.toml` and what it refers to | [`Problem`](crate::estimate::Problem) |
+//! | [`outline`] | outlines as CSV, SVG or DXF | [`Profile`](crate::geometry::profile::Profile) |
+//! | [`mesh`] | bodies as STL or OBJ | [`Solid`](crate::geometry::solid::Solid) |
 //! | [`scenario_file`] | `scenario.toml` | [`Scenario`](crate::sim::Scenario), and writes it with the problem that it poses |
 //! | [`mukca`] | a folder of ball-in-socket logs | [`Problem`](crate::estimate::Problem) |
 //! | [`trial_folder`] | trials with truth | [`Trial`](crate::experiment::Trial)s |
@@ -38,6 +40,7 @@ mod error;
 pub mod estimate_file;
 mod loaded;
 pub mod manifold_file;
+pub mod mesh;
 pub mod mukca;
 mod network_entry;
 mod network_tensors;
@@ -45,7 +48,7 @@ mod network_tensors;
 mod number_columns;
 pub mod offsets_yaml;
 pub mod onnx;
-mod outline;
+pub mod outline;
 pub mod pose_file;
 #[cfg(feature = "parquet")]
 mod pose_parquet;

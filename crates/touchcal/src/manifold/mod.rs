@@ -3,6 +3,7 @@
 mod ball_in_socket;
 pub mod coordinates;
 mod coverage;
+mod hole;
 pub mod learned;
 mod nearest;
 mod peg_in_hole;
@@ -10,6 +11,7 @@ mod plane;
 mod projection;
 mod samples;
 mod sketch;
+mod solid_in_hole;
 mod training_pairs;
 mod tree;
 mod unknown;
@@ -23,6 +25,7 @@ pub use plane::Plane;
 pub use projection::{Projected, Projection};
 pub use samples::{PoseSamples, SamplesError};
 pub use sketch::{Shape, Sketch};
+pub use solid_in_hole::SolidInHole;
 pub use training_pairs::TrainingPairs;
 pub use unknown::Unknown;
 

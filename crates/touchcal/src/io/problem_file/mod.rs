@@ -8,6 +8,7 @@ mod parameters;
 mod projected;
 pub(super) mod schema;
 mod settings;
+mod source;
 pub(super) mod touch;
 
 use std::collections::HashMap;

@@ -55,14 +55,39 @@ pub(in crate::io) enum ToolKind {
     Point,
 }
 
+/// The unit of a drawing or mesh.
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub(in crate::io) enum LengthUnitToml {
+    Mm,
+    Cm,
+    M,
+    Inch,
+}
+
+impl LengthUnitToml {
+    /// How long it is (m).
+    pub(in crate::io) fn metres(self) -> f64 {
+        match self {
+            LengthUnitToml::Mm => 1e-3,
+            LengthUnitToml::Cm => 1e-2,
+            LengthUnitToml::M => 1.0,
+            LengthUnitToml::Inch => 25.4e-3,
+        }
+    }
+}
+
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(in crate::io) struct ToolToml {
     pub(in crate::io) kind: ToolKind,
     pub(in crate::io) tip_from_tool: Option<Spanned<PoseToml>>,
     pub(in crate::io) outline: Option<Text>,
+    pub(in crate::io) outline_name: Option<Text>,
+    pub(in crate::io) outline_unit: Option<Spanned<LengthUnitToml>>,
     pub(in crate::io) builtin: Option<Text>,
     pub(in crate::io) mesh: Option<Text>,
+    pub(in crate::io) mesh_unit: Option<Spanned<LengthUnitToml>>,
     pub(in crate::io) length_mm: Option<Number>,
     pub(in crate::io) radius_mm: Option<Number>,
     pub(in crate::io) sigma_mm: Option<Number>,
@@ -98,9 +123,12 @@ pub(in crate::io) struct FixtureToml {
     pub(in crate::io) placement: Option<String>,
     pub(in crate::io) base_from_fixture: Option<Spanned<PoseToml>>,
     pub(in crate::io) outline: Option<Text>,
+    pub(in crate::io) outline_name: Option<Text>,
+    pub(in crate::io) outline_unit: Option<Spanned<LengthUnitToml>>,
     pub(in crate::io) outline_offset_mm: Option<Number>,
     pub(in crate::io) builtin: Option<Text>,
     pub(in crate::io) mesh: Option<Text>,
+    pub(in crate::io) mesh_unit: Option<Spanned<LengthUnitToml>>,
     pub(in crate::io) depth_mm: Option<Number>,
     pub(in crate::io) manifold: Option<Spanned<ManifoldToml>>,
     pub(in crate::io) samples: Option<Text>,

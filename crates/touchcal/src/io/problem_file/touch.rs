@@ -3,45 +3,27 @@
 use std::ops::Range;
 use std::rc::Rc;
 
-use nalgebra::{Point2, Point3};
+use nalgebra::Point3;
 use toml::Spanned;
 
 use super::context::{Allowed, Context, MM};
 use super::projected;
 use super::schema::{FixtureKind, FixtureToml, ManifoldToml, Number, Text, ToolKind, ToolToml};
+use super::source::{Outline, Sources};
 use crate::experiment::manifold_of;
 use crate::geometry::extrusion::PegAndHole;
-use crate::geometry::profile::Profile;
+use crate::geometry::solid::Solid;
+use crate::geometry::solids::Solids;
 use crate::io::bytes::Input;
-use crate::io::error::{IoError, Place, quoted};
-use crate::io::outline;
-use crate::io::suggest::did_you_mean;
-use crate::manifold::{ContactManifold, Unknown};
+use crate::io::error::{IoError, Place};
+use crate::manifold::{ContactManifold, SolidInHole, Unknown};
 use crate::sim::Parts;
-
-/// The only outline that comes with the crate.
-const EXTRUSION: &str = "extrusion25";
-
-/// Outline of a peg or hole.
-#[derive(Clone, Debug)]
-enum Outline {
-    /// The T-slot extrusion of 25 mm.
-    Extrusion25,
-    /// Vertices (m), from a file.
-    Polygon { vertices: Vec<[f64; 2]>, file: String },
-}
-
-/// Outline of a hole: its own, or the peg's moved outwards (m).
-#[derive(Clone, Debug)]
-enum HoleOutline {
-    Own(Outline),
-    Offset(f64),
-}
 
 /// What the tool table says of the tool's shape.
 pub(in crate::io) struct Shape {
     kind: ToolKind,
     outline: Option<Rc<Outline>>,
+    solid: Option<Rc<Solid>>,
     length: Option<f64>,
     radius: Option<f64>,
     span: Range<usize>,
@@ -57,26 +39,30 @@ impl Shape {
         let tool = tool.get_ref();
         let length = context.number(tool.length_mm.as_ref(), MM, Allowed::Positive, "tool, length_mm")?;
         let radius = context.number(tool.radius_mm.as_ref(), MM, Allowed::Positive, "tool, radius_mm")?;
-        let foreign = match tool.kind {
-            ToolKind::Peg => [tool.radius_mm.as_ref().map(|v| (v.span(), "radius_mm")), None, None],
-            ToolKind::Point => [
-                tool.radius_mm.as_ref().map(|v| (v.span(), "radius_mm")),
-                tool.length_mm.as_ref().map(|v| (v.span(), "length_mm")),
-                tool.outline.as_ref().or(tool.builtin.as_ref()).map(|v| (v.span(), "outline")),
-            ],
-            ToolKind::Ball => [
-                tool.length_mm.as_ref().map(|v| (v.span(), "length_mm")),
-                tool.outline.as_ref().or(tool.builtin.as_ref()).map(|v| (v.span(), "outline")),
-                None,
-            ],
+        let sources = Sources {
+            outline: &tool.outline,
+            outline_name: &tool.outline_name,
+            outline_unit: &tool.outline_unit,
+            builtin: &tool.builtin,
+            mesh: &tool.mesh,
+            mesh_unit: &tool.mesh_unit,
         };
-        if let Some((span, key)) = foreign.into_iter().flatten().next() {
-            let expected = format!("what belongs to a {}", tool_name(tool.kind));
+        let number = |value: &Option<Number>, key| value.as_ref().map(|value| (value.span(), key));
+        let (radius_mm, length_mm) = (number(&tool.radius_mm, "radius_mm"), number(&tool.length_mm, "length_mm"));
+        let foreign = match tool.kind {
+            ToolKind::Peg => radius_mm.or(length_mm.filter(|_| tool.mesh.is_some())),
+            ToolKind::Point => radius_mm.or(length_mm).or(sources.key()),
+            ToolKind::Ball => length_mm.or(sources.key()),
+        };
+        if let Some((span, key)) = foreign {
+            let has_mesh = tool.kind == ToolKind::Peg && tool.mesh.is_some();
+            let name = if has_mesh { "peg's mesh" } else { tool_name(tool.kind) };
+            let expected = format!("what belongs to a {name}");
             return Err(IoError::unexpected(context.place(span, "tool"), expected, format!("`{key}`")));
         }
-        let sources = Sources { outline: &tool.outline, builtin: &tool.builtin, mesh: &tool.mesh };
-        let outline = sources.read("tool", context, inputs)?.map(Rc::new);
-        Ok(Shape { kind: tool.kind, outline, length, radius, span })
+        let outline = sources.outline("tool", context, inputs)?.map(Rc::new);
+        let solid = sources.solid("tool", context, inputs)?.map(Rc::new);
+        Ok(Shape { kind: tool.kind, outline, solid, length, radius, span })
     }
 
     /// How this tool touches a fixture.
@@ -95,6 +81,9 @@ impl Shape {
                 ManifoldToml::Learned => return projected::learned(fixture, context, inputs),
                 ManifoldToml::Unknown => return Ok(Box::new(Unknown)),
             }
+            if let Some(peg) = &self.solid {
+                return Ok(Box::new(solid_in_hole(peg, fixture, context, inputs)?));
+            }
         }
         Ok(manifold_of(&self.parts(fixture, context, inputs)?))
     }
@@ -112,8 +101,10 @@ impl Shape {
         match (self.kind, fixture.get_ref().kind) {
             (ToolKind::Peg, FixtureKind::Hole) => self.in_hole(self.outline(context)?, fixture, context, inputs),
             (ToolKind::Peg, FixtureKind::Plane) => {
-                let outline = self.outline(context)?;
-                let tip = profile(outline).map_err(|message| place_outline(outline, message))?;
+                if let Some(solid) = &self.solid {
+                    return on_plane(solid.corners(), 0.0);
+                }
+                let tip = &self.outline(context)?.profile;
                 on_plane(tip.vertices().iter().map(|vertex| Point3::new(vertex.x, vertex.y, 0.0)).collect(), 0.0)
             }
             (ToolKind::Ball, FixtureKind::Plane) => match self.radius {
@@ -141,7 +132,8 @@ impl Shape {
     fn outline(&self, context: &Context<'_>) -> Result<&Outline, IoError> {
         self.outline.as_deref().ok_or_else(|| {
             let place = context.place(self.span.clone(), "tool");
-            IoError::unexpected(place, "`outline` or `builtin` of the peg", "none")
+            let found = if self.solid.is_some() { "`mesh`, which contacts alone can use" } else { "none" };
+            IoError::unexpected(place, "`outline` or `builtin` of the peg", found)
         })
     }
 
@@ -160,55 +152,65 @@ impl Shape {
             let place = context.place(self.span.clone(), "tool, length_mm");
             return Err(IoError::unexpected(place, "the peg's length, which a hole needs", "none"));
         };
-        let sources = Sources { outline: &fixture.outline, builtin: &fixture.builtin, mesh: &fixture.mesh };
-        let own = sources.read(&name, context, inputs)?;
+        let mesh = fixture.mesh.as_ref().map(Spanned::span);
+        if let Some(span) = mesh.or(fixture.mesh_unit.as_ref().map(Spanned::span)) {
+            let expected = "an outline of the hole, as the peg has, or a mesh of both";
+            return Err(IoError::unexpected(context.place(span, name), expected, "a mesh of the hole alone"));
+        }
+        let own = fixture_sources(fixture).outline(&name, context, inputs)?;
         let field = format!("{name}, outline_offset_mm");
         let offset = context.number(fixture.outline_offset_mm.as_ref(), MM, Allowed::Positive, &field)?;
+        let fault = |file: &str, message: String| IoError::syntax(Place::file(file), message);
         let hole = match (own, offset) {
-            (Some(own), None) => HoleOutline::Own(own),
-            (None, Some(offset)) => HoleOutline::Offset(offset),
+            (Some(own), None) => own.profile,
+            (None, Some(offset)) => {
+                outline.profile.offset_mitred(offset).map_err(|error| fault(&outline.file, error.to_string()))?
+            }
             (own, _) => {
                 let found = if own.is_some() { "both" } else { "neither" };
                 let expected = "either `outline_offset_mm` or the hole's own `outline`";
                 return Err(IoError::unexpected(context.place(span, name), expected, found));
             }
         };
-        peg_in_hole(outline, &hole, depth, length).map_err(|message| place_outline(outline, message))
+        let shapes = PegAndHole::new(outline.profile.clone(), length, hole, depth);
+        let shapes = shapes.map_err(|error| fault(&outline.file, error.to_string()))?;
+        Ok(Parts::PegInHole(Box::new(shapes)))
     }
 }
 
-/// The keys that name an outline.
-struct Sources<'a> {
-    outline: &'a Option<Text>,
-    builtin: &'a Option<Text>,
-    mesh: &'a Option<Text>,
+/// A peg and a hole as meshes.
+fn solid_in_hole(
+    peg: &Solid,
+    table: &Spanned<FixtureToml>,
+    context: &Context<'_>,
+    inputs: &mut Vec<Input>,
+) -> Result<SolidInHole, IoError> {
+    let fixture = table.get_ref();
+    let name = format!("fixture `{}`", fixture.name.get_ref());
+    let offset = fixture.outline_offset_mm.as_ref().map(|offset| (offset.span(), "outline_offset_mm"));
+    let sources = fixture_sources(fixture);
+    let outline = sources.key().filter(|_| fixture.mesh.is_none());
+    if let Some((span, key)) = offset.or(outline) {
+        let expected = "`mesh` of the hole, as the peg has, or outlines of both";
+        return Err(IoError::unexpected(context.place(span, name), expected, format!("`{key}`")));
+    }
+    let depth = context.required(fixture.depth_mm.as_ref(), MM, table.span(), &format!("{name}, depth_mm"))?;
+    match sources.solid(&name, context, inputs)? {
+        Some(hole) => Ok(SolidInHole::new(Solids::new(peg.clone(), hole), depth)),
+        None => {
+            Err(IoError::unexpected(context.place(table.span(), name), "`mesh` of the hole, as the peg has", "none"))
+        }
+    }
 }
 
-impl Sources<'_> {
-    fn read(&self, field: &str, context: &Context<'_>, inputs: &mut Vec<Input>) -> Result<Option<Outline>, IoError> {
-        if let Some(mesh) = self.mesh {
-            let found = format!("mesh {}, which is not supported yet", quoted(mesh.get_ref()));
-            return Err(IoError::unexpected(context.place(mesh.span(), field), "an outline", found));
-        }
-        match (self.outline, self.builtin) {
-            (None, None) => Ok(None),
-            (Some(file), None) => {
-                let (vertices, input) = outline::read_file(&context.path(file, &format!("{field}, outline"))?)?;
-                let file = input.path.clone();
-                inputs.push(input);
-                Ok(Some(Outline::Polygon { vertices, file }))
-            }
-            (None, Some(builtin)) if builtin.get_ref() == EXTRUSION => Ok(Some(Outline::Extrusion25)),
-            (None, Some(builtin)) => {
-                let found = format!("{}{}", quoted(builtin.get_ref()), did_you_mean(builtin.get_ref(), [EXTRUSION]));
-                let place = context.place(builtin.span(), format!("{field}, builtin"));
-                Err(IoError::unexpected(place, format!("built-in outline `{EXTRUSION}`"), found))
-            }
-            (Some(file), Some(_)) => {
-                let place = context.place(file.span(), field);
-                Err(IoError::unexpected(place, "`outline` or `builtin`", "both"))
-            }
-        }
+fn fixture_sources(fixture: &FixtureToml) -> Sources<'_> {
+    Sources {
+        outline: &fixture.outline,
+        outline_name: &fixture.outline_name,
+        outline_unit: &fixture.outline_unit,
+        builtin: &fixture.builtin,
+        mesh: &fixture.mesh,
+        mesh_unit: &fixture.mesh_unit,
     }
 }
 
@@ -221,9 +223,7 @@ fn check_keys(fixture: &FixtureToml, name: &str, context: &Context<'_>) -> Resul
     let text = |value: &Option<Text>, key| value.as_ref().map(|value| (value.span(), key));
     let foreign = number(&fixture.depth_mm, "depth_mm")
         .or(number(&fixture.outline_offset_mm, "outline_offset_mm"))
-        .or(text(&fixture.outline, "outline"))
-        .or(text(&fixture.builtin, "builtin"))
-        .or(text(&fixture.mesh, "mesh"))
+        .or(fixture_sources(fixture).key())
         .or(fixture.manifold.as_ref().map(|manifold| (manifold.span(), "manifold")))
         .or(text(&fixture.samples, "samples"))
         .or(text(&fixture.weights, "weights"))
@@ -251,34 +251,5 @@ fn fixture_name(kind: FixtureKind) -> &'static str {
         FixtureKind::Hole => "hole",
         FixtureKind::Socket => "socket",
         FixtureKind::Plane => "plane",
-    }
-}
-
-fn place_outline(outline: &Outline, message: String) -> IoError {
-    let file = match outline {
-        Outline::Extrusion25 => EXTRUSION,
-        Outline::Polygon { file, .. } => file,
-    };
-    IoError::syntax(Place::file(file), message)
-}
-
-/// A peg of `length` (m) and a hole of `depth` (m).
-fn peg_in_hole(outline: &Outline, hole_outline: &HoleOutline, depth: f64, length: f64) -> Result<Parts, String> {
-    let peg = profile(outline)?;
-    let hole = match hole_outline {
-        HoleOutline::Own(own) => profile(own)?,
-        HoleOutline::Offset(offset) => peg.offset_mitred(*offset).map_err(|error| error.to_string())?,
-    };
-    let shapes = PegAndHole::new(peg, length, hole, depth).map_err(|error| error.to_string())?;
-    Ok(Parts::PegInHole(Box::new(shapes)))
-}
-
-fn profile(outline: &Outline) -> Result<Profile, String> {
-    match outline {
-        Outline::Extrusion25 => Ok(Profile::extrusion25()),
-        Outline::Polygon { vertices, .. } => {
-            let vertices = vertices.iter().map(|&[x, y]| Point2::new(x, y)).collect();
-            Profile::new(vertices).map_err(|error| error.to_string())
-        }
     }
 }

@@ -3,7 +3,9 @@
 use serde::Deserialize;
 use toml::Spanned;
 
-use crate::io::problem_file::schema::{FixtureKind, FixtureToml, Number, PoseToml, RobotToml, Text, ToolToml};
+use crate::io::problem_file::schema::{
+    FixtureKind, FixtureToml, LengthUnitToml, Number, PoseToml, RobotToml, Text, ToolToml,
+};
 
 #[derive(Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -49,6 +51,8 @@ pub(super) struct TouchToml {
     pub(super) kind: FixtureKind,
     pub(super) base_from_fixture: Spanned<PoseToml>,
     pub(super) outline: Option<Text>,
+    pub(super) outline_name: Option<Text>,
+    pub(super) outline_unit: Option<Spanned<LengthUnitToml>>,
     pub(super) outline_offset_mm: Option<Number>,
     pub(super) builtin: Option<Text>,
     pub(super) depth_mm: Option<Number>,
@@ -72,9 +76,12 @@ impl TouchToml {
             placement: None,
             base_from_fixture: None,
             outline: touch.outline.clone(),
+            outline_name: touch.outline_name.clone(),
+            outline_unit: touch.outline_unit.clone(),
             outline_offset_mm: touch.outline_offset_mm.clone(),
             builtin: touch.builtin.clone(),
             mesh: None,
+            mesh_unit: None,
             depth_mm: touch.depth_mm.clone(),
             manifold: None,
             samples: None,

@@ -1,31 +1,10 @@
 //! Outlines of pegs and holes as comma-separated values: `x_mm,y_mm`, a vertex a line.
 
-use std::path::Path;
-
-use super::bytes::{self, Input};
-use super::error::{IoError, Place, quoted};
-
-/// Largest outline file (bytes).
-const MAX_BYTES: u64 = 1 << 20;
-/// Most vertices: distances to the outline take time proportional to them.
-const MAX_VERTICES: usize = 10_000;
-/// Largest coordinate (mm). A larger one is in another unit.
-const LARGEST: f64 = 1e4;
-
-/// Reads the vertices (m) of an outline.
-pub(crate) fn read_file(path: &Path) -> Result<(Vec<[f64; 2]>, Input), IoError> {
-    let extension = path.extension().and_then(|extension| extension.to_str()).unwrap_or_default().to_ascii_lowercase();
-    if ["stl", "obj", "step", "stp", "svg", "dxf", "ply"].contains(&extension.as_str()) {
-        let found = format!("a .{extension} file, which is not supported yet");
-        return Err(IoError::unexpected(Place::file(path.display().to_string()), "a CSV file of vertices", found));
-    }
-    let (text, input) = bytes::read_text(path, MAX_BYTES)?;
-    let vertices = read(&text, &input.path)?;
-    Ok((vertices, input))
-}
+use super::{LARGEST, MAX_VERTICES};
+use crate::io::error::{IoError, Place, quoted};
 
 /// Reads the vertices (m) of an outline; a first line without numbers is a header and must say `x_mm,y_mm`.
-pub(crate) fn read(text: &str, file: &str) -> Result<Vec<[f64; 2]>, IoError> {
+pub(super) fn read(text: &str, file: &str) -> Result<Vec<[f64; 2]>, IoError> {
     let text = text.strip_prefix('\u{feff}').unwrap_or(text);
     let mut vertices = Vec::new();
     let mut begun = false;
@@ -45,9 +24,9 @@ pub(crate) fn read(text: &str, file: &str) -> Result<Vec<[f64; 2]>, IoError> {
             return Err(IoError::unexpected(place(), "two numbers `x_mm,y_mm`", quoted(line.trim())));
         };
         let coordinate = |cell: &str, name: &str| match cell.parse::<f64>() {
-            Ok(value) if value.abs() <= LARGEST => Ok(value * 1e-3),
+            Ok(value) if value.abs() <= 1e3 * LARGEST => Ok(value * 1e-3),
             _ => {
-                let expected = format!("a number of mm within ±{LARGEST}");
+                let expected = format!("a number of mm within ±{}", 1e3 * LARGEST);
                 Err(IoError::unexpected(place().field(format!("column {name}")), expected, quoted(cell)))
             }
         };

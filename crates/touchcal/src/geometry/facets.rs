@@ -1,0 +1,210 @@
+//! What of a body can touch another: its faces, the edges and corners that stick out, and trees to find them by place.
+
+use std::collections::{HashMap, HashSet};
+
+use nalgebra::{Point3, Vector3};
+
+use super::boxes::{Box3, Tree};
+
+/// Angle (rad) between triangles below which the edge between them is none.
+const SMOOTH: f64 = 1e-4;
+
+/// A triangle.
+#[derive(Clone, Debug)]
+pub(super) struct Face {
+    pub(super) normal: Vector3<f64>,
+    /// `normal · p` of its points.
+    pub(super) offset: f64,
+    pub(super) sides: [Side; 3],
+}
+
+/// A side of a triangle.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Side {
+    /// Unit normal in the triangle's plane, away from it.
+    outward: Vector3<f64>,
+    /// `outward · p` of its points.
+    offset: f64,
+    /// Whether the surface rises there: the free space has a corner.
+    is_hollow: bool,
+}
+
+impl Face {
+    /// Height of a point above the plane.
+    #[inline]
+    pub(super) fn height(&self, point: &Vector3<f64>) -> f64 {
+        self.normal.dot(point) - self.offset
+    }
+
+    /// How far beyond sides in hollow corners the foot of a point lies; nothing if it lies beyond another one.
+    #[inline]
+    pub(super) fn beyond(&self, point: &Vector3<f64>) -> Option<f64> {
+        const ROUNDING: f64 = 1e-12;
+        let mut beyond: f64 = 0.0;
+        for side in &self.sides {
+            let outside = side.outward.dot(point) - side.offset;
+            if outside > ROUNDING {
+                if !side.is_hollow {
+                    return None;
+                }
+                beyond = beyond.max(outside);
+            }
+        }
+        Some(beyond)
+    }
+}
+
+/// An edge that sticks out.
+#[derive(Clone, Debug)]
+pub(super) struct Edge {
+    /// Its vertices.
+    pub(super) ends: [u32; 2],
+    /// From the edge into its two faces, unit vectors square to it.
+    pub(super) into: [Vector3<f64>; 2],
+    /// Normals of the two faces.
+    pub(super) normals: [Vector3<f64>; 2],
+    /// Whether this edge speaks for the corner at its end, which several edges share.
+    pub(super) speaks: [bool; 2],
+    /// Whether the body goes on beyond its end: a hollow edge begins there.
+    pub(super) goes_on: [bool; 2],
+}
+
+impl Edge {
+    /// Whether a place along the edge, 0 to 1, is on it, or at most `beyond` (m) past an end where the body goes on.
+    #[inline]
+    pub(super) fn reaches(&self, place: f64, length: f64, beyond: f64) -> bool {
+        let past = |end: usize| if self.goes_on[end] { beyond } else { 0.0 };
+        -place * length <= past(0) && (place - 1.0) * length <= past(1)
+    }
+}
+
+/// A vertex that sticks out.
+#[derive(Clone, Debug)]
+pub(super) struct Corner {
+    pub(super) vertex: u32,
+    /// Unit directions of the edges that meet there, hollow ones too.
+    pub(super) along: Vec<Vector3<f64>>,
+}
+
+/// What can touch.
+#[derive(Clone, Debug)]
+pub(super) struct Facets {
+    pub(super) vertices: Vec<Vector3<f64>>,
+    pub(super) faces: Vec<Face>,
+    pub(super) edges: Vec<Edge>,
+    pub(super) corners: Vec<Corner>,
+    /// The corner at a vertex.
+    pub(super) corner_at: HashMap<u32, u32>,
+    pub(super) face_tree: Tree,
+    pub(super) edge_tree: Tree,
+    pub(super) corner_tree: Tree,
+    /// Boxes of the trees' nodes in the body's frame.
+    pub(super) face_boxes: Vec<Box3>,
+    pub(super) edge_boxes: Vec<Box3>,
+}
+
+impl Facets {
+    /// Of a closed surface.
+    pub(super) fn new(vertices: &[Point3<f64>], triangles: &[[u32; 3]]) -> Self {
+        let vertices: Vec<Vector3<f64>> = vertices.iter().map(|p| p.coords).collect();
+        let at = |i: u32| vertices[i as usize];
+        let normals: Vec<Vector3<f64>> =
+            triangles.iter().map(|&[a, b, c]| (at(b) - at(a)).cross(&(at(c) - at(a))).normalize()).collect();
+        // From the directed side of a triangle to the triangle.
+        let mut owner: HashMap<(u32, u32), usize> = HashMap::new();
+        for (t, &[a, b, c]) in triangles.iter().enumerate() {
+            owner.extend([(a, b), (b, c), (c, a)].map(|side| (side, t)));
+        }
+        let mut edges: Vec<Edge> = Vec::new();
+        let mut meeting: HashMap<u32, Vec<(u32, bool)>> = HashMap::new();
+        let mut faces = Vec::with_capacity(triangles.len());
+        for (t, &[a, b, c]) in triangles.iter().enumerate() {
+            let normal = normals[t];
+            let sides = [(a, b), (b, c), (c, a)].map(|(from, to)| {
+                let along = (at(to) - at(from)).normalize();
+                let outward = along.cross(&normal);
+                let other = owner.get(&(to, from)).map_or(normal, |&other| normals[other]);
+                let fold = normal.cross(&other).dot(&along);
+                let is_smooth = fold.abs() < SMOOTH && normal.dot(&other) > 0.0;
+                if from < to && !is_smooth {
+                    let sticks_out = fold > 0.0;
+                    meeting.entry(from).or_default().push((to, sticks_out));
+                    meeting.entry(to).or_default().push((from, sticks_out));
+                    if sticks_out {
+                        let into = [-outward, along.cross(&other)];
+                        edges.push(Edge {
+                            ends: [from, to],
+                            into,
+                            normals: [normal, other],
+                            speaks: [false; 2],
+                            goes_on: [false; 2],
+                        });
+                    }
+                }
+                Side { outward, offset: outward.dot(&at(from)), is_hollow: !is_smooth && fold < 0.0 }
+            });
+            faces.push(Face { normal, offset: normal.dot(&at(a)), sides });
+        }
+        let mut corners: Vec<Corner> = meeting
+            .iter()
+            .filter(|(_, others)| others.iter().any(|&(_, sticks_out)| sticks_out))
+            .map(|(&vertex, others)| {
+                let along = others.iter().map(|&(other, _)| (at(other) - at(vertex)).normalize()).collect();
+                Corner { vertex, along }
+            })
+            .collect();
+        corners.sort_unstable_by_key(|corner| corner.vertex);
+        let (joints, corners): (Vec<Corner>, Vec<Corner>) = corners.into_iter().partition(is_on_an_edge);
+        let mut edges = joined(&edges, &joints.iter().map(|joint| joint.vertex).collect());
+        let corner_at: HashMap<u32, u32> = corners.iter().zip(0..).map(|(corner, k)| (corner.vertex, k)).collect();
+        let mut spoken_for = vec![false; vertices.len()];
+        let is_hollow = |vertex: &u32| meeting[vertex].iter().any(|&(_, sticks_out)| !sticks_out);
+        for edge in &mut edges {
+            edge.goes_on = [is_hollow(&edge.ends[0]), is_hollow(&edge.ends[1])];
+            for end in 0..2 {
+                let vertex = edge.ends[end];
+                edge.speaks[end] = corner_at.contains_key(&vertex) && !spoken_for[vertex as usize];
+                spoken_for[vertex as usize] |= edge.speaks[end];
+            }
+        }
+        let around_face: Vec<Box3> = triangles.iter().map(|corners| Box3::around(corners.map(at))).collect();
+        let around_edge: Vec<Box3> = edges.iter().map(|edge| Box3::around(edge.ends.map(at))).collect();
+        let around_corner: Vec<Box3> = corners.iter().map(|corner| Box3::around([at(corner.vertex)])).collect();
+        let [face_tree, edge_tree, corner_tree] =
+            [&around_face, &around_edge, &around_corner].map(|all| Tree::new(all));
+        let face_boxes = face_tree.boxes(|face| around_face[face as usize]);
+        let edge_boxes = edge_tree.boxes(|edge| around_edge[edge as usize]);
+        Facets { faces, edges, corners, corner_at, face_tree, edge_tree, corner_tree, face_boxes, edge_boxes, vertices }
+    }
+}
+
+/// Edges that a joint cuts in two as one.
+fn joined(edges: &[Edge], joints: &HashSet<u32>) -> Vec<Edge> {
+    let mut meeting: HashMap<u32, Vec<usize>> = HashMap::new();
+    for (k, edge) in edges.iter().enumerate() {
+        edge.ends.iter().filter(|end| joints.contains(end)).for_each(|&end| meeting.entry(end).or_default().push(k));
+    }
+    let mut is_done = vec![false; edges.len()];
+    let mut whole = Vec::new();
+    for k in 0..edges.len() {
+        if std::mem::replace(&mut is_done[k], true) {
+            continue;
+        }
+        let mut ends = edges[k].ends;
+        for end in &mut ends {
+            let on = |end: &u32, is_done: &[bool]| meeting.get(end)?.iter().copied().find(|&other| !is_done[other]);
+            while let Some(next) = on(end, &is_done) {
+                is_done[next] = true;
+                let [a, b] = edges[next].ends;
+                *end = if a == *end { b } else { a };
+            }
+        }
+        whole.push(Edge { ends, ..edges[k].clone() });
+    }
+    whole
+}
+
+/// Whether a vertex only cuts a straight edge in two.
+fn is_on_an_edge(corner: &Corner) -> bool {
+    matches!(corner.along.as_slice(), [a, b] if a.dot(b) < -1.0 + 0.5 * SMOOTH * SMOOTH)
+}

@@ -1,0 +1,141 @@
+//! What pegs of every shape have in common in a hole: its walls, near which they are, and the way in.
+
+use nalgebra::Vector3;
+
+use super::{MAX_ROWS, Reach, Rows};
+use crate::geometry::solids::Touch;
+use crate::se3::{self, Pose, Twist, twist};
+
+/// Default scale of the envelope's translation rows (m): half a millimetre.
+pub const TRANSLATION_SCALE: f64 = 0.5e-3;
+/// Default scale of the envelope's rotation rows (rad): one degree.
+pub const ROTATION_SCALE: f64 = std::f64::consts::PI / 180.0;
+
+/// How near (m) the end of a peg may come to the rim's height before its edges and the rim's take turns in touching.
+const AT_RIM: f64 = 0.2e-3;
+/// Regions of a hole, by how deep the tip is: a peg that is hardly in leans otherwise than one that is deep in.
+const QUARTERS: usize = 4;
+/// Surfaces of each: those that push in each of six directions, near the peg's tip or at the rim.
+const SURFACES: usize = 12;
+/// Regions of a hole, and surfaces of each, see [`ContactManifold::surfaces`](super::ContactManifold::surfaces).
+pub(super) const PARTS: (usize, usize) = (QUARTERS, SURFACES);
+
+/// Cosine of the angle between normals from which two features are of one wall.
+const ALIKE: f64 = 0.95;
+/// Two features of a wall whose distances differ by less than `TOGETHER` standard deviations of the noise between them are as near as each other, by more than `APART` they are not.
+const TOGETHER: f64 = 2.0;
+const APART: f64 = 4.0;
+/// Height of a normal below which it is none of a wall: nothing in a hole faces down by more than the peg is tilted. Edges that cross each other a little the wrong
+/// way have such normals.
+const DOWN: f64 = -0.3;
+
+/// A hole and the peg that goes in: frames as in [`PegAndHole`](crate::geometry::extrusion::PegAndHole).
+#[derive(Clone, Debug)]
+pub(super) struct Hole {
+    /// Depth (m).
+    pub depth: f64,
+    /// Distance (m) of the peg's surface from its axis, at most.
+    pub peg_radius: f64,
+}
+
+impl Hole {
+    /// Whether the peg's end reaches from below the rim to above it. Edge then rolls over edge, and which features there are depends on the noise.
+    fn is_at_rim(&self, hole_from_peg: &Pose) -> bool {
+        let axis = hole_from_peg.rotation * Vector3::z();
+        hole_from_peg.translation.z.abs() < self.peg_radius * axis.xy().norm() + AT_RIM
+    }
+
+    /// Number of the surface that a feature is of.
+    fn surface(&self, feature: &Touch, hole_from_peg: &Pose) -> usize {
+        let (normal, point) = (feature.normal_in_fixture, feature.point_in_fixture);
+        let axis = normal.iamax();
+        let is_at_rim = point.z.abs() < hole_from_peg.inverse_transform_point(&point).z.abs();
+        let depth = (-hole_from_peg.translation.z / self.depth).clamp(0.0, 1.0);
+        let quarter = ((depth * QUARTERS as f64) as usize).min(QUARTERS - 1);
+        SURFACES * quarter + 4 * axis + 2 * usize::from(normal[axis] < 0.0) + usize::from(is_at_rim)
+    }
+
+    /// Pushes the walls that the peg is near, the nearest first. `visit_below(distance, visit)` calls `visit` for all features nearer than that.
+    pub fn push_walls(
+        &self,
+        hole_from_peg: &Pose,
+        reach: &Reach,
+        visit_below: impl FnOnce(f64, &mut dyn FnMut(Touch)),
+        rows: &mut Rows,
+    ) {
+        if self.is_at_rim(hole_from_peg) {
+            return;
+        }
+        let mut features: Vec<Touch> = Vec::new();
+        visit_below(reach.farthest(self.peg_radius.hypot(self.depth)), &mut |feature| {
+            if feature.normal_in_fixture.z > DOWN && reach.holds(feature.value, &feature.gradient) {
+                features.push(feature);
+            }
+        });
+        features.sort_by(|a, b| a.value.total_cmp(&b.value));
+        while !features.is_empty() && rows.len() < MAX_ROWS {
+            let nearest = features.remove(0);
+            let mut wall = Wall::new(&nearest);
+            features.retain(|feature| {
+                let of_wall = alike(&nearest.gradient, &feature.gradient);
+                if of_wall {
+                    wall.beside(feature, reach);
+                }
+                !of_wall
+            });
+            rows.push_wall(wall.distance, wall.gradient, self.surface(&nearest, hole_from_peg));
+        }
+    }
+
+    /// Pushes the envelope's six rows, divided by the scales of translation and rotation.
+    pub fn push_envelope(&self, hole_from_peg: &Pose, scale: (f64, f64), rows: &mut Rows) {
+        let tip = hole_from_peg.translation.vector;
+        let outside = Vector3::new(tip.x, tip.y, tip.z - tip.z.clamp(-self.depth, 0.0));
+        let rotation = hole_from_peg.rotation.to_rotation_matrix();
+        for axis in 0..3 {
+            let direction = rotation.matrix().row(axis).transpose();
+            // Within the depth the z row is flat.
+            let active = if axis < 2 || outside.z != 0.0 { 1.0 } else { 0.0 };
+            rows.push(outside[axis] / scale.0, twist(&(direction * (active / scale.0)), &Vector3::zeros()));
+        }
+        let vector = se3::rotation_log(&hole_from_peg.rotation);
+        let change = se3::rotation_log_jacobian(&vector);
+        for axis in 0..3 {
+            let row = change.row(axis).transpose() / scale.1;
+            rows.push(vector[axis] / scale.1, twist(&Vector3::zeros(), &row));
+        }
+    }
+}
+
+/// The features that push in one direction: the nearest of them, and the mean of all that are as near but for noise. Noise would choose among those, and the one that it chose
+/// is too near.
+struct Wall<'g> {
+    nearest: &'g Touch,
+    weight: f64,
+    distance: f64,
+    gradient: Twist,
+}
+
+impl<'g> Wall<'g> {
+    fn new(nearest: &'g Touch) -> Self {
+        Wall { weight: 1.0, distance: nearest.value, gradient: nearest.gradient, nearest }
+    }
+
+    /// Takes another feature into account.
+    fn beside(&mut self, other: &Touch, reach: &Reach) {
+        let between = other.gradient - self.nearest.gradient;
+        let deviation = reach.covariance(&between, &between).max(f64::MIN_POSITIVE).sqrt();
+        let apart = (((other.value - self.nearest.value) / deviation - TOGETHER) / (APART - TOGETHER)).clamp(0.0, 1.0);
+        if apart < 1.0 {
+            self.weight += 1.0 - apart;
+            let share = (1.0 - apart) / self.weight;
+            self.distance += share * (other.value - self.distance);
+            self.gradient += (other.gradient - self.gradient) * share;
+        }
+    }
+}
+
+/// Whether two features push in one direction.
+fn alike(a: &Twist, b: &Twist) -> bool {
+    se3::linear(a).dot(&se3::linear(b)) > ALIKE
+}

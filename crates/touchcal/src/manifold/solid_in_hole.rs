@@ -1,0 +1,75 @@
+//! A peg of any shape in a hole of any shape, both as meshes.
+
+use super::hole::{self, Hole, ROTATION_SCALE, TRANSLATION_SCALE};
+use super::{ContactManifold, Reach, Rows, Shape, Sketch};
+use crate::geometry::solids::{Solids, Touch};
+use crate::se3::Pose;
+
+/// Contact of a peg with the hole it goes into, as [`PegInHole`](super::PegInHole) but for bodies of any shape: chamfers, cones, steps.
+///
+/// The frames are the same: the peg's at the centre of its tip with +z away from it, the hole's at the centre of its mouth with +z outwards, and a
+/// seated peg has the axes of the hole. The envelope is that of a hole of the given depth.
+#[derive(Clone, Debug)]
+pub struct SolidInHole {
+    shapes: Solids,
+    hole: Hole,
+}
+
+impl SolidInHole {
+    /// A peg (the tool) and the body around a hole, into which the peg goes `depth` (m).
+    pub fn new(shapes: Solids, depth: f64) -> Self {
+        let peg_radius = shapes.tool().vertices().map(|p| p.xy().coords.norm()).fold(0.0, f64::max);
+        SolidInHole { shapes, hole: Hole { depth, peg_radius } }
+    }
+
+    /// Shapes of peg and hole.
+    pub fn shapes(&self) -> &Solids {
+        &self.shapes
+    }
+}
+
+impl ContactManifold for SolidInHole {
+    fn name(&self) -> &'static str {
+        "peg in hole"
+    }
+
+    fn residual(&self, hole_from_peg: &Pose, resolution: f64, rows: &mut Rows) {
+        let (value, gradient) = self.shapes.blended_gap(hole_from_peg, resolution);
+        rows.push(value, gradient);
+    }
+
+    fn walls(&self, hole_from_peg: &Pose, reach: &Reach, rows: &mut Rows) {
+        let visit_below = |distance: f64, visit: &mut dyn FnMut(Touch)| {
+            self.shapes.visit_below(hole_from_peg, distance, |touch| visit(touch.clone()));
+        };
+        self.hole.push_walls(hole_from_peg, reach, visit_below, rows);
+    }
+
+    fn surfaces(&self) -> (usize, usize) {
+        hole::PARTS
+    }
+
+    fn envelope(&self, hole_from_peg: &Pose, rows: &mut Rows) {
+        self.hole.push_envelope(hole_from_peg, (TRANSLATION_SCALE, ROTATION_SCALE), rows);
+    }
+
+    fn fixture_directions(&self) -> &'static [usize] {
+        &[0, 1, 2, 3, 4, 5]
+    }
+
+    fn tool_directions(&self) -> &'static [usize] {
+        &[0, 1, 2, 3, 4, 5]
+    }
+
+    /// The shadow of the peg along its axis: as long as the peg, and as deep as the hole.
+    fn sketch(&self) -> Sketch {
+        let outline = self.shapes.tool().shadow();
+        let length = self.shapes.tool().vertices().map(|p| p.z).fold(0.0, f64::max);
+        let tool = Shape::Prism { outline: outline.clone(), from: 0.0, to: length };
+        Sketch { tool, fixture: Shape::Prism { outline, from: -self.hole.depth, to: 0.0 } }
+    }
+
+    fn has_interference(&self) -> bool {
+        true
+    }
+}

@@ -1,0 +1,208 @@
+//! The gap between bodies of any shape: that of the outlines where they are straight, parry's distance where they are apart, and a gradient
+//! that is its derivative.
+
+// Helpers of tests fail by panicking too; the exception in clippy.toml covers only the tests themselves.
+#![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, clippy::print_stdout)]
+
+#[path = "common/parts.rs"]
+mod parts;
+
+use nalgebra::{Point3, Translation3, Vector3};
+use parry3d_f64::math::{Pose as ParryPose, Rotation, Vector};
+use parry3d_f64::query;
+use parry3d_f64::shape::TriMesh;
+use parts::{block, peg, polygon, round_block, round_peg, solid};
+use rand::{RngExt, SeedableRng};
+use rand_pcg::Pcg64;
+use touchcal::geometry::extrusion::PegAndHole;
+use touchcal::geometry::profile::Profile;
+use touchcal::geometry::solid::Solid;
+use touchcal::geometry::solids::Solids;
+use touchcal::se3::{Pose, Twist, exp, twist};
+
+const LENGTH: f64 = 0.04;
+const DEPTH: f64 = 0.03;
+/// Temperature of blends (m).
+const TEMPERATURE: f64 = 25e-6;
+/// How far the meshes may be from the outlines (m).
+const AGREEMENT: f64 = 5e-6;
+
+fn draw(chance: &mut Pcg64, xy: f64, z: (f64, f64), angle: f64) -> Pose {
+    let mut each = |most: f64| most * chance.random_range(-1.0..=1.0);
+    let turn = Vector3::new(each(angle), each(angle), each(angle));
+    let (x, y) = (each(xy), each(xy));
+    let mut pose = exp(&twist(&Vector3::zeros(), &turn));
+    pose.translation.vector = Vector3::new(x, y, chance.random_range(z.0..z.1));
+    pose
+}
+
+/// Pushed along a random direction until the gap of the outlines is nothing, then somewhat on or back.
+fn at_contact(chance: &mut Pcg64, straight: &PegAndHole, angle: f64) -> Pose {
+    loop {
+        let mut pose = draw(chance, 0.4e-3, (-0.028, -0.004), angle);
+        let direction = Vector3::from_fn(|_, _| chance.random_range(-1.0..=1.0)).normalize();
+        if straight.gap(&pose).value <= 0.0 {
+            continue;
+        }
+        for _ in 0..100 {
+            pose = Translation3::from(direction * straight.gap(&pose).value) * pose;
+        }
+        if straight.gap(&pose).value.abs() < 1e-6 {
+            return Translation3::from(direction * chance.random_range(-60e-6..=60e-6)) * pose;
+        }
+    }
+}
+
+/// Straight parts, as outlines and as meshes.
+fn pairs() -> Vec<(&'static str, PegAndHole, Solids)> {
+    let pair = |outline: Profile, hole: Profile, peg_mesh: Solid, hole_mesh: Solid| {
+        (PegAndHole::new(outline, LENGTH, hole, DEPTH).unwrap(), Solids::new(peg_mesh, hole_mesh))
+    };
+    let slot = Profile::extrusion25();
+    let slot_hole = slot.offset_mitred(0.5e-3).unwrap();
+    let square =
+        Profile::new([(-0.01, -0.01), (0.01, -0.01), (0.01, 0.01), (-0.01, 0.01)].map(|(x, y)| [x, y].into()).to_vec());
+    let square = square.unwrap();
+    let square_hole = square.offset_mitred(0.2e-3).unwrap();
+    let meshes = |outline: &Profile, hole: &Profile| (solid(&peg(outline, LENGTH)), solid(&block(hole, DEPTH)));
+    let (slot_meshes, square_meshes) = (meshes(&slot, &slot_hole), meshes(&square, &square_hole));
+    let slot = pair(slot, slot_hole, slot_meshes.0, slot_meshes.1);
+    let square = pair(square, square_hole, square_meshes.0, square_meshes.1);
+    let round = pair(
+        polygon(0.01, 40),
+        polygon(0.0105, 40),
+        solid(&round_peg(0.01, LENGTH, 0.0, 40)),
+        solid(&round_block(0.0105, DEPTH, 40)),
+    );
+    vec![("T-slot", slot.0, slot.1), ("square", square.0, square.1), ("40 sides", round.0, round.1)]
+}
+
+#[test]
+fn straight_meshes_agree_with_their_outlines() {
+    let mut chance = Pcg64::seed_from_u64(1);
+    for (name, straight, meshes) in pairs() {
+        let mut worst = [0.0_f64; 4];
+        let mut compare = |k: usize, outline: f64, mesh: f64| worst[k] = worst[k].max((outline - mesh).abs());
+        for _ in 0..1500 {
+            let touching = at_contact(&mut chance, &straight, 0.015);
+            compare(0, straight.gap(&touching).value, meshes.gap(&touching).value);
+            compare(1, straight.blended_gap(&touching, TEMPERATURE).0, meshes.blended_gap(&touching, TEMPERATURE).0);
+            let near = draw(&mut chance, 0.3e-3, (-0.028, -0.004), 0.01);
+            compare(2, straight.gap(&near).value, meshes.gap(&near).value);
+            let at_rim = draw(&mut chance, 0.3e-3, (-0.004, 0.001), 0.015);
+            let gap = straight.gap(&at_rim).value;
+            if gap > -100e-6 {
+                compare(3, gap, meshes.gap(&at_rim).value);
+            }
+        }
+        let [contact, blended, near, at_rim] = worst;
+        println!(
+            "mesh against outline, {name} | {contact:e} m at contact, {blended:e} m blended, {near:e} m near it, {at_rim:e} m at the rim"
+        );
+        assert!(contact.max(near).max(at_rim) < AGREEMENT, "{name}");
+        // A mean over what is near, of which there are somewhat other pieces.
+        assert!(blended < 0.5 * TEMPERATURE, "{name}: {blended:e}");
+    }
+}
+
+fn parry(solid: &Solid) -> TriMesh {
+    let vertices = solid.vertices().map(|p| Vector::new(p.x, p.y, p.z)).collect();
+    TriMesh::new(vertices, solid.triangles().to_vec()).unwrap()
+}
+
+fn parry_pose(pose: &Pose) -> ParryPose {
+    let q = pose.rotation.quaternion();
+    let t = pose.translation.vector;
+    ParryPose::from_parts(Vector::new(t.x, t.y, t.z), Rotation::from_xyzw(q.i, q.j, q.k, q.w))
+}
+
+/// Chamfered pegs, which no outline describes, in and above a hole.
+#[test]
+fn gaps_of_bodies_apart_are_parrys_distances() {
+    let mut chance = Pcg64::seed_from_u64(2);
+    let bodies = Solids::new(solid(&round_peg(0.01, LENGTH, 1e-3, 24)), solid(&round_block(0.0105, DEPTH, 24)));
+    let (tool, fixture) = (parry(bodies.tool()), parry(bodies.fixture()));
+    let (mut apart, mut overlapping, mut worst) = (0, 0, 0.0_f64);
+    for k in 0..600 {
+        let wide = if k % 2 == 0 { 1.0 } else { 8.0 };
+        let pose = draw(&mut chance, wide * 0.4e-3, (-0.031, 0.01), wide * 0.02);
+        let gap = bodies.gap(&pose).value;
+        let place = parry_pose(&pose);
+        if query::intersection_test(&place, &tool, &ParryPose::IDENTITY, &fixture).unwrap().intersecting {
+            overlapping += 1;
+            assert!(gap < 1e-9, "{k}: {gap:e} where the surfaces meet");
+        } else {
+            apart += 1;
+            let distance = query::distance(&place, &tool, &ParryPose::IDENTITY, &fixture).unwrap().distance;
+            worst = worst.max((gap - distance).abs());
+            assert!((gap - distance).abs() < 1e-9, "{k}: {gap:e} {distance:e}");
+        }
+    }
+    println!("mesh against parry, {apart} poses apart | {worst:e} m");
+    assert!(apart > 150 && overlapping > 150, "{apart} {overlapping}");
+}
+
+#[test]
+fn gradients_are_derivatives() {
+    let mut chance = Pcg64::seed_from_u64(3);
+    for (name, straight, meshes) in pairs() {
+        let mut checked = 0;
+        for _ in 0..100 {
+            let pose = at_contact(&mut chance, &straight, 0.015);
+            let gap = meshes.gap(&pose);
+            for k in 0..6 {
+                let mut step = Twist::zeros();
+                step[k] = 1e-8;
+                let [after, before] = [step, -step].map(|step| meshes.gap(&(pose * exp(&step))));
+                // Not where another feature takes over.
+                if (after.normal_in_fixture - before.normal_in_fixture).norm() > 1e-6
+                    || (after.point_in_fixture - before.point_in_fixture).norm() > 1e-6
+                {
+                    continue;
+                }
+                checked += 1;
+                let slope = (after.value - before.value) / 2e-8;
+                assert!((slope - gap.gradient[k]).abs() < 1e-6, "{name} {k}: {slope} {}", gap.gradient[k]);
+            }
+        }
+        assert!(checked > 300, "{name}: {checked}");
+    }
+}
+
+#[test]
+fn signed_distances_are_those_of_the_shape() {
+    let slot = Profile::extrusion25();
+    let body = solid(&peg(&slot, LENGTH));
+    let mut chance = Pcg64::seed_from_u64(4);
+    for _ in 0..2000 {
+        let point = Point3::from(Vector3::from_fn(|_, _| chance.random_range(-0.02..0.02)) + Vector3::z() * 0.02);
+        let (across, along) = (slot.signed_distance(&point.xy()), (0.5 * LENGTH - point.z).abs() - 0.5 * LENGTH);
+        let expected = if across > 0.0 && along > 0.0 { across.hypot(along) } else { across.max(along) };
+        let (distance, foot) = body.signed_distance(&point);
+        assert!((distance - expected).abs() < 1e-12, "{point}: {distance} {expected}");
+        assert!(((point - foot).norm() - distance.abs()).abs() < 1e-12);
+    }
+    assert!((body.volume() - slot.area() * LENGTH).abs() < 1e-15);
+}
+
+/// However deep, an overlap is negative.
+#[test]
+fn deep_overlaps_are_negative() {
+    let mut chance = Pcg64::seed_from_u64(5);
+    for (name, straight, meshes) in pairs() {
+        let mut overlaps = 0;
+        for _ in 0..400 {
+            let pose = draw(&mut chance, 8e-3, (-0.028, -0.01), 0.05);
+            if straight.gap(&pose).value < 0.0 {
+                overlaps += 1;
+                assert!(
+                    meshes.gap(&pose).value < 0.0,
+                    "{name}: {} {}",
+                    straight.gap(&pose).value,
+                    meshes.gap(&pose).value
+                );
+            }
+        }
+        assert!(overlaps > 300);
+    }
+}
