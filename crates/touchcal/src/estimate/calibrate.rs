@@ -26,9 +26,9 @@ const NARROWING: f64 = 2.0;
 
 /// About so many contacts say how often walls are touched, at first and at last. From 500 that is so rough that it costs a third of the accuracy.
 const LOOKS: [usize; 2] = [750, 3000];
-/// Most rounds of learning how often walls are touched, and the change that ends them.
+/// Most rounds of learning how often walls are touched, and the change that ends them: from another way there, results then differ by some hundredths of a standard deviation.
 const POLISHINGS: usize = 10;
-const SETTLED: f64 = 0.05;
+const SETTLED: f64 = 0.02;
 /// How noisy walls are taken to be at first, over what is declared. The search begins where the least gaps are; a wall that many contacts rest on may be some standard
 /// deviations away there, and must not be given up as one that is never touched.
 const NOISY: f64 = 3.0;
