@@ -3,23 +3,18 @@
 // Helpers of tests fail by panicking too; the exception in clippy.toml covers only the tests themselves.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
+#[path = "common/small_arm.rs"]
+mod small_arm;
+
 use std::io::{Read, Write};
 
 use flate2::{Compression, write::GzEncoder};
 use proptest::prelude::*;
+use small_arm::{ARM, arm};
 use touchcal::contact::ContactLog;
 use touchcal::io::contact_csv;
 use touchcal::io::contact_log::{self, AngleUnit, Columns, Detection, Options};
 use touchcal::io::urdf::{self, Ends};
-use touchcal::robot::Robot;
-
-const ARM: &str = "<robot><link name='b'/><link name='l'/><link name='t'/>\
-  <joint name='sh' type='revolute'><parent link='b'/><child link='l'/><limit lower='-2' upper='2'/></joint>\
-  <joint name='sl' type='prismatic'><parent link='l'/><child link='t'/></joint></robot>";
-
-fn arm() -> Robot {
-    urdf::read(ARM, "arm.urdf", Ends::default()).unwrap()
-}
 
 fn read_with(content: impl Read, options: &Options) -> Result<ContactLog, String> {
     let mut log = ContactLog::new(2);

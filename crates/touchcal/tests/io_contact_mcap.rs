@@ -3,6 +3,9 @@
 // Helpers of tests fail by panicking too; the exception in clippy.toml covers only the tests themselves.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
+#[path = "common/small_arm.rs"]
+mod small_arm;
+
 use std::collections::BTreeMap;
 use std::io::Cursor;
 use std::path::Path;
@@ -12,18 +15,9 @@ use mcap::records::MessageHeader;
 use mcap::{Compression, WriteOptions, Writer};
 use proptest::prelude::*;
 use serde::Serialize;
+use small_arm::arm;
 use touchcal::contact::ContactLog;
 use touchcal::io::contact_log::{self, AngleUnit, Detection, Options};
-use touchcal::io::urdf::{self, Ends};
-use touchcal::robot::Robot;
-
-const ARM: &str = "<robot><link name='b'/><link name='l'/><link name='t'/>\
-  <joint name='sh' type='revolute'><parent link='b'/><child link='l'/><limit lower='-2' upper='2'/></joint>\
-  <joint name='sl' type='prismatic'><parent link='l'/><child link='t'/></joint></robot>";
-
-fn arm() -> Robot {
-    urdf::read(ARM, "arm.urdf", Ends::default()).unwrap()
-}
 
 #[derive(Serialize)]
 struct Header {

@@ -3,6 +3,9 @@
 // Helpers of tests fail by panicking too; the exception in clippy.toml covers only the tests themselves.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
+#[path = "common/small_arm.rs"]
+mod small_arm;
+
 use std::path::Path;
 use std::sync::Arc;
 
@@ -12,18 +15,9 @@ use parquet::file::properties::WriterProperties;
 use parquet::file::writer::SerializedFileWriter;
 use parquet::schema::parser::parse_message_type;
 use proptest::prelude::*;
+use small_arm::arm;
 use touchcal::contact::ContactLog;
 use touchcal::io::contact_log::{self, AngleUnit, Detection, Options};
-use touchcal::io::urdf::{self, Ends};
-use touchcal::robot::Robot;
-
-const ARM: &str = "<robot><link name='b'/><link name='l'/><link name='t'/>\
-  <joint name='sh' type='revolute'><parent link='b'/><child link='l'/><limit lower='-2' upper='2'/></joint>\
-  <joint name='sl' type='prismatic'><parent link='l'/><child link='t'/></joint></robot>";
-
-fn arm() -> Robot {
-    urdf::read(ARM, "arm.urdf", Ends::default()).unwrap()
-}
 
 /// A value of a table, which says its column's type.
 #[derive(Clone, Copy)]

@@ -29,69 +29,40 @@ const GROUP: usize = 1 << 16;
 /// Largest part read (bytes).
 const MAX_BYTES: u64 = 256 << 20;
 
-const COUNTS: [&str; 9] =
-    ["trial", "seed", "contacts", "status", "parameters", "inside_50", "inside_90", "inside_95", "inside_99"];
-const MEASURES: [&str; 9] = [
-    "nees",
-    "nees_of_bound",
-    "strain_error",
-    "offset_error_rad",
-    "strain_bound",
-    "offset_bound_rad",
-    "tool_distance_m",
-    "tool_angle_rad",
-    "noise_factor",
+/// A column's name, and the field that it holds.
+type Field<T> = (&'static str, fn(&mut CampaignRow) -> &mut T);
+
+const COUNTS: [Field<u64>; 9] = [
+    ("trial", |row| &mut row.trial),
+    ("seed", |row| &mut row.seed),
+    ("contacts", |row| &mut row.contacts),
+    ("status", |row| &mut row.status),
+    ("parameters", |row| &mut row.parameters),
+    ("inside_50", |row| &mut row.inside[0]),
+    ("inside_90", |row| &mut row.inside[1]),
+    ("inside_95", |row| &mut row.inside[2]),
+    ("inside_99", |row| &mut row.inside[3]),
+];
+const MEASURES: [Field<f64>; 9] = [
+    ("nees", |row| &mut row.nees),
+    ("nees_of_bound", |row| &mut row.nees_of_bound),
+    ("strain_error", |row| &mut row.strain_error),
+    ("offset_error_rad", |row| &mut row.offset_error),
+    ("strain_bound", |row| &mut row.strain_bound),
+    ("offset_bound_rad", |row| &mut row.offset_bound),
+    ("tool_distance_m", |row| &mut row.tool_distance),
+    ("tool_angle_rad", |row| &mut row.tool_angle),
+    ("noise_factor", |row| &mut row.noise_factor),
 ];
 
 fn counts(row: &CampaignRow) -> [u64; 9] {
-    let [a, b, c, d] = row.inside;
-    [row.trial, row.seed, row.contacts, row.status, row.parameters, a, b, c, d]
+    let mut row = *row;
+    COUNTS.map(|(_, field)| *field(&mut row))
 }
 
 fn measures(row: &CampaignRow) -> [f64; 9] {
-    [
-        row.nees,
-        row.nees_of_bound,
-        row.strain_error,
-        row.offset_error,
-        row.strain_bound,
-        row.offset_bound,
-        row.tool_distance,
-        row.tool_angle,
-        row.noise_factor,
-    ]
-}
-
-fn row(counts: [u64; 9], measures: [f64; 9]) -> CampaignRow {
-    let [trial, seed, contacts, status, parameters, inside @ ..] = counts;
-    let [
-        nees,
-        nees_of_bound,
-        strain_error,
-        offset_error,
-        strain_bound,
-        offset_bound,
-        tool_distance,
-        tool_angle,
-        noise_factor,
-    ] = measures;
-    CampaignRow {
-        trial,
-        seed,
-        contacts,
-        status,
-        parameters,
-        inside,
-        nees,
-        nees_of_bound,
-        strain_error,
-        offset_error,
-        strain_bound,
-        offset_bound,
-        tool_distance,
-        tool_angle,
-        noise_factor,
-    }
+    let mut row = *row;
+    MEASURES.map(|(_, field)| *field(&mut row))
 }
 
 /// Whether two rows are the same to the last bit.
@@ -152,8 +123,8 @@ fn unwritten(error: ParquetError) -> IoError {
 }
 
 fn writer<W: Write + Send>(into: W, about: &Part) -> Result<SerializedFileWriter<W>, ParquetError> {
-    let counted = COUNTS.map(|name| format!("required int64 {name};")).concat();
-    let measured = MEASURES.map(|name| format!("required double {name};")).concat();
+    let counted = COUNTS.map(|(name, _)| format!("required int64 {name};")).concat();
+    let measured = MEASURES.map(|(name, _)| format!("required double {name};")).concat();
     let schema = Arc::new(parse_message_type(&format!("message trial {{ {counted} {measured} }}"))?);
     let said = [about.settings.clone(), about.trials.to_string(), about.core_seconds.to_string()];
     let entries = KEYS.into_iter().zip(said).map(|(key, value)| KeyValue::new(key.to_owned(), value));
@@ -220,20 +191,20 @@ fn read(content: File) -> Result<Part, ParquetError> {
     let trials = trials.parse().map_err(|_| missing("no number of trials"))?;
     let core_seconds = core_seconds.parse().map_err(|_| missing("no seconds"))?;
     let names: Vec<&str> = metadata.schema_descr().columns().iter().map(|column| column.name()).collect();
-    if names != [&COUNTS[..], &MEASURES[..]].concat() {
+    if names != [COUNTS.map(|(name, _)| name), MEASURES.map(|(name, _)| name)].concat() {
         return Err(missing("other columns"));
     }
     let mut rows = Vec::new();
     for each in reader.get_row_iter(None)? {
         let each = each?;
-        let (mut counts, mut measures) = ([0; 9], [0.0; 9]);
-        for (k, count) in counts.iter_mut().enumerate() {
-            *count = each.get_long(k)?.cast_unsigned();
+        let mut row = CampaignRow::default();
+        for (k, (_, field)) in COUNTS.iter().enumerate() {
+            *field(&mut row) = each.get_long(k)?.cast_unsigned();
         }
-        for (k, measure) in measures.iter_mut().enumerate() {
-            *measure = each.get_double(COUNTS.len() + k)?;
+        for (k, (_, field)) in MEASURES.iter().enumerate() {
+            *field(&mut row) = each.get_double(COUNTS.len() + k)?;
         }
-        rows.push(row(counts, measures));
+        rows.push(row);
     }
     Ok(Part { settings: settings.to_owned(), trials, core_seconds, rows })
 }
