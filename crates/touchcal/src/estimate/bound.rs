@@ -28,7 +28,7 @@ pub fn cramer_rao(problem: &Problem, truth: impl Fn(Column) -> f64) -> DMatrix<f
         let stride = system.stride(ENOUGH);
         (0..STEPS).for_each(|_| _ = system.learn_walls(&theta, &scale, stride));
         let size = system.parameters.len();
-        system.wall_statistics(&theta, 1).squares_of_slope.information.view((0, 0), (size, size)).into_owned()
+        system.wall_statistics(&theta, 1, true).squares_of_slope.information.view((0, 0), (size, size)).into_owned()
     } else {
         system.statistics(&theta).0
     };

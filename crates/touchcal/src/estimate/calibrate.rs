@@ -243,7 +243,7 @@ impl<'p> Search<'p> {
     /// The parameters' covariance by what all walls say, if they were asked and enough contacts have any.
     pub(super) fn wall_covariance(&self) -> Option<DMatrix<f64>> {
         let known = self.system.distance_information(&self.theta) + self.system.prior_information();
-        let statistics = self.sees_walls.then(|| self.system.wall_statistics(&self.theta, 1))?;
+        let statistics = self.sees_walls.then(|| self.system.wall_statistics(&self.theta, 1, true))?;
         statistics.covariance(&known, &self.scale, &self.system.odds)
     }
 }

@@ -51,6 +51,8 @@ pub(crate) struct ContactRows {
     /// Which walls were near, and what they said, if they were asked.
     reach: Reach,
     pub(super) said: Option<Said>,
+    /// Whether walls are to say what follows from how often they are touched.
+    pub(super) by_odds: bool,
 }
 
 impl ContactRows {
@@ -109,6 +111,7 @@ impl<'s> At<'s> {
             deviation: 0.0,
             reach: Reach { covariance: Matrix6::zeros(), own_variance: 0.0, interference: 0.0, deviations: 0.0 },
             said: None,
+            by_odds: false,
         }
     }
 
@@ -278,7 +281,14 @@ impl<'s> At<'s> {
                 covariance[(b, a)] = covariance[(a, b)];
             }
         }
-        walls::weigh(&Near { none: odds.none, count: into.len(), distances, covariance, another })
+        walls::weigh(&Near {
+            none: odds.none,
+            count: into.len(),
+            distances,
+            covariance,
+            another,
+            by_odds: into.by_odds,
+        })
     }
 
     /// Covariance of a contact's rows, errors in variables: `N (J Σ_q Jᵀ) Nᵀ + σ_c² I`; encoder noise reaches the residual through the arm.

@@ -250,11 +250,15 @@ impl System<'_> {
         one_sided && self.problem.noise.encoder > 0.0 && !self.problem.contacts.is_empty()
     }
 
-    /// What every `stride`-th contact says at `theta`, weighted to stand for all.
-    pub fn wall_statistics(&self, theta: &DVector<f64>, stride: usize) -> Statistics {
+    /// What every `stride`-th contact says at `theta`, weighted to stand for all; slopes, and what concerns `ln κ_j`, only where `by_odds` wants them.
+    pub fn wall_statistics(&self, theta: &DVector<f64>, stride: usize, by_odds: bool) -> Statistics {
         let at = self.at(theta);
         let size = self.parameters.len();
-        let room = || (at.rows(), Statistics::new(size, &self.odds));
+        let room = || {
+            let mut rows = at.rows();
+            rows.by_odds = by_odds;
+            (rows, Statistics::new(size, &self.odds))
+        };
         let (_, rooms) = self.sum(stride, room, |batch, (rows, statistics), _| {
             batch.iter().for_each(|&i| at.add_to(statistics, i, rows));
         });
@@ -266,12 +270,12 @@ impl System<'_> {
 
     /// Whether enough contacts tell which walls there are, by every `stride`-th.
     pub fn tells_walls(&self, theta: &DVector<f64>, stride: usize) -> bool {
-        self.wall_statistics(theta, stride).touching() > TELLING * self.problem.contacts.len() as f64
+        self.wall_statistics(theta, stride, false).touching() > TELLING * self.problem.contacts.len() as f64
     }
 
     /// Learns from every `stride`-th contact how often walls are touched, how noisy they are and how much they differ; the relative change.
     pub fn learn_walls(&mut self, theta: &DVector<f64>, scale: &DVector<f64>, stride: usize) -> f64 {
-        let found = self.wall_statistics(theta, stride);
+        let found = self.wall_statistics(theta, stride, false);
         let (odds, noise) = (found.odds(&self.odds), found.noise(self.wall_noise, self.parameters.len()));
         let mut most = found.change(&self.odds, &odds).max((noise / self.wall_noise).ln().abs());
         (self.odds, self.wall_noise) = (odds, noise);

@@ -97,7 +97,9 @@ impl At<'_> {
         };
         statistics.observed.add_form(seen, jacobian, |_| 0.0, |r, s| said.observed[(r, s)]);
         let (region, surfaces) = self.region(f, &into.rows);
-        self.add_odds(statistics, (f, region), into, said);
+        if into.by_odds {
+            self.add_odds(statistics, (f, region), into, said);
+        }
         let tally = &mut statistics.tallies[f][region];
         tally.touching += said.touching;
         tally.not_touching += if into.len() > 0 { 1.0 - said.touching } else { 0.0 };

@@ -46,6 +46,8 @@ pub(super) struct Near {
     pub covariance: Square,
     /// How often each one's surface is touched, `κ_j` (m).
     pub another: Distances,
+    /// Whether derivatives by `ln κ_j` are wanted, which a search can do without.
+    pub by_odds: bool,
 }
 
 /// How often the walls of one region are touched.
@@ -81,7 +83,7 @@ pub(super) struct Said {
     pub touching: f64,
     /// Probability that each wall is touched.
     pub touched: Distances,
-    /// Its derivative by each `ln κ_j`: the covariance of which walls are touched.
+    /// Its derivative by each `ln κ_j`: the covariance of which walls are touched. This and the next only if they were wanted.
     pub touched_together: Square,
     /// The slope's derivative by each `ln κ_j`, a column each.
     pub slope_by_odds: Square,
@@ -93,12 +95,23 @@ pub(super) struct Said {
 
 /// What they say.
 pub(super) fn weigh(near: &Near) -> Said {
-    let Near { none, count, distances, covariance, another } = near;
+    let Near { none, count, distances, covariance, another, by_odds } = near;
     let logs = Logs { another: another.map(f64::ln), none: none.ln() };
-    let mut sum = Sum { most: logs.none, total: 1.0, ..Sum::default() };
+    let mut sum = Sum { by_odds: *by_odds, most: logs.none, total: 1.0, ..Sum::default() };
     Set::empty(distances, covariance).visit(0, *count, &logs, &mut sum);
-    let Sum { most, total, slope, complete, squares_of_slope, touching, touched, together, slope_of_touched, squares } =
-        sum;
+    let Sum {
+        by_odds: _,
+        most,
+        total,
+        slope,
+        complete,
+        squares_of_slope,
+        touching,
+        touched,
+        together,
+        slope_of_touched,
+        squares,
+    } = sum;
     let slope = slope / total;
     let complete = complete / total;
     let touched = touched / total;
@@ -135,6 +148,7 @@ fn leave(distance: f64, deviation: f64) -> (f64, f64) {
 /// Sums over sets, of which each counts `exp(ln L_A − most)`.
 #[derive(Default)]
 struct Sum {
+    by_odds: bool,
     most: f64,
     total: f64,
     slope: Distances,
@@ -264,8 +278,10 @@ impl Set {
         sum.touching += if is_empty { 0.0 } else { share };
         let touched = Distances::from_fn(|k, _| f64::from(u8::from(self.is_touched[k])));
         sum.touched += touched * share;
-        sum.together += touched * touched.transpose() * share;
-        sum.slope_of_touched += slope * touched.transpose() * share;
+        if sum.by_odds {
+            sum.together += touched * touched.transpose() * share;
+            sum.slope_of_touched += slope * touched.transpose() * share;
+        }
         sum.squares += share * self.squares;
     }
 }
@@ -313,7 +329,7 @@ mod tests {
 
     /// Walls of surfaces that are touched equally often.
     fn near(distances: Distances, covariance: Square, count: usize, none: f64) -> Near {
-        Near { none, count, distances, covariance, another: Distances::repeat(ANOTHER) }
+        Near { none, count, distances, covariance, another: Distances::repeat(ANOTHER), by_odds: true }
     }
 
     #[test]
