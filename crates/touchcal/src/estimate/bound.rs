@@ -2,12 +2,13 @@
 
 use nalgebra::{DMatrix, DVector};
 
+use super::calibrate::SETTLED;
 use super::knowledge::covariance;
 use super::problem::Problem;
 use super::system::System;
 use crate::robot::Column;
 
-/// Steps of learning how often walls are touched.
+/// Most steps of learning how often walls are touched.
 const STEPS: usize = 10;
 /// About so many contacts say that.
 const ENOUGH: usize = 3000;
@@ -26,7 +27,7 @@ pub fn cramer_rao(problem: &Problem, truth: impl Fn(Column) -> f64) -> DMatrix<f
     let contacts = if system.has_walls() {
         system.set_resolution(&theta, 1);
         let stride = system.stride(ENOUGH);
-        (0..STEPS).for_each(|_| _ = system.learn_walls(&theta, &scale, stride));
+        (0..STEPS).any(|_| system.learn_walls(&theta, &scale, stride).change < SETTLED);
         let size = system.parameters.len();
         system.wall_statistics(&theta, 1, true).squares_of_slope.information.view((0, 0), (size, size)).into_owned()
     } else {

@@ -28,7 +28,7 @@ const NARROWING: f64 = 2.0;
 const LOOKS: [usize; 2] = [750, 3000];
 /// Most rounds of learning how often walls are touched, and the change that ends them: from another way there, results then differ by some hundredths of a standard deviation.
 const POLISHINGS: usize = 10;
-const SETTLED: f64 = 0.02;
+pub(super) const SETTLED: f64 = 0.04;
 /// How noisy walls are taken to be at first, over what is declared. The search begins where the least gaps are; a wall that many contacts rest on may be some standard
 /// deviations away there, and must not be given up as one that is never touched.
 const NOISY: f64 = 3.0;
@@ -230,10 +230,16 @@ impl<'p> Search<'p> {
         self.system.wall_noise = NOISY;
         for enough in LOOKS {
             let stride = self.system.stride(enough);
+            // The fewer, the less they know.
+            let settled = SETTLED * LOOKS[1] as f64 / enough as f64;
             for _ in 0..POLISHINGS {
-                let change = self.system.learn_walls(&self.theta, &self.scale, stride);
-                self.minimise((Rung::Walls, stride), NARROW, observe);
-                if change < SETTLED {
+                let learned = self.system.learn_walls(&self.theta, &self.scale, stride);
+                // Steps of expectation–maximisation lead down; longer ones are looked at, since walls come and go.
+                match learned.step {
+                    Some(step) => self.theta += step,
+                    None => self.minimise((Rung::Walls, stride), NARROW, observe),
+                }
+                if learned.change < settled {
                     break;
                 }
             }

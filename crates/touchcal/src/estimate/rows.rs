@@ -275,9 +275,10 @@ impl<'s> At<'s> {
         let rows = into.rows.jacobian();
         let mut covariance = Square::identity();
         for (a, row_a) in rows.iter().enumerate() {
+            let shaken = into.reach.covariance * row_a;
             for (b, row_b) in rows[..=a].iter().enumerate() {
                 let own = if a == b { into.reach.own_variance } else { 0.0 };
-                covariance[(a, b)] = into.reach.covariance(row_a, row_b) + own;
+                covariance[(a, b)] = row_b.dot(&shaken) + own;
                 covariance[(b, a)] = covariance[(a, b)];
             }
         }

@@ -5,6 +5,7 @@ use nalgebra::{Cholesky, DMatrix, DVector};
 
 use super::knowledge::covariance;
 use super::normal::{NormalEquations, scaled};
+use super::rows::Rung;
 use super::system::System;
 use super::walls::{Odds, REACH};
 use crate::robot::Column;
@@ -25,6 +26,8 @@ pub(super) const WALL_SIGMA: f64 = 1e-6;
 const WALL_STRENGTH: f64 = 0.01;
 /// Steps towards that standard deviation from one look at the contacts.
 const WIDTH_STEPS: usize = 20;
+/// Newton decrement of steps that may be taken without a look at where they lead: a standard deviation.
+const SHORT: f64 = 1.0;
 /// Share of the contacts that must tell which walls they touch.
 const TELLING: f64 = 0.3;
 /// Directions of which contacts say less than this share of what they say of the best are not seen.
@@ -35,8 +38,8 @@ const BY_CHANCE: f64 = 2.6;
 /// Sums over the contacts, at one set of parameters. Behind these, the `ln κ_j` of all surfaces are columns too.
 #[derive(Clone, Debug)]
 pub(crate) struct Statistics {
-    /// Second derivative of `−ln L`.
-    pub observed: NormalEquations,
+    /// Derivatives of `−ln L`. The second is what it would be if it were known which walls are touched, as a search wants it, or the true one with `ln κ_j` for the covariance.
+    pub derivatives: NormalEquations,
     /// `Σ s sᵀ` of each contact's slope `s`: the covariance of their sum.
     pub squares_of_slope: NormalEquations,
     /// `Σ s sᵀ` of the sums `s` over blocks of contacts that follow each other, and the number of blocks.
@@ -123,14 +126,24 @@ impl Tally {
     }
 }
 
+/// A step of learning how often walls are touched.
+pub(crate) struct Learned {
+    /// The relative change of that.
+    pub change: f64,
+    /// The parameters' own step towards what contacts say, if it is short.
+    pub step: Option<DVector<f64>>,
+}
+
 impl Statistics {
-    fn new(size: usize, odds: &[Vec<Odds>]) -> Self {
+    fn new(parameters: usize, odds: &[Vec<Odds>], by_odds: bool) -> Self {
         let none = |odds: &Odds| Tally::new(odds.another.len());
-        let size = size + odds.iter().flatten().map(|odds| odds.another.len()).sum::<usize>();
+        let surfaces = || odds.iter().flatten().map(|odds| odds.another.len()).sum::<usize>();
+        let size = parameters + if by_odds { surfaces() } else { 0 };
+        let size_of_squares = if by_odds { size } else { 0 };
         Statistics {
-            observed: NormalEquations::new(size),
-            squares_of_slope: NormalEquations::new(size),
-            squares_of_blocks: DMatrix::zeros(size, size),
+            derivatives: NormalEquations::new(size),
+            squares_of_slope: NormalEquations::new(size_of_squares),
+            squares_of_blocks: DMatrix::zeros(size_of_squares, size_of_squares),
             blocks: 0.0,
             squares: 0.0,
             deviations: 0.0,
@@ -139,7 +152,7 @@ impl Statistics {
     }
 
     fn add(&mut self, other: &Statistics) {
-        self.observed.add(&other.observed);
+        self.derivatives.add(&other.derivatives);
         self.squares_of_slope.add(&other.squares_of_slope);
         let slope = &other.squares_of_slope.gradient;
         self.squares_of_blocks.ger(1.0, slope, slope, 1.0);
@@ -152,7 +165,7 @@ impl Statistics {
     }
 
     fn scale(&mut self, factor: f64) {
-        self.observed.scale(factor);
+        self.derivatives.scale(factor);
         self.squares_of_slope.scale(factor);
         self.squares_of_blocks *= factor;
         self.squares *= factor;
@@ -200,9 +213,9 @@ impl Statistics {
     ///
     /// Source: Huber, *The behavior of maximum likelihood estimates under nonstandard conditions* (1967), theorem 3.
     pub fn covariance(&self, known: &DMatrix<f64>, scale: &DVector<f64>, odds: &[Vec<Odds>]) -> Option<DMatrix<f64>> {
-        let (parameters, size) = (scale.len(), self.observed.information.nrows());
+        let (parameters, size) = (scale.len(), self.derivatives.information.nrows());
         let (mut curvature, mut squares) =
-            (self.observed.information.clone(), self.squares_of_slope.information.clone());
+            (self.derivatives.information.clone(), self.squares_of_slope.information.clone());
         for sum in [&mut curvature, &mut squares] {
             let mut of_parameters = sum.view_mut((0, 0), (parameters, parameters));
             of_parameters += known;
@@ -257,15 +270,19 @@ impl System<'_> {
         let room = || {
             let mut rows = at.rows();
             rows.by_odds = by_odds;
-            (rows, Statistics::new(size, &self.odds))
+            (rows, Statistics::new(size, &self.odds, by_odds))
         };
         let (_, rooms) = self.sum(stride, room, |batch, (rows, statistics), _| {
             batch.iter().for_each(|&i| at.add_to(statistics, i, rows));
         });
-        let mut total = Statistics::new(size, &self.odds);
+        let mut total = Statistics::new(size, &self.odds, by_odds);
         rooms.iter().for_each(|(_, statistics)| total.add(statistics));
         total.scale(stride as f64);
-        Statistics { observed: total.observed.complete(), squares_of_slope: total.squares_of_slope.complete(), ..total }
+        Statistics {
+            derivatives: total.derivatives.complete(),
+            squares_of_slope: total.squares_of_slope.complete(),
+            ..total
+        }
     }
 
     /// Whether enough contacts tell which walls there are, by every `stride`-th.
@@ -273,14 +290,18 @@ impl System<'_> {
         self.wall_statistics(theta, stride, false).touching() > TELLING * self.problem.contacts.len() as f64
     }
 
-    /// Learns from every `stride`-th contact how often walls are touched, how noisy they are and how much they differ; the relative change.
-    pub fn learn_walls(&mut self, theta: &DVector<f64>, scale: &DVector<f64>, stride: usize) -> f64 {
-        let found = self.wall_statistics(theta, stride, false);
+    /// Learns from every `stride`-th contact how often walls are touched, how noisy they are and how much they differ: a step of expectation–maximisation.
+    pub fn learn_walls(&mut self, theta: &DVector<f64>, scale: &DVector<f64>, stride: usize) -> Learned {
+        let mut found = self.wall_statistics(theta, stride, false);
         let (odds, noise) = (found.odds(&self.odds), found.noise(self.wall_noise, self.parameters.len()));
-        let mut most = found.change(&self.odds, &odds).max((noise / self.wall_noise).ln().abs());
+        let mut change = found.change(&self.odds, &odds).max((noise / self.wall_noise).ln().abs());
+        let data = &found.derivatives.information + self.distance_information(theta);
+        self.at(theta).add_distances(&mut found.derivatives);
+        self.add_priors(theta, Rung::Walls, &mut found.derivatives);
+        let normal = found.derivatives.complete();
+        let step = normal.damped(scale, 0.0).map(|damped| damped.step(&normal.gradient));
+        let step = step.filter(|step| -normal.gradient.dot(step) < SHORT);
         (self.odds, self.wall_noise) = (odds, noise);
-        let mut data = self.distance_information(theta);
-        data += found.observed.information.view((0, 0), data.shape());
         for f in 0..self.problem.fixtures.len() {
             let of_fixture = |column: Column| matches!(column, Column::Wall(of, _) if of == f);
             let walls: Vec<usize> =
@@ -292,10 +313,10 @@ impl System<'_> {
                 let sigma = ((squares + WALL_STRENGTH * WALL_SIGMA.powi(2)) / count).sqrt();
                 for &k in &walls {
                     let before = self.parameters[k].prior_sigma.replace(sigma);
-                    most = most.max(before.map_or(0.0, |before| (sigma / before).ln().abs()));
+                    change = change.max(before.map_or(0.0, |before| (sigma / before).ln().abs()));
                 }
             }
         }
-        most
+        Learned { change, step }
     }
 }

@@ -86,16 +86,21 @@ impl At<'_> {
         let jacobian = &into.jacobian[..into.len() * seen.len()];
         let Some(said) = &into.said else {
             let (loss, squared) = (self.system.problem.loss, into.squared());
-            let (weight, slope) = (loss.weight(squared), loss.weight_slope(squared));
-            let square = |r: usize, s: usize| into.residual[r] * into.residual[s];
-            let own = |r: usize, s: usize| if r == s { weight } else { 0.0 };
-            let curvature = |r: usize, s: usize| own(r, s) + 2.0 * slope * square(r, s);
-            statistics.observed.add_form(seen, jacobian, |_| 0.0, curvature);
+            let (weight, weight_slope) = (loss.weight(squared), loss.weight_slope(squared));
             let slope = |r: usize| weight * into.residual[r];
-            statistics.squares_of_slope.add_form(seen, jacobian, slope, |r, s| slope(r) * slope(s));
+            let complete = |r: usize, s: usize| if r == s { weight } else { 0.0 };
+            if into.by_odds {
+                let observed =
+                    |r: usize, s: usize| complete(r, s) + 2.0 * weight_slope * into.residual[r] * into.residual[s];
+                statistics.derivatives.add_form(seen, jacobian, slope, observed);
+                statistics.squares_of_slope.add_form(seen, jacobian, slope, |r, s| slope(r) * slope(s));
+            } else {
+                statistics.derivatives.add_form(seen, jacobian, slope, complete);
+            }
             return;
         };
-        statistics.observed.add_form(seen, jacobian, |_| 0.0, |r, s| said.observed[(r, s)]);
+        let curvature = if into.by_odds { &said.observed } else { &said.complete };
+        statistics.derivatives.add_form(seen, jacobian, |r| said.slope[r], |r, s| curvature[(r, s)]);
         let (region, surfaces) = self.region(f, &into.rows);
         if into.by_odds {
             self.add_odds(statistics, (f, region), into, said);
@@ -130,7 +135,7 @@ impl At<'_> {
             squares.gradient[b] += right;
             slope.iter().filter(|(a, _)| *a <= b).for_each(|&(a, left)| squares.information[(a, b)] += left * right);
         }
-        let observed = &mut statistics.observed.information;
+        let observed = &mut statistics.derivatives.information;
         for wall in 0..rows {
             let b = first + surface(wall);
             for (column, &k) in seen.iter().enumerate() {

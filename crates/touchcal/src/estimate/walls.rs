@@ -19,8 +19,8 @@ use nalgebra::{SMatrix, SVector};
 
 use crate::manifold::MAX_ROWS;
 
-pub(super) type Distances = SVector<f64, MAX_ROWS>;
-pub(super) type Square = SMatrix<f64, MAX_ROWS, MAX_ROWS>;
+pub(super) type Distances<const N: usize = MAX_ROWS> = SVector<f64, N>;
+pub(super) type Square<const N: usize = MAX_ROWS> = SMatrix<f64, N, N>;
 
 /// Standard deviations above zero from which a wall is free beyond doubt. Farther free walls must not count: how often one is free is to be known near zero, and
 /// a tool does not come near all of a wall's surroundings equally often.
@@ -95,39 +95,40 @@ pub(super) struct Said {
 
 /// What they say.
 pub(super) fn weigh(near: &Near) -> Said {
-    let Near { none, count, distances, covariance, another, by_odds } = near;
-    let logs = Logs { another: another.map(f64::ln), none: none.ln() };
-    let mut sum = Sum { by_odds: *by_odds, most: logs.none, total: 1.0, ..Sum::default() };
-    Set::empty(distances, covariance).visit(0, *count, &logs, &mut sum);
-    let Sum {
-        by_odds: _,
-        most,
-        total,
-        slope,
-        complete,
-        squares_of_slope,
-        touching,
-        touched,
-        together,
-        slope_of_touched,
-        squares,
-    } = sum;
-    let slope = slope / total;
-    let complete = complete / total;
-    let touched = touched / total;
+    match near.count {
+        0 => weigh_each::<0>(near),
+        1 => weigh_each::<1>(near),
+        2 => weigh_each::<2>(near),
+        3 => weigh_each::<3>(near),
+        4 => weigh_each::<4>(near),
+        5 => weigh_each::<5>(near),
+        _ => weigh_each::<MAX_ROWS>(near),
+    }
+}
+
+/// What `N` walls say, without the room for more.
+fn weigh_each<const N: usize>(near: &Near) -> Said {
+    let distances: Distances<N> = Distances::from_fn(|k, _| near.distances[k]);
+    let covariance: Square<N> = Square::from_fn(|i, j| near.covariance[(i, j)]);
+    let logs = Logs { another: Distances::from_fn(|k, _| near.another[k].ln()), none: near.none.ln() };
+    let mut sum = Sum::new(logs.none, near.by_odds);
+    Set::empty(&distances, &covariance).visit(0, &logs, &mut sum);
+    let slope = sum.slope / sum.total;
+    let complete = sum.complete / sum.total;
+    let touched = sum.touched / sum.total;
     let mut said = Said {
-        cost: -(total.ln() + most),
-        slope,
-        complete,
-        observed: complete - squares_of_slope / total + slope * slope.transpose(),
-        touching: touching / total,
-        touched,
-        touched_together: together / total - touched * touched.transpose(),
-        slope_by_odds: slope_of_touched / total - slope * touched.transpose(),
-        squares: squares / total,
+        cost: -(sum.total.ln() + sum.most),
+        slope: padded(&slope),
+        complete: padded(&complete),
+        observed: padded(&(complete - sum.squares_of_slope / sum.total + slope * slope.transpose())),
+        touching: sum.touching / sum.total,
+        touched: padded(&touched),
+        touched_together: padded(&(sum.together / sum.total - touched * touched.transpose())),
+        slope_by_odds: padded(&(sum.slope_of_touched / sum.total - slope * touched.transpose())),
+        squares: sum.squares / sum.total,
         deviations: 0.0,
     };
-    for k in 0..*count {
+    for k in 0..N {
         let deviation = covariance[(k, k)].sqrt();
         let (cost, slope) = leave(distances[k], deviation);
         said.deviations += deviation;
@@ -135,6 +136,11 @@ pub(super) fn weigh(near: &Near) -> Said {
         said.slope[k] += slope;
     }
     said
+}
+
+/// With zeros behind.
+fn padded<const N: usize, const C: usize, const P: usize>(matrix: &SMatrix<f64, N, C>) -> SMatrix<f64, MAX_ROWS, P> {
+    SMatrix::from_fn(|i, j| if i < N && j < C { matrix[(i, j)] } else { 0.0 })
 }
 
 /// What a wall adds to the cost on its way out of reach, and its derivative. Free walls push away from zero, where as many of them begin as end somewhere out of reach: evenly spread
@@ -146,28 +152,45 @@ fn leave(distance: f64, deviation: f64) -> (f64, f64) {
 }
 
 /// Sums over sets, of which each counts `exp(ln L_A − most)`.
-#[derive(Default)]
-struct Sum {
+struct Sum<const N: usize> {
     by_odds: bool,
     most: f64,
     total: f64,
-    slope: Distances,
-    complete: Square,
-    squares_of_slope: Square,
+    slope: Distances<N>,
+    complete: Square<N>,
+    squares_of_slope: Square<N>,
     touching: f64,
-    touched: Distances,
-    together: Square,
-    slope_of_touched: Square,
+    touched: Distances<N>,
+    together: Square<N>,
+    slope_of_touched: Square<N>,
     squares: f64,
 }
 
 /// Logarithms of `κ_j` and `η`.
-struct Logs {
-    another: Distances,
+struct Logs<const N: usize> {
+    another: Distances<N>,
     none: f64,
 }
 
-impl Sum {
+impl<const N: usize> Sum<N> {
+    /// Of one that fits nowhere.
+    fn new(most: f64, by_odds: bool) -> Self {
+        let (vector, square) = (Distances::zeros(), Square::zeros());
+        Sum {
+            by_odds,
+            most,
+            total: 1.0,
+            slope: vector,
+            complete: square,
+            squares_of_slope: square,
+            touching: 0.0,
+            touched: vector,
+            together: square,
+            slope_of_touched: square,
+            squares: 0.0,
+        }
+    }
+
     fn rise_to(&mut self, log: f64) {
         if log > self.most {
             let shrunk = (self.most - log).exp();
@@ -187,23 +210,23 @@ impl Sum {
 
 /// A set of touched walls.
 #[derive(Clone)]
-struct Set {
+struct Set<const N: usize> {
     /// `ln (Π_j κ_j · N(d_A; 0, S_AA))`.
     log: f64,
     /// `d_Aᵀ S_AA⁻¹ d_A`.
     squares: f64,
     /// `S_AA⁻¹ d_A` and `S_AA⁻¹`, zero elsewhere.
-    slope: Distances,
-    information: Square,
+    slope: Distances<N>,
+    information: Square<N>,
     /// `d′`, its covariance, and its derivative by the distances.
-    left: Distances,
-    covariance: Square,
-    from_distances: Square,
-    is_touched: [bool; MAX_ROWS],
+    left: Distances<N>,
+    covariance: Square<N>,
+    from_distances: Square<N>,
+    is_touched: [bool; N],
 }
 
-impl Set {
-    fn empty(distances: &Distances, covariance: &Square) -> Set {
+impl<const N: usize> Set<N> {
+    fn empty(distances: &Distances<N>, covariance: &Square<N>) -> Self {
         Set {
             log: 0.0,
             squares: 0.0,
@@ -212,23 +235,23 @@ impl Set {
             left: *distances,
             covariance: *covariance,
             from_distances: Square::identity(),
-            is_touched: [false; MAX_ROWS],
+            is_touched: [false; N],
         }
     }
 
     /// Adds this set to the sum, and all that have more of the walls from `next` on.
-    fn visit(&self, next: usize, count: usize, logs: &Logs, sum: &mut Sum) {
-        self.add(count, logs, sum);
-        for k in next..count {
-            let larger = self.with(k, count, logs);
-            if larger.squares < IMPOSSIBLE {
-                larger.visit(k + 1, count, logs, sum);
+    fn visit(&self, next: usize, logs: &Logs<N>, sum: &mut Sum<N>) {
+        self.add(logs, sum);
+        for k in next..N {
+            let (left, variance) = (self.left[k], self.covariance[(k, k)]);
+            if self.squares + left * left / variance < IMPOSSIBLE {
+                self.with(k, logs).visit(k + 1, logs, sum);
             }
         }
     }
 
     /// With wall `k` touched too.
-    fn with(&self, k: usize, count: usize, logs: &Logs) -> Set {
+    fn with(&self, k: usize, logs: &Logs<N>) -> Self {
         let mut set = self.clone();
         let (left, variance) = (self.left[k], self.covariance[(k, k)]);
         let row = self.from_distances.row(k).transpose();
@@ -237,23 +260,22 @@ impl Set {
         set.slope += row * (left / variance);
         set.information += row * row.transpose() / variance;
         set.is_touched[k] = true;
-        for i in (0..count).filter(|&i| !set.is_touched[i]) {
+        for i in (0..N).filter(|&i| !self.is_touched[i] && i != k) {
             let share = self.covariance[(i, k)] / variance;
             set.left[i] -= share * left;
-            for j in (0..count).filter(|&j| !set.is_touched[j]) {
+            for j in 0..N {
                 set.covariance[(i, j)] -= share * self.covariance[(k, j)];
+                set.from_distances[(i, j)] -= share * row[j];
             }
-            let reduced = set.from_distances.row(i) - row.transpose() * share;
-            set.from_distances.row_mut(i).copy_from(&reduced);
         }
         set
     }
 
-    fn add(&self, count: usize, logs: &Logs, sum: &mut Sum) {
+    fn add(&self, logs: &Logs<N>, sum: &mut Sum<N>) {
         let is_empty = !self.is_touched.contains(&true);
         let mut log = self.log + if is_empty { logs.none } else { 0.0 };
-        let mut free = [(0.0, 0.0); MAX_ROWS];
-        for k in (0..count).filter(|&k| !self.is_touched[k]) {
+        let mut free = [(0.0, 0.0); N];
+        for k in (0..N).filter(|&k| !self.is_touched[k]) {
             let deviation = self.covariance[(k, k)].max(f64::MIN_POSITIVE).sqrt();
             let (log_of_free, slope) = log_normal_distribution(self.left[k] / deviation);
             log += log_of_free;
@@ -266,7 +288,7 @@ impl Set {
             return;
         }
         let (mut slope, mut information) = (self.slope, self.information);
-        for (k, (push, curvature)) in free.iter().enumerate().take(count).filter(|(_, (push, _))| *push != 0.0) {
+        for (k, (push, curvature)) in free.iter().enumerate().filter(|(_, (push, _))| *push != 0.0) {
             let row = self.from_distances.row(k).transpose();
             slope -= row * *push;
             information += row * row.transpose() * *curvature;
@@ -276,7 +298,7 @@ impl Set {
         sum.complete += information * share;
         sum.squares_of_slope += slope * slope.transpose() * share;
         sum.touching += if is_empty { 0.0 } else { share };
-        let touched = Distances::from_fn(|k, _| f64::from(u8::from(self.is_touched[k])));
+        let touched = Distances::<N>::from_fn(|k, _| f64::from(u8::from(self.is_touched[k])));
         sum.touched += touched * share;
         if sum.by_odds {
             sum.together += touched * touched.transpose() * share;

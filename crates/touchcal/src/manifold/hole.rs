@@ -25,6 +25,8 @@ const ALIKE: f64 = 0.95;
 /// Two features of a wall whose distances differ by less than `TOGETHER` standard deviations of the noise between them are as near as each other, by more than `APART` they are not.
 const TOGETHER: f64 = 2.0;
 const APART: f64 = 4.0;
+/// Room for as many features near a pose as there mostly are.
+const EXPECTED: usize = 32;
 /// Height of a normal below which it is none of a wall: nothing in a hole faces down by more than the peg is tilted. Edges that cross each other a little the wrong
 /// way have such normals.
 const DOWN: f64 = -0.3;
@@ -66,24 +68,27 @@ impl Hole {
         if self.is_at_rim(hole_from_peg) {
             return;
         }
-        let mut features: Vec<Touch> = Vec::new();
-        visit_below(reach.farthest(self.peg_radius.hypot(self.depth)), &mut |feature| {
-            if feature.normal_in_fixture.z > DOWN && reach.holds(feature.value, &feature.gradient) {
+        let mut features: Vec<Feature> = Vec::with_capacity(EXPECTED);
+        visit_below(reach.farthest(self.peg_radius.hypot(self.depth)), &mut |touch| {
+            let feature = Feature { shaken: reach.covariance * touch.gradient, touch };
+            let variance = feature.touch.gradient.dot(&feature.shaken);
+            if feature.touch.normal_in_fixture.z > DOWN && reach.holds(feature.touch.value, variance) {
                 features.push(feature);
             }
         });
-        features.sort_by(|a, b| a.value.total_cmp(&b.value));
-        while !features.is_empty() && rows.len() < MAX_ROWS {
-            let nearest = features.remove(0);
+        while rows.len() < MAX_ROWS {
+            let each = features.iter().enumerate();
+            let Some((k, _)) = each.min_by(|(_, a), (_, b)| a.touch.value.total_cmp(&b.touch.value)) else { break };
+            let nearest = features.swap_remove(k);
             let mut wall = Wall::new(&nearest);
             features.retain(|feature| {
-                let of_wall = alike(&nearest.gradient, &feature.gradient);
+                let of_wall = alike(&nearest.touch.gradient, &feature.touch.gradient);
                 if of_wall {
-                    wall.beside(feature, reach);
+                    wall.beside(feature);
                 }
                 !of_wall
             });
-            rows.push_wall(wall.distance, wall.gradient, self.surface(&nearest, hole_from_peg));
+            rows.push_wall(wall.distance, wall.gradient, self.surface(&nearest.touch, hole_from_peg));
         }
     }
 
@@ -107,30 +112,38 @@ impl Hole {
     }
 }
 
+/// What a peg may touch, and how the pose's noise moves it.
+struct Feature {
+    touch: Touch,
+    /// The noise's covariance times the gradient.
+    shaken: Twist,
+}
+
 /// The features that push in one direction: the nearest of them, and the mean of all that are as near but for noise. Noise would choose among those, and the one that it chose
 /// is too near.
-struct Wall<'g> {
-    nearest: &'g Touch,
+struct Wall<'f> {
+    nearest: &'f Feature,
     weight: f64,
     distance: f64,
     gradient: Twist,
 }
 
-impl<'g> Wall<'g> {
-    fn new(nearest: &'g Touch) -> Self {
-        Wall { weight: 1.0, distance: nearest.value, gradient: nearest.gradient, nearest }
+impl<'f> Wall<'f> {
+    fn new(nearest: &'f Feature) -> Self {
+        Wall { weight: 1.0, distance: nearest.touch.value, gradient: nearest.touch.gradient, nearest }
     }
 
     /// Takes another feature into account.
-    fn beside(&mut self, other: &Touch, reach: &Reach) {
-        let between = other.gradient - self.nearest.gradient;
-        let deviation = reach.covariance(&between, &between).max(f64::MIN_POSITIVE).sqrt();
-        let apart = (((other.value - self.nearest.value) / deviation - TOGETHER) / (APART - TOGETHER)).clamp(0.0, 1.0);
+    fn beside(&mut self, other: &Feature) {
+        let (touch, nearest) = (&other.touch, &self.nearest.touch);
+        let variance = (touch.gradient - nearest.gradient).dot(&(other.shaken - self.nearest.shaken));
+        let deviation = variance.max(f64::MIN_POSITIVE).sqrt();
+        let apart = (((touch.value - nearest.value) / deviation - TOGETHER) / (APART - TOGETHER)).clamp(0.0, 1.0);
         if apart < 1.0 {
             self.weight += 1.0 - apart;
             let share = (1.0 - apart) / self.weight;
-            self.distance += share * (other.value - self.distance);
-            self.gradient += (other.gradient - self.gradient) * share;
+            self.distance += share * (touch.value - self.distance);
+            self.gradient += (touch.gradient - self.gradient) * share;
         }
     }
 }

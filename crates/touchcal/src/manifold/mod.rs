@@ -132,15 +132,9 @@ pub struct Reach {
 }
 
 impl Reach {
-    /// Covariance (m²) of the distances of two walls with these gradients, less their own noise.
-    pub fn covariance(&self, a: &Twist, b: &Twist) -> f64 {
-        a.dot(&(self.covariance * b))
-    }
-
-    /// Whether a wall at `distance` (m) is near.
-    pub fn holds(&self, distance: f64, gradient: &Twist) -> bool {
-        let deviation = (self.covariance(gradient, gradient) + self.own_variance).sqrt();
-        distance - self.interference < self.deviations * deviation
+    /// Whether a wall at `distance` (m) is near, of which the pose's noise makes `variance` (m²).
+    pub fn holds(&self, distance: f64, variance: f64) -> bool {
+        distance - self.interference < self.deviations * (variance + self.own_variance).sqrt()
     }
 
     /// Distance (m) from which on no wall is near that touches the tool within `radius` (m) of its origin.
@@ -181,7 +175,7 @@ pub trait ContactManifold: Send + Sync + std::fmt::Debug {
     /// cannot be told which walls there are. The residual, for a manifold of one wall.
     fn walls(&self, fixture_from_tool: &Pose, reach: &Reach, rows: &mut Rows) {
         self.residual(fixture_from_tool, 0.0, rows);
-        rows.retain(|distance, gradient| reach.holds(distance, gradient));
+        rows.retain(|distance, gradient| reach.holds(distance, gradient.dot(&(reach.covariance * gradient))));
     }
 
     /// Number of regions of the manifold, and of surfaces that walls of each region are of. How often a surface is touched is learned: where a tool is held, it leans to
