@@ -32,8 +32,6 @@ const SHORT: f64 = 1.0;
 const TELLING: f64 = 0.3;
 /// Directions of which contacts say less than this share of what they say of the best are not seen.
 const SEEN: f64 = 1e-10;
-/// Standard deviations within which a design effect may be chance.
-const BY_CHANCE: f64 = 2.6;
 
 /// Sums over the contacts, at one set of parameters. Behind these, the `ln κ_j` of all surfaces are columns too.
 #[derive(Clone, Debug)]
@@ -42,9 +40,8 @@ pub(crate) struct Statistics {
     pub derivatives: NormalEquations,
     /// `Σ s sᵀ` of each contact's slope `s`: the covariance of their sum.
     pub squares_of_slope: NormalEquations,
-    /// `Σ s sᵀ` of the sums `s` over blocks of contacts that follow each other, and the number of blocks.
-    squares_of_blocks: DMatrix<f64>,
-    blocks: f64,
+    /// Sums of slopes over blocks of contacts that follow each other.
+    slopes_of_blocks: Vec<DVector<f64>>,
     /// Squared whitened distances of walls that are touched.
     pub squares: f64,
     /// Sum of the standard deviations (m) of all walls in reach.
@@ -143,8 +140,7 @@ impl Statistics {
         Statistics {
             derivatives: NormalEquations::new(size),
             squares_of_slope: NormalEquations::new(size_of_squares),
-            squares_of_blocks: DMatrix::zeros(size_of_squares, size_of_squares),
-            blocks: 0.0,
+            slopes_of_blocks: Vec::new(),
             squares: 0.0,
             deviations: 0.0,
             tallies: odds.iter().map(|regions| regions.iter().map(none).collect()).collect(),
@@ -154,9 +150,7 @@ impl Statistics {
     fn add(&mut self, other: &Statistics) {
         self.derivatives.add(&other.derivatives);
         self.squares_of_slope.add(&other.squares_of_slope);
-        let slope = &other.squares_of_slope.gradient;
-        self.squares_of_blocks.ger(1.0, slope, slope, 1.0);
-        self.blocks += 1.0;
+        self.slopes_of_blocks.push(other.squares_of_slope.gradient.clone());
         self.squares += other.squares;
         self.deviations += other.deviations;
         for (tally, more) in self.tallies.iter_mut().flatten().zip(other.tallies.iter().flatten()) {
@@ -167,7 +161,7 @@ impl Statistics {
     fn scale(&mut self, factor: f64) {
         self.derivatives.scale(factor);
         self.squares_of_slope.scale(factor);
-        self.squares_of_blocks *= factor;
+        self.slopes_of_blocks.iter_mut().for_each(|slope| *slope *= factor.sqrt());
         self.squares *= factor;
         self.deviations *= factor;
         self.tallies.iter_mut().flatten().flat_map(Tally::each).for_each(|count| *count *= factor);
@@ -235,24 +229,28 @@ impl Statistics {
     }
 
     /// How many contacts say as much as one that is independent of the others: the variance of slopes summed over blocks of contacts that follow each other, over what it would be if
-    /// each had noise of its own; the mean over all directions, or 1 if that may be chance. Parts that give way or are not of their shape
+    /// each had noise of its own; the mean over all directions, less what may be chance as the blocks' scatter tells, and at least 1. Parts that give way or are not of their shape
     /// err in the same way for many contacts.
     ///
     /// Source: Kish, *Survey sampling* (1965), section 5.4; for estimates Liang & Zeger (1986).
     fn design_effect(&self, scale: &DVector<f64>) -> f64 {
-        let blocks = scaled(&self.squares_of_blocks, scale);
         let each = self.squares_of_slope.scaled_information(scale).symmetric_eigen();
-        let least = SEEN * each.eigenvalues.max();
-        let seen = each.eigenvalues.iter().zip(each.eigenvectors.column_iter()).filter(|(value, _)| **value > least);
-        let (mut sum, mut directions) = (0.0, 0.0);
-        for (value, direction) in seen {
-            sum += direction.dot(&(&blocks * direction)) / value;
-            directions += 1.0;
-        }
-        let effect = sum / f64::max(directions, 1.0);
-        // Of each direction, a χ² of as many degrees of freedom as there are blocks.
-        let chance = BY_CHANCE * (2.0 / (self.blocks * f64::max(directions, 1.0)).max(1.0)).sqrt();
-        if effect > 1.0 + chance { effect } else { 1.0 }
+        let weakest = SEEN * each.eigenvalues.max();
+        let pairs = each.eigenvalues.iter().zip(each.eigenvectors.column_iter());
+        let seen: Vec<_> = pairs.filter(|(value, _)| **value > weakest).collect();
+        let of_block = |slope: &DVector<f64>| {
+            let scaled = slope.rows(0, scale.len()).component_mul(scale);
+            let squares: f64 = seen.iter().map(|(value, direction)| direction.dot(&scaled).powi(2) / *value).sum();
+            squares / seen.len().max(1) as f64
+        };
+        let blocks: Vec<f64> = self.slopes_of_blocks.iter().map(of_block).collect();
+        let (count, effect) = (blocks.len() as f64, blocks.iter().sum::<f64>());
+        let scatter: f64 = blocks.iter().map(|block| (block - effect / count).powi(2)).sum();
+        // Normal slopes, independent of each other, would scatter at least so much.
+        let least = 2.0 / (count * seen.len() as f64).max(1.0);
+        let chance = (scatter * count / f64::max(count - 1.0, 1.0)).max(least);
+        let excess = (effect - 1.0).max(0.0);
+        1.0 + excess.powi(3) / (excess.powi(2) + chance).max(f64::MIN_POSITIVE)
     }
 }
 
@@ -318,5 +316,39 @@ impl System<'_> {
             }
         }
         Learned { change, step }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand::SeedableRng;
+    use rand_distr::{Distribution, StandardNormal};
+    use rand_pcg::Pcg64;
+
+    /// Of 4096 contacts in blocks of 64, `alike` of which in a row have the same slope.
+    fn design_effect(alike: usize, seed: u64) -> f64 {
+        const PARAMETERS: usize = 6;
+        let mut chance = Pcg64::seed_from_u64(seed);
+        let mut statistics = Statistics::new(PARAMETERS, &[], true);
+        for _ in 0..64 {
+            let mut block = Statistics::new(PARAMETERS, &[], true);
+            for _ in 0..64 / alike {
+                let slope = DVector::from_fn(PARAMETERS, |_, _| StandardNormal.sample(&mut chance));
+                block.squares_of_slope.information += &slope * slope.transpose() * alike as f64;
+                block.squares_of_slope.gradient += slope * alike as f64;
+            }
+            statistics.add(&block);
+        }
+        statistics.design_effect(&DVector::repeat(PARAMETERS, 0.1))
+    }
+
+    #[test]
+    fn contacts_that_err_alike_count_once() {
+        for alike in [1, 2, 4, 8] {
+            let mean = (0..20).map(|seed| design_effect(alike, seed)).sum::<f64>() / 20.0;
+            println!("{alike} alike: {mean:.3}");
+            assert!((mean / alike as f64 - 1.0).abs() < 0.1, "{alike} alike: {mean}");
+        }
     }
 }

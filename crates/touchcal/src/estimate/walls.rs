@@ -130,10 +130,11 @@ fn weigh_each<const N: usize>(near: &Near) -> Said {
     };
     for k in 0..N {
         let deviation = covariance[(k, k)].sqrt();
-        let (cost, slope) = leave(distances[k], deviation);
+        let (cost, slope, curvature) = leave(distances[k], deviation);
         said.deviations += deviation;
         said.cost += cost;
         said.slope[k] += slope;
+        said.observed[(k, k)] += curvature;
     }
     said
 }
@@ -143,12 +144,14 @@ fn padded<const N: usize, const C: usize, const P: usize>(matrix: &SMatrix<f64, 
     SMatrix::from_fn(|i, j| if i < N && j < C { matrix[(i, j)] } else { 0.0 })
 }
 
-/// What a wall adds to the cost on its way out of reach, and its derivative. Free walls push away from zero, where as many of them begin as end somewhere out of reach: evenly spread
-/// ones must on average push back as much on their way out.
-fn leave(distance: f64, deviation: f64) -> (f64, f64) {
-    let way = REACH - LEAVING;
-    let left = ((distance / deviation - LEAVING) / way).clamp(0.0, 1.0);
-    (left - 1.0, if left > 0.0 && left < 1.0 { 1.0 / (way * deviation) } else { 0.0 })
+/// What a wall adds to the cost on its way out of reach, and its derivatives. Free walls push away from zero, where as many of them begin as end somewhere out of reach: evenly spread
+/// ones must on average push back as much on their way out. Smoothly, since touched walls come that far too, and their slope's derivative counts.
+fn leave(distance: f64, deviation: f64) -> (f64, f64, f64) {
+    let way = (REACH - LEAVING) * deviation;
+    let left = ((distance - LEAVING * deviation) / way).clamp(0.0, 1.0);
+    let within = f64::from(u8::from(left > 0.0 && left < 1.0));
+    let cost = left * left * (3.0 - 2.0 * left) - 1.0;
+    (cost, 6.0 * left * (1.0 - left) / way, within * 6.0 * (1.0 - 2.0 * left) / (way * way))
 }
 
 /// Sums over sets, of which each counts `exp(ln L_A − most)`.
