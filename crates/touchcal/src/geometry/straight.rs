@@ -11,6 +11,8 @@ use super::solids::Solids;
 
 /// How far a point may be off, as a part of the body's largest coordinate: STL rounds to 6e-8 of it, and programs that write STL do so more than once.
 const ROUNDING: f64 = 4.0 * f32::EPSILON as f64;
+/// Levels of a straight part: two ends of a peg; top, floor and bottom of a body with a hole.
+const MOST_LEVELS: usize = 3;
 
 impl PegAndHole {
     /// The same parts as outlines, if both are straight along z to the rounding of their files: a peg with two flat ends, its tip at z = 0, and a body with one hole from its top face at
@@ -40,7 +42,7 @@ enum Floor {
 /// Outline and length of a straight peg.
 fn straight_peg(solid: &Solid) -> Option<(Profile, f64)> {
     let rounding = rounding(solid);
-    match levels(solid, rounding)?.as_mut_slice() {
+    match levels(solid, rounding)?.as_slice() {
         [tip, end] if tip.z.abs() <= rounding && !tip.is_up && end.is_up => {
             let [around] = tip.loops.as_slice() else { return None };
             Some((outline(around, rounding)?, end.z))
@@ -89,7 +91,7 @@ struct Level {
     loops: Vec<Vec<Point2<f64>>>,
 }
 
-/// The levels of a body without other faces than horizontal and upright ones, the lowest first.
+/// The levels of a body without other faces than horizontal and upright ones, [`MOST_LEVELS`] at most, the lowest first.
 fn levels(solid: &Solid, rounding: f64) -> Option<Vec<Level>> {
     let vertices: Vec<Point3<f64>> = solid.vertices().collect();
     // Height, direction and triangles of each level.
@@ -108,6 +110,9 @@ fn levels(solid: &Solid, rounding: f64) -> Option<Vec<Level>> {
             Some((_, _, triangles)) => triangles.push(*triangle),
             None if is_at(a.z) => levels.push((a.z, is_up, vec![*triangle])),
             None => return None,
+        }
+        if levels.len() > MOST_LEVELS {
+            return None;
         }
     }
     levels.sort_by(|a, b| a.0.total_cmp(&b.0));
