@@ -33,7 +33,7 @@ mod _touchcal {
     #[pymodule_export]
     use crate::log::ContactLog;
     #[pymodule_export]
-    use crate::manifold::{Manifold, extrusion25, offset_outline, project};
+    use crate::manifold::{Manifold, extrusion25, offset_outline, project, read_outline};
     #[pymodule_export]
     use crate::problem::{Fixture, Problem, Tool};
     #[pymodule_export]

@@ -7,12 +7,14 @@ use nalgebra::{Point2, Point3};
 use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
 use touchcal::experiment::manifold_of;
-use touchcal::geometry::{extrusion::PegAndHole, profile::Profile};
+use touchcal::geometry::{extrusion::PegAndHole, profile::Profile, solids::Solids};
 use touchcal::io::Input;
 use touchcal::io::manifold_file;
+use touchcal::io::mesh;
+use touchcal::io::outline::Choice;
 use touchcal::io::weights_file::WeightsFile;
 use touchcal::manifold::coordinates::{self, Coordinates, Metric};
-use touchcal::manifold::{ContactManifold, NearestSample, PoseSamples, Projected, Projection, Rows};
+use touchcal::manifold::{ContactManifold, NearestSample, PoseSamples, Projected, Projection, Rows, peg_in_hole};
 use touchcal::se3::Pose;
 use touchcal::sim::Parts;
 
@@ -79,6 +81,24 @@ impl Manifold {
         let parts = PegAndHole::new(profile(&peg, "peg")?, length, profile(&hole, "hole")?, depth);
         let parts = parts.map_err(|error| refused("peg_in_hole", error))?;
         Ok(Manifold::of(&Parts::PegInHole(Box::new(parts))))
+    }
+
+    /// A peg in a hole, both of any shape, as closed meshes; frames as for `peg_in_hole`.
+    ///
+    /// Args:
+    ///     peg, hole: paths of STL or OBJ files; the hole's is the body around it.
+    ///     depth: how far the peg goes in (m).
+    ///     unit: length of the files' unit (m).
+    #[staticmethod]
+    #[pyo3(signature = (peg, hole, *, depth, unit=0.001))]
+    fn meshes(peg: PathBuf, hole: PathBuf, depth: f64, unit: f64) -> PyResult<Manifold> {
+        if !(depth > 0.0 && depth.is_finite()) {
+            return Err(unexpected("depth", "a positive length (m)", format!("{depth}")));
+        }
+        let (peg, of_peg) = mesh::read_file(&peg, unit).map_err(io)?;
+        let (hole, of_hole) = mesh::read_file(&hole, unit).map_err(io)?;
+        let shape = Arc::from(peg_in_hole(Solids::new(peg, hole), depth));
+        Ok(Manifold { shape, projection: None, inputs: vec![of_peg, of_hole] })
     }
 
     /// Distance from the nearest of recorded poses, or from a mean of the nearest few. No error bars follow from it.
@@ -193,6 +213,27 @@ pub fn offset_outline<'py>(
 ) -> PyResult<Bound<'py, PyArray2<f64>>> {
     let moved = profile(&outline, "outline")?.offset_mitred(distance).map_err(|error| refused("outline", error))?;
     self::outline(py, &moved)
+}
+
+/// The outline in a file: vertices as CSV, or a drawing as SVG or DXF.
+///
+/// Args:
+///     path: of the file.
+///     name: which part of a drawing: an id of the SVG, a layer of the DXF; default: the only closed outline.
+///     unit: length of the drawing's unit (m), where it does not say.
+///
+/// Returns:
+///     Vertices x, y (m), shape (N, 2).
+#[pyfunction]
+#[pyo3(signature = (path, *, name=None, unit=None))]
+pub fn read_outline<'py>(
+    py: Python<'py>,
+    path: PathBuf,
+    name: Option<&str>,
+    unit: Option<f64>,
+) -> PyResult<Bound<'py, PyArray2<f64>>> {
+    let (profile, _) = touchcal::io::outline::read_file(&path, Choice { name, unit }).map_err(io)?;
+    self::outline(py, &profile)
 }
 
 fn outline<'py>(py: Python<'py>, profile: &Profile) -> PyResult<Bound<'py, PyArray2<f64>>> {

@@ -86,6 +86,29 @@ def test_a_peg_in_the_middle_of_its_hole_is_the_clearance_away() -> None:
         touchcal.offset_outline(square, -0.5)
 
 
+def box(path: Path, low: float, high: float) -> Path:
+    """A box of 20 mm by 20 mm between two heights (mm), as OBJ."""
+    corners = [(x, y, z) for z in (low, high) for x, y in ((-10, -10), (10, -10), (10, 10), (-10, 10))]
+    faces = ("4 3 2 1", "5 6 7 8", "1 2 6 5", "2 3 7 6", "3 4 8 7", "4 1 5 8")
+    path.write_text("".join(f"v {x} {y} {z}\n" for x, y, z in corners) + "".join(f"f {face}\n" for face in faces))
+    return path
+
+
+def test_drawings_and_meshes_are_read(tmp_path: Path) -> None:
+    drawing = tmp_path / "peg.svg"
+    drawing.write_text("<svg><rect id='peg' x='-10' y='-10' width='20' height='20'/><circle r='3'/></svg>")
+    outline = touchcal.read_outline(drawing, name="peg", unit=0.001)
+    assert sorted(map(tuple, np.round(outline, 12))) == [(-0.01, -0.01), (-0.01, 0.01), (0.01, -0.01), (0.01, 0.01)]
+    with pytest.raises(touchcal.InputError, match="outline_unit"):
+        touchcal.read_outline(drawing, name="peg")
+    peg, block = box(tmp_path / "peg.obj", 0, 40), box(tmp_path / "block.obj", -30, 0)
+    above = [touchcal.pose((0, 0, 0.002)), touchcal.pose((0.001, 0, -0.0001))]
+    assert Manifold.meshes(peg, block, depth=0.03).distance(above) == pytest.approx([0.002, 0.0001], abs=1e-12)
+    (tmp_path / "open.obj").write_text(peg.read_text().replace("f 4 3 2 1\n", ""))
+    with pytest.raises(touchcal.InputError, match="closed surface.* mm has 1"):
+        Manifold.meshes(tmp_path / "open.obj", block, depth=0.03)
+
+
 def test_projection_finds_the_nearest_sample() -> None:
     rng = np.random.default_rng(2)
     places, angles = rng.uniform(-0.01, 0.01, (200, 3)), rng.uniform(-0.2, 0.2, (200, 3))

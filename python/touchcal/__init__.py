@@ -44,6 +44,7 @@ from touchcal._touchcal import (
     offset_outline,
     pose,
     project,
+    read_outline,
     simulate,
 )
 
@@ -80,5 +81,6 @@ __all__ = [
     "offset_outline",
     "pose",
     "project",
+    "read_outline",
     "simulate",
 ]

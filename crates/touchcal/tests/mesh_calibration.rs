@@ -7,11 +7,19 @@ mod common;
 #[path = "common/parts.rs"]
 mod parts;
 
+use std::sync::Arc;
+
 use common::{data, mujoco_trial, solve};
-use parts::{block, peg, stl};
-use touchcal::estimate::{Estimate, Problem};
+use parts::{Mesh, block, block_around, lofted, obj, peg, rounded, solid, stl};
+use touchcal::estimate::{Estimate, Loss, Method, Noise, Problem};
+use touchcal::experiment::{Search, Trial};
+use touchcal::geometry::extrusion::PegAndHole;
 use touchcal::geometry::profile::Profile;
-use touchcal::io::problem_file;
+use touchcal::geometry::solids::Solids;
+use touchcal::io::urdf::{self, Ends};
+use touchcal::io::{mesh, problem_file};
+use touchcal::manifold::{ContactManifold, PegInHole, SolidInHole, peg_in_hole};
+use touchcal::sim::{Exploration, Parts, Preset};
 
 /// Largest difference of a parameter, in standard deviations.
 fn apart(a: &Estimate, b: &Estimate) -> f64 {
@@ -26,16 +34,12 @@ fn timed(problem: &Problem) -> (Estimate, f64) {
     (estimate, start.elapsed().as_secs_f64())
 }
 
-#[test]
-fn a_problem_with_stl_files_finds_what_its_outlines_find() {
-    let (outlines, _) = mujoco_trial("extrusion/rich/trial_00");
+/// The problem of a MuJoCo trial's contacts with the parts, which are straight, as STL files.
+fn with_files(trial: &str, peg: &Mesh, hole: &Mesh) -> Problem {
     let folder = tempfile::tempdir().unwrap();
-    let slot = Profile::extrusion25();
-    let peg = peg(&slot, 0.04);
-    assert!(peg.1.len() >= 1000, "{}", peg.1.len());
-    std::fs::write(folder.path().join("peg.stl"), stl(&peg)).unwrap();
-    std::fs::write(folder.path().join("hole.stl"), stl(&block(&slot.offset_mitred(0.5e-3).unwrap(), 0.03))).unwrap();
-    let log = data().join("mujoco_iiwa14/extrusion/rich/trial_00/contact.csv.gz");
+    std::fs::write(folder.path().join("peg.stl"), stl(peg)).unwrap();
+    std::fs::write(folder.path().join("hole.stl"), stl(hole)).unwrap();
+    let log = data().join("mujoco_iiwa14").join(trial).join("contact.csv.gz");
     let text = format!(
         r#"
 [robot]
@@ -62,13 +66,63 @@ parameters = ["strain", "joint_offset"]
 "#,
         log.display().to_string()
     );
-    let meshes = problem_file::read(&text, "problem.toml", folder.path()).unwrap();
-    assert_eq!(meshes.inputs.len(), 4, "{:?}", meshes.inputs);
-    let ((with_outlines, straight_s), (with_meshes, mesh_s)) = (timed(&outlines), timed(&meshes.problem));
-    let apart = apart(&with_outlines, &with_meshes);
+    let loaded = problem_file::read(&text, "problem.toml", folder.path()).unwrap();
+    assert_eq!(loaded.inputs.len(), 4, "{:?}", loaded.inputs);
+    assert_eq!(loaded.problem.fixtures[0].manifold.name(), "peg in hole");
+    loaded.problem
+}
+
+#[test]
+fn a_problem_with_stl_files_finds_what_its_outlines_find() {
+    const TRIAL: &str = "extrusion/rich/trial_00";
+    let (outlines, _) = mujoco_trial(TRIAL);
+    let slot = Profile::extrusion25();
+    let (peg, hole) = (peg(&slot, 0.04), block(&slot.offset_mitred(0.5e-3).unwrap(), 0.03));
+    assert!(peg.1.len() >= 1000, "{}", peg.1.len());
+    let files = with_files(TRIAL, &peg, &hole);
+    let mut meshes = files.clone();
+    meshes.fixtures[0].manifold = Arc::new(SolidInHole::new(Solids::new(solid(&peg), solid(&hole)), 0.03));
+    let [(with_outlines, straight_s), (with_files, files_s), (with_meshes, mesh_s)] =
+        [&outlines, &files, &meshes].map(timed);
+    let (of_files, of_meshes) = (apart(&with_outlines, &with_files), apart(&with_outlines, &with_meshes));
     println!(
-        "T-slot as mesh, {} contacts | {apart:.2e} sigma apart, {mesh_s:.2} s, outlines {straight_s:.2} s",
+        "T-slot, {} contacts | {straight_s:.2} s as outlines; {of_files:.2e} sigma apart, {files_s:.2} s as straight meshes; {of_meshes:.2e} sigma apart, {mesh_s:.2} s as any meshes",
         outlines.contacts.len()
     );
-    assert!(apart < 0.05, "{apart}");
+    assert!(of_files < 1e-3, "{of_files}");
+    assert!(of_meshes < 0.05, "{of_meshes}");
+}
+
+/// With its corners rounded, a peg has a thousand triangles in earnest. The contacts are those of these parts.
+#[test]
+fn rounded_meshes_find_what_rounded_outlines_find() {
+    let slot = Profile::extrusion25();
+    let [peg, hole] = [slot.clone(), slot.offset_mitred(0.5e-3).unwrap()].map(|outline| rounded(&outline, 0.1e-3, 7));
+    let peg_mesh = lofted(&[(&peg, 0.0), (&peg, 0.04)]);
+    assert!(peg_mesh.1.len() >= 1000, "{}", peg_mesh.1.len());
+    // OBJ has all digits: where corners are round, a nanometre moves the end of a search.
+    let read = |mesh: &Mesh| mesh::read(obj(mesh).as_bytes(), "part.obj", 1e-3).unwrap();
+    let meshes = peg_in_hole(Solids::new(read(&peg_mesh), read(&block_around(&hole, 0.03, 0.04))), 0.03);
+    assert_eq!(meshes.name(), "peg in hole");
+    let outlines = PegAndHole::new(peg, 0.04, hole, 0.03).unwrap();
+
+    let robot = urdf::read_builtin("iiwa14", Ends::default()).unwrap().robot;
+    let mut scenario = Preset::Paper.scenario(robot).unwrap();
+    scenario.contacts = 1000;
+    scenario.contact_sigma = 0.0;
+    scenario.stiffness.rotation = 30.0;
+    scenario.touches[0].exploration = Exploration { radius: 2e-3, tilt: 0.04, press: 3e-3, swing: 0.2, pace: 1.0 };
+    scenario.touches[0].parts = Parts::PegInHole(Box::new(outlines.clone()));
+    let trial = Trial::simulated(&scenario, 1).unwrap();
+    let noise = Noise { encoder: 3.5e-5, contact: 20e-6, learned: false };
+    let search = Search { method: Method::LevenbergMarquardt, noise, loss: Loss::GemanMcClure(3.0) };
+    let problem = |manifold: Box<dyn ContactManifold>| trial.problem(manifold, search);
+
+    let (with_outlines, straight_s) = timed(&problem(Box::new(PegInHole::new(outlines))));
+    let (with_meshes, mesh_s) = timed(&problem(meshes));
+    let apart = apart(&with_outlines, &with_meshes);
+    println!(
+        "rounded T-slot | {straight_s:.2} s as outlines; {apart:.2e} sigma apart, {mesh_s:.2} s as straight meshes"
+    );
+    assert!(apart < 1e-6, "{apart}");
 }

@@ -1,7 +1,7 @@
 //! Shapes and exact signed distances between them.
 //!
 //! [`profile`] holds the outlines, [`extrusion`] the gap between a straight peg and a straight hole; [`solid`] holds bodies of any shape as
-//! triangles, [`solids`] the gap between two of them.
+//! triangles, [`solids`] the gap between two of them. Bodies that are straight are told from others ([`PegAndHole::of_straight`](extrusion::PegAndHole::of_straight)).
 
 pub mod extrusion;
 pub mod profile;
@@ -16,3 +16,4 @@ mod nearness;
 mod outlines;
 mod scan;
 mod silhouette;
+mod straight;

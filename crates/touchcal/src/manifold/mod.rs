@@ -25,7 +25,7 @@ pub use plane::Plane;
 pub use projection::{Projected, Projection};
 pub use samples::{PoseSamples, SamplesError};
 pub use sketch::{Shape, Sketch};
-pub use solid_in_hole::SolidInHole;
+pub use solid_in_hole::{SolidInHole, peg_in_hole};
 pub use training_pairs::TrainingPairs;
 pub use unknown::Unknown;
 

@@ -18,6 +18,8 @@ use crate::se3::Pose;
 pub struct PegInHole {
     /// Shapes of peg and hole.
     pub shapes: PegAndHole,
+    /// How far the peg goes in (m): the depth of the envelope.
+    pub depth: f64,
     /// Scale of the envelope's translation rows (m).
     pub translation_scale: f64,
     /// Scale of the envelope's rotation rows (rad).
@@ -25,13 +27,18 @@ pub struct PegInHole {
 }
 
 impl PegInHole {
-    /// With an envelope scale of half a millimetre and one degree.
+    /// A peg that goes in down to the floor, with an envelope scale of half a millimetre and one degree.
     pub fn new(shapes: PegAndHole) -> Self {
-        PegInHole { shapes, translation_scale: TRANSLATION_SCALE, rotation_scale: ROTATION_SCALE }
+        PegInHole {
+            depth: shapes.depth(),
+            shapes,
+            translation_scale: TRANSLATION_SCALE,
+            rotation_scale: ROTATION_SCALE,
+        }
     }
 
     fn hole(&self) -> Hole {
-        Hole { depth: self.shapes.depth(), peg_radius: self.shapes.peg().bounding_radius() }
+        Hole { depth: self.depth, peg_radius: self.shapes.peg().bounding_radius() }
     }
 }
 
@@ -71,7 +78,7 @@ impl ContactManifold for PegInHole {
     fn sketch(&self) -> Sketch {
         let prism = |outline: &Profile, from, to| Shape::Prism { outline: outline.vertices().to_vec(), from, to };
         let shapes = &self.shapes;
-        Sketch { tool: prism(shapes.peg(), 0.0, shapes.length()), fixture: prism(shapes.hole(), -shapes.depth(), 0.0) }
+        Sketch { tool: prism(shapes.peg(), 0.0, shapes.length()), fixture: prism(shapes.hole(), -self.depth, 0.0) }
     }
 
     fn has_interference(&self) -> bool {

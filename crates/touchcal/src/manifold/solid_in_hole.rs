@@ -1,9 +1,19 @@
 //! A peg of any shape in a hole of any shape, both as meshes.
 
 use super::hole::{self, Hole, ROTATION_SCALE, TRANSLATION_SCALE};
-use super::{ContactManifold, Reach, Rows, Shape, Sketch};
+use super::{ContactManifold, PegInHole, Reach, Rows, Shape, Sketch};
+use crate::geometry::extrusion::PegAndHole;
 use crate::geometry::solids::{Solids, Touch};
 use crate::se3::Pose;
+
+/// Contact of a peg (the tool) with the body around a hole, into which it goes `depth` (m): as outlines, which is faster, if both are straight
+/// ([`PegAndHole::of_straight`]), else as [`SolidInHole`].
+pub fn peg_in_hole(parts: Solids, depth: f64) -> Box<dyn ContactManifold> {
+    match PegAndHole::of_straight(&parts, depth) {
+        Some(shapes) => Box::new(PegInHole { depth, ..PegInHole::new(shapes) }),
+        None => Box::new(SolidInHole::new(parts, depth)),
+    }
+}
 
 /// Contact of a peg with the hole it goes into, as [`PegInHole`](super::PegInHole) but for bodies of any shape: chamfers, cones, steps.
 ///
@@ -30,7 +40,7 @@ impl SolidInHole {
 
 impl ContactManifold for SolidInHole {
     fn name(&self) -> &'static str {
-        "peg in hole"
+        "peg in hole, not straight"
     }
 
     fn residual(&self, hole_from_peg: &Pose, resolution: f64, rows: &mut Rows) {

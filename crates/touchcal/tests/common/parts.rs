@@ -2,6 +2,7 @@
 #![allow(dead_code, reason = "each test crate uses a part")]
 
 use std::collections::HashMap;
+use std::f64::consts::FRAC_PI_2;
 
 use nalgebra::{Point2, Point3};
 use touchcal::geometry::profile::Profile;
@@ -126,6 +127,93 @@ pub fn round_block(radius: f64, depth: f64, sides: usize) -> Mesh {
         (0.0, -depth),
     ];
     turned(&line, sides)
+}
+
+/// An outline along x and y with its corners rounded, each by so many points on an arc.
+pub fn rounded(outline: &Profile, radius: f64, points: usize) -> Profile {
+    let n = outline.len();
+    let v = outline.vertices();
+    let corner = |i: usize| {
+        let (to_last, to_next) = ((v[(i + n - 1) % n] - v[i]).normalize(), (v[(i + 1) % n] - v[i]).normalize());
+        let centre = v[i] + (to_last + to_next) * radius;
+        (0..points).map(move |k| {
+            let (sin, cos) = (FRAC_PI_2 * k as f64 / (points - 1) as f64).sin_cos();
+            centre - to_next * (radius * cos) - to_last * (radius * sin)
+        })
+    };
+    Profile::new((0..n).flat_map(corner).collect()).expect("an outline")
+}
+
+/// What lies between outlines at heights, of equally many points each: flat at both ends.
+pub fn lofted(sections: &[(&Profile, f64)]) -> Mesh {
+    let mut mesh = Mesh::default();
+    for pair in sections.windows(2) {
+        walls(&mut mesh, (pair[0].0.vertices(), pair[0].1), (pair[1].0.vertices(), pair[1].1));
+    }
+    for (end, is_up) in [(sections.first(), false), (sections.last(), true)] {
+        let (outline, z) = end.expect("a section");
+        face(&mut mesh, outline.vertices(), *z, is_up);
+    }
+    mesh
+}
+
+/// A block of 60 mm and so thick, with a hole of any outline: so deep, or through it.
+pub fn block_around(hole: &Profile, depth: f64, thickness: f64) -> Mesh {
+    let around = hole.vertices();
+    let right = (0..around.len()).fold(0, |best, i| if around[i].x > around[best].x { i } else { best });
+    // From the hole's rightmost point straight to the outside, once round the hole the other way, and back.
+    let gate = Point2::new(0.03, around[right].y);
+    let outside = [(-0.03, 0.03), (-0.03, -0.03), (0.03, -0.03)].map(|(x, y)| Point2::new(x, y));
+    let outside = [&[gate, Point2::new(0.03, 0.03)], outside.as_slice()].concat();
+    let inside = (0..=around.len()).map(|k| around[(right + around.len() - k) % around.len()]);
+    let ring: Vec<Point2<f64>> = outside.iter().copied().chain([gate]).chain(inside).collect();
+    let mut mesh = Mesh::default();
+    face(&mut mesh, &ring, 0.0, true);
+    walls(&mut mesh, (&outside, -thickness), (&outside, 0.0));
+    walls(&mut mesh, (around, 0.0), (around, -depth));
+    if depth < thickness {
+        face(&mut mesh, around, -depth, true);
+        face(&mut mesh, &outside, -thickness, false);
+    } else {
+        face(&mut mesh, &ring, -thickness, false);
+    }
+    mesh
+}
+
+/// Adds the sides between two outlines.
+fn walls(mesh: &mut Mesh, (from, bottom): (&[Point2<f64>], f64), (to, top): (&[Point2<f64>], f64)) {
+    for k in 0..from.len() {
+        let next = (k + 1) % from.len();
+        let [a, b] = [k, next].map(|i| Point3::new(from[i].x, from[i].y, bottom));
+        let [d, c] = [k, next].map(|i| Point3::new(to[i].x, to[i].y, top));
+        push(mesh, [a, b, c]);
+        push(mesh, [a, c, d]);
+    }
+}
+
+/// Adds a flat face, cutting off ear after ear.
+fn face(mesh: &mut Mesh, outline: &[Point2<f64>], z: f64, is_up: bool) {
+    let mut rest: Vec<Point2<f64>> = outline.to_vec();
+    while rest.len() >= 3 {
+        let n = rest.len();
+        let corners = |i: usize| [rest[(i + n - 1) % n], rest[i], rest[(i + 1) % n]];
+        let is_ear = |i: &usize| {
+            let [a, b, c] = corners(*i);
+            let is_left = |p: Point2<f64>, q: Point2<f64>, r: Point2<f64>| (q - p).perp(&(r - p)) >= 0.0;
+            let holds = |p: &Point2<f64>| is_left(a, b, *p) && is_left(b, c, *p) && is_left(c, a, *p);
+            (b - a).perp(&(c - b)) > 0.0 && !rest.iter().any(|p| ![a, b, c].contains(p) && holds(p))
+        };
+        let ear = (0..n).find(is_ear).expect("an ear");
+        let [a, b, c] = corners(ear).map(|p| Point3::new(p.x, p.y, z));
+        push(mesh, if is_up { [a, b, c] } else { [a, c, b] });
+        rest.remove(ear);
+    }
+}
+
+fn push((vertices, triangles): &mut Mesh, corners: [Point3<f64>; 3]) {
+    let first = vertices.len() as u32;
+    vertices.extend(corners);
+    triangles.push([first, first + 1, first + 2]);
 }
 
 /// The outline of what [`turned`] makes of a radius.

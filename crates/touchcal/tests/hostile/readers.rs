@@ -3,9 +3,14 @@
 use std::path::{Path, PathBuf};
 
 use touchcal::contact::ContactLog;
+use touchcal::geometry::solids::Solids;
 use touchcal::io::contact_log::{self, AngleUnit, Detection, LogTable, Options};
+use touchcal::io::outline::{self, Choice};
 use touchcal::io::urdf::{self, Ends};
-use touchcal::io::{IoError, checkpoint_file, estimate_file, manifold_file, problem_file, scenario_file, weights_file};
+use touchcal::io::{
+    IoError, checkpoint_file, estimate_file, manifold_file, mesh, problem_file, scenario_file, weights_file,
+};
+use touchcal::manifold;
 use touchcal::robot::Robot;
 
 /// Reads a file, whatever is in it.
@@ -21,9 +26,13 @@ pub const READERS: &[(&str, Reader)] = &[
     ("contact_mcap", read_log),
     ("poses", |path| manifold_file::read_samples(path).map(drop)),
     ("outline", |path| {
-        let folder = renamed(with(path, "hole.csv", LOG), "outline.csv");
-        problem_file::read(OUTLINE, "problem.toml", &folder).map(drop)
+        renamed(with(path, "hole.csv", LOG), "outline.csv");
+        problem_file::read(OUTLINE, "problem.toml", folder(path)).map(drop)
     }),
+    ("outline_svg", |path| outline::read_file(&renamed(path, "part.svg"), MILLIMETRES).map(drop)),
+    ("outline_dxf", |path| outline::read_file(&renamed(path, "part.dxf"), MILLIMETRES).map(drop)),
+    ("mesh_stl", |path| read_mesh(&renamed(path, "part.stl"))),
+    ("mesh_obj", |path| read_mesh(&renamed(path, "part.obj"))),
     ("estimate", |path| estimate_file::EstimateFile::read_file(path).map(drop)),
     ("manifold", |path| manifold_file::ManifoldFile::read_file(path).map(drop)),
     ("weights", |path| weights_file::WeightsFile::read_file(path).map(drop)),
@@ -45,12 +54,22 @@ fn read_log(path: &Path) -> Result<(), IoError> {
     plain.map(drop)
 }
 
+/// A mesh, as a peg and as the body around a hole.
+fn read_mesh(path: &Path) -> Result<(), IoError> {
+    let (solid, _) = mesh::read_file(path, 1e-3)?;
+    drop(manifold::peg_in_hole(Solids::new(solid.clone(), solid), 0.03));
+    Ok(())
+}
+
 fn arm() -> Robot {
     const ARM: &str = "<robot><link name='b'/><link name='l'/><link name='t'/>\
       <joint name='q1' type='revolute'><parent link='b'/><child link='l'/><limit lower='-2' upper='2'/></joint>\
       <joint name='q2' type='revolute'><parent link='l'/><child link='t'/><limit lower='-2' upper='2'/></joint></robot>";
     urdf::read(ARM, "arm.urdf", Ends::default()).expect("a URDF")
 }
+
+/// Any part of a drawing, in millimetres if it does not say.
+const MILLIMETRES: Choice<'static> = Choice { name: None, unit: Some(1e-3) };
 
 /// A problem whose peg's outline is beside it.
 const OUTLINE: &str = "robot.builtin = 'iiwa14'\ntool = { kind = 'peg', outline = 'outline.csv', length_mm = 40 }\n\
@@ -66,9 +85,13 @@ fn with<'p>(path: &'p Path, name: &str, content: &[u8]) -> &'p Path {
     path
 }
 
-/// The folder of `path`, where its content is under another name too.
+/// A copy of `path` beside it, under another name.
 fn renamed(path: &Path, name: &str) -> PathBuf {
-    let folder = path.parent().unwrap_or(Path::new("."));
-    std::fs::copy(path, folder.join(name)).expect("a copy");
-    folder.to_owned()
+    let copy = folder(path).join(name);
+    std::fs::copy(path, &copy).expect("a copy");
+    copy
+}
+
+fn folder(path: &Path) -> &Path {
+    path.parent().unwrap_or(Path::new("."))
 }

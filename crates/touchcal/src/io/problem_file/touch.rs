@@ -16,7 +16,7 @@ use crate::geometry::solid::Solid;
 use crate::geometry::solids::Solids;
 use crate::io::bytes::Input;
 use crate::io::error::{IoError, Place};
-use crate::manifold::{ContactManifold, SolidInHole, Unknown};
+use crate::manifold::{self, ContactManifold, Unknown};
 use crate::sim::Parts;
 
 /// What the tool table says of the tool's shape.
@@ -82,7 +82,7 @@ impl Shape {
                 ManifoldToml::Unknown => return Ok(Box::new(Unknown)),
             }
             if let Some(peg) = &self.solid {
-                return Ok(Box::new(solid_in_hole(peg, fixture, context, inputs)?));
+                return solid_in_hole(peg, fixture, context, inputs);
             }
         }
         Ok(manifold_of(&self.parts(fixture, context, inputs)?))
@@ -184,7 +184,7 @@ fn solid_in_hole(
     table: &Spanned<FixtureToml>,
     context: &Context<'_>,
     inputs: &mut Vec<Input>,
-) -> Result<SolidInHole, IoError> {
+) -> Result<Box<dyn ContactManifold>, IoError> {
     let fixture = table.get_ref();
     let name = format!("fixture `{}`", fixture.name.get_ref());
     let offset = fixture.outline_offset_mm.as_ref().map(|offset| (offset.span(), "outline_offset_mm"));
@@ -196,7 +196,7 @@ fn solid_in_hole(
     }
     let depth = context.required(fixture.depth_mm.as_ref(), MM, table.span(), &format!("{name}, depth_mm"))?;
     match sources.solid(&name, context, inputs)? {
-        Some(hole) => Ok(SolidInHole::new(Solids::new(peg.clone(), hole), depth)),
+        Some(hole) => Ok(manifold::peg_in_hole(Solids::new(peg.clone(), hole), depth)),
         None => {
             Err(IoError::unexpected(context.place(table.span(), name), "`mesh` of the hole, as the peg has", "none"))
         }
