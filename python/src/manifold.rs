@@ -92,9 +92,8 @@ impl Manifold {
     #[staticmethod]
     #[pyo3(signature = (peg, hole, *, depth, unit=0.001))]
     fn meshes(peg: PathBuf, hole: PathBuf, depth: f64, unit: f64) -> PyResult<Manifold> {
-        if !(depth > 0.0 && depth.is_finite()) {
-            return Err(unexpected("depth", "a positive length (m)", format!("{depth}")));
-        }
+        positive("depth", depth)?;
+        positive("unit", unit)?;
         let (peg, of_peg) = mesh::read_file(&peg, unit).map_err(io)?;
         let (hole, of_hole) = mesh::read_file(&hole, unit).map_err(io)?;
         let shape = Arc::from(peg_in_hole(Solids::new(peg, hole), depth));
@@ -232,8 +231,16 @@ pub fn read_outline<'py>(
     name: Option<&str>,
     unit: Option<f64>,
 ) -> PyResult<Bound<'py, PyArray2<f64>>> {
+    unit.map_or(Ok(()), |unit| positive("unit", unit))?;
     let (profile, _) = touchcal::io::outline::read_file(&path, Choice { name, unit }).map_err(io)?;
     self::outline(py, &profile)
+}
+
+fn positive(what: &str, length: f64) -> PyResult<()> {
+    if length > 0.0 && length.is_finite() {
+        return Ok(());
+    }
+    Err(unexpected(what, "a positive length (m)", format!("{length}")))
 }
 
 fn outline<'py>(py: Python<'py>, profile: &Profile) -> PyResult<Bound<'py, PyArray2<f64>>> {

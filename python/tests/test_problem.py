@@ -104,6 +104,11 @@ def test_drawings_and_meshes_are_read(tmp_path: Path) -> None:
     peg, block = box(tmp_path / "peg.obj", 0, 40), box(tmp_path / "block.obj", -30, 0)
     above = [touchcal.pose((0, 0, 0.002)), touchcal.pose((0.001, 0, -0.0001))]
     assert Manifold.meshes(peg, block, depth=0.03).distance(above) == pytest.approx([0.002, 0.0001], abs=1e-12)
+    for unit in (0.0, -0.001, float("nan")):
+        with pytest.raises(touchcal.InputError, match="positive length"):
+            Manifold.meshes(peg, block, depth=0.03, unit=unit)
+        with pytest.raises(touchcal.InputError, match="positive length"):
+            touchcal.read_outline(drawing, name="peg", unit=unit)
     (tmp_path / "open.obj").write_text(peg.read_text().replace("f 4 3 2 1\n", ""))
     with pytest.raises(touchcal.InputError, match="closed surface.* mm has 1"):
         Manifold.meshes(tmp_path / "open.obj", block, depth=0.03)

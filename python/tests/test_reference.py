@@ -92,6 +92,8 @@ def page() -> str:
 
 def test_the_guides_reference_is_what_the_code_says() -> None:
     found = page()
+    public = {name for name in touchcal.__all__ if not name.startswith("_")}
+    assert public <= set(re.findall(r"^## (\w+)", found, re.MULTILINE))
     if os.environ.get("TOUCHCAL_UPDATE") == "1":
         PAGE.write_text(found)
     assert PAGE.read_text() == found

@@ -134,6 +134,14 @@ fn parts_that_are_not_straight_are_none() {
     let two = cells([&xs, &ys, &[-0.04, -DEPTH, 0.0]], |p| {
         p.z < -DEPTH || !(slot_hole.contains(&p.xy()) || (p.x > 0.02 && p.y.abs() < 0.01))
     });
+    // A ledge beside the block, as large as the hole and as deep as a floor would be.
+    let xs = [-0.03, -0.01, 0.01, 0.03, 0.05];
+    let ledge = cells([&xs, &[-0.03, -0.01, 0.01, 0.03], &[-0.05, -DEPTH, 0.0]], |p| {
+        let is_hole = p.x.abs() < 0.01 && p.y.abs() < 0.01;
+        let is_beside = p.x > 0.03;
+        !is_hole && (!is_beside || (p.z < -DEPTH && p.y.abs() < 0.01))
+    });
+    assert!(found(&straight, &ledge).is_none());
     for (name, hole) in
         [("funnel", &widening(0.01051)), ("two steps", &stepped(0.01)), ("through", &through), ("open side", &two)]
     {

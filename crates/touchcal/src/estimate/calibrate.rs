@@ -236,8 +236,14 @@ impl<'p> Search<'p> {
                 let learned = self.system.learn_walls(&self.theta, &self.scale, stride);
                 // Steps of expectation–maximisation lead down; longer ones are looked at, since walls come and go.
                 match learned.step {
-                    Some(step) => self.theta += step,
+                    Some(step) => {
+                        self.theta += step;
+                        self.termination.iterations += 1;
+                    }
                     None => self.minimise((Rung::Walls, stride), NARROW, observe),
+                }
+                if self.interrupted() {
+                    return;
                 }
                 if learned.change < settled {
                     break;

@@ -51,7 +51,7 @@ pub(crate) struct ContactRows {
     /// Which walls were near, and what they said, if they were asked.
     reach: Reach,
     pub(super) said: Option<Said>,
-    /// Whether walls are to say what follows from how often they are touched.
+    /// Whether sums are for the covariance: true second derivatives, squares of slopes, and what follows from how often walls are touched.
     pub(super) by_odds: bool,
 }
 

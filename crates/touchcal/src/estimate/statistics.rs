@@ -33,12 +33,12 @@ const TELLING: f64 = 0.3;
 /// Directions of which contacts say less than this share of what they say of the best are not seen.
 const SEEN: f64 = 1e-10;
 
-/// Sums over the contacts, at one set of parameters. Behind these, the `ln κ_j` of all surfaces are columns too.
+/// Sums over the contacts, at one set of parameters. Where the covariance is wanted, the `ln κ_j` of all surfaces are columns too, behind these.
 #[derive(Clone, Debug)]
 pub(crate) struct Statistics {
-    /// Derivatives of `−ln L`. The second is what it would be if it were known which walls are touched, as a search wants it, or the true one with `ln κ_j` for the covariance.
+    /// Derivatives of `−ln L`. The second is what it would be if it were known which walls are touched, as a search wants it, or the true one with `ln κ_j` for the covariance. The first is the parameters' part only.
     pub derivatives: NormalEquations,
-    /// `Σ s sᵀ` of each contact's slope `s`: the covariance of their sum.
+    /// `Σ s sᵀ` of each contact's slope `s`: the covariance of their sum. Empty in a search.
     pub squares_of_slope: NormalEquations,
     /// Sums of slopes over blocks of contacts that follow each other.
     slopes_of_blocks: Vec<DVector<f64>>,
@@ -293,8 +293,8 @@ impl System<'_> {
         let mut found = self.wall_statistics(theta, stride, false);
         let (odds, noise) = (found.odds(&self.odds), found.noise(self.wall_noise, self.parameters.len()));
         let mut change = found.change(&self.odds, &odds).max((noise / self.wall_noise).ln().abs());
-        let data = &found.derivatives.information + self.distance_information(theta);
         self.at(theta).add_distances(&mut found.derivatives);
+        let data = found.derivatives.clone().complete().information;
         self.add_priors(theta, Rung::Walls, &mut found.derivatives);
         let normal = found.derivatives.complete();
         let step = normal.damped(scale, 0.0).map(|damped| damped.step(&normal.gradient));

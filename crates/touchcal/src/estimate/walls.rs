@@ -12,7 +12,7 @@
 //!
 //! Walls join a set one after the other. Each one takes what it has in common with the others out of them, so that the next is independent of it.
 //!
-//! Source: mixtures as in Dempster, Laird & Rubin (1977); [`Said::observed`] is equation 3.2 of Louis, *Finding the observed information matrix when using the
+//! Source: mixtures as in Dempster, Laird & Rubin (1977); [`Said::observed`] is, but for the way out of reach, equation 3.2 of Louis, *Finding the observed information matrix when using the
 //! EM algorithm* (1982).
 
 use nalgebra::{SMatrix, SVector};
@@ -27,6 +27,8 @@ pub(super) type Square<const N: usize = MAX_ROWS> = SMatrix<f64, N, N>;
 pub(super) const REACH: f64 = 4.0;
 /// Standard deviations above zero from which walls begin to leave, see [`leave`].
 const LEAVING: f64 = 2.0;
+/// Least way (m) out of reach: where noise moves nothing, too.
+const SHORTEST_WAY: f64 = 1e-12;
 /// A set of walls whose squared whitened distances exceed this is not touched.
 const IMPOSSIBLE: f64 = 60.0;
 /// Start of `κ` (m) and of `η`.
@@ -93,6 +95,8 @@ pub(super) struct Said {
     pub deviations: f64,
 }
 
+const _: () = assert!(MAX_ROWS == 6, "weigh has an arm for each count");
+
 /// What they say.
 pub(super) fn weigh(near: &Near) -> Said {
     match near.count {
@@ -147,7 +151,7 @@ fn padded<const N: usize, const C: usize, const P: usize>(matrix: &SMatrix<f64, 
 /// What a wall adds to the cost on its way out of reach, and its derivatives. Free walls push away from zero, where as many of them begin as end somewhere out of reach: evenly spread
 /// ones must on average push back as much on their way out. Smoothly, since touched walls come that far too, and their slope's derivative counts.
 fn leave(distance: f64, deviation: f64) -> (f64, f64, f64) {
-    let way = (REACH - LEAVING) * deviation;
+    let way = ((REACH - LEAVING) * deviation).max(SHORTEST_WAY);
     let left = ((distance - LEAVING * deviation) / way).clamp(0.0, 1.0);
     let within = f64::from(u8::from(left > 0.0 && left < 1.0));
     let cost = left * left * (3.0 - 2.0 * left) - 1.0;

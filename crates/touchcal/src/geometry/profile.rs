@@ -236,7 +236,8 @@ pub(super) fn foot_on_segment(point: &Point2<f64>, (a, b): (Point2<f64>, Point2<
     a + along * ((point - a).dot(&along) / along.norm_squared()).clamp(0.0, 1.0)
 }
 
-fn signed_area(vertices: &[Point2<f64>]) -> f64 {
+/// Enclosed area (m²), negative if clockwise.
+pub(super) fn signed_area(vertices: &[Point2<f64>]) -> f64 {
     let n = vertices.len();
     // Relative to one vertex, so that a far-away outline keeps its digits.
     let origin = vertices[0];

@@ -5,7 +5,7 @@ use std::collections::{HashMap, HashSet};
 use nalgebra::{Point2, Point3};
 
 use super::extrusion::PegAndHole;
-use super::profile::{MAX_VERTICES, Profile};
+use super::profile::{MAX_VERTICES, Profile, signed_area};
 use super::solid::Solid;
 use super::solids::Solids;
 
@@ -24,7 +24,7 @@ impl PegAndHole {
         let (hole, floor) = straight_hole(parts.fixture())?;
         let below = match floor {
             Floor::Flat(below) => below,
-            Floor::Open(thickness) if depth < thickness => thickness + length,
+            Floor::Open(thickness) if depth + rounding(parts.fixture()) < thickness => thickness + length,
             Floor::Open(_) => return None,
         };
         PegAndHole::new(peg, length, hole, below).ok()
@@ -44,7 +44,10 @@ fn straight_peg(solid: &Solid) -> Option<(Profile, f64)> {
     let rounding = rounding(solid);
     match levels(solid, rounding)?.as_slice() {
         [tip, end] if tip.z.abs() <= rounding && !tip.is_up && end.is_up => {
-            let [around] = tip.loops.as_slice() else { return None };
+            let ([around], [other]) = (tip.loops.as_slice(), end.loops.as_slice()) else { return None };
+            if !is_as_large(around, other, rounding) {
+                return None;
+            }
             Some((outline(around, rounding)?, end.z))
         }
         _ => None,
@@ -61,21 +64,16 @@ fn straight_hole(solid: &Solid) -> Option<(Profile, Floor)> {
     };
     let [one, other] = top.loops.as_slice() else { return None };
     // The other one is the block's outside.
-    let hole = [one, other].into_iter().find(|border| area(border) < 0.0)?;
-    let floor = match below {
-        [bottom] if !bottom.is_up && bottom.loops.len() == 2 => Floor::Open(-bottom.z),
-        [bottom, floor] if !bottom.is_up && floor.is_up => {
-            let [around] = floor.loops.as_slice() else { return None };
-            // Walls are upright, so the floor that is as large as the hole is the hole's.
-            let is_whole = (area(around) + area(hole)).abs() <= rounding * perimeter(hole);
-            if !is_whole {
-                return None;
-            }
-            Floor::Flat(-floor.z)
+    let hole = [one, other].into_iter().find(|border| signed_area(border) < 0.0)?;
+    let (floor, ends) = match below {
+        [bottom] if !bottom.is_up && bottom.loops.len() == 2 => (Floor::Open(-bottom.z), &bottom.loops),
+        [bottom, floor] if !bottom.is_up && floor.is_up && bottom.loops.len() == 1 && floor.loops.len() == 1 => {
+            (Floor::Flat(-floor.z), &floor.loops)
         }
         _ => return None,
     };
-    Some((outline(hole, rounding)?, floor))
+    let is_straight = ends.iter().any(|border| is_as_large(border, hole, rounding));
+    if is_straight { Some((outline(hole, rounding)?, floor)) } else { None }
 }
 
 /// How far (m) a body's points may be off.
@@ -180,9 +178,9 @@ fn outline(border: &[Point2<f64>], rounding: f64) -> Option<Profile> {
     Profile::new(kept).ok()
 }
 
-/// Enclosed area (m²), negative if clockwise.
-fn area(border: &[Point2<f64>]) -> f64 {
-    sides(border).map(|(a, b)| (a - border[0]).perp(&(b - border[0]))).sum::<f64>() / 2.0
+/// Whether two borders enclose the same area but for rounding. Triangles that lean by less than that may add up to a cone.
+fn is_as_large(a: &[Point2<f64>], b: &[Point2<f64>], rounding: f64) -> bool {
+    (signed_area(a).abs() - signed_area(b).abs()).abs() <= rounding * perimeter(b)
 }
 
 fn perimeter(border: &[Point2<f64>]) -> f64 {

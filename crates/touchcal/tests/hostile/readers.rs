@@ -57,6 +57,8 @@ fn read_log(path: &Path) -> Result<(), IoError> {
 /// A mesh, as a peg and as the body around a hole.
 fn read_mesh(path: &Path) -> Result<(), IoError> {
     let (solid, _) = mesh::read_file(path, 1e-3)?;
+    let peg = mesh::read(PEG, "peg.obj", 1e-3)?;
+    drop(manifold::peg_in_hole(Solids::new(peg, solid.clone()), 0.03));
     drop(manifold::peg_in_hole(Solids::new(solid.clone(), solid), 0.03));
     Ok(())
 }
@@ -75,6 +77,10 @@ const MILLIMETRES: Choice<'static> = Choice { name: None, unit: Some(1e-3) };
 const OUTLINE: &str = "robot.builtin = 'iiwa14'\ntool = { kind = 'peg', outline = 'outline.csv', length_mm = 40 }\n\
   contacts = [{ file = 'hole.csv', fixture = 'hole' }]\nestimate.parameters = ['strain']\n\
   fixture = [{ name = 'hole', kind = 'hole', outline_offset_mm = 0.5, depth_mm = 30, base_from_fixture = { xyz_mm = [600, 0, 0] } }]\n";
+
+/// A straight peg.
+const PEG: &[u8] = b"v -10 -10 0\nv 10 -10 0\nv 10 10 0\nv -10 10 0\nv -10 -10 40\nv 10 -10 40\nv 10 10 40\nv -10 10 40\n\
+  f 4 3 2 1\nf 5 6 7 8\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n";
 
 /// The log that a problem names.
 const LOG: &[u8] = b"q1,q2,q3,q4,q5,q6,q7,fx,fy,fz\n0,0.8,0.3,-1.4,-0.2,1,0,0,1,-4\n0,0.8,0.2,-1.4,-0.2,1,0,0,1,-5\n";
