@@ -1,6 +1,7 @@
 """What several tests start from: simulated logs, whose truth no estimator reads, and the command-line tool."""
 
 import os
+import signal
 import subprocess
 from pathlib import Path
 
@@ -9,6 +10,12 @@ import pytest
 import touchcal
 
 SEED = 3
+
+
+@pytest.fixture(autouse=True)
+def ctrl_c() -> None:
+    """A shell that runs the tests in the background has them ignore it."""
+    signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 @pytest.fixture(scope="session")
