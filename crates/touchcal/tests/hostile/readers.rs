@@ -79,7 +79,8 @@ const OUTLINE: &str = "robot.builtin = 'iiwa14'\ntool = { kind = 'peg', outline 
   fixture = [{ name = 'hole', kind = 'hole', outline_offset_mm = 0.5, depth_mm = 30, base_from_fixture = { xyz_mm = [600, 0, 0] } }]\n";
 
 /// A straight peg.
-const PEG: &[u8] = b"v -10 -10 0\nv 10 -10 0\nv 10 10 0\nv -10 10 0\nv -10 -10 40\nv 10 -10 40\nv 10 10 40\nv -10 10 40\n\
+const PEG: &[u8] =
+    b"v -10 -10 0\nv 10 -10 0\nv 10 10 0\nv -10 10 0\nv -10 -10 40\nv 10 -10 40\nv 10 10 40\nv -10 10 40\n\
   f 4 3 2 1\nf 5 6 7 8\nf 1 2 6 5\nf 2 3 7 6\nf 3 4 8 7\nf 4 1 5 8\n";
 
 /// The log that a problem names.
