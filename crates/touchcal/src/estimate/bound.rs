@@ -27,7 +27,11 @@ pub fn cramer_rao(problem: &Problem, truth: impl Fn(Column) -> f64) -> DMatrix<f
     let contacts = if system.has_walls() {
         system.set_resolution(&theta, 1);
         let stride = system.stride(ENOUGH);
-        (0..STEPS).any(|_| system.learn_walls(&theta, &scale, stride).change < SETTLED);
+        for _ in 0..STEPS {
+            if system.learn_walls(&theta, &scale, stride).change < SETTLED {
+                break;
+            }
+        }
         let size = system.parameters.len();
         system.wall_statistics(&theta, 1, true).squares_of_slope.information.view((0, 0), (size, size)).into_owned()
     } else {

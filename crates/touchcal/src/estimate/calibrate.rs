@@ -232,13 +232,16 @@ impl<'p> Search<'p> {
             let stride = self.system.stride(enough);
             // The fewer, the less they know.
             let settled = SETTLED * LOOKS[1] as f64 / enough as f64;
-            for _ in 0..POLISHINGS {
+            for round in 1..=POLISHINGS {
                 let learned = self.system.learn_walls(&self.theta, &self.scale, stride);
                 // Steps of expectation–maximisation lead down; longer ones are looked at, since walls come and go.
                 match learned.step {
                     Some(step) => {
                         self.theta += step;
                         self.termination.iterations += 1;
+                        if observer(Stage::Fine, observe)(round, learned.cost).is_break() {
+                            self.termination.reason = StopReason::Interrupted;
+                        }
                     }
                     None => self.minimise((Rung::Walls, stride), NARROW, observe),
                 }

@@ -52,7 +52,7 @@ pub(crate) struct ContactRows {
     reach: Reach,
     pub(super) said: Option<Said>,
     /// Whether sums are for the covariance: true second derivatives, squares of slopes, and what follows from how often walls are touched.
-    pub(super) by_odds: bool,
+    pub(super) for_covariance: bool,
 }
 
 impl ContactRows {
@@ -111,7 +111,7 @@ impl<'s> At<'s> {
             deviation: 0.0,
             reach: Reach { covariance: Matrix6::zeros(), own_variance: 0.0, interference: 0.0, deviations: 0.0 },
             said: None,
-            by_odds: false,
+            for_covariance: false,
         }
     }
 
@@ -288,7 +288,7 @@ impl<'s> At<'s> {
             distances,
             covariance,
             another,
-            by_odds: into.by_odds,
+            by_odds: into.for_covariance,
         })
     }
 

@@ -127,16 +127,18 @@ impl Tally {
 pub(crate) struct Learned {
     /// The relative change of that.
     pub change: f64,
+    /// The cost where it was learned.
+    pub cost: f64,
     /// The parameters' own step towards what contacts say, if it is short.
     pub step: Option<DVector<f64>>,
 }
 
 impl Statistics {
-    fn new(parameters: usize, odds: &[Vec<Odds>], by_odds: bool) -> Self {
+    fn new(parameters: usize, odds: &[Vec<Odds>], for_covariance: bool) -> Self {
         let none = |odds: &Odds| Tally::new(odds.another.len());
         let surfaces = || odds.iter().flatten().map(|odds| odds.another.len()).sum::<usize>();
-        let size = parameters + if by_odds { surfaces() } else { 0 };
-        let size_of_squares = if by_odds { size } else { 0 };
+        let size = parameters + if for_covariance { surfaces() } else { 0 };
+        let size_of_squares = if for_covariance { size } else { 0 };
         Statistics {
             derivatives: NormalEquations::new(size),
             squares_of_slope: NormalEquations::new(size_of_squares),
@@ -261,19 +263,19 @@ impl System<'_> {
         one_sided && self.problem.noise.encoder > 0.0 && !self.problem.contacts.is_empty()
     }
 
-    /// What every `stride`-th contact says at `theta`, weighted to stand for all; slopes, and what concerns `ln κ_j`, only where `by_odds` wants them.
-    pub fn wall_statistics(&self, theta: &DVector<f64>, stride: usize, by_odds: bool) -> Statistics {
+    /// What every `stride`-th contact says at `theta`, weighted to stand for all: as a search wants it, or as the covariance does.
+    pub fn wall_statistics(&self, theta: &DVector<f64>, stride: usize, for_covariance: bool) -> Statistics {
         let at = self.at(theta);
         let size = self.parameters.len();
         let room = || {
             let mut rows = at.rows();
-            rows.by_odds = by_odds;
-            (rows, Statistics::new(size, &self.odds, by_odds))
+            rows.for_covariance = for_covariance;
+            (rows, Statistics::new(size, &self.odds, for_covariance))
         };
         let (_, rooms) = self.sum(stride, room, |batch, (rows, statistics), _| {
             batch.iter().for_each(|&i| at.add_to(statistics, i, rows));
         });
-        let mut total = Statistics::new(size, &self.odds, by_odds);
+        let mut total = Statistics::new(size, &self.odds, for_covariance);
         rooms.iter().for_each(|(_, statistics)| total.add(statistics));
         total.scale(stride as f64);
         Statistics {
@@ -315,7 +317,7 @@ impl System<'_> {
                 }
             }
         }
-        Learned { change, step }
+        Learned { change, cost: normal.cost, step }
     }
 }
 

@@ -88,8 +88,9 @@ impl At<'_> {
             let (loss, squared) = (self.system.problem.loss, into.squared());
             let (weight, weight_slope) = (loss.weight(squared), loss.weight_slope(squared));
             let slope = |r: usize| weight * into.residual[r];
+            statistics.derivatives.cost += loss.cost(squared);
             let complete = |r: usize, s: usize| if r == s { weight } else { 0.0 };
-            if into.by_odds {
+            if into.for_covariance {
                 let observed =
                     |r: usize, s: usize| complete(r, s) + 2.0 * weight_slope * into.residual[r] * into.residual[s];
                 statistics.derivatives.add_form(seen, jacobian, slope, observed);
@@ -99,10 +100,11 @@ impl At<'_> {
             }
             return;
         };
-        let curvature = if into.by_odds { &said.observed } else { &said.complete };
+        let curvature = if into.for_covariance { &said.observed } else { &said.complete };
         statistics.derivatives.add_form(seen, jacobian, |r| said.slope[r], |r, s| curvature[(r, s)]);
+        statistics.derivatives.cost += 2.0 * said.cost;
         let (region, surfaces) = self.region(f, &into.rows);
-        if into.by_odds {
+        if into.for_covariance {
             self.add_odds(statistics, (f, region), into, said);
         }
         let tally = &mut statistics.tallies[f][region];
