@@ -8,7 +8,7 @@ use numpy::{PyArray1, PyArray2, PyArrayMethods, PyUntypedArrayMethods};
 use pyo3::exceptions::PyUserWarning;
 use pyo3::prelude::*;
 use touchcal::io::Input;
-use touchcal::io::contact_log::{self, AngleUnit, Columns, Detection, Options};
+use touchcal::io::contact_log::{self, AngleUnit, Columns, Detection, Load, LoadFrame, LoadOn, Options};
 
 use crate::array::{Numbers, fixed_rows};
 use crate::error::{io, unexpected};
@@ -34,6 +34,7 @@ fn options(
     joints: Option<Vec<String>>,
     columns: Option<BTreeMap<String, String>>,
     (threshold, release, debounce): Force,
+    load: (Option<&str>, Option<&str>),
 ) -> PyResult<Options> {
     let unit = match unit {
         None => AngleUnit::Undeclared,
@@ -59,7 +60,25 @@ fn options(
         return Err(unexpected("release", format!("at most force_threshold ({threshold})"), format!("{release}")));
     }
     let detection = threshold.map(|threshold| Detection { threshold, release: release.unwrap_or(threshold), debounce });
-    Ok(Options { unit, joints, columns: columns.unwrap_or_default(), detection, ..Options::default() })
+    let load = self::load(load)?;
+    Ok(Options { unit, joints, columns: columns.unwrap_or_default(), detection, load, ..Options::default() })
+}
+
+/// What the wrench says of the load: `load_on` and `load_frame`.
+fn load((on, frame): (Option<&str>, Option<&str>)) -> PyResult<Option<Load>> {
+    let on = match (on, frame) {
+        (None, None) => return Ok(None),
+        (None, Some(_)) => return Err(unexpected("load_frame", "`load_on`", "`load_frame` without it")),
+        (Some("tool"), _) => LoadOn::Tool,
+        (Some("fixture"), _) => LoadOn::Fixture,
+        (Some(other), _) => return Err(unexpected("load_on", "\"tool\" or \"fixture\"", format!("{other:?}"))),
+    };
+    let frame = match frame {
+        None | Some("tip") => LoadFrame::Tip,
+        Some("base") => LoadFrame::Base,
+        Some(other) => return Err(unexpected("load_frame", "\"tip\" or \"base\"", format!("{other:?}"))),
+    };
+    Ok(Some(Load { on, frame }))
 }
 
 impl ContactLog {
@@ -140,12 +159,14 @@ impl ContactLog {
     ///     force_threshold: force (N) above which contact begins; needs `wrench`.
     ///     release: force (N) below which it ends; default: the threshold.
     ///     debounce: rows in a row that either takes.
+    ///     load_on: what the wrench is exerted on, without the tool's weight: "tool" or "fixture"; joints then give way to it as to gravity. Default: they do not.
+    ///     load_frame: the axes along which it is given, about the tip's origin: "tip" or "base"; default: "tip".
     ///     name: what stands for the file in messages, reports and estimate.json.
     ///
     /// Raises:
     ///     InputError: as for a file: numbers that are not finite, degrees where radians are declared, and so on.
     #[staticmethod]
-    #[pyo3(signature = (robot, q, *, wrench=None, contact=None, unit=None, joints=None, force_threshold=None, release=None, debounce=1, name="array"))]
+    #[pyo3(signature = (robot, q, *, wrench=None, contact=None, unit=None, joints=None, force_threshold=None, release=None, debounce=1, load_on=None, load_frame=None, name="array"))]
     fn from_numpy(
         robot: &Robot,
         q: Numbers<'_>,
@@ -156,9 +177,11 @@ impl ContactLog {
         force_threshold: Option<f64>,
         release: Option<f64>,
         debounce: usize,
+        load_on: Option<&str>,
+        load_frame: Option<&str>,
         name: &str,
     ) -> PyResult<ContactLog> {
-        let options = options(unit, joints, None, (force_threshold, release, debounce))?;
+        let options = options(unit, joints, None, (force_threshold, release, debounce), (load_on, load_frame))?;
         let joints = (1..=robot.file.robot.dof()).map(|number| format!("q{number}")).collect();
         let mut arrays = Arrays(Vec::new()).with("q", &q, joints)?;
         if let Some(wrench) = &wrench {
@@ -173,11 +196,11 @@ impl ContactLog {
     /// A log from a pandas DataFrame, whose columns are named as in a file: joint names or `q1` to `qn`, `fx` to `tz`, `contact`; others are ignored.
     ///
     /// Args:
-    ///     robot, unit, joints, force_threshold, release, debounce, name: as for `from_numpy`.
+    ///     robot, unit, joints, force_threshold, release, debounce, load_on, load_frame, name: as for `from_numpy`.
     ///     frame: the columns; joint positions in rad or m.
     ///     columns: by usual name, the frame's name for that column.
     #[staticmethod]
-    #[pyo3(signature = (robot, frame, *, unit=None, joints=None, columns=None, force_threshold=None, release=None, debounce=1, name="DataFrame"))]
+    #[pyo3(signature = (robot, frame, *, unit=None, joints=None, columns=None, force_threshold=None, release=None, debounce=1, load_on=None, load_frame=None, name="DataFrame"))]
     fn from_pandas(
         robot: &Robot,
         frame: Bound<'_, PyAny>,
@@ -187,9 +210,11 @@ impl ContactLog {
         force_threshold: Option<f64>,
         release: Option<f64>,
         debounce: usize,
+        load_on: Option<&str>,
+        load_frame: Option<&str>,
         name: &str,
     ) -> PyResult<ContactLog> {
-        let options = options(unit, joints, columns, (force_threshold, release, debounce))?;
+        let options = options(unit, joints, columns, (force_threshold, release, debounce), (load_on, load_frame))?;
         let labels: Vec<Bound<'_, PyAny>> = frame.getattr("columns")?.try_iter()?.collect::<PyResult<_>>()?;
         let names = labels.iter().map(|label| Ok(label.str()?.to_string())).collect::<PyResult<Vec<String>>>()?;
         let at = frame.getattr("iloc")?;
@@ -208,13 +233,13 @@ impl ContactLog {
     /// A log from a file: CSV, plain or gzipped, Parquet, or a ROS 2 bag in MCAP.
     ///
     /// Args:
-    ///     robot, unit, joints, force_threshold, release, debounce: as for `from_numpy`.
+    ///     robot, unit, joints, force_threshold, release, debounce, load_on, load_frame: as for `from_numpy`.
     ///     path: the file; a header names its columns, as for `from_pandas`; without one they are the joints in order, or what `header` says.
     ///     header: names of the columns of a CSV file that has no header.
     ///     columns: by usual name, the file's name for that column, or for that joint in a bag.
     ///     joint_topic, wrench_topic: topics of a bag; default: the only one of their type.
     #[staticmethod]
-    #[pyo3(signature = (robot, path, *, unit=None, joints=None, header=None, columns=None, joint_topic=None, wrench_topic=None, force_threshold=None, release=None, debounce=1))]
+    #[pyo3(signature = (robot, path, *, unit=None, joints=None, header=None, columns=None, joint_topic=None, wrench_topic=None, force_threshold=None, release=None, debounce=1, load_on=None, load_frame=None))]
     fn from_file(
         py: Python<'_>,
         robot: &Robot,
@@ -228,8 +253,10 @@ impl ContactLog {
         force_threshold: Option<f64>,
         release: Option<f64>,
         debounce: usize,
+        load_on: Option<&str>,
+        load_frame: Option<&str>,
     ) -> PyResult<ContactLog> {
-        let options = options(unit, joints, columns, (force_threshold, release, debounce))?;
+        let options = options(unit, joints, columns, (force_threshold, release, debounce), (load_on, load_frame))?;
         let options = Options { header, joint_topic, wrench_topic, ..options };
         let robot = &robot.file.robot;
         let mut log = touchcal::contact::ContactLog::new(robot.dof());
@@ -241,6 +268,12 @@ impl ContactLog {
     #[getter]
     fn q<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
         contact_positions(py, &self.log)
+    }
+
+    /// What the fixture exerted on the tool in each contact, about the tip's origin, along its axes (N, N m), shape (len, 6); zeros without `load_on`.
+    #[getter]
+    fn loads<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        fixed_rows(py, (0..self.log.len()).flat_map(|i| self.log.load(i)).collect(), WRENCH.len())
     }
 
     /// Row of each contact in what was read, 1 for the first line of a file or the first row of an array; shape (len,).

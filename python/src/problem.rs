@@ -208,6 +208,7 @@ impl Problem {
             between.push(Distance { between: pair, distance, sigma });
         }
         let problem = settings.problem(arm.clone(), (tool.tool.clone(), described, between), log);
+        let problem = problem.map_err(|error| io(without_lines(error)))?;
         Problem::of(Loaded { problem, urdf: robot.file.text.clone(), inputs })
     }
 

@@ -107,6 +107,24 @@ def test_arrays_frames_and_files_are_one_log(robot: touchcal.Robot, workcell: Pa
         assert log.rows_read == file.rows_read
     force = np.linalg.norm(wrench[:, :3], axis=1)
     assert np.array_equal(file.q, q[force > 3])
+    assert not file.loads.any()
+
+
+def test_a_wrench_is_a_load_on_the_tool(robot: touchcal.Robot, workcell: Path) -> None:
+    path = workcell / "hole.csv"
+    frame = pd.read_csv(path)
+    q = frame[robot.joints].to_numpy()
+    wrench = frame[["fx", "fy", "fz", "tx", "ty", "tz"]].to_numpy()
+    file = touchcal.ContactLog.from_file(robot, path, load_on="tool")
+    assert file.loads.shape == (len(file), 6)
+    assert np.array_equal(file.loads, wrench[file.lines - 2])
+    arrays = touchcal.ContactLog.from_numpy(robot, q, wrench=-wrench, contact=frame["contact"], load_on="fixture")
+    assert np.array_equal(arrays.loads, file.loads)
+    turns = np.array([walk(robot, positions)[:3, :3] for positions in q])
+    in_base = np.hstack([np.einsum("nij,nj->ni", turns, part) for part in (wrench[:, :3], wrench[:, 3:])])
+    frame[["fx", "fy", "fz", "tx", "ty", "tz"]] = in_base
+    frames = touchcal.ContactLog.from_pandas(robot, frame, load_on="tool", load_frame="base")
+    np.testing.assert_allclose(frames.loads, file.loads, atol=1e-12)
 
 
 def test_any_layout_and_type_of_array(robot: touchcal.Robot) -> None:
@@ -172,6 +190,10 @@ def test_what_arrays_are_refused_for(robot: touchcal.Robot) -> None:
     refused("columns fx, fy and fz, which a force threshold needs", force_threshold=3)
     refused("release: expected at most force_threshold", force_threshold=3, release=4, wrench=np.zeros((30, 6)))
     refused("expected `force_threshold`, found `release` or `debounce` without it", release=4)
+    refused("columns fx, fy, fz, tx, ty and tz, which a load needs", load_on="tool")
+    refused("expected `load_on`, found `load_frame` without it", load_frame="base")
+    refused("load_on: expected \"tool\" or \"fixture\", found \"tip\"", load_on="tip")
+    refused("load_frame: expected \"tip\" or \"base\", found \"flange\"", load_on="tool", load_frame="flange")
     refused("unit: expected \"rad\" or \"deg\", found \"grad\"", unit="grad")
     refused("did you mean `joint_a1`", joints=["joint_b1", *robot.joints[1:]])
     refused("expected rows of joint positions, found none", q=q[:0])

@@ -118,6 +118,8 @@ class ContactLog:
         force_threshold: float | None = None,
         release: float | None = None,
         debounce: int = 1,
+        load_on: Literal["tool", "fixture"] | None = None,
+        load_frame: Literal["tip", "base"] | None = None,
         name: str = "array",
     ) -> ContactLog: ...
     @staticmethod
@@ -131,6 +133,8 @@ class ContactLog:
         force_threshold: float | None = None,
         release: float | None = None,
         debounce: int = 1,
+        load_on: Literal["tool", "fixture"] | None = None,
+        load_frame: Literal["tip", "base"] | None = None,
         name: str = "DataFrame",
     ) -> ContactLog: ...
     @staticmethod
@@ -147,9 +151,13 @@ class ContactLog:
         force_threshold: float | None = None,
         release: float | None = None,
         debounce: int = 1,
+        load_on: Literal["tool", "fixture"] | None = None,
+        load_frame: Literal["tip", "base"] | None = None,
     ) -> ContactLog: ...
     @property
     def q(self) -> _Floats: ...
+    @property
+    def loads(self) -> _Floats: ...
     @property
     def lines(self) -> npt.NDArray[np.uint64]: ...
     @property

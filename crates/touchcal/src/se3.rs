@@ -15,6 +15,8 @@ use nalgebra::{Isometry3, Matrix3, Matrix6, Translation3, UnitQuaternion, Vector
 pub type Pose = Isometry3<f64>;
 /// A twist `[v; ω]`: metres, then radians.
 pub type Twist = Vector6<f64>;
+/// A wrench `[f; τ]` (N, N m).
+pub type Wrench = [f64; 6];
 
 /// Below this angle (rad) series replace the closed forms: the first neglected term is then under 1e-14, and so is the
 /// cancellation of the closed forms above it.

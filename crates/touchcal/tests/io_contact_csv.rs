@@ -13,7 +13,7 @@ use proptest::prelude::*;
 use small_arm::{ARM, arm};
 use touchcal::contact::ContactLog;
 use touchcal::io::contact_csv;
-use touchcal::io::contact_log::{self, AngleUnit, Columns, Detection, Options};
+use touchcal::io::contact_log::{self, AngleUnit, Columns, Detection, Load, LoadFrame, LoadOn, Options};
 use touchcal::io::urdf::{self, Ends};
 
 fn read_with(content: impl Read, options: &Options) -> Result<ContactLog, String> {
@@ -36,6 +36,16 @@ fn lines(log: &ContactLog) -> Vec<u64> {
 
 fn force(threshold: f64) -> Options {
     Options { detection: Some(Detection { threshold, release: threshold, debounce: 1 }), ..Options::default() }
+}
+
+#[test]
+fn a_load_needs_a_whole_wrench() {
+    let load = Options { load: Some(Load { on: LoadOn::Tool, frame: LoadFrame::Tip }), ..Options::default() };
+    let whole = "q1,q2,fx,fy,fz,tx,ty,tz\n0.1,0.2,1,2,3,4,5,6\n";
+    assert_eq!(read_with(whole.as_bytes(), &load).unwrap().load(0), [1.0, 2.0, 3.0, 4.0, 5.0, 6.0]);
+    let force = "q1,q2,fx,fy,fz\n0.1,0.2,1,2,3\n";
+    refused(read_with(force.as_bytes(), &load), &["c.csv", "fx, fy, fz, tx, ty and tz", "load", "q1,q2,fx,fy,fz"]);
+    refused(read_with("0.1,0.2\n".as_bytes(), &load), &["c.csv", "load", "no header"]);
 }
 
 #[track_caller]

@@ -17,7 +17,7 @@ use proptest::prelude::*;
 use serde::Serialize;
 use small_arm::arm;
 use touchcal::contact::ContactLog;
-use touchcal::io::contact_log::{self, AngleUnit, Detection, Options};
+use touchcal::io::contact_log::{self, AngleUnit, Detection, Load, LoadFrame, LoadOn, Options};
 
 #[derive(Serialize)]
 struct Header {
@@ -173,6 +173,13 @@ fn what_was_recorded_is_read_whatever_packs_it() {
             let log = read(folder.path(), &bytes, &force(1.005)).unwrap();
             assert_eq!(contacts(&log), expected[101..]);
             assert_eq!((log.rows_read(), log.notes()), (300, &[][..]));
+
+            let load = Some(Load { on: LoadOn::Fixture, frame: LoadFrame::Tip });
+            let log = read(folder.path(), &bytes, &Options { load, ..Options::default() }).unwrap();
+            let last = log.load(log.len() - 1);
+            let force = -0.01 * (log.source(log.len() - 1).line - 1) as f64;
+            let expected = [0.0, 0.6 * force, 0.8 * force, -9.0, -9.0, -9.0];
+            assert!(last.iter().zip(expected).all(|(found, expected)| (found - expected).abs() < 1e-12), "{last:?}");
         }
     }
 }

@@ -93,7 +93,10 @@ fn folder() -> TempDir {
     let folder = tempfile::tempdir().unwrap();
     let write = |name: &str, text: &str| std::fs::write(folder.path().join(name), text).unwrap();
     write("peg.csv", "x_mm,y_mm\n-10,-10\n10,-10\n10,10\n-10,10\n");
-    write("log.csv", "t,q1,q2,q3,q4,q5,q6,q7,fx,fy,fz\n0,0,0,0,1,0,0,0,9,0,0\n1,0,0,0,1,0,0,0,0,0,0\n");
+    write(
+        "log.csv",
+        "t,q1,q2,q3,q4,q5,q6,q7,fx,fy,fz,tx,ty,tz\n0,0,0,0,1,0,0,0,9,0,0,0,0,0\n1,0,0,0,1,0,0,0,0,0,0,0,0,0\n",
+    );
     write("deg.csv", "axis1,q2,q3,q4,q5,q6,q7\n90,0,0,45,0,0,0\n");
     write("panda.csv", "0,0,0,-1,0,1,0\n");
     write("two.csv", "0,0\n1,1\n2,0\n");
@@ -189,11 +192,20 @@ fn compliance_needs_gravity() {
     let orbit = hanging.replacen("[0, 1.5, 9.7]", "[0, 0, 0]", 1);
     let message = read(&orbit).unwrap_err();
     for part in
-        ["problem.toml:50:", "estimate, parameters", "without gravity", "\"joint_compliance\" with `gravity` of 0"]
+        ["problem.toml:50:", "estimate, parameters", "gravity or a load", "\"joint_compliance\" with `gravity` of 0"]
     {
         assert!(message.contains(part), "expected `{part}` in: {message}");
     }
     assert!(read(&orbit.replacen(", \"joint_compliance\"", "", 1)).is_ok());
+    let loaded = "debounce = 1\nload_on = \"fixture\"\nload_frame = \"base\"";
+    let problem = read(&orbit.replacen("debounce = 1", loaded, 1)).unwrap().problem;
+    assert!(problem.contacts.has_loads());
+    refused(
+        "debounce = 1",
+        "debounce = 1\nload_frame = \"base\"",
+        &["problem.toml:", "contacts, load_frame", "`load_on`"],
+    );
+    refused("debounce = 1", "debounce = 1\nload_on = \"tip\"", &["problem.toml:", "tool", "fixture"]);
     refused(
         "base = \"base_link\"",
         "gravity = [0, 0, nan]",

@@ -1,4 +1,4 @@
-//! Joints that give way to gravity: torques, derivatives, estimates and files.
+//! Joints that give way to gravity and to what presses on the tool: torques, derivatives, estimates and files.
 #![allow(
     clippy::expect_used,
     clippy::unwrap_used,
@@ -18,7 +18,7 @@ use touchcal::estimate::{Distance, Estimate, Fixture, Freedom, Loss, Method, Noi
 use touchcal::io::urdf::{self, Ends};
 use touchcal::manifold::BallInSocket;
 use touchcal::robot::{Column, JointKind, Kinematics, Robot, joint_compliance, joint_origin};
-use touchcal::se3::{self, Pose};
+use touchcal::se3::{self, Pose, Twist, Wrench};
 use touchcal::sim::follow;
 
 /// Turntable, fixed bracket, slide and wrist with skew axes; every moving joint carries a mass, the bracket one more.
@@ -87,21 +87,23 @@ fn masses(robot: &Robot, q: &[f64]) -> Vec<(f64, Vector3<f64>)> {
 }
 
 #[test]
-fn torque_is_the_slope_of_the_potential_energy() {
+fn torque_is_the_slope_of_the_potential_energy_and_the_work_of_the_load() {
     let tilted = Vector3::new(1.0, -3.0, 9.0);
     for robot in [built_in("iiwa14"), built_in("panda"), built_in("panda").with_gravity(tilted), weighed()] {
         let kinematics = Kinematics::new(&robot, &[Column::JointCompliance(0)], Pose::identity());
         let mut scratch = kinematics.scratch();
         for seed in 1..10 {
             let q: Vec<f64> = spread(robot.dof(), seed).iter().map(|v| 2.0 * v).collect();
-            kinematics.pose_and_jacobian(&q, &mut scratch);
+            let load: Wrench = std::array::from_fn(|k| 20.0 * spread(6, seed + 50)[k]);
+            kinematics.pose_and_jacobian_under(&q, &load, &mut scratch);
             let energy =
                 |q: &[f64]| -> f64 { masses(&robot, q).iter().map(|(mass, at)| -mass * robot.gravity().dot(at)).sum() };
             for (i, joint) in robot.moving().enumerate() {
                 let at = |h: f64| {
                     let mut moved = q.clone();
                     moved[i] += h;
-                    energy(&moved)
+                    let motion = se3::log(&(kinematics.pose(&q).inverse() * kinematics.pose(&moved)));
+                    energy(&moved) - motion.dot(&Twist::from(load))
                 };
                 let slope = |h: f64| (at(h) - at(-h)) / (2.0 * h);
                 let torque =
@@ -125,15 +127,16 @@ fn jacobian_matches_central_differences() {
         let q: Vec<f64> = spread(robot.dof(), 4).iter().map(|v| v * 2.0).collect();
         kinematics.set(&theta);
         let mut scratch = kinematics.scratch();
-        let pose = kinematics.pose_and_jacobian(&q, &mut scratch);
-        assert!((pose.to_homogeneous() - kinematics.pose(&q).to_homogeneous()).amax() < 1e-15);
+        let load: Wrench = [5.0, -20.0, 10.0, 1.0, -2.0, 0.5];
+        let pose = kinematics.pose_and_jacobian_under(&q, &load, &mut scratch);
+        assert!((pose.to_homogeneous() - kinematics.pose_under(&q, &load).to_homogeneous()).amax() < 1e-15);
         for (k, column) in columns.iter().enumerate() {
             let mut slope = |h: f64| {
                 let mut at = |sign: f64| {
                     let mut moved = theta.clone();
                     moved[k] += sign * h;
                     kinematics.set(&moved);
-                    se3::log(&(pose.inverse() * kinematics.pose(&q)))
+                    se3::log(&(pose.inverse() * kinematics.pose_under(&q, &load)))
                 };
                 (at(1.0) - at(-1.0)) / (2.0 * h)
             };

@@ -1,7 +1,6 @@
 //! Contact from force: when is the tool touching?
 
-/// A wrench `[f; τ]` (N, Nm).
-pub type Wrench = [f64; 6];
+use crate::se3::Wrench;
 
 /// Turns force magnitudes into contact flags, with hysteresis and debounce.
 ///

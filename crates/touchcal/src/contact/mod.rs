@@ -2,7 +2,9 @@
 
 mod detection;
 
-pub use detection::{Detector, Wrench};
+pub use detection::Detector;
+
+use crate::se3::Wrench;
 
 /// Where a contact was read: a file and a row of it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -18,6 +20,8 @@ pub struct Source {
 pub struct ContactLog {
     dof: usize,
     q: Vec<f64>,
+    /// Up to the last contact whose load is known.
+    loads: Vec<Wrench>,
     fixture: Vec<u32>,
     source: Vec<Source>,
     files: Vec<String>,
@@ -59,6 +63,12 @@ impl ContactLog {
         }
     }
 
+    /// Changes the loads of all contacts from number `first` on, as far as they are known: `change(q, load)` of measured joint positions and the load so far.
+    pub(crate) fn change_loads(&mut self, first: usize, change: impl Fn(&[f64], Wrench) -> Wrench) {
+        let each = self.loads.iter_mut().zip(self.q.chunks_exact(self.dof.max(1)));
+        each.skip(first).for_each(|(load, q)| *load = change(q, *load));
+    }
+
     /// Appends a contact: measured joint positions `q` (rad or m) while touching fixture number `fixture`.
     /// Positions beyond [`ContactLog::dof`] are ignored; missing ones make the contact ignored as a whole.
     pub fn push(&mut self, q: &[f64], fixture: usize, source: Source) {
@@ -66,6 +76,14 @@ impl ContactLog {
             self.q.extend_from_slice(q);
             self.fixture.push(fixture as u32);
             self.source.push(source);
+        }
+    }
+
+    /// Says what the fixture exerted on the tool in the last contact: a wrench about the tip's origin, in the tip frame.
+    pub fn set_load(&mut self, load: Wrench) {
+        if let Some(last) = self.len().checked_sub(1) {
+            self.loads.resize(last, [0.0; 6]);
+            self.loads.push(load);
         }
     }
 
@@ -78,6 +96,7 @@ impl ContactLog {
         for i in 0..other.len() {
             let Source { file, line } = other.source(i);
             self.push(other.q(i), fixture, Source { file: first + file, line });
+            self.copy_load(other, i);
         }
     }
 
@@ -99,6 +118,16 @@ impl ContactLog {
     /// Measured joint positions of contact `i` (rad or m).
     pub fn q(&self, i: usize) -> &[f64] {
         &self.q[i * self.dof..(i + 1) * self.dof]
+    }
+
+    /// What the fixture exerted on the tool in contact `i`, about the tip's origin, in the tip frame; zero where that is not known.
+    pub fn load(&self, i: usize) -> Wrench {
+        self.loads.get(i).copied().unwrap_or([0.0; 6])
+    }
+
+    /// Whether the load of any contact is known.
+    pub fn has_loads(&self) -> bool {
+        !self.loads.is_empty()
     }
 
     /// The fixture touched in contact `i`.
@@ -127,7 +156,14 @@ impl ContactLog {
         let mut log = ContactLog { files, notes, rows_read: self.rows_read, ..ContactLog::new(self.dof) };
         for i in (0..self.len()).filter(|&i| keep(i)) {
             log.push(self.q(i), self.fixture(i), self.source(i));
+            log.copy_load(self, i);
         }
         log
+    }
+
+    fn copy_load(&mut self, other: &ContactLog, i: usize) {
+        if let Some(load) = other.loads.get(i) {
+            self.set_load(*load);
+        }
     }
 }

@@ -19,6 +19,10 @@ const MANY_REJECTED: f64 = 0.2;
 const NOISE_EXCEEDED: f64 = 1.5;
 /// Measured over declared noise from which one-sided gaps are not usable: what scatters so much is no noise, but another shape or place.
 const NOISE_CONTRADICTED: f64 = 3.0;
+/// Contacts that say as much as one from which that deserves a warning: they make uncertainties twice as large.
+const ALIKE: f64 = 4.0;
+/// And from which the result is not usable: errors that are the same so often bias it, and how much no contact can tell.
+const ALL_ALIKE: f64 = 9.0;
 /// A joint range (rad or m) below which its parameters resemble its neighbours'.
 const HARDLY_MOVED: f64 = 0.035;
 /// A result is usable if the data bring the arm's uncertainty below this share of what it was.
@@ -74,8 +78,10 @@ pub(super) fn conclude(search: &Search<'_>) -> Estimate {
     let problem = system.problem;
     let found = &Found::new(system, theta);
     let mut known = Knowledge::new(system, &found.data, scale, held);
-    if let Some(covariance) = search.wall_covariance() {
+    let mut alike = 1.0;
+    if let Some((covariance, effect)) = search.wall_covariance() {
         known.covariance = covariance;
+        alike = effect;
     }
     let projected = has_projection(problem);
     let estimated = system.parameters.iter().enumerate().map(|(k, parameter)| Estimated {
@@ -102,6 +108,9 @@ pub(super) fn conclude(search: &Search<'_>) -> Estimate {
     };
     let left = arm_uncertainty_left(problem, &system.parameters, &known.posterior, &system.scale());
     estimate.warnings = warnings(search, found, &estimate, left);
+    if alike > ALIKE {
+        estimate.warnings.push(Warning::ErrAlike { contacts: alike, usable: alike < ALL_ALIKE });
+    }
     estimate.status = status(&estimate.termination, &estimate.warnings);
     estimate
 }
@@ -116,6 +125,7 @@ fn status(termination: &Termination, warnings: &[Warning]) -> Status {
                 | Warning::NoiseContradicted { .. }
                 | Warning::NotTouching { .. }
                 | Warning::Ambiguous
+                | Warning::ErrAlike { usable: false, .. }
         )
     };
     match termination.reason {

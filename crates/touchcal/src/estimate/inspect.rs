@@ -61,7 +61,7 @@ pub fn inspect(problem: &Problem, observe: &mut dyn FnMut(&Progress) -> ControlF
     let (contacts, _) = system.statistics(&search.theta);
     let data = contacts + system.distance_information(&search.theta);
     let mut known = Knowledge::new(system, &data, &search.scale, &search.held);
-    if let Some(covariance) = search.wall_covariance() {
+    if let Some((covariance, _)) = search.wall_covariance() {
         known.covariance = covariance;
     }
     let expected = system.parameters.iter().enumerate().map(|(k, parameter)| Expected {

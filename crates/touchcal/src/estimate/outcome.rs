@@ -140,6 +140,13 @@ pub enum Warning {
         /// Measured over declared standard deviation.
         factor: f64,
     },
+    /// Contacts that follow each other err alike; the uncertainties are widened accordingly.
+    ErrAlike {
+        /// As many say as much as one would if each erred on its own.
+        contacts: f64,
+        /// Whether the result may be used.
+        usable: bool,
+    },
     /// Contacts float or penetrate on average, further than parts that touch do.
     NotTouching {
         /// Name of the interference.
@@ -188,6 +195,7 @@ impl Warning {
             Warning::ArmUndetermined { .. } => "arm_undetermined",
             Warning::NoiseExceeded { .. } => "noise_exceeded",
             Warning::NoiseContradicted { .. } => "noise_contradicted",
+            Warning::ErrAlike { .. } => "err_alike",
             Warning::NotTouching { .. } => "not_touching",
             Warning::Ambiguous => "ambiguous",
             Warning::ManyRejected { .. } => "many_rejected",
@@ -218,6 +226,10 @@ impl Warning {
             }
             Warning::NoiseContradicted { factor } => {
                 format!("contacts scatter {factor:.1} times more than [noise] declares: do not use the result")
+            }
+            Warning::ErrAlike { contacts, usable } => {
+                let then = if *usable { "uncertainties were widened for that" } else { "do not use the result" };
+                format!("contacts err alike, {contacts:.0} of them say as much as one: {then}")
             }
             Warning::NotTouching { name, gap } => {
                 let how = if *gap > 0.0 { "float" } else { "penetrate" };
@@ -258,6 +270,9 @@ impl Warning {
             }
             Warning::NoiseContradicted { .. } => {
                 "declare the noise as large as it is; else check the parts' shapes, and where the search starts"
+            }
+            Warning::ErrAlike { .. } => {
+                "something is not in the model: joints that give way (`joint_compliance`, and `load_on` for the force), or the parts' shapes"
             }
             Warning::NotTouching { .. } => {
                 "check the parts' shapes; or the search ended in a wrong minimum: give the fixture's place as well as it is known"

@@ -118,7 +118,8 @@ impl<'s> At<'s> {
     /// The tool's pose in the frame of the fixture that contact `i` touches; drifts, which pass, are left out.
     pub fn fixture_from_tool(&self, i: usize) -> Pose {
         let contacts = &self.system.problem.contacts;
-        self.fixtures[contacts.fixture(i)].fixture_from_base * self.kinematics.pose(contacts.q(i))
+        self.fixtures[contacts.fixture(i)].fixture_from_base
+            * self.kinematics.pose_under(contacts.q(i), &contacts.load(i))
     }
 
     /// Exact residual of contact `i` (m), at most three rows of it.
@@ -138,13 +139,8 @@ impl<'s> At<'s> {
 
     /// Rows of contact `i`, whitened for [`Rung::Residual`].
     pub fn contact(&self, i: usize, rung: Rung, into: &mut ContactRows) {
-        self.touch(i, self.system.problem.contacts.q(i), rung, into);
-    }
-
-    /// The same rows if contact `i` had been logged at joint positions `measured`.
-    pub fn touch(&self, i: usize, measured: &[f64], rung: Rung, into: &mut ContactRows) {
         let f = self.system.problem.contacts.fixture(i);
-        let fixture_from_tool = self.locate(f, measured, into);
+        let fixture_from_tool = self.locate(i, into);
         self.look(f, std::slice::from_ref(&fixture_from_tool), rung, std::slice::from_mut(&mut into.rows));
         self.whitened(f, &fixture_from_tool, rung, into);
     }
@@ -208,11 +204,11 @@ impl<'s> At<'s> {
         let contacts = &self.system.problem.contacts;
         let f = contacts.fixture(first);
         let manifold = &self.system.problem.fixtures[f].manifold;
-        let poses: Vec<Pose> = which.iter().map(|&i| self.pose(f, contacts.q(i), &mut into.q)).collect();
+        let poses: Vec<Pose> = which.iter().map(|&i| self.pose(i, &mut into.q)).collect();
         let mut twists = vec![Twist::zeros(); poses.len()];
         manifold.pull_back(&poses, self.system.resolution, cotangent, &mut twists);
         for ((&i, pose), twist) in which.iter().zip(&poses).zip(&twists) {
-            self.locate(f, contacts.q(i), into);
+            self.locate(i, into);
             let fixture_motion = self.fixture_motion(f, pose);
             for &k in &self.system.seen[f] {
                 let column = &self.system.parameters[k].column;
@@ -221,24 +217,28 @@ impl<'s> At<'s> {
         }
     }
 
-    /// The tool's pose in fixture `f`; `q` is room for joint positions.
-    pub(super) fn pose(&self, f: usize, measured: &[f64], q: &mut [f64]) -> Pose {
-        self.without_drift(f, measured, q);
-        self.fixtures[f].fixture_from_base * self.kinematics.pose(q)
+    /// The tool's pose in the fixture that contact `i` touches; `q` is room for joint positions.
+    pub(super) fn pose(&self, i: usize, q: &mut [f64]) -> Pose {
+        let fixture_from_base = self.without_drift(i, q);
+        fixture_from_base * self.kinematics.pose_under(q, &self.system.problem.contacts.load(i))
     }
 
-    /// The tool's pose in fixture `f`, its derivatives left in `into`.
-    pub(super) fn locate(&self, f: usize, measured: &[f64], into: &mut ContactRows) -> Pose {
-        self.without_drift(f, measured, &mut into.q);
-        self.fixtures[f].fixture_from_base * self.kinematics.pose_and_jacobian(&into.q, &mut into.scratch)
+    /// The same pose, its derivatives left in `into`.
+    pub(super) fn locate(&self, i: usize, into: &mut ContactRows) -> Pose {
+        let fixture_from_base = self.without_drift(i, &mut into.q);
+        let load = self.system.problem.contacts.load(i);
+        fixture_from_base * self.kinematics.pose_and_jacobian_under(&into.q, &load, &mut into.scratch)
     }
 
-    /// Joint positions of a contact with fixture `f` as they would be without its placement's drift.
-    fn without_drift(&self, f: usize, measured: &[f64], q: &mut [f64]) {
+    /// Joint positions of contact `i` as they would be without its placement's drift, left in `q`; where the base is in its fixture.
+    fn without_drift(&self, i: usize, q: &mut [f64]) -> Pose {
+        let contacts = &self.system.problem.contacts;
+        let (f, measured) = (contacts.fixture(i), contacts.q(i));
         let drift = &self.drift[self.system.placement[f] * measured.len()..];
         for (q, (measured, drift)) in q.iter_mut().zip(measured.iter().zip(drift)) {
             *q = measured - drift;
         }
+        self.fixtures[f].fixture_from_base
     }
 
     /// The walls that are not free beyond doubt.

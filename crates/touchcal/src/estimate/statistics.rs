@@ -203,12 +203,17 @@ impl Statistics {
         sum / count
     }
 
-    /// The covariance of parameters found at the minimum: `D (H + Λ)⁻¹ (B + Λ) (H + Λ)⁻¹`, with `H` the second derivative, `B` the covariance of its slope, `Λ` of what is
+    /// The covariance of parameters found at the minimum, and `D`: `D (H + Λ)⁻¹ (B + Λ) (H + Λ)⁻¹`, with `H` the second derivative, `B` the covariance of its slope, `Λ` of what is
     /// `known` besides, and `D` the [design effect](Statistics::design_effect). How often surfaces are touched, `odds`, was found from the same contacts and counts as a parameter for each.
     /// None where the cost does not curve up in all directions, as it does at a minimum that enough contacts say.
     ///
     /// Source: Huber, *The behavior of maximum likelihood estimates under nonstandard conditions* (1967), theorem 3.
-    pub fn covariance(&self, known: &DMatrix<f64>, scale: &DVector<f64>, odds: &[Vec<Odds>]) -> Option<DMatrix<f64>> {
+    pub fn covariance(
+        &self,
+        known: &DMatrix<f64>,
+        scale: &DVector<f64>,
+        odds: &[Vec<Odds>],
+    ) -> Option<(DMatrix<f64>, f64)> {
         let (parameters, size) = (scale.len(), self.derivatives.information.nrows());
         let (mut curvature, mut squares) =
             (self.derivatives.information.clone(), self.squares_of_slope.information.clone());
@@ -226,8 +231,9 @@ impl Statistics {
         let held = DMatrix::from_diagonal(&scales.map(|scale| f64::from(u8::from(scale == 0.0))));
         Cholesky::new(scaled(&curvature, &scales) + held)?;
         let bread = covariance(&curvature, &scales);
-        let found = &bread * squares * &bread * self.design_effect(scale);
-        Some(found.view((0, 0), (parameters, parameters)).into_owned())
+        let effect = self.design_effect(scale);
+        let found = &bread * squares * &bread * effect;
+        Some((found.view((0, 0), (parameters, parameters)).into_owned(), effect))
     }
 
     /// How many contacts say as much as one that is independent of the others: the variance of slopes summed over blocks of contacts that follow each other, over what it would be if

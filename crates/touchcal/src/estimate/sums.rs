@@ -37,11 +37,11 @@ impl At<'_> {
             });
             return each.collect();
         }
-        let poses: Vec<Pose> = batch.iter().map(|&i| self.pose(f, contacts.q(i), &mut into.q)).collect();
+        let poses: Vec<Pose> = batch.iter().map(|&i| self.pose(i, &mut into.q)).collect();
         let mut looks = vec![Rows::new(); batch.len()];
         self.look(f, &poses, entry.rung, &mut looks);
         let each = batch.iter().zip(looks).map(|(&i, look)| {
-            let fixture_from_tool = self.locate(f, contacts.q(i), into);
+            let fixture_from_tool = self.locate(i, into);
             into.rows = look;
             self.whitened(f, &fixture_from_tool, entry.rung, into);
             (self.add(i, entry, into, normal), into.len())

@@ -286,7 +286,7 @@ fn nominal_places(problem: &Problem, kinematics: &Kinematics) -> Vec<Pose> {
     for i in 0..problem.contacts.len() {
         let (sum, count) = &mut sums[problem.contacts.fixture(i)];
         if problem.fixtures[problem.contacts.fixture(i)].base_from_fixture.is_none() {
-            *sum += kinematics.pose(problem.contacts.q(i)).translation.vector;
+            *sum += kinematics.pose_under(problem.contacts.q(i), &problem.contacts.load(i)).translation.vector;
             *count += 1;
         }
     }

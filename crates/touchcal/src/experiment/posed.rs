@@ -20,7 +20,12 @@ pub fn problem(scenario: &Scenario, simulated: &Simulated) -> Problem {
     for (fixture, (touch, log)) in scenario.touches.iter().zip(&simulated.logs).enumerate() {
         let file = contacts.add_file(&touch.name);
         contacts.count_rows(log.len() as u64);
-        log.contacts().for_each(|row| contacts.push(log.q(row), fixture, Source { file, line: row as u64 + 1 }));
+        for row in log.contacts() {
+            contacts.push(log.q(row), fixture, Source { file, line: row as u64 + 1 });
+            if scenario.errors.joint_compliance > 0.0 {
+                contacts.set_load(log.wrench[row]);
+            }
+        }
     }
     Problem {
         robot: robot.clone(),

@@ -1,13 +1,13 @@
-//! What gravity does to the joints of an arm.
+//! What gravity and a load at the tip do to the joints of an arm.
 //!
-//! The torque about turning joint `i`, with axis `aᵢ` through `pᵢ`, is `τᵢ = aᵢ · Σₖ (cₖ − pᵢ) × mₖ g`, the sum over the masses `mₖ` at `cₖ` that
-//! the joint carries: minus the derivative of their potential energy `−Σ mₖ g·cₖ` with respect to the joint's angle.
+//! The torque about turning joint `i`, with axis `aᵢ` through `pᵢ`, is `τᵢ = aᵢ · (Σₖ (cₖ − pᵢ) × mₖ g + (t − pᵢ) × f + m)`: the sum over the masses `mₖ` at `cₖ` that
+//! the joint carries, minus the derivative of their potential energy `−Σ mₖ g·cₖ` with respect to the joint's angle; and what a force `f` and a moment `m` about the tip's origin `t` add.
 
 use nalgebra::Vector3;
 
 use super::chain::{JointKind, Robot};
 use super::stage::{Frame, Stage};
-use crate::se3::Pose;
+use crate::se3::{Pose, Wrench};
 
 /// Masses in one frame: their sum (kg) and their first moment about the frame's origin (kg m).
 #[derive(Clone, Copy, Debug)]
@@ -49,11 +49,15 @@ pub(super) struct Gravity {
 }
 
 impl Gravity {
-    /// None where nothing has weight.
-    pub fn of(robot: &Robot) -> Option<Gravity> {
-        let acceleration = *robot.gravity();
-        let loads = || weighed(robot).unwrap_or_else(|| stand_in(robot.dof()));
-        (acceleration != Vector3::zeros()).then(|| Gravity { acceleration, loads: loads() })
+    pub fn of(robot: &Robot) -> Gravity {
+        Gravity { acceleration: *robot.gravity(), loads: weighed(robot).unwrap_or_else(|| stand_in(robot.dof())) }
+    }
+}
+
+impl Robot {
+    /// Whether every moving joint carries a link of known mass before the next one. Otherwise others stand in, see [`joint_compliance`](super::joint_compliance).
+    pub fn has_masses(&self) -> bool {
+        weighed(self).is_some()
     }
 }
 
@@ -93,12 +97,15 @@ pub(super) struct Torques<'a> {
     gravity: &'a Gravity,
     frame: Frame,
     carried: Load,
+    /// Force (N) at the tip in base, and its moment (N m) about the base's origin.
+    force: Vector3<f64>,
+    moment: Vector3<f64>,
     joint: usize,
 }
 
 impl<'a> Torques<'a> {
-    /// Begins at the base, with everything carried at joint positions `q`.
-    pub fn new(gravity: &'a Gravity, stages: &[Stage], tip: &Stage, q: &[f64]) -> Self {
+    /// Begins at the base, with everything carried at joint positions `q`, and `load` about the tip's origin, in its frame.
+    pub fn new(gravity: &'a Gravity, load: &Wrench, (stages, tip): (&[Stage], &Stage), q: &[f64]) -> Self {
         let mut frame = Frame::base();
         let mut carried = Load::NONE;
         for ((stage, &q), load) in stages.iter().zip(q).zip(&gravity.loads) {
@@ -110,14 +117,18 @@ impl<'a> Torques<'a> {
         if let Some(load) = gravity.loads.last() {
             carried.add(&load.seen_from_base(&frame));
         }
-        Torques { gravity, frame: Frame::base(), carried, joint: 0 }
+        let [x, y, z, about_x, about_y, about_z] = *load;
+        let force = frame.rotation * Vector3::new(x, y, z);
+        let moment = frame.rotation * Vector3::new(about_x, about_y, about_z) + frame.position.cross(&force);
+        Torques { gravity, frame: Frame::base(), carried, force, moment, joint: 0 }
     }
 
     /// The torque (N m) about the next joint, which moves by `motion`; 0 for one that slides.
     pub fn next(&mut self, stage: &Stage, motion: f64) -> f64 {
         self.frame.enter(stage);
         let lever = self.carried.moment - self.frame.position * self.carried.mass;
-        let torque = (self.frame.rotation * stage.axis).dot(&lever.cross(&self.gravity.acceleration));
+        let of_load = self.moment - self.frame.position.cross(&self.force);
+        let torque = (self.frame.rotation * stage.axis).dot(&(lever.cross(&self.gravity.acceleration) + of_load));
         self.frame.pass(stage, motion);
         if let Some(load) = self.gravity.loads.get(self.joint) {
             self.carried.remove(&load.seen_from_base(&self.frame));

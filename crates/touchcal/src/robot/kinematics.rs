@@ -7,12 +7,14 @@ use super::gravity::{Gravity, Torques};
 use super::parameters::{Block, Column};
 use super::segments::segments;
 use super::stage::{Frame, Stage};
-use crate::se3::{self, Pose, Twist};
+use crate::se3::{self, Pose, Twist, Wrench};
+
+const NO_LOAD: Wrench = [0.0; 6];
 
 /// Kinematics of one arm at one value of its parameters.
 ///
 /// `base_from_tool(q) = ∏ᵢ [Oᵢ(r) · Exp(ξᵢ) · Motion(axisᵢ, qᵢ − bᵢ + cᵢ τᵢ)] · O_tip(r) · tip_from_tool · Exp(ξ_tool)`, where `Oᵢ(r)` has
-/// its translation scaled by `1 + r + r_segment`, and `τᵢ` (N m) is the torque of gravity about joint `i` of the same arm not bent, at `q − b`: how
+/// its translation scaled by `1 + r + r_segment`, and `τᵢ` (N m) is the torque about joint `i` of gravity and of the load at the tip, on the same arm not bent, at `q − b`: how
 /// bending changes the torques is of second order in `c`. [`Column::JointDrift`], [`Column::Fixture`] and
 /// [`Column::Interference`] and [`Column::Wall`] columns are left zero: they belong to single placements and to what the tool touches.
 ///
@@ -38,7 +40,7 @@ pub struct Scratch {
     position: Vec<Vector3<f64>>,
     /// Rotation of the frame that each stage's translation is given in, the tip's last.
     parent: Vec<Matrix3<f64>>,
-    /// Torque (N m) of gravity about each moving joint, zeros for an arm that cannot bend.
+    /// Torque (N m) of gravity and load about each moving joint, zeros for an arm that cannot bend.
     pub torques: Vec<f64>,
     /// `∂/∂qᵢ` of the tool pose, right twists in the tool frame (moving joints).
     pub joints: Vec<Twist>,
@@ -68,7 +70,7 @@ impl Kinematics {
             columns: columns.to_vec(),
             stages,
             tip: Stage::tip(origin, shares),
-            gravity: if bends { Gravity::of(robot) } else { None },
+            gravity: bends.then(|| Gravity::of(robot)),
             tip_from_tool,
             tool_rotation: Matrix3::identity(),
             tool_translation: Vector3::zeros(),
@@ -126,15 +128,25 @@ impl Kinematics {
         }
     }
 
-    /// The tool's pose in base at measured joint positions `q` (rad or m).
+    /// The tool's pose in base at measured joint positions `q` (rad or m), where it touches nothing.
     pub fn pose(&self, q: &[f64]) -> Pose {
-        let tool = self.walk(q, |_, _, _, _| {});
+        self.pose_under(q, &NO_LOAD)
+    }
+
+    /// The tool's pose in base under `load`, what is exerted on the tool: a wrench about the tip's origin, in the tip frame.
+    pub fn pose_under(&self, q: &[f64], load: &Wrench) -> Pose {
+        let tool = self.walk(q, load, |_, _, _, _| {});
         to_pose(&tool)
     }
 
-    /// The tool's pose in base, and its derivatives with respect to joint positions and parameters, left in `scratch`.
+    /// The tool's pose in base, and its derivatives with respect to joint positions and parameters, left in `scratch`, where it touches nothing.
     pub fn pose_and_jacobian(&self, q: &[f64], scratch: &mut Scratch) -> Pose {
-        let tool = self.walk(q, |i, parent, joint, torque| {
+        self.pose_and_jacobian_under(q, &NO_LOAD, scratch)
+    }
+
+    /// The same under `load`, see [`pose_under`](Kinematics::pose_under).
+    pub fn pose_and_jacobian_under(&self, q: &[f64], load: &Wrench, scratch: &mut Scratch) -> Pose {
+        let tool = self.walk(q, load, |i, parent, joint, torque| {
             scratch.parent[i] = parent;
             if i < self.stages.len() {
                 scratch.rotation[i] = joint.rotation;
@@ -159,12 +171,12 @@ impl Kinematics {
 
     /// Walks from base to tool. `visit(i, parent rotation, joint's frame before its motion, torque about it)` sees every
     /// stage, the tip last.
-    fn walk(&self, q: &[f64], visit: impl FnMut(usize, Matrix3<f64>, &Frame, f64)) -> Frame {
+    fn walk(&self, q: &[f64], load: &Wrench, visit: impl FnMut(usize, Matrix3<f64>, &Frame, f64)) -> Frame {
         // Two loops: one that asked at every joint whether it bends would slow the arm that does not.
         match &self.gravity {
             None => self.walk_with(q, |_, motion| (motion, 0.0), visit),
             Some(gravity) => {
-                let mut torques = Torques::new(gravity, &self.stages, &self.tip, q);
+                let mut torques = Torques::new(gravity, load, (&self.stages, &self.tip), q);
                 let bend = |stage: &Stage, motion: f64| {
                     let torque = torques.next(stage, motion);
                     (motion + stage.compliance * torque, torque)

@@ -41,7 +41,7 @@ pub enum Column {
     JointDrift(usize, usize),
     /// Component `k` of the local twist on moving joint `i`'s origin: `origin · Exp(ξ)`.
     JointOrigin(usize, usize),
-    /// Compliance of moving joint `i`, on top of what the arm declares: true angle = measured − offset + compliance · torque of gravity.
+    /// Compliance of moving joint `i`, on top of what the arm declares: true angle = measured − offset + compliance · torque of gravity and load.
     JointCompliance(usize),
     /// Component `k` of the local twist on the tool's pose on the tip.
     Tool(usize),
@@ -310,13 +310,13 @@ pub fn joint_origin(robot: &Robot) -> Vec<Parameter> {
     .collect()
 }
 
-/// A compliance for each turning joint, with a learned prior: gravity bends the arm beyond the encoders, which sit on the motors' side.
+/// A compliance for each turning joint, with a learned prior: gravity, and what presses on the tool, bend the arm beyond the encoders, which sit on the motors' side.
 ///
-/// The true angle is `q − b + c τ(q)`, with `c` in rad/(N m) and `τ` the torque (N m) of gravity about the joint's axis on all that it carries.
+/// The true angle is `q − b + c τ(q)`, with `c` in rad/(N m) and `τ` the torque (N m) about the joint's axis of gravity on all that it carries, and of the contact's
+/// [load](crate::contact::ContactLog::load) where that is known.
 /// Masses are those of the links' [`Inertia`](super::Inertia)s if every moving joint carries one before the next; links beside the chain do
 /// not count. Otherwise a kilogram in the middle of each moving link, between its joint's origin and the next, and one at the tip stand
-/// in for them: then `c` carries the arm's unknown mass and is a compliance only together with these masses.
-/// What presses at a contact bends the arm too; that is left out.
+/// in for them: then `c` carries the arm's unknown mass and is a compliance only together with these masses, not with a load.
 pub fn joint_compliance(robot: &Robot) -> Vec<Parameter> {
     let turning = robot.moving().enumerate().filter(|(_, joint)| joint.kind != JointKind::Prismatic);
     let each = turning.map(|(i, joint)| Parameter {

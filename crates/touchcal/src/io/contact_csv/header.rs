@@ -68,9 +68,7 @@ impl Layout {
         }
         let order = joint_order(&place.file, robot, options)?;
         let used = in_order(&cells, &place, robot, &order)?;
-        if options.detection.is_some() {
-            return Err(without_force(place, "no header".to_owned()));
-        }
+        check_wrench(&used, options, place, || "no header".to_owned())?;
         Ok(Layout {
             columns: cells.len(),
             scale: scale(robot, options),
@@ -107,10 +105,7 @@ impl Layout {
     ) -> Result<Layout, IoError> {
         let order = joint_order(&place.file, robot, options)?;
         let used = by_name(cells, &place, robot, options, &order)?;
-        let has_force = (0..3).all(|k| used.iter().any(|(_, holds, _)| *holds == Holds::Wrench(k)));
-        if options.detection.is_some() && !has_force {
-            return Err(without_force(place, names(cells)));
-        }
+        check_wrench(&used, options, place, || names(cells))?;
         let is_joint =
             |(_, holds, name): &(usize, Holds, String)| matches!(holds, Holds::Joint(_)) && kuka::usual(name).is_some();
         Ok(Layout {
@@ -130,8 +125,21 @@ impl Layout {
     }
 }
 
-fn without_force(place: Place, found: String) -> IoError {
-    IoError::unexpected(place, "columns fx, fy and fz, which a force threshold needs", found)
+/// Checks that columns have as much of a wrench as is needed.
+fn check_wrench(
+    used: &[(usize, Holds, String)],
+    options: &Options,
+    place: Place,
+    found: impl Fn() -> String,
+) -> Result<(), IoError> {
+    if (0..options.wrench_parts()).all(|k| used.iter().any(|(_, holds, _)| *holds == Holds::Wrench(k))) {
+        return Ok(());
+    }
+    let expected = match options.load {
+        Some(_) => "columns fx, fy, fz, tx, ty and tz, which a load needs",
+        None => "columns fx, fy and fz, which a force threshold needs",
+    };
+    Err(IoError::unexpected(place, expected, found()))
 }
 
 /// Finds columns by their names.

@@ -13,6 +13,7 @@
 
 mod columns;
 pub(super) mod joints;
+mod load;
 #[cfg(feature = "mcap")]
 mod mcap;
 mod numbers;
@@ -35,9 +36,10 @@ use crate::robot::Robot;
 use rows::Keep;
 
 pub use columns::{Columns, read_columns};
+pub use load::{Load, LoadFrame, LoadOn};
 pub use table::LogTable;
 
-/// Most contacts of one problem, about 80 bytes of memory each.
+/// Most contacts of one problem, about 80 bytes of memory each, and 48 for its load.
 pub const MAX_CONTACTS: usize = 20_000_000;
 
 /// What a Parquet file begins with.
@@ -87,6 +89,21 @@ pub struct Options {
     pub wrench_topic: Option<String>,
     /// Detects contact by force; needs columns `fx`, `fy`, `fz`, or wrenches.
     pub detection: Option<Detection>,
+    /// What the wrench says of the load on the arm; none: nothing. Needs columns `fx` to `tz`, or wrenches.
+    pub load: Option<Load>,
+}
+
+impl Options {
+    /// How much of a wrench rows must have: none, the force, or all.
+    pub(super) fn wrench_parts(&self) -> usize {
+        if self.load.is_some() {
+            6
+        } else if self.detection.is_some() {
+            3
+        } else {
+            0
+        }
+    }
 }
 
 /// Adds the contacts of a file, whatever its format, to `log`, and returns its fingerprint.

@@ -1,11 +1,12 @@
 //! What becomes of a row, whatever format it was read from.
 
 use super::units::UnitCheck;
-use super::{AngleUnit, LogTable, MAX_CONTACTS, Options};
-use crate::contact::{ContactLog, Detector, Source, Wrench};
+use super::{AngleUnit, Load, LogTable, MAX_CONTACTS, Options};
+use crate::contact::{ContactLog, Detector, Source};
 use crate::io::contact_csv::header::{Holds, Layout};
 use crate::io::error::{IoError, Place};
 use crate::robot::{JointKind, Robot};
+use crate::se3::Wrench;
 
 /// What a row says.
 pub(in crate::io) struct Row {
@@ -57,8 +58,6 @@ impl Keep<'_> {
 
 /// Radians or degrees?
 struct Guess {
-    /// What is kept from this number on is in the unit that is guessed.
-    first: usize,
     /// What makes rad or m of a row that is in degrees.
     scale: Vec<f64>,
     /// A row, if it is.
@@ -68,6 +67,7 @@ struct Guess {
 
 /// Takes a file's rows one after the other and keeps contacts, or all.
 pub(in crate::io) struct ContactRows<'a> {
+    robot: &'a Robot,
     file: &'a str,
     /// The place of a row in the file, by its number.
     place: fn(&str, u64) -> Place,
@@ -75,7 +75,10 @@ pub(in crate::io) struct ContactRows<'a> {
     names: Vec<String>,
     units: UnitCheck,
     guess: Option<Guess>,
+    /// Number of what was kept first.
+    first: usize,
     detector: Option<Detector>,
+    load: Option<Load>,
     fixture: usize,
     index: u32,
     rows: u64,
@@ -88,7 +91,7 @@ impl<'a> ContactRows<'a> {
         (file, place): (&'a str, fn(&str, u64) -> Place),
         names: Vec<String>,
         extras: &[Holds],
-        (robot, options): (&Robot, &Options),
+        (robot, options): (&'a Robot, &Options),
         mut keep: Keep<'a>,
     ) -> Self {
         let index = match &mut keep {
@@ -99,11 +102,14 @@ impl<'a> ContactRows<'a> {
             }
         };
         ContactRows {
+            first: keep.len(),
+            robot,
             file,
             place,
             names,
             units: UnitCheck::new(robot, options.unit),
             guess: None,
+            load: options.load,
             detector: options.detection.map(|d| Detector::new(d.threshold, d.release, d.debounce)),
             fixture: options.fixture,
             index,
@@ -116,7 +122,7 @@ impl<'a> ContactRows<'a> {
     pub(in crate::io) fn of(
         layout: &Layout,
         at: (&'a str, fn(&str, u64) -> Place),
-        (robot, options): (&Robot, &Options),
+        (robot, options): (&'a Robot, &Options),
         keep: Keep<'a>,
     ) -> Self {
         let joint = |holds: &Holds| matches!(holds, Holds::Joint(_));
@@ -127,7 +133,7 @@ impl<'a> ContactRows<'a> {
             let scale = |kind| if kind == JointKind::Prismatic { 1.0 } else { std::f64::consts::PI / 180.0 };
             let scale: Vec<f64> = robot.moving().map(|joint| scale(joint.kind)).collect();
             let units = UnitCheck::new(robot, AngleUnit::Degree);
-            rows.guess = Some(Guess { first: rows.keep.len(), q: scale.clone(), scale, units });
+            rows.guess = Some(Guess { q: scale.clone(), scale, units });
         }
         rows
     }
@@ -160,7 +166,12 @@ impl<'a> ContactRows<'a> {
             return Err(IoError::unexpected(place, format!("at most {MAX_CONTACTS} contacts"), "more"));
         }
         match &mut self.keep {
-            Keep::Contacts(log) => log.push(&row.q, self.fixture, Source { line: number, file: self.index }),
+            Keep::Contacts(log) => {
+                log.push(&row.q, self.fixture, Source { line: number, file: self.index });
+                if self.load.is_some() {
+                    log.set_load(row.wrench);
+                }
+            }
             Keep::All(table) => table.push(row),
         }
         Ok(())
@@ -176,7 +187,7 @@ impl<'a> ContactRows<'a> {
         match self.guess.take() {
             Some(guess) if self.units.doubtful() => {
                 guess.units.finish(self.file, self.place)?;
-                self.keep.rescale(guess.first, &guess.scale);
+                self.keep.rescale(self.first, &guess.scale);
                 self.note("the unit of angles is not declared: taken as DEGREES, since as radians they would be beyond the joint limits; \
                            declare unit = \"deg\"");
             }
@@ -185,6 +196,9 @@ impl<'a> ContactRows<'a> {
         }
         if let Keep::Contacts(log) = &mut self.keep {
             log.count_rows(self.rows);
+            if let Some(load) = self.load {
+                load.apply(self.robot, log, self.first);
+            }
         }
         Ok(())
     }

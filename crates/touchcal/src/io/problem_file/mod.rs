@@ -17,7 +17,7 @@ use std::path::Path;
 use toml::Spanned;
 
 use super::bytes::{self, Input};
-use super::contact_log::{self, AngleUnit, Detection, Options};
+use super::contact_log::{self, AngleUnit, Detection, Load, LoadFrame, LoadOn, Options};
 use super::error::{IoError, Place, quoted};
 use super::loaded::Loaded;
 use super::suggest::{did_you_mean, list};
@@ -27,7 +27,9 @@ use crate::estimate::{Distance, Fixture, Freedom, Tool};
 use crate::robot::Robot;
 use crate::se3::Pose;
 use context::{Allowed, Context, MM};
-use schema::{ContactsToml, DistanceToml, FixtureToml, ProblemToml, RobotToml, Text, UnitToml};
+use schema::{
+    ContactsToml, DistanceToml, FixtureToml, LoadFrameToml, LoadOnToml, ProblemToml, RobotToml, Text, UnitToml,
+};
 use touch::Shape;
 
 pub use settings::{DEFAULT_CONTACT, DEFAULT_ENCODER, Settings};
@@ -94,7 +96,7 @@ fn build(toml: &ProblemToml, context: &Context<'_>) -> Result<Loaded, IoError> {
         let options = Options { joints, ..options(table, &names, context)? };
         inputs.push(read_contacts(table, &robot, &options, context, &mut contacts)?);
     }
-    let problem = settings.problem(robot, (tool, fixtures, distances), contacts);
+    let problem = settings.problem(robot, (tool, fixtures, distances), contacts)?;
     Ok(Loaded { problem, urdf, inputs })
 }
 
@@ -282,7 +284,26 @@ fn options(
         joints: None,
         columns: table.columns.clone(),
         detection,
+        load: load(table, context)?,
     })
+}
+
+/// What the wrench of a log says of the load on the arm.
+fn load(table: &ContactsToml, context: &Context<'_>) -> Result<Option<Load>, IoError> {
+    let frame = match table.load_frame.as_ref().map(|frame| *frame.get_ref()) {
+        Some(LoadFrameToml::Base) => LoadFrame::Base,
+        Some(LoadFrameToml::Tip) | None => LoadFrame::Tip,
+    };
+    let on = match (table.load_on, &table.load_frame) {
+        (Some(LoadOnToml::Tool), _) => LoadOn::Tool,
+        (Some(LoadOnToml::Fixture), _) => LoadOn::Fixture,
+        (None, None) => return Ok(None),
+        (None, Some(frame)) => {
+            let place = context.place(frame.span(), "contacts, load_frame");
+            return Err(IoError::unexpected(place, "`load_on`", "`load_frame` without it"));
+        }
+    };
+    Ok(Some(Load { on, frame }))
 }
 
 fn read_contacts(

@@ -5,7 +5,7 @@ use toml::Spanned;
 use super::context::{Allowed, Context, DEG, MM};
 use super::schema::{EstimateToml, LossToml, Number, OptimiserToml, PriorToml, Text};
 use crate::estimate::{Descent, Loss, Method, Optimiser};
-use crate::io::error::{IoError, quoted};
+use crate::io::error::{IoError, Place, quoted};
 use crate::io::suggest::{did_you_mean, list};
 use crate::robot::{
     Block, Parameter, Robot, Unit, joint_compliance, joint_offset, joint_origin, segment_strain, strain,
@@ -40,6 +40,8 @@ pub(super) struct Wanted {
     pub(super) tool: bool,
     /// The place of every fixture is to be estimated.
     pub(super) fixtures: bool,
+    /// Where the joints' compliance is asked for.
+    pub(super) joint_compliance: Option<Place>,
     /// The joints' zeros may differ from placement to placement.
     pub(super) joint_drift: bool,
     pub(super) method: Method,
@@ -51,6 +53,7 @@ pub(super) fn wanted(estimate: &EstimateToml, robot: &Robot, context: &Context<'
         parameters: Vec::new(),
         tool: false,
         fixtures: false,
+        joint_compliance: None,
         joint_drift: false,
         method: method(estimate, context)?,
         loss: loss(estimate, context)?,
@@ -70,7 +73,7 @@ pub(super) fn wanted(estimate: &EstimateToml, robot: &Robot, context: &Context<'
             Block::JointOffset => joint_offset(robot),
             Block::JointOrigin => joint_origin(robot),
             Block::JointCompliance => {
-                check_gravity(name, robot, context)?;
+                wanted.joint_compliance = Some(context.place(name.span(), "estimate, parameters"));
                 joint_compliance(robot)
             }
             Block::JointDrift | Block::Tool | Block::Fixture | Block::Interference => Vec::new(),
@@ -82,19 +85,6 @@ pub(super) fn wanted(estimate: &EstimateToml, robot: &Robot, context: &Context<'
     }
     freeze(&mut wanted.parameters, &estimate.freeze, context)?;
     Ok(wanted)
-}
-
-/// Without weight nothing bends, and no contact could tell by how much.
-fn check_gravity(block: &Text, robot: &Robot, context: &Context<'_>) -> Result<(), IoError> {
-    if robot.gravity().norm() > 0.0 {
-        return Ok(());
-    }
-    let place = context.place(block.span(), "estimate, parameters");
-    Err(IoError::unexpected(
-        place,
-        "blocks that show without gravity",
-        format!("{} with `gravity` of 0", quoted(block.get_ref())),
-    ))
 }
 
 fn block(name: &Text, context: &Context<'_>) -> Result<Block, IoError> {

@@ -157,6 +157,22 @@ pub(in crate::io) enum UnitToml {
     Degree,
 }
 
+/// What the wrench of a log is exerted on.
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub(in crate::io) enum LoadOnToml {
+    Tool,
+    Fixture,
+}
+
+/// Along whose axes the wrench of a log is given.
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub(in crate::io) enum LoadFrameToml {
+    Tip,
+    Base,
+}
+
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(in crate::io) struct ContactsToml {
@@ -165,6 +181,8 @@ pub(in crate::io) struct ContactsToml {
     pub(in crate::io) force_threshold_n: Option<Number>,
     pub(in crate::io) release_n: Option<Number>,
     pub(in crate::io) debounce: Option<Spanned<i64>>,
+    pub(in crate::io) load_on: Option<LoadOnToml>,
+    pub(in crate::io) load_frame: Option<Spanned<LoadFrameToml>>,
     pub(in crate::io) unit: Option<UnitToml>,
     pub(in crate::io) header: Option<Vec<String>>,
     pub(in crate::io) joint_topic: Option<String>,

@@ -61,17 +61,32 @@ impl Settings {
     }
 
     /// The problem with these settings; a known tool is freed if its place is to be estimated, fixtures are as they are.
+    ///
+    /// # Errors
+    /// If joints are to give way and nothing pulls on them, neither gravity nor a load: no contact could tell by how much.
     pub fn problem(
         self,
         robot: Robot,
         (mut tool, fixtures, distances): (Tool, Vec<Fixture>, Vec<Distance>),
-        contacts: ContactLog,
-    ) -> Problem {
+        mut contacts: ContactLog,
+    ) -> Result<Problem, IoError> {
         let Settings { noise, wanted } = self;
+        let (weightless, loaded) = (robot.gravity().norm() == 0.0, contacts.has_loads());
+        match wanted.joint_compliance {
+            Some(place) if weightless && !loaded => {
+                let expected = "gravity or a load (`load_on` in [[contacts]]) under which joints give way";
+                return Err(IoError::unexpected(place, expected, "\"joint_compliance\" with `gravity` of 0"));
+            }
+            Some(_) if !weightless && loaded && !robot.has_masses() => contacts.note(
+                "joint_compliance: the URDF lacks masses; 1 kg a link stands in for them, beside which the load counts too much or too little; \
+                 give links an <inertial>, or declare gravity = [0, 0, 0] if the arm makes up for its weight",
+            ),
+            _ => {}
+        }
         if wanted.tool && tool.freedom == Freedom::Known {
             tool.freedom = Freedom::Free;
         }
-        Problem {
+        Ok(Problem {
             robot,
             tool,
             fixtures,
@@ -82,7 +97,7 @@ impl Settings {
             joint_drift: wanted.joint_drift,
             method: wanted.method,
             loss: wanted.loss,
-        }
+        })
     }
 }
 

@@ -84,6 +84,9 @@ pub fn problem_text(file: &ScenarioFile) -> Vec<TextFile> {
         line.text("file", &log_name(scenario, touch));
         line.text("fixture", &touch.name);
         line.number("force_threshold_n", scenario.recorder.force_threshold);
+        if scenario.errors.joint_compliance > 0.0 {
+            line.text("load_on", "tool");
+        }
     }
     line.table("[noise]");
     let noise = experiment::noise(scenario);

@@ -1,6 +1,6 @@
 //! The two ROS 2 messages that are read, in CDR (OMG Common Data Representation, as DDS writes it).
 
-use crate::contact::Wrench;
+use crate::se3::Wrench;
 
 /// A message's stamp (ns), none where it has not been set, and what else it says.
 pub(super) struct Stamped<T> {

@@ -1,4 +1,4 @@
-//! Contact logs in ROS 2 bags (MCAP, cargo feature `mcap`): `sensor_msgs/msg/JointState`, and where contact is detected by force
+//! Contact logs in ROS 2 bags (MCAP, cargo feature `mcap`): `sensor_msgs/msg/JointState`, and where contact is detected by force, or the load counts,
 //! `geometry_msgs/msg/WrenchStamped`, both in CDR; chunks as they are or packed by lz4 or zstd.
 //!
 //! A row is a joint state; the wrench at its time is on the line between the wrenches before and after it. Times are those of the headers,
@@ -64,7 +64,7 @@ pub(super) fn read(
     keep: Keep<'_>,
 ) -> Result<(), IoError> {
     let names = joint_names(file, robot, options)?;
-    let with_wrench = options.detection.is_some() || options.wrench_topic.is_some();
+    let with_wrench = options.wrench_parts() > 0 || options.wrench_topic.is_some();
     let extras = if with_wrench { &WRENCH_PARTS[..] } else { &[] };
     let mut bag = Bag {
         file,

@@ -2,7 +2,7 @@
 
 use std::collections::VecDeque;
 
-use crate::contact::Wrench;
+use crate::se3::Wrench;
 
 /// Wrenches further apart than this (ns) say nothing of what is between: 0.1 s.
 pub(super) const GAP: i64 = 100_000_000;
