@@ -29,6 +29,8 @@ const LOOKS: [usize; 2] = [750, 3000];
 /// Most rounds of learning how often walls are touched, and the change that ends them: from another way there, results then differ by some hundredths of a standard deviation.
 const POLISHINGS: usize = 10;
 pub(super) const SETTLED: f64 = 0.04;
+/// Share of the contacts that must tell which walls they touch, so that all are asked.
+const TELLING: f64 = 0.3;
 /// How noisy walls are taken to be at first, over what is declared. The search begins where the least gaps are; a wall that many contacts rest on may be some standard
 /// deviations away there, and must not be given up as one that is never touched.
 const NOISY: f64 = 3.0;
@@ -90,8 +92,8 @@ pub(super) struct Search<'p> {
     pub scale: DVector<f64>,
     pub theta: DVector<f64>,
     pub held: Held,
-    /// Contacts are asked for all walls that they may touch.
-    sees_walls: bool,
+    /// Share of the contacts that tell which walls they touch, where that was asked.
+    pub telling: Option<f64>,
     /// Other starts led to other minima.
     pub ambiguous: bool,
     pub termination: Termination,
@@ -105,7 +107,7 @@ impl<'p> Search<'p> {
         let held = Held { pivots: Vec::new(), participants: Vec::new() };
         let termination =
             Termination { reason: StopReason::Converged, measured: 0.0, threshold: FINE.decrement, iterations: 0 };
-        Search { system, scale, theta, held, sees_walls: false, ambiguous: false, termination }
+        Search { system, scale, theta, held, telling: None, ambiguous: false, termination }
     }
 
     pub(super) fn stride(&self) -> usize {
@@ -214,17 +216,22 @@ impl<'p> Search<'p> {
     /// From the least gap of each contact to all walls that it may touch.
     fn polish(&mut self, observe: Observe<'_>) {
         self.see_walls(observe);
-        if self.sees_walls {
+        if self.sees_walls() {
             self.minimise((Rung::Walls, 1), FINE, observe);
         }
+    }
+
+    /// Whether contacts are asked for all walls that they may touch.
+    pub(super) fn sees_walls(&self) -> bool {
+        self.telling.is_some_and(|share| share > TELLING)
     }
 
     /// Learns how often walls are touched, and with some contacts finds where they say that is most likely.
     fn see_walls(&mut self, observe: Observe<'_>) {
         let converged = self.termination.reason == StopReason::Converged;
-        self.sees_walls =
-            converged && self.system.has_walls() && self.system.tells_walls(&self.theta, self.system.stride(LOOKS[0]));
-        if !self.sees_walls {
+        let asked = converged && self.system.has_walls();
+        self.telling = asked.then(|| self.system.telling(&self.theta, self.system.stride(LOOKS[0])));
+        if !self.sees_walls() {
             return;
         }
         self.system.wall_noise = NOISY;
@@ -258,7 +265,7 @@ impl<'p> Search<'p> {
     /// The parameters' covariance by what all walls say, and how many contacts say as much as one, if they were asked and enough contacts have any.
     pub(super) fn wall_covariance(&self) -> Option<(DMatrix<f64>, f64)> {
         let known = self.system.distance_information(&self.theta) + self.system.prior_information();
-        let statistics = self.sees_walls.then(|| self.system.wall_statistics(&self.theta, 1, true))?;
+        let statistics = self.sees_walls().then(|| self.system.wall_statistics(&self.theta, 1, true))?;
         statistics.covariance(&known, &self.scale, &self.system.odds)
     }
 }

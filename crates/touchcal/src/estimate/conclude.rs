@@ -166,6 +166,9 @@ fn warnings(search: &Search<'_>, found: &Found, estimate: &Estimate, left: f64) 
     if share > MANY_REJECTED {
         warnings.push(Warning::ManyRejected { share });
     }
+    if let Some(share) = search.telling.filter(|_| !search.sees_walls()) {
+        warnings.push(Warning::FewTellWalls { share });
+    }
     if search.ambiguous {
         warnings.push(Warning::Ambiguous);
     }

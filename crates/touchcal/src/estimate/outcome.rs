@@ -154,6 +154,11 @@ pub enum Warning {
         /// Mean gap at contact (m), negative if they penetrate.
         gap: f64,
     },
+    /// Few contacts of one-sided gaps tell which walls they touch; all were taken to touch the nearest, which errs to one side by more than the uncertainties say.
+    FewTellWalls {
+        /// Share of contacts that do, 0 to 1.
+        share: f64,
+    },
     /// Searches from other starts ended elsewhere and fit about as well.
     Ambiguous,
     /// Many contacts do not lie on their manifold.
@@ -197,6 +202,7 @@ impl Warning {
             Warning::NoiseContradicted { .. } => "noise_contradicted",
             Warning::ErrAlike { .. } => "err_alike",
             Warning::NotTouching { .. } => "not_touching",
+            Warning::FewTellWalls { .. } => "few_tell_walls",
             Warning::Ambiguous => "ambiguous",
             Warning::ManyRejected { .. } => "many_rejected",
             Warning::JointHardlyMoved { .. } => "joint_hardly_moved",
@@ -235,6 +241,10 @@ impl Warning {
                 let how = if *gap > 0.0 { "float" } else { "penetrate" };
                 format!("`{name}`: contacts {how} by {:.2} mm on average: do not use the result", 1e3 * gap.abs())
             }
+            Warning::FewTellWalls { share } => format!(
+                "only {:.0} % of the contacts tell which walls they touch; the nearest is taken, and uncertainties are up to three times too small",
+                100.0 * share
+            ),
             Warning::Ambiguous => {
                 "other parameters, found from other starts, fit these contacts about as well: do not use the result"
                     .to_owned()
@@ -277,6 +287,7 @@ impl Warning {
             Warning::NotTouching { .. } => {
                 "check the parts' shapes; or the search ended in a wrong minimum: give the fixture's place as well as it is known"
             }
+            Warning::FewTellWalls { .. } => "record longer with the tool inside of the hole, not at its rim",
             Warning::Ambiguous => "record longer, with more motion of the tool and the elbow, or give priors",
             Warning::ManyRejected { .. } => "check the force threshold and the fixtures' places",
             Warning::JointHardlyMoved { .. } => "move it more to tell its errors from its neighbours'",

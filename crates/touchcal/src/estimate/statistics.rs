@@ -28,8 +28,6 @@ const WALL_STRENGTH: f64 = 0.01;
 const WIDTH_STEPS: usize = 20;
 /// Newton decrement of steps that may be taken without a look at where they lead: a standard deviation.
 const SHORT: f64 = 1.0;
-/// Share of the contacts that must tell which walls they touch.
-const TELLING: f64 = 0.3;
 /// Directions of which contacts say less than this share of what they say of the best are not seen.
 const SEEN: f64 = 1e-10;
 
@@ -291,9 +289,9 @@ impl System<'_> {
         }
     }
 
-    /// Whether enough contacts tell which walls there are, by every `stride`-th.
-    pub fn tells_walls(&self, theta: &DVector<f64>, stride: usize) -> bool {
-        self.wall_statistics(theta, stride, false).touching() > TELLING * self.problem.contacts.len() as f64
+    /// Share of the contacts that tell which walls they touch, by every `stride`-th.
+    pub fn telling(&self, theta: &DVector<f64>, stride: usize) -> f64 {
+        self.wall_statistics(theta, stride, false).touching() / self.problem.contacts.len() as f64
     }
 
     /// Learns from every `stride`-th contact how often walls are touched, how noisy they are and how much they differ: a step of expectation–maximisation.
