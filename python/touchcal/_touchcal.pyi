@@ -118,6 +118,7 @@ class ContactLog:
         force_threshold: float | None = None,
         release: float | None = None,
         debounce: int = 1,
+        apart: float | None = None,
         name: str = "array",
     ) -> ContactLog: ...
     @staticmethod
@@ -131,6 +132,7 @@ class ContactLog:
         force_threshold: float | None = None,
         release: float | None = None,
         debounce: int = 1,
+        apart: float | None = None,
         name: str = "DataFrame",
     ) -> ContactLog: ...
     @staticmethod
@@ -147,6 +149,7 @@ class ContactLog:
         force_threshold: float | None = None,
         release: float | None = None,
         debounce: int = 1,
+        apart: float | None = None,
     ) -> ContactLog: ...
     @property
     def q(self) -> _Floats: ...

@@ -7,6 +7,9 @@ use crate::io::contact_csv::header::{Holds, Layout};
 use crate::io::error::{IoError, Place};
 use crate::robot::{JointKind, Robot};
 
+/// What an arm at rest moves by (rad or m): 0.01°, or as far as that is a metre from the axis.
+const REST: f64 = 1.7e-4;
+
 /// What a row says.
 pub(in crate::io) struct Row {
     /// Joint positions (rad or m).
@@ -47,6 +50,23 @@ impl Keep<'_> {
         }
     }
 
+    /// Thins what is kept from number `first` on to contacts that are `apart`; says if most repeat one another otherwise.
+    fn thin(&mut self, first: usize, apart: Option<f64>) -> Option<String> {
+        let Keep::Contacts(log) = self else { return None };
+        if let Some(apart) = apart {
+            log.keep(first, &log.apart(first, apart));
+            return None;
+        }
+        let (all, apart) = (log.len() - first, log.apart(first, REST).len());
+        (all > 2 * apart).then(|| {
+            format!(
+                "{} of {all} contacts are of an arm at rest, each counted as a measurement of its own; \
+                 with `apart_deg = 1` in problem.toml a posture counts once",
+                all - apart
+            )
+        })
+    }
+
     fn note(&mut self, note: String) {
         match self {
             Keep::Contacts(log) => log.note(note),
@@ -57,8 +77,6 @@ impl Keep<'_> {
 
 /// Radians or degrees?
 struct Guess {
-    /// What is kept from this number on is in the unit that is guessed.
-    first: usize,
     /// What makes rad or m of a row that is in degrees.
     scale: Vec<f64>,
     /// A row, if it is.
@@ -79,6 +97,12 @@ pub(in crate::io) struct ContactRows<'a> {
     fixture: usize,
     index: u32,
     rows: u64,
+    /// How many were kept of the files before.
+    first: usize,
+    /// See [`Options::apart`].
+    apart: Option<f64>,
+    /// The rows have forces, and nothing says which of them are contacts.
+    unheeded_forces: bool,
     keep: Keep<'a>,
 }
 
@@ -108,6 +132,11 @@ impl<'a> ContactRows<'a> {
             fixture: options.fixture,
             index,
             rows: 0,
+            first: keep.len(),
+            apart: options.apart,
+            unheeded_forces: options.detection.is_none()
+                && extras.contains(&Holds::Wrench(0))
+                && !extras.contains(&Holds::Contact),
             keep,
         }
     }
@@ -127,7 +156,7 @@ impl<'a> ContactRows<'a> {
             let scale = |kind| if kind == JointKind::Prismatic { 1.0 } else { std::f64::consts::PI / 180.0 };
             let scale: Vec<f64> = robot.moving().map(|joint| scale(joint.kind)).collect();
             let units = UnitCheck::new(robot, AngleUnit::Degree);
-            rows.guess = Some(Guess { first: rows.keep.len(), q: scale.clone(), scale, units });
+            rows.guess = Some(Guess { q: scale.clone(), scale, units });
         }
         rows
     }
@@ -135,6 +164,11 @@ impl<'a> ContactRows<'a> {
     /// Remembers what was taken for granted.
     pub(in crate::io) fn note(&mut self, note: &str) {
         self.keep.note(format!("{}: {note}", self.file));
+    }
+
+    /// Remembers that there are forces, which nothing asks for.
+    pub(in crate::io) fn has_forces(&mut self) {
+        self.unheeded_forces = true;
     }
 
     /// Takes row `number`.
@@ -176,15 +210,21 @@ impl<'a> ContactRows<'a> {
         match self.guess.take() {
             Some(guess) if self.units.doubtful() => {
                 guess.units.finish(self.file, self.place)?;
-                self.keep.rescale(guess.first, &guess.scale);
+                self.keep.rescale(self.first, &guess.scale);
                 self.note("the unit of angles is not declared: taken as DEGREES, since as radians they would be beyond the joint limits; \
                            declare unit = \"deg\"");
             }
             Some(_) => self.note("the unit of angles is not declared: taken as RADIANS, which fit the joint limits; declare unit = \"rad\""),
             None => self.units.finish(self.file, self.place)?,
         }
+        if let Some(note) = self.keep.thin(self.first, self.apart) {
+            self.note(&note);
+        }
         if let Keep::Contacts(log) = &mut self.keep {
             log.count_rows(self.rows);
+            if self.unheeded_forces {
+                self.note("there are forces, but no threshold: every row counts as a contact; with `force_threshold_n = 3` in problem.toml those above 3 N do");
+            }
         }
         Ok(())
     }

@@ -165,6 +165,7 @@ pub(in crate::io) struct ContactsToml {
     pub(in crate::io) force_threshold_n: Option<Number>,
     pub(in crate::io) release_n: Option<Number>,
     pub(in crate::io) debounce: Option<Spanned<i64>>,
+    pub(in crate::io) apart_deg: Option<Number>,
     pub(in crate::io) unit: Option<UnitToml>,
     pub(in crate::io) header: Option<Vec<String>>,
     pub(in crate::io) joint_topic: Option<String>,
