@@ -12,7 +12,6 @@ pub mod new;
 pub mod simulate;
 pub mod train;
 
-use std::path::Path;
 use std::time::Instant;
 
 use touchcal::estimate::StopReason;
@@ -108,29 +107,12 @@ fn load(source: &Source, arm: &Arm) -> Result<Loaded, Failure> {
             let options = MukcaOptions { joint_compliance: arm.joint_compliance, ..mukca_options(source) };
             mukca::read(folder, urdf::read_file(urdf, Ends::default())?, &options)?
         }
-        (_, _, Some(problem)) => {
-            is_there(problem)?;
-            problem_file::read_file(problem)?
-        }
+        (_, _, Some(problem)) => problem_file::read_file(problem)?,
         // clap lets neither through.
         _ => return Err(Failure::Setup("neither a problem file nor --mukca with --urdf".to_owned())),
     };
     crate::output::notes(loaded.problem.contacts.notes());
     Ok(loaded.with_known_shapes()?)
-}
-
-/// A newcomer may have no problem file yet, or name the folder around it.
-fn is_there(problem: &Path) -> Result<(), Failure> {
-    let name = problem.display();
-    if !problem.exists() {
-        let hint = "`touchcal new` writes a problem to fill in";
-        return Err(Failure::Setup(format!("{name}: No such file; {hint}")));
-    }
-    let inside = problem.join("problem.toml");
-    match inside.is_file() {
-        true => Err(Failure::Setup(format!("{name} is a folder; did you mean {}?", inside.display()))),
-        false => Ok(()),
-    }
 }
 
 fn mukca_options(source: &Source) -> MukcaOptions {

@@ -59,14 +59,6 @@ fn missing_files_are_named() {
 }
 
 #[test]
-fn a_problem_that_is_not_there_is_begun_by_new() {
-    let folder = one_socket(SOCKET);
-    let hint = "nothing.toml: No such file; `touchcal new` writes a problem to fill in";
-    fails(folder.path(), &["inspect", "nothing.toml"], 1, &[hint]);
-    fails(folder.path(), &["inspect", "."], 1, &[". is a folder; did you mean ./problem.toml?"]);
-}
-
-#[test]
 fn sockets_that_no_arm_can_have_so_far_apart_are_contradicted() {
     let mut problem = SOCKET.replace("\"socket\"", "\"one\"");
     let second = "[[fixture]]\nname = \"two\"\nkind = \"socket\"\nfree = true\n";

@@ -3,7 +3,6 @@
 use nalgebra::DVector;
 
 use super::outcome::Warning;
-use super::problem::Problem;
 use super::score::{Score, score};
 use super::system::System;
 
@@ -13,28 +12,31 @@ const PLAUSIBLE: f64 = 0.5;
 /// Fixtures that nothing touched, and distances that are far from what even the nominal arm measures: another unit, or another log.
 pub(super) fn mistakes(system: &System<'_>) -> Vec<Warning> {
     let problem = system.problem;
-    let nominal = score(problem, &system.at(&DVector::zeros(system.parameters.len())));
-    let untouched = problem.fixtures.iter().zip(&nominal.per_fixture).filter(|(_, spread)| spread.count == 0);
-    let untouched = untouched.map(|(fixture, _)| Warning::Untouched { fixture: fixture.name.clone() });
-    untouched.chain(contradicted(system, problem, &nominal)).collect()
+    let mut touched = vec![false; problem.fixtures.len()];
+    (0..problem.contacts.len()).for_each(|i| touched[problem.contacts.fixture(i)] = true);
+    let untouched = problem.fixtures.iter().zip(&touched).filter(|(_, touched)| !**touched);
+    let mut warnings: Vec<Warning> =
+        untouched.map(|(fixture, _)| Warning::Untouched { fixture: fixture.name.clone() }).collect();
+    if !problem.distances.is_empty() {
+        let nominal = score(problem, &system.at(&DVector::zeros(system.parameters.len())));
+        warnings.extend(contradicted(system, &touched, &nominal));
+    }
+    warnings
 }
 
-fn contradicted<'a>(
-    system: &'a System<'_>,
-    problem: &'a Problem,
-    nominal: &'a Score,
-) -> impl Iterator<Item = Warning> + 'a {
-    problem.distances.iter().filter_map(|distance| {
+fn contradicted(system: &System<'_>, touched: &[bool], nominal: &Score) -> Vec<Warning> {
+    let problem = system.problem;
+    let mut warnings = Vec::new();
+    for distance in &problem.distances {
         let (a, b) = distance.between;
         let place = |f: usize| system.base_from_fixture[f].translation.vector;
-        let (first, second) = (&nominal.per_fixture[a], &nominal.per_fixture[b]);
         let measured = (place(a) - place(b)).norm();
-        let allowed = (PLAUSIBLE * distance.distance).max(first.rms + second.rms);
-        let touched = first.count > 0 && second.count > 0;
-        (touched && (measured - distance.distance).abs() > allowed).then(|| Warning::DistanceContradicted {
-            between: [a, b].map(|f| problem.fixtures[f].name.clone()),
-            declared: distance.distance,
-            measured,
-        })
-    })
+        let scatter = nominal.per_fixture[a].rms + nominal.per_fixture[b].rms;
+        let allowed = (PLAUSIBLE * distance.distance).max(scatter);
+        if touched[a] && touched[b] && (measured - distance.distance).abs() > allowed {
+            let between = [a, b].map(|f| problem.fixtures[f].name.clone());
+            warnings.push(Warning::DistanceContradicted { between, declared: distance.distance, measured });
+        }
+    }
+    warnings
 }
