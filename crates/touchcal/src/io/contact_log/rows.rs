@@ -167,6 +167,7 @@ impl<'a> ContactRows<'a> {
     }
 
     /// Remembers that there are forces, which nothing asks for.
+    #[cfg(feature = "mcap")]
     pub(in crate::io) fn has_forces(&mut self) {
         self.unheeded_forces = true;
     }

@@ -288,7 +288,8 @@ impl Bag<'_> {
             Some(topic) => format!("messages of type {}{of} on {topic}", kind.schema()),
             None => format!("messages of type {}{of}", kind.schema()),
         };
-        let why = if kind == Kind::Wrench { " for the force threshold" } else { "" };
+        let detects = kind == Kind::Wrench && self.options.detection.is_some();
+        let why = if detects { " for the force threshold" } else { "" };
         let expected = expected + why;
         let hint = topic.map_or(String::new(), |topic| did_you_mean(topic, seen().filter(|seen| *seen != topic)));
         IoError::unexpected(Place::file(self.file), expected, format!("topics {}{hint}", list(seen())))
