@@ -26,14 +26,14 @@ pub struct ContactLog {
     pub input: Input,
 }
 
-/// What rows are contacts, by force: threshold and release (N), debounce (rows).
-type Force = (Option<f64>, Option<f64>, usize);
+/// What rows are contacts: threshold and release (N), debounce (rows), and how far apart (rad or m).
+type Chosen = (Option<f64>, Option<f64>, usize, Option<f64>);
 
 fn options(
     unit: Option<&str>,
     joints: Option<Vec<String>>,
     columns: Option<BTreeMap<String, String>>,
-    (threshold, release, debounce): Force,
+    (threshold, release, debounce, apart): Chosen,
     load: (Option<&str>, Option<&str>),
 ) -> PyResult<Options> {
     let unit = match unit {
@@ -48,6 +48,7 @@ fn options(
     };
     positive("force_threshold", threshold)?;
     positive("release", release)?;
+    positive("apart", apart)?;
     if threshold.is_none() && (release.is_some() || debounce != 1) {
         return Err(unexpected("contacts", "`force_threshold`", "`release` or `debounce` without it"));
     }
@@ -61,7 +62,7 @@ fn options(
     }
     let detection = threshold.map(|threshold| Detection { threshold, release: release.unwrap_or(threshold), debounce });
     let load = self::load(load)?;
-    Ok(Options { unit, joints, columns: columns.unwrap_or_default(), detection, load, ..Options::default() })
+    Ok(Options { unit, joints, columns: columns.unwrap_or_default(), detection, apart, load, ..Options::default() })
 }
 
 /// What the wrench says of the load: `load_on` and `load_frame`.
@@ -159,6 +160,7 @@ impl ContactLog {
     ///     force_threshold: force (N) above which contact begins; needs `wrench`.
     ///     release: force (N) below which it ends; default: the threshold.
     ///     debounce: rows in a row that either takes.
+    ///     apart: how far (rad or m) some joint must have moved since the last contact for a row to be another one; default: every row is.
     ///     load_on: what the wrench is exerted on, without the tool's weight: "tool" or "fixture"; joints then give way to it as to gravity. Default: they do not.
     ///     load_frame: the axes along which it is given, about the tip's origin: "tip" or "base"; default: "tip".
     ///     name: what stands for the file in messages, reports and estimate.json.
@@ -166,7 +168,7 @@ impl ContactLog {
     /// Raises:
     ///     InputError: as for a file: numbers that are not finite, degrees where radians are declared, and so on.
     #[staticmethod]
-    #[pyo3(signature = (robot, q, *, wrench=None, contact=None, unit=None, joints=None, force_threshold=None, release=None, debounce=1, load_on=None, load_frame=None, name="array"))]
+    #[pyo3(signature = (robot, q, *, wrench=None, contact=None, unit=None, joints=None, force_threshold=None, release=None, debounce=1, apart=None, load_on=None, load_frame=None, name="array"))]
     fn from_numpy(
         robot: &Robot,
         q: Numbers<'_>,
@@ -177,11 +179,12 @@ impl ContactLog {
         force_threshold: Option<f64>,
         release: Option<f64>,
         debounce: usize,
+        apart: Option<f64>,
         load_on: Option<&str>,
         load_frame: Option<&str>,
         name: &str,
     ) -> PyResult<ContactLog> {
-        let options = options(unit, joints, None, (force_threshold, release, debounce), (load_on, load_frame))?;
+        let options = options(unit, joints, None, (force_threshold, release, debounce, apart), (load_on, load_frame))?;
         let joints = (1..=robot.file.robot.dof()).map(|number| format!("q{number}")).collect();
         let mut arrays = Arrays(Vec::new()).with("q", &q, joints)?;
         if let Some(wrench) = &wrench {
@@ -196,11 +199,11 @@ impl ContactLog {
     /// A log from a pandas DataFrame, whose columns are named as in a file: joint names or `q1` to `qn`, `fx` to `tz`, `contact`; others are ignored.
     ///
     /// Args:
-    ///     robot, unit, joints, force_threshold, release, debounce, load_on, load_frame, name: as for `from_numpy`.
+    ///     robot, unit, joints, force_threshold, release, debounce, apart, load_on, load_frame, name: as for `from_numpy`.
     ///     frame: the columns; joint positions in rad or m.
     ///     columns: by usual name, the frame's name for that column.
     #[staticmethod]
-    #[pyo3(signature = (robot, frame, *, unit=None, joints=None, columns=None, force_threshold=None, release=None, debounce=1, load_on=None, load_frame=None, name="DataFrame"))]
+    #[pyo3(signature = (robot, frame, *, unit=None, joints=None, columns=None, force_threshold=None, release=None, debounce=1, apart=None, load_on=None, load_frame=None, name="DataFrame"))]
     fn from_pandas(
         robot: &Robot,
         frame: Bound<'_, PyAny>,
@@ -210,11 +213,13 @@ impl ContactLog {
         force_threshold: Option<f64>,
         release: Option<f64>,
         debounce: usize,
+        apart: Option<f64>,
         load_on: Option<&str>,
         load_frame: Option<&str>,
         name: &str,
     ) -> PyResult<ContactLog> {
-        let options = options(unit, joints, columns, (force_threshold, release, debounce), (load_on, load_frame))?;
+        let options =
+            options(unit, joints, columns, (force_threshold, release, debounce, apart), (load_on, load_frame))?;
         let labels: Vec<Bound<'_, PyAny>> = frame.getattr("columns")?.try_iter()?.collect::<PyResult<_>>()?;
         let names = labels.iter().map(|label| Ok(label.str()?.to_string())).collect::<PyResult<Vec<String>>>()?;
         let at = frame.getattr("iloc")?;
@@ -233,13 +238,13 @@ impl ContactLog {
     /// A log from a file: CSV, plain or gzipped, Parquet, or a ROS 2 bag in MCAP.
     ///
     /// Args:
-    ///     robot, unit, joints, force_threshold, release, debounce, load_on, load_frame: as for `from_numpy`.
+    ///     robot, unit, joints, force_threshold, release, debounce, apart, load_on, load_frame: as for `from_numpy`.
     ///     path: the file; a header names its columns, as for `from_pandas`; without one they are the joints in order, or what `header` says.
     ///     header: names of the columns of a CSV file that has no header.
     ///     columns: by usual name, the file's name for that column, or for that joint in a bag.
     ///     joint_topic, wrench_topic: topics of a bag; default: the only one of their type.
     #[staticmethod]
-    #[pyo3(signature = (robot, path, *, unit=None, joints=None, header=None, columns=None, joint_topic=None, wrench_topic=None, force_threshold=None, release=None, debounce=1, load_on=None, load_frame=None))]
+    #[pyo3(signature = (robot, path, *, unit=None, joints=None, header=None, columns=None, joint_topic=None, wrench_topic=None, force_threshold=None, release=None, debounce=1, apart=None, load_on=None, load_frame=None))]
     fn from_file(
         py: Python<'_>,
         robot: &Robot,
@@ -253,10 +258,12 @@ impl ContactLog {
         force_threshold: Option<f64>,
         release: Option<f64>,
         debounce: usize,
+        apart: Option<f64>,
         load_on: Option<&str>,
         load_frame: Option<&str>,
     ) -> PyResult<ContactLog> {
-        let options = options(unit, joints, columns, (force_threshold, release, debounce), (load_on, load_frame))?;
+        let options =
+            options(unit, joints, columns, (force_threshold, release, debounce, apart), (load_on, load_frame))?;
         let options = Options { header, joint_topic, wrench_topic, ..options };
         let robot = &robot.file.robot;
         let mut log = touchcal::contact::ContactLog::new(robot.dof());

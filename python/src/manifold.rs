@@ -9,6 +9,7 @@ use pyo3::prelude::*;
 use touchcal::experiment::manifold_of;
 use touchcal::geometry::{extrusion::PegAndHole, profile::Profile, solids::Solids};
 use touchcal::io::Input;
+use touchcal::io::IoError;
 use touchcal::io::manifold_file;
 use touchcal::io::mesh;
 use touchcal::io::outline::Choice;
@@ -232,8 +233,20 @@ pub fn read_outline<'py>(
     unit: Option<f64>,
 ) -> PyResult<Bound<'py, PyArray2<f64>>> {
     unit.map_or(Ok(()), |unit| positive("unit", unit))?;
-    let (profile, _) = touchcal::io::outline::read_file(&path, Choice { name, unit }).map_err(io)?;
+    let (profile, _) =
+        touchcal::io::outline::read_file(&path, Choice { name, unit }).map_err(|error| io(by_argument(error)))?;
     self::outline(py, &profile)
+}
+
+/// An error that calls `name` and `unit` as they are called here, not by the keys of problem.toml.
+fn by_argument(error: IoError) -> IoError {
+    let called = |text: String| text.replace("`outline_name`", "`name`").replace("`outline_unit`", "`unit`");
+    match error {
+        IoError::Unexpected { place, expected, found } => {
+            IoError::Unexpected { place, expected: called(expected), found: called(found) }
+        }
+        other => other,
+    }
 }
 
 fn positive(what: &str, length: f64) -> PyResult<()> {

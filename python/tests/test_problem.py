@@ -99,8 +99,14 @@ def test_drawings_and_meshes_are_read(tmp_path: Path) -> None:
     drawing.write_text("<svg><rect id='peg' x='-10' y='-10' width='20' height='20'/><circle r='3'/></svg>")
     outline = touchcal.read_outline(drawing, name="peg", unit=0.001)
     assert sorted(map(tuple, np.round(outline, 12))) == [(-0.01, -0.01), (-0.01, 0.01), (0.01, -0.01), (0.01, 0.01)]
-    with pytest.raises(touchcal.InputError, match="outline_unit"):
+    with pytest.raises(touchcal.InputError, match="states its unit, or `unit`, found neither"):
         touchcal.read_outline(drawing, name="peg")
+    drawing.write_text(drawing.read_text().replace("<svg>", "<svg width='30mm' viewBox='0 0 30 30'>"))
+    with pytest.raises(touchcal.InputError, match="one closed outline; `name` says which"):
+        touchcal.read_outline(drawing)
+    with pytest.raises(touchcal.InputError, match="the unit that `unit` declares, 25.4 mm"):
+        touchcal.read_outline(drawing, name="peg", unit=0.0254)
+    drawing.write_text(drawing.read_text().replace(" width='30mm' viewBox='0 0 30 30'", ""))
     peg, block = box(tmp_path / "peg.obj", 0, 40), box(tmp_path / "block.obj", -30, 0)
     above = [touchcal.pose((0, 0, 0.002)), touchcal.pose((0.001, 0, -0.0001))]
     assert Manifold.meshes(peg, block, depth=0.03).distance(above) == pytest.approx([0.002, 0.0001], abs=1e-12)

@@ -134,6 +134,10 @@ def test_any_layout_and_type_of_array(robot: touchcal.Robot) -> None:
     assert np.array_equal(touchcal.ContactLog.from_numpy(robot, np.asfortranarray(q)).q, q)
     assert np.array_equal(touchcal.ContactLog.from_numpy(robot, np.repeat(q, 2, axis=0)[::2]).q, q)
     assert np.array_equal(touchcal.ContactLog.from_numpy(robot, q.tolist()).q, q)
+    held = np.repeat(q, 3, axis=0)
+    assert np.array_equal(touchcal.ContactLog.from_numpy(robot, held, apart=0.01).q, q)
+    with pytest.warns(UserWarning, match="60 of 90 contacts are of an arm at rest"):
+        assert len(touchcal.ContactLog.from_numpy(robot, held)) == 90
     single = q.astype(np.float32)
     assert np.array_equal(touchcal.ContactLog.from_numpy(robot, single).q, single.astype(np.float64))
     flags = q[:, 0] > 0
@@ -188,6 +192,7 @@ def test_what_arrays_are_refused_for(robot: touchcal.Robot) -> None:
     refused(r"contact: expected shape \(30,\), found shape \[30, 2\]", contact=np.zeros((30, 2)))
     refused("expected 0, 1, true or false, found 0.5", contact=np.full(30, 0.5))
     refused("columns fx, fy and fz, which a force threshold needs", force_threshold=3)
+    refused("apart: expected a positive number, found -1", apart=-1)
     refused("release: expected at most force_threshold", force_threshold=3, release=4, wrench=np.zeros((30, 6)))
     refused("expected `force_threshold`, found `release` or `debounce` without it", release=4)
     refused("columns fx, fy, fz, tx, ty and tz, which a load needs", load_on="tool")

@@ -118,6 +118,7 @@ class ContactLog:
         force_threshold: float | None = None,
         release: float | None = None,
         debounce: int = 1,
+        apart: float | None = None,
         load_on: Literal["tool", "fixture"] | None = None,
         load_frame: Literal["tip", "base"] | None = None,
         name: str = "array",
@@ -133,6 +134,7 @@ class ContactLog:
         force_threshold: float | None = None,
         release: float | None = None,
         debounce: int = 1,
+        apart: float | None = None,
         load_on: Literal["tool", "fixture"] | None = None,
         load_frame: Literal["tip", "base"] | None = None,
         name: str = "DataFrame",
@@ -151,6 +153,7 @@ class ContactLog:
         force_threshold: float | None = None,
         release: float | None = None,
         debounce: int = 1,
+        apart: float | None = None,
         load_on: Literal["tool", "fixture"] | None = None,
         load_frame: Literal["tip", "base"] | None = None,
     ) -> ContactLog: ...

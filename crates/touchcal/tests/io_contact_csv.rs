@@ -43,6 +43,9 @@ fn a_load_needs_a_whole_wrench() {
     let load = Options { load: Some(Load { on: LoadOn::Tool, frame: LoadFrame::Tip }), ..Options::default() };
     let whole = "q1,q2,fx,fy,fz,tx,ty,tz\n0.1,0.2,1,2,3,4,5,6\n";
     assert_eq!(read_with(whole.as_bytes(), &load).unwrap().load(0), [1.0, 2.0, 3.0, 4.0, 5.0, 6.0]);
+    let rests = "q1,q2,fx,fy,fz,tx,ty,tz\n0.1,0.2,1,0,0,0,0,0\n0.1,0.2,2,0,0,0,0,0\n0.3,0.2,3,0,0,0,0,0\n";
+    let log = read_with(rests.as_bytes(), &Options { apart: Some(0.1), ..load.clone() }).unwrap();
+    assert_eq!((log.len(), log.load(0)[0], log.load(1)[0]), (2, 1.0, 3.0));
     let force = "q1,q2,fx,fy,fz\n0.1,0.2,1,2,3\n";
     refused(read_with(force.as_bytes(), &load), &["c.csv", "fx, fy, fz, tx, ty and tz", "load", "q1,q2,fx,fy,fz"]);
     refused(read_with("0.1,0.2\n".as_bytes(), &load), &["c.csv", "load", "no header"]);
@@ -99,6 +102,26 @@ fn order_renames_and_units_are_applied() {
     refused(read_with(&b"q1,q2\n0,0\n"[..], &wrong), &["all 2 moving joints", "found 1"]);
 }
 
+#[test]
+fn an_arm_at_rest_is_one_contact_if_contacts_are_to_be_apart() {
+    // At rest, moving slowly, back, and at rest elsewhere; the encoder's last digit flickers.
+    let moments = [0.5, 0.50001, 0.5, 0.50001, 0.51, 0.52, 0.5, 0.9, 0.90001, 0.9, 0.90001, 0.9];
+    let text = moments.iter().fold("q1,q2\n".to_owned(), |text, q| text + &format!("{q},0.1\n"));
+    let thinned = Options { apart: Some(0.015), ..Options::default() };
+    let mut log = read("q1,q2\n0.5,0.1\n0.5,0.1\n").unwrap();
+    contact_csv::read(text.as_bytes(), "c.csv", &arm(), &thinned, &mut log).unwrap();
+    // Contacts of the file before are not counted on, and stay.
+    assert_eq!(q(&log), [[0.5, 0.1], [0.5, 0.1], [0.5, 0.1], [0.52, 0.1], [0.5, 0.1], [0.9, 0.1]]);
+    assert_eq!((lines(&log), log.rows_read()), (vec![2, 3, 2, 7, 8, 9], 14));
+    assert!(log.notes().is_empty(), "{:?}", log.notes());
+
+    let all = read(&text).unwrap();
+    assert_eq!((all.len(), all.notes().len()), (12, 1));
+    assert!(all.notes()[0].contains("c.csv: 7 of 12 contacts are of an arm at rest"), "{:?}", all.notes());
+    let slide = "q1,q2\n0,0.1\n0,0.11\n0,0.12\n";
+    assert_eq!(lines(&read_with(slide.as_bytes(), &thinned).unwrap()), [2, 4]);
+}
+
 const RECORDER: &str = "%  ZeitInSec ZeitInNanoSec axisQMsr_LBR_1[0] axisQMsr_LBR_1[1] axisQCmd_LBR_1[0] cartForce1_X cartForce1_Y cartForce1_Z \
     cartForceVar1_X cartTorque1_TauX\n";
 
@@ -108,7 +131,7 @@ fn a_log_of_kukas_recorder_is_read_as_it_is() {
     let log = read(&(RECORDER.to_owned() + rows)).unwrap();
     let turn = std::f64::consts::FRAC_PI_2;
     assert_eq!(q(&log), [[-turn, 0.1], [turn / 2.0, 0.2]]);
-    assert_eq!(log.notes().len(), 1);
+    assert!(log.notes()[1].contains("there are forces, but no threshold: every row counts"), "{:?}", log.notes());
     assert!(log.notes()[0].starts_with("c.csv: ") && log.notes()[0].contains("DEGREES"), "{:?}", log.notes());
     assert_eq!(q(&read_with((RECORDER.to_owned() + rows).as_bytes(), &force(4.0)).unwrap()), [[-turn, 0.1]]);
 
@@ -119,7 +142,8 @@ fn a_log_of_kukas_recorder_is_read_as_it_is() {
     assert!(log.notes()[0].contains("RADIANS"), "{:?}", log.notes());
     let degrees = Options { unit: AngleUnit::Degree, ..Options::default() };
     let log = read_with((RECORDER.to_owned() + small).as_bytes(), &degrees).unwrap();
-    assert_eq!((q(&log), log.notes()), (vec![[-1.5f64.to_radians(), 0.1]], &[][..]));
+    assert_eq!(q(&log), [[-1.5f64.to_radians(), 0.1]]);
+    assert!(log.notes().iter().all(|note| note.contains("no threshold")), "{:?}", log.notes());
     let radians = Options { unit: AngleUnit::Radian, ..Options::default() };
     refused(read_with((RECORDER.to_owned() + rows).as_bytes(), &radians), &["c.csv:2, joint `sh`", "declare unit"]);
     refused(read(&(RECORDER.to_owned() + &rows.replace("-90.0", "-900"))), &["c.csv:2, joint `sh`", "another robot"]);

@@ -210,7 +210,10 @@ fn topics_names_and_units_are_as_declared() {
     refused(&Options { joint_topic: None, ..options.clone() }, "`joint_topic`, found \"/left\" and \"/right\"");
     refused(&Options { joint_topic: Some("/write".to_owned()), ..options.clone() }, "on /write, found topics `/left`");
     refused(&Options { joint_topic: Some("/rihgt".to_owned()), ..options.clone() }, "did you mean `/right`?");
-    refused(&Options { columns: BTreeMap::new(), ..options.clone() }, "JointState of `sh` or `sl` on /right");
+    refused(
+        &Options { columns: BTreeMap::new(), ..options.clone() },
+        "joint states of `sh` or `sl` on /right, found those of `a` or `b`",
+    );
     refused(&Options { columns: [("q3".to_owned(), "a".to_owned())].into(), ..options.clone() }, "a name to rename");
     refused(
         &Options { unit: AngleUnit::Radian, wrench_topic: Some("/ft".to_owned()), ..options },
@@ -259,9 +262,14 @@ fn bad_bags_are_refused() {
     refused(
         &states(&[&[("other", 0.1)]]),
         &none,
-        "of type sensor_msgs/msg/JointState of `sh` or `sl` on /j, found topics `/j`",
+        "b.mcap: expected joint states of `sh` or `sl` on /j, found those of `other`; `columns = { sh = \"…\" }` says",
     );
-    refused(&states(&[good]), &force(1.0), "geometry_msgs/msg/WrenchStamped, found topics `/j`");
+    refused(&states(&[&[("sh", 0.1), ("sll", 0.1)]]), &none, "found none of `sl`, but `sll`; did you mean `sll`?");
+    refused(
+        &states(&[good]),
+        &force(1.0),
+        "geometry_msgs/msg/WrenchStamped for the force threshold, found topics `/j`",
+    );
     let back = bag(plain(), |bag| [5, 3].into_iter().for_each(|ms| bag.joints("/j", ms, good)));
     refused(
         &back,
@@ -297,6 +305,25 @@ fn bad_bags_are_refused() {
     let at = checked.windows(7).position(|window| window == b"gripper").unwrap();
     checked[at] ^= 1;
     refused(&checked, &none, "a chunk whose checksum is another");
+}
+
+#[test]
+fn the_folder_of_a_bag_is_its_only_file() {
+    let folder = tempfile::tempdir().unwrap();
+    let read = || {
+        let mut log = ContactLog::new(2);
+        let input = contact_log::read_file(folder.path(), &arm(), &Options::default(), &mut log);
+        input.map(|input| (input.path, log)).map_err(|error| error.to_string())
+    };
+    let bag = bag(plain(), recording);
+    std::fs::write(folder.path().join("metadata.yaml"), "rosbag2_bagfile_information:").unwrap();
+    assert!(read().unwrap_err().contains("expected the folder of a bag with one file, found a folder of none"));
+    std::fs::write(folder.path().join("run_0.mcap"), &bag).unwrap();
+    let (path, log) = read().unwrap();
+    assert!(path.ends_with("run_0.mcap") && !log.is_empty(), "{path}");
+    assert!(log.notes().iter().any(|note| note.contains("there are forces, but no threshold")), "{:?}", log.notes());
+    std::fs::write(folder.path().join("run_1.mcap"), &bag).unwrap();
+    assert!(read().unwrap_err().ends_with("found a folder of `run_0.mcap` or `run_1.mcap`"));
 }
 
 #[test]

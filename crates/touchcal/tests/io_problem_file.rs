@@ -415,10 +415,15 @@ fn a_hole_may_be_known_by_samples() {
 #[test]
 fn other_kinds_of_files_are_refused() {
     let folder = folder();
-    for (name, part) in [("log.bag", "a .bag file"), ("log.db3", "a .db3 file")] {
-        std::fs::write(folder.path().join(name), "x").unwrap();
+    let convert = "rosbags-convert --src BAG --dst NEW --dst-storage mcap";
+    for (name, content, parts) in [
+        ("log.bag", &b"#ROSBAG V2.0\n"[..], ["a ROS 1 bag", convert]),
+        ("log.db3", b"SQLite format 3\0rest", ["a ROS 2 bag in SQLite", convert]),
+        ("log.mcap.zstd", b"\x28\xb5\x2f\xfdrest", ["packed by zstd", "unpack it first"]),
+    ] {
+        std::fs::write(folder.path().join(name), content).unwrap();
         let message = read_in(folder.path(), &FULL.replace("log.csv", name)).unwrap_err();
-        assert!(message.contains(part) && message.contains("not supported yet"), "{message}");
+        assert!(message.contains(name) && parts.iter().all(|part| message.contains(part)), "{message}");
     }
     std::fs::write(folder.path().join("peg.stl"), "solid").unwrap();
     let message = read_in(folder.path(), &FULL.replace("peg.csv", "peg.stl")).unwrap_err();

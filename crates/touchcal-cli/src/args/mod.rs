@@ -128,7 +128,7 @@ pub struct ManArgs {
 /// Where a problem is read from.
 #[derive(Debug, clap::Args)]
 pub struct Source {
-    /// What to calibrate, with what, from which contacts
+    /// What to calibrate, with what, from which contacts; `touchcal new` writes one to fill in
     #[arg(value_name = "PROBLEM.toml", required_unless_present = "mukca", conflicts_with = "mukca")]
     pub problem: Option<PathBuf>,
     /// Instead of a problem file: a folder PLACEMENT/hole_N.csv of ball-in-socket logs, joint angles in radians

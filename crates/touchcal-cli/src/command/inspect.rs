@@ -56,14 +56,23 @@ fn text(loaded: &Loaded, inspection: &Inspection, detail: Detail) -> String {
         summary::determined(&inspection.identifiability, lines.len(), detail),
         format!("Observability  O1 {o1:.3e}  O2 {o2:.3e}  O3 {o3:.3e}  O4 {o4:.3e}  O5 {o5:.3e}\n"),
         aside.to_owned(),
+        warnings(inspection),
     ]
     .concat()
 }
 
+fn warnings(inspection: &Inspection) -> String {
+    let warnings = inspection.warnings.iter();
+    let text: String = warnings.map(|warning| summary::warning(&warning.words(), warning.advice())).collect();
+    if text.is_empty() { text } else { format!("\n{text}") }
+}
+
 fn fixtures(loaded: &Loaded, inspection: &Inspection) -> String {
-    let mut table = Table::new(["fixture", "touch", "contacts"]);
-    for (fixture, count) in loaded.problem.fixtures.iter().zip(&inspection.per_fixture) {
-        table.row([fixture.name.clone(), fixture.manifold.name().to_owned(), count.to_string()]);
+    let mut table = Table::new(["fixture", "touch", "contacts", "nominal: mean mm", "max mm"]);
+    for (fixture, spread) in loaded.problem.fixtures.iter().zip(&inspection.nominal.per_fixture) {
+        let shown = |metres| if spread.count == 0 { "-".to_owned() } else { summary::millimetres(metres) };
+        let [mean, max] = [spread.mean, spread.max].map(shown);
+        table.row([fixture.name.clone(), fixture.manifold.name().to_owned(), spread.count.to_string(), mean, max]);
     }
     format!("{table}\n")
 }
@@ -103,6 +112,7 @@ struct InspectionJson<'a> {
     singular_values: &'a [f64],
     observability: [f64; 5],
     null_space: Vec<&'a str>,
+    warnings: Vec<String>,
     inputs: Vec<InputEntry>,
 }
 
@@ -141,6 +151,7 @@ fn json(loaded: &Loaded, inspection: &Inspection) -> Result<String, Failure> {
         singular_values: &found.singular_values,
         observability: inspection.observability,
         null_space: found.null_space.iter().map(|null| null.words.as_str()).collect(),
+        warnings: inspection.warnings.iter().map(ToString::to_string).collect(),
         inputs: loaded.inputs.iter().map(Into::into).collect(),
     };
     Ok(serde_json::to_string_pretty(&json)? + "\n")

@@ -85,20 +85,25 @@ impl Calibration<'_> {
     }
 
     fn warnings(&self) -> String {
-        let each = self.file.warnings.iter().map(|warning| {
-            let advice = &warning.advice;
-            format!("Warning   {}\n          -> {advice}\n", wrapped(&warning.words))
-        });
-        let text: String = each.collect();
+        let each = self.file.warnings.iter();
+        let text: String = each.map(|told| warning(&told.words, &told.advice)).collect();
         if text.is_empty() { text } else { text + "\n" }
     }
 
     fn next(&self, next: &str) -> String {
         match self.solved.estimate.status {
             Status::Converged => format!("Next      {next}\n"),
+            Status::NotConverged if self.file.warnings.is_empty() => {
+                "Next      estimate fewer parameters or record more contacts, and calibrate again\n".to_owned()
+            }
             _ => "Next      follow the advice above, record more contacts, and calibrate again\n".to_owned(),
         }
     }
+}
+
+/// A warning with its advice.
+pub fn warning(words: &str, advice: &str) -> String {
+    format!("Warning   {}\n          -> {advice}\n", wrapped(words))
 }
 
 /// Breaks a long list of names, indented below the first line.
@@ -147,7 +152,8 @@ pub fn residuals(fixtures: &[Fixture], scores: &[(&str, &Score)]) -> String {
     format!("{table}\n")
 }
 
-fn millimetres(metres: f64) -> String {
+/// A length in mm.
+pub fn millimetres(metres: f64) -> String {
     format!("{:.3}", 1e3 * metres)
 }
 

@@ -59,6 +59,50 @@ fn missing_files_are_named() {
 }
 
 #[test]
+fn sockets_that_no_arm_can_have_so_far_apart_are_contradicted() {
+    let mut problem = SOCKET.replace("\"socket\"", "\"one\"");
+    let second = "[[fixture]]\nname = \"two\"\nkind = \"socket\"\nfree = true\n";
+    problem = problem
+        .replace("kind = \"one\"", "kind = \"socket\"")
+        .replace("[[contacts]]", &format!("{second}[[contacts]]"));
+    problem +=
+        "[[contacts]]\nfile = \"second.csv\"\nfixture = \"two\"\n[[distance]]\nbetween = [\"one\", \"two\"]\nmm = 50\n";
+    let folder = one_socket(&problem);
+    let at = |name: &str| folder.path().join(name);
+    let second =
+        |from: &str| std::fs::copy(data().join("mukca/panda_3/backleft").join(from), at("second.csv")).unwrap();
+    let warnings = || stdout(&touchcal(folder.path(), &["inspect", "problem.toml"]).success());
+    second("hole_1.csv");
+    assert!(!warnings().contains("Warning"), "{}", warnings());
+    // The same log twice, then a distance in metres.
+    second("hole_0.csv");
+    assert!(warnings().contains("`one` and `two` are declared 50 mm apart, but the nominal arm has them 0.0 mm apart"));
+    second("hole_1.csv");
+    std::fs::write(at("problem.toml"), problem.replace("mm = 50", "mm = 0.05")).unwrap();
+    assert!(warnings().contains("`one` and `two` are declared 0.05 mm apart"), "{}", warnings());
+    let done = touchcal(folder.path(), &["calibrate", "problem.toml", "--out", "out"]).code(3);
+    assert!(stdout(&done).contains("-> check the unit of `mm`"), "{}", stdout(&done));
+}
+
+#[test]
+fn a_tool_far_from_where_it_is_said_to_be_is_seen() {
+    let problem =
+        SOCKET.replace("kind = \"ball\"", "kind = \"ball\"\nsigma_mm = 5\ntip_from_tool = { xyz_mm = [0, 0, 120] }");
+    let folder = one_socket(&problem);
+    let nominal = |problem: &str| {
+        std::fs::write(folder.path().join("problem.toml"), problem).unwrap();
+        let inspected = stdout(&touchcal(folder.path(), &["inspect", "problem.toml"]).success());
+        let row = inspected.lines().find(|line| line.trim_start().starts_with("socket")).unwrap().to_owned();
+        row.split_whitespace().rev().nth(1).unwrap().parse::<f64>().unwrap()
+    };
+    // The tip link is the ball.
+    assert!(nominal(SOCKET) < 5.0 && nominal(&problem) > 40.0);
+    let done = touchcal(folder.path(), &["calibrate", "problem.toml", "--out", "out"]);
+    let said = stdout(&done.code(3));
+    assert!(said.contains("-> check tip_from_tool and its unit, or give a larger sigma_mm in [tool]"), "{said}");
+}
+
+#[test]
 fn wrong_usage_exits_with_2() {
     let folder = one_socket(SOCKET);
     fails(folder.path(), &["calibrate", "problem.toml", "--out", "out", "--fast"], 2, &["--fast"]);

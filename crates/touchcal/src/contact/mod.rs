@@ -69,6 +69,35 @@ impl ContactLog {
         each.skip(first).for_each(|(load, q)| *load = change(q, *load));
     }
 
+    /// Numbers of the contacts, from number `first` on, at which some joint has moved by more than `apart` (rad or m) since the one before of these.
+    pub(crate) fn apart(&self, first: usize, apart: f64) -> Vec<usize> {
+        let mut kept: Vec<usize> = Vec::new();
+        for i in first..self.len() {
+            let moved = |&last: &usize| self.q(last).iter().zip(self.q(i)).any(|(a, b)| (a - b).abs() > apart);
+            if kept.last().is_none_or(moved) {
+                kept.push(i);
+            }
+        }
+        kept
+    }
+
+    /// Drops the contacts from number `first` on, but for those numbered `kept`, which ascend.
+    pub(crate) fn keep(&mut self, first: usize, kept: &[usize]) {
+        for (to, &from) in (first..).zip(kept) {
+            self.q.copy_within(from * self.dof..(from + 1) * self.dof, to * self.dof);
+            self.fixture[to] = self.fixture[from];
+            self.source[to] = self.source[from];
+            if let Some(load) = self.loads.get(from).copied() {
+                self.loads[to] = load;
+            }
+        }
+        let left = first + kept.len();
+        self.q.truncate(left * self.dof);
+        self.fixture.truncate(left);
+        self.source.truncate(left);
+        self.loads.truncate(left);
+    }
+
     /// Appends a contact: measured joint positions `q` (rad or m) while touching fixture number `fixture`.
     /// Positions beyond [`ContactLog::dof`] are ignored; missing ones make the contact ignored as a whole.
     pub fn push(&mut self, q: &[f64], fixture: usize, source: Source) {

@@ -4,6 +4,7 @@ use nalgebra::{DMatrix, DVector};
 
 use super::calibrate::Search;
 use super::knowledge::Knowledge;
+use super::mistakes::mistakes;
 use super::outcome::{ContactCount, Estimate, Estimated, Status, StopReason, Termination, Verdict, Warning};
 use super::problem::Problem;
 use super::score::score;
@@ -121,6 +122,7 @@ fn status(termination: &Termination, warnings: &[Warning]) -> Status {
             warning,
             Warning::TooFewContacts { .. }
                 | Warning::ArmUndetermined { .. }
+                | Warning::DistanceContradicted { .. }
                 | Warning::Implausible { .. }
                 | Warning::NoiseContradicted { .. }
                 | Warning::NotTouching { .. }
@@ -142,7 +144,7 @@ pub(super) fn has_projection(problem: &Problem) -> bool {
 
 fn warnings(search: &Search<'_>, found: &Found, estimate: &Estimate, left: f64) -> Vec<Warning> {
     let Search { system, held, .. } = search;
-    let mut warnings = Vec::new();
+    let mut warnings = mistakes(system);
     let without_prior = system.parameters.iter().filter(|parameter| parameter.prior_sigma.is_none()).count();
     let rows = found.rows + system.problem.distances.len();
     if found.verdicts.is_empty() || rows < without_prior {

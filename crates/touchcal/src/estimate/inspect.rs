@@ -3,10 +3,13 @@
 use std::ops::ControlFlow;
 
 use super::calibrate::coarse;
+use super::evaluate::evaluate;
 use super::identifiability::Identifiability;
 use super::knowledge::Knowledge;
-use super::outcome::{Progress, StopReason};
+use super::mistakes::mistakes;
+use super::outcome::{Progress, StopReason, Warning};
 use super::problem::Problem;
+use super::score::Score;
 use crate::robot::Parameter;
 
 /// How well a parameter will be known.
@@ -46,6 +49,10 @@ pub struct Inspection {
     pub identifiability: Identifiability,
     /// Observability indices O1 to O5, see [`Identifiability::observability`].
     pub observability: [f64; 5],
+    /// What contradicts the problem's declarations.
+    pub warnings: Vec<Warning>,
+    /// How far from touching the nominal arm's contacts are.
+    pub nominal: Score,
     /// Why the coarse stage stopped: expectations far from its minimum mean little.
     pub reason: StopReason,
 }
@@ -74,6 +81,8 @@ pub fn inspect(problem: &Problem, observe: &mut dyn FnMut(&Progress) -> ControlF
     let mut per_fixture = vec![0; problem.fixtures.len()];
     (0..contacts.len()).for_each(|i| per_fixture[contacts.fixture(i)] += 1);
     Inspection {
+        warnings: mistakes(system),
+        nominal: evaluate(problem),
         per_fixture,
         ranges: ranges(problem),
         parameters,

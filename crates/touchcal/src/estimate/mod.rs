@@ -12,6 +12,7 @@ mod knowledge;
 mod learn;
 mod levenberg_marquardt;
 mod loss;
+mod mistakes;
 mod normal;
 mod outcome;
 mod poses;

@@ -118,6 +118,20 @@ pub enum Warning {
         /// Parameters.
         parameters: usize,
     },
+    /// A fixture without contacts.
+    Untouched {
+        /// Its name.
+        fixture: String,
+    },
+    /// Even the nominal arm has two fixtures at another distance than is declared.
+    DistanceContradicted {
+        /// Names of the fixtures.
+        between: [String; 2],
+        /// Distance declared (m).
+        declared: f64,
+        /// Distance by the nominal arm (m).
+        measured: f64,
+    },
     /// Parameters that the data cannot determine were held at zero.
     Held {
         /// Their names.
@@ -196,6 +210,8 @@ impl Warning {
     pub fn kind(&self) -> &'static str {
         match self {
             Warning::TooFewContacts { .. } => "too_few_contacts",
+            Warning::Untouched { .. } => "untouched",
+            Warning::DistanceContradicted { .. } => "distance_contradicted",
             Warning::Held { .. } => "held",
             Warning::ArmUndetermined { .. } => "arm_undetermined",
             Warning::NoiseExceeded { .. } => "noise_exceeded",
@@ -217,6 +233,14 @@ impl Warning {
         match self {
             Warning::TooFewContacts { rows, parameters } => {
                 format!("{rows} measured rows cannot determine {parameters} parameters")
+            }
+            Warning::Untouched { fixture } => format!("fixture `{fixture}` has no contacts"),
+            Warning::DistanceContradicted { between: [a, b], declared, measured } => {
+                let [declared, measured] = [declared, measured].map(|metres| 1e3 * metres);
+                format!(
+                    "`{a}` and `{b}` are declared {declared} mm apart, but the nominal arm has them {measured:.1} mm apart: \
+                     do not use the result"
+                )
             }
             Warning::Held { names } => {
                 format!("held at zero because the data cannot determine them: {}", names.join(", "))
@@ -271,6 +295,8 @@ impl Warning {
     pub fn advice(&self) -> &'static str {
         match self {
             Warning::TooFewContacts { .. } => "record more contacts, or estimate fewer parameters",
+            Warning::Untouched { .. } => "check the force threshold, and the logs that name it as their fixture",
+            Warning::DistanceContradicted { .. } => "check the unit of `mm`, and which log belongs to which fixture",
             Warning::Held { .. } => "touch more fixtures or from other elbow positions, or give a prior",
             Warning::ArmUndetermined { .. } => {
                 "touch more places, other kinds of fixtures, or fixtures whose place or spacing is known"
@@ -293,6 +319,12 @@ impl Warning {
             Warning::JointHardlyMoved { .. } => "move it more to tell its errors from its neighbours'",
             Warning::Implausible { .. } => "check units, the robot, and where the fixtures are",
             Warning::NoUncertainty => "use the parts' exact shapes for error bars",
+            Warning::FarFromPrior { name, .. } if name.starts_with("tool.") => {
+                "check tip_from_tool and its unit, or give a larger sigma_mm in [tool]"
+            }
+            Warning::FarFromPrior { name, .. } if name.starts_with("fixture.") => {
+                "check base_from_fixture and its unit, or give a larger sigma_mm in [[fixture]]"
+            }
             Warning::FarFromPrior { .. } => "check the nominal model or widen its prior",
         }
     }

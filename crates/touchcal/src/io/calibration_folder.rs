@@ -129,8 +129,8 @@ pub fn page(loaded: &Loaded, solved: &Solved, file: &EstimateFile) -> Result<Str
 /// The calibrated arm as it is written.
 struct Calibrated {
     robot: Robot,
-    /// The tool's place was estimated, and the robot does not carry it.
-    tool_left_out: bool,
+    /// The tool's place on the tip link, if it was estimated and the robot does not carry it.
+    tool_left_out: Option<Pose>,
 }
 
 /// Puts tool and fixtures where a calibration found them, as [`place`] does, for an arm read from the `calibrated.urdf` that it wrote: a tool that is
@@ -153,7 +153,7 @@ fn calibrated(loaded: &Loaded, estimate: &Estimate) -> Calibrated {
     let motion = estimate.tool_motion();
     let carried = motion.filter(|_| carries_tool(&loaded.problem));
     let moved = carried.and_then(|motion| estimate.robot.with_tip_moved(&motion));
-    let tool_left_out = motion.is_some() && moved.is_none();
+    let tool_left_out = motion.filter(|_| moved.is_none()).map(|motion| loaded.problem.tool.tip_from_tool * motion);
     Calibrated { robot: moved.unwrap_or_else(|| estimate.robot.clone()), tool_left_out }
 }
 
@@ -222,11 +222,11 @@ fn warnings(loaded: &Loaded, estimate: &Estimate) -> Vec<WarningEntry> {
         advice: warning.advice().to_owned(),
     };
     let mut warnings: Vec<WarningEntry> = estimate.warnings.iter().map(entry).collect();
-    if calibrated(loaded, estimate).tool_left_out {
+    if let Some(tip_from_tool) = calibrated(loaded, estimate).tool_left_out {
         warnings.push(WarningEntry {
             kind: "tool_only_in_estimate".to_owned(),
             words: format!("the tool's estimated place is only in {ESTIMATE}, not in {CALIBRATED}"),
-            advice: "move tip_from_tool in the problem by the twist `tool` before you use it elsewhere".to_owned(),
+            advice: format!("it is tip_from_tool = {}", as_declared(&tip_from_tool)),
         });
     }
     if estimate.robot.bends() {
@@ -240,6 +240,13 @@ fn warnings(loaded: &Loaded, estimate: &Estimate) -> Vec<WarningEntry> {
         });
     }
     warnings
+}
+
+/// A tool's place as problem.toml states it.
+fn as_declared(tip_from_tool: &Pose) -> String {
+    let [x, y, z]: [f64; 3] = tip_from_tool.translation.vector.map(|metres| 1e3 * metres).into();
+    let [i, j, k, w]: [f64; 4] = tip_from_tool.rotation.coords.into();
+    format!("{{ xyz_mm = [{x:.4}, {y:.4}, {z:.4}], quat_wxyz = [{w:.7}, {i:.7}, {j:.7}, {k:.7}] }}")
 }
 
 /// A score as it is written.

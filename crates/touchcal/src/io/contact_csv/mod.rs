@@ -28,6 +28,10 @@ pub const MAX_BYTES: u64 = 2 << 30;
 /// Most bytes of one line.
 pub const MAX_LINE: usize = 1 << 16;
 
+/// What to do with a bag in a format that is not read.
+const CONVERT: &str =
+    "to make MCAP of it: `pip install rosbags`, then `rosbags-convert --src BAG --dst NEW --dst-storage mcap`";
+
 /// Bytes read from the file at a time.
 const BUFFER: usize = 1 << 18;
 
@@ -67,9 +71,15 @@ pub(super) fn unpacked<'c>(content: impl Read + 'c, file: &str) -> Result<Box<dy
 }
 
 fn refuse_other_formats(start: &[u8], file: &str) -> Result<(), IoError> {
-    let known: [(&[u8], &str); 5] = [
+    let bags: [(&[u8], &str); 2] =
+        [(b"SQLite format 3\0", "a ROS 2 bag in SQLite (.db3)"), (b"#ROSBAG V2.0", "a ROS 1 bag")];
+    if let Some((_, name)) = bags.iter().find(|(magic, _)| start.starts_with(magic)) {
+        return Err(IoError::unexpected(Place::file(file), "CSV or gzipped CSV", format!("{name}; {CONVERT}")));
+    }
+    let known: [(&[u8], &str); 6] = [
         (b"PAR1", "Parquet"),
         (b"\x89MCAP0", "MCAP"),
+        (b"\x28\xb5\x2f\xfd", "a file packed by zstd: unpack it first (`zstd -d FILE`)"),
         (b"PK\x03\x04", "a zip archive or spreadsheet"),
         (b"\xff\xfe", "text in UTF-16"),
         (b"\xfe\xff", "text in UTF-16"),

@@ -26,11 +26,12 @@ mod units;
 use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::{Read, Seek};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use super::bytes::{self, Hashing, Input};
 use super::contact_csv;
-use super::error::IoError;
+use super::error::{IoError, Place};
+use super::suggest::list;
 use crate::contact::ContactLog;
 use crate::robot::Robot;
 use rows::Keep;
@@ -70,6 +71,9 @@ pub struct Detection {
     pub debounce: usize,
 }
 
+/// What the folder of a bag holds beside its files.
+const BAG_CONTENTS: &str = "metadata.yaml";
+
 /// How to understand a log.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Options {
@@ -89,6 +93,8 @@ pub struct Options {
     pub wrench_topic: Option<String>,
     /// Detects contact by force; needs columns `fx`, `fy`, `fz`, or wrenches.
     pub detection: Option<Detection>,
+    /// How far (rad or m) some joint must have moved since the last contact for a row to be another one; none: every row is.
+    pub apart: Option<f64>,
     /// What the wrench says of the load on the arm; none: nothing. Needs columns `fx` to `tz`, or wrenches.
     pub load: Option<Load>,
 }
@@ -106,7 +112,7 @@ impl Options {
     }
 }
 
-/// Adds the contacts of a file, whatever its format, to `log`, and returns its fingerprint.
+/// Adds the contacts of a file, whatever its format, or of a bag's folder, to `log`, and returns the file's fingerprint.
 ///
 /// # Errors
 /// If the file cannot be read, is no such log, or too large. `log` then holds a part of it and should be dropped.
@@ -115,6 +121,7 @@ pub fn read_file(path: &Path, robot: &Robot, options: &Options, log: &mut Contac
 }
 
 fn read_into(path: &Path, robot: &Robot, options: &Options, keep: Keep<'_>) -> Result<Input, IoError> {
+    let path = &log_in(path)?;
     let name = path.display().to_string();
     let failed = |source| IoError::file(path, "read", source);
     let mut file = bytes::open(path)?;
@@ -133,6 +140,27 @@ fn read_into(path: &Path, robot: &Robot, options: &Options, keep: Keep<'_>) -> R
     }
     let sha256 = hashing.finish().map_err(failed)?;
     Ok(Input { path: name, sha256 })
+}
+
+/// The file itself, or the only one in the folder that `ros2 bag record` makes.
+fn log_in(path: &Path) -> Result<PathBuf, IoError> {
+    if !path.join(BAG_CONTENTS).is_file() {
+        return Ok(path.to_owned());
+    }
+    let failed = |source| IoError::file(path, "read", source);
+    let entries = std::fs::read_dir(path).map_err(failed)?;
+    let mut names = entries.map(|entry| Ok(entry?.file_name())).collect::<Result<Vec<_>, _>>().map_err(failed)?;
+    names.retain(|name| name != BAG_CONTENTS);
+    names.sort();
+    match names.as_slice() {
+        [only] => Ok(path.join(only)),
+        _ => {
+            let names: Vec<_> = names.iter().map(|name| name.to_string_lossy()).collect();
+            let found = format!("a folder of {}", list(names.iter().map(AsRef::as_ref)));
+            let place = Place::file(path.display().to_string());
+            Err(IoError::unexpected(place, "the folder of a bag with one file", found))
+        }
+    }
 }
 
 #[cfg(feature = "parquet")]
@@ -158,5 +186,5 @@ fn read_mcap(_: impl Read, file: &str, _: &Robot, _: &Options, _: Keep<'_>) -> R
 #[cfg(not(all(feature = "mcap", feature = "parquet")))]
 fn without_feature(file: &str, format: &str, feature: &str) -> IoError {
     let found = format!("{format}, which only a build with the cargo feature `{feature}` reads");
-    IoError::unexpected(super::error::Place::file(file), "CSV or gzipped CSV", found)
+    IoError::unexpected(Place::file(file), "CSV or gzipped CSV", found)
 }

@@ -8,6 +8,9 @@ use crate::io::error::{IoError, Place};
 use crate::robot::{JointKind, Robot};
 use crate::se3::Wrench;
 
+/// What an arm at rest moves by (rad or m): 0.01°, or as far as that is a metre from the axis.
+const REST: f64 = 1.7e-4;
+
 /// What a row says.
 pub(in crate::io) struct Row {
     /// Joint positions (rad or m).
@@ -48,6 +51,23 @@ impl Keep<'_> {
         }
     }
 
+    /// Thins what is kept from number `first` on to contacts that are `apart`; says if most repeat one another otherwise.
+    fn thin(&mut self, first: usize, apart: Option<f64>) -> Option<String> {
+        let Keep::Contacts(log) = self else { return None };
+        if let Some(apart) = apart {
+            log.keep(first, &log.apart(first, apart));
+            return None;
+        }
+        let (all, apart) = (log.len() - first, log.apart(first, REST).len());
+        (all > 2 * apart).then(|| {
+            format!(
+                "{} of {all} contacts are of an arm at rest, each counted as a measurement of its own; \
+                 with `apart_deg = 1` in problem.toml a posture counts once",
+                all - apart
+            )
+        })
+    }
+
     fn note(&mut self, note: String) {
         match self {
             Keep::Contacts(log) => log.note(note),
@@ -75,13 +95,17 @@ pub(in crate::io) struct ContactRows<'a> {
     names: Vec<String>,
     units: UnitCheck,
     guess: Option<Guess>,
-    /// Number of what was kept first.
-    first: usize,
     detector: Option<Detector>,
     load: Option<Load>,
     fixture: usize,
     index: u32,
     rows: u64,
+    /// How many were kept of the files before.
+    first: usize,
+    /// See [`Options::apart`].
+    apart: Option<f64>,
+    /// The rows have forces, and nothing says which of them are contacts.
+    unheeded_forces: bool,
     keep: Keep<'a>,
 }
 
@@ -102,7 +126,6 @@ impl<'a> ContactRows<'a> {
             }
         };
         ContactRows {
-            first: keep.len(),
             robot,
             file,
             place,
@@ -114,6 +137,11 @@ impl<'a> ContactRows<'a> {
             fixture: options.fixture,
             index,
             rows: 0,
+            first: keep.len(),
+            apart: options.apart,
+            unheeded_forces: options.detection.is_none()
+                && extras.contains(&Holds::Wrench(0))
+                && !extras.contains(&Holds::Contact),
             keep,
         }
     }
@@ -141,6 +169,12 @@ impl<'a> ContactRows<'a> {
     /// Remembers what was taken for granted.
     pub(in crate::io) fn note(&mut self, note: &str) {
         self.keep.note(format!("{}: {note}", self.file));
+    }
+
+    /// Remembers that there are forces, which nothing asks for.
+    #[cfg(feature = "mcap")]
+    pub(in crate::io) fn has_forces(&mut self) {
+        self.unheeded_forces = true;
     }
 
     /// Takes row `number`.
@@ -194,10 +228,16 @@ impl<'a> ContactRows<'a> {
             Some(_) => self.note("the unit of angles is not declared: taken as RADIANS, which fit the joint limits; declare unit = \"rad\""),
             None => self.units.finish(self.file, self.place)?,
         }
+        if let Some(note) = self.keep.thin(self.first, self.apart) {
+            self.note(&note);
+        }
         if let Keep::Contacts(log) = &mut self.keep {
             log.count_rows(self.rows);
             if let Some(load) = self.load {
                 load.apply(self.robot, log, self.first);
+            }
+            if self.unheeded_forces {
+                self.note("there are forces, but no threshold: every row counts as a contact; with `force_threshold_n = 3` in problem.toml those above 3 N do");
             }
         }
         Ok(())

@@ -26,7 +26,7 @@ use crate::contact::ContactLog;
 use crate::estimate::{Distance, Fixture, Freedom, Tool};
 use crate::robot::Robot;
 use crate::se3::Pose;
-use context::{Allowed, Context, MM};
+use context::{Allowed, Context, DEG, MM};
 use schema::{
     ContactsToml, DistanceToml, FixtureToml, LoadFrameToml, LoadOnToml, ProblemToml, RobotToml, Text, UnitToml,
 };
@@ -266,6 +266,7 @@ fn options(
             format!("{release}"),
         ));
     }
+    let apart = context.number(table.apart_deg.as_ref(), DEG, Allowed::Positive, "contacts, apart_deg")?;
     let detection = threshold.map(|threshold| Detection {
         threshold,
         release: release.unwrap_or(threshold),
@@ -284,6 +285,7 @@ fn options(
         joints: None,
         columns: table.columns.clone(),
         detection,
+        apart,
         load: load(table, context)?,
     })
 }
@@ -313,16 +315,6 @@ fn read_contacts(
     context: &Context<'_>,
     log: &mut ContactLog,
 ) -> Result<Input, IoError> {
-    let file = &table.get_ref().file;
-    let path = context.path(file, "contacts, file")?;
-    let extension = path.extension().and_then(|extension| extension.to_str()).unwrap_or_default().to_ascii_lowercase();
-    if ["bag", "db3"].contains(&extension.as_str()) {
-        let found = format!("a .{extension} file, which is not supported yet");
-        return Err(IoError::unexpected(
-            context.place(file.span(), "contacts, file"),
-            "CSV, gzipped CSV, Parquet or MCAP",
-            found,
-        ));
-    }
+    let path = context.path(&table.get_ref().file, "contacts, file")?;
     contact_log::read_file(&path, robot, options, log)
 }

@@ -181,6 +181,7 @@ pub(in crate::io) struct ContactsToml {
     pub(in crate::io) force_threshold_n: Option<Number>,
     pub(in crate::io) release_n: Option<Number>,
     pub(in crate::io) debounce: Option<Spanned<i64>>,
+    pub(in crate::io) apart_deg: Option<Number>,
     pub(in crate::io) load_on: Option<LoadOnToml>,
     pub(in crate::io) load_frame: Option<Spanned<LoadFrameToml>>,
     pub(in crate::io) unit: Option<UnitToml>,

@@ -112,8 +112,11 @@ impl<'a, 't> Tree<'a, 't> {
                 Err(IoError::unexpected(place(&self.robot, self.file), "one root link", found))
             }
             (many, _) => {
-                let found =
-                    format!("{} that are not connected: {}; choose the base", many.len(), list(many.iter().copied()));
+                let found = format!(
+                    "{} that are not connected: {}; choose one as `base`",
+                    many.len(),
+                    list(many.iter().copied())
+                );
                 Err(IoError::unexpected(place(&self.robot, self.file), "one root link", found))
             }
         }
@@ -130,7 +133,7 @@ impl<'a, 't> Tree<'a, 't> {
                 Err(IoError::unexpected(place(&self.robot, self.file), expected, "none"))
             }
             many => {
-                let found = format!("{}: {}; choose the tip", many.len(), list(many.iter().copied()));
+                let found = format!("{}: {}; choose one as `tip`", many.len(), list(many.iter().copied()));
                 Err(IoError::unexpected(place(&self.robot, self.file), format!("one leaf link below `{base}`"), found))
             }
         }

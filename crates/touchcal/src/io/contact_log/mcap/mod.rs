@@ -21,7 +21,7 @@ use crate::io::error::{IoError, Place, caught, quoted};
 use crate::io::suggest::{did_you_mean, list};
 use crate::robot::Robot;
 
-/// Most topics that a message lists, and most bytes of one.
+/// Most topics or joints that a message lists, and most bytes of one.
 const MOST_TOPICS: usize = 1000;
 const LONGEST_TOPIC: usize = 1000;
 
@@ -78,6 +78,7 @@ pub(super) fn read(
         channels: HashMap::new(),
         topics: [options.joint_topic.clone(), options.wrench_topic.clone()],
         seen: Vec::new(),
+        strangers: Vec::new(),
         counts: [0; 2],
         newest: [i64::MIN; 2],
         together: Together::default(),
@@ -88,6 +89,18 @@ pub(super) fn read(
 
 fn at(file: &str, number: u64) -> Place {
     Place::file(file).field(format!("joint state {number}"))
+}
+
+/// Names of a message's joints, to be told.
+fn joints_of(message: &[u8]) -> Vec<String> {
+    let mut names = Vec::new();
+    // It was read before.
+    let _ = cdr::joint_state(message, |name, _| {
+        if names.len() < MOST_TOPICS && name.len() <= LONGEST_TOPIC {
+            names.push(String::from_utf8_lossy(name).into_owned());
+        }
+    });
+    names
 }
 
 struct Bag<'a> {
@@ -106,6 +119,8 @@ struct Bag<'a> {
     topics: [Option<String>; 2],
     /// Topics of the bag, for messages.
     seen: Vec<String>,
+    /// The first joints that are none of the arm's, for messages.
+    strangers: Vec<String>,
     /// By kind, messages read, and the time of the last one (ns).
     counts: [u64; 2],
     newest: [i64; 2],
@@ -124,6 +139,7 @@ impl Visit for Bag<'_> {
         }
         let Some(kind) = self.schemas.get(&schema).copied().flatten() else { return Ok(()) };
         if kind == Kind::Wrench && !self.with_wrench {
+            self.rows.has_forces();
             return Ok(());
         }
         let declared = [&self.options.joint_topic, &self.options.wrench_topic][kind as usize];
@@ -171,12 +187,20 @@ impl Bag<'_> {
         let stamped = stamped.map_err(|expected| IoError::unexpected(at(self.file, number), expected, "another"))?;
         // A gripper's joints, say, may come on the same topic.
         if found == 0 {
+            if self.strangers.is_empty() {
+                self.strangers = joints_of(data);
+            }
             return Ok(());
         }
         let bad = self.names.iter().zip(&self.row.q).find(|(_, q)| !q.is_finite());
         if let Some((name, _)) = bad.filter(|_| !repeated) {
             let expected = format!("finite positions of all joints ({})", list(self.names.iter().map(String::as_str)));
-            return Err(IoError::unexpected(at(self.file, number), expected, format!("none of `{name}`")));
+            let mut given = joints_of(data);
+            given.retain(|given| !self.names.contains(given));
+            let given = || given.iter().map(String::as_str);
+            let others = given().next().map_or(String::new(), |_| format!(", but {}", list(given())));
+            let found = format!("none of `{name}`{others}{}", did_you_mean(name, given()));
+            return Err(IoError::unexpected(at(self.file, number), expected, found));
         }
         if repeated {
             return Err(IoError::unexpected(at(self.file, number), "each joint once", "one twice"));
@@ -245,6 +269,16 @@ impl Bag<'_> {
 
     /// Nothing of a kind was read.
     fn without(&self, kind: Kind) -> IoError {
+        if kind == Kind::Joints && !self.strangers.is_empty() {
+            let topic = self.topics[0].as_deref().unwrap_or_default();
+            let expected = format!("joint states of {} on {topic}", list(self.names.iter().map(String::as_str)));
+            let found = format!(
+                "those of {}; `columns = {{ {} = \"…\" }}` says what a joint is called here",
+                list(self.strangers.iter().map(String::as_str)),
+                self.names.first().map_or("", String::as_str)
+            );
+            return IoError::unexpected(Place::file(self.file), expected, found);
+        }
         let seen = || self.seen.iter().map(String::as_str);
         let joints = list(self.names.iter().map(String::as_str));
         let (topic, of) =
@@ -254,6 +288,9 @@ impl Bag<'_> {
             Some(topic) => format!("messages of type {}{of} on {topic}", kind.schema()),
             None => format!("messages of type {}{of}", kind.schema()),
         };
+        let detects = kind == Kind::Wrench && self.options.detection.is_some();
+        let why = if detects { " for the force threshold" } else { "" };
+        let expected = expected + why;
         let hint = topic.map_or(String::new(), |topic| did_you_mean(topic, seen().filter(|seen| *seen != topic)));
         IoError::unexpected(Place::file(self.file), expected, format!("topics {}{hint}", list(seen())))
     }
