@@ -4,7 +4,7 @@ use super::profile::{Profile, foot_on_segment};
 use nalgebra::{Point2, Vector2};
 
 /// Edges kept for each vertex. Beyond these a query looks at every edge.
-const KEPT: usize = 64;
+const KEPT: usize = 256;
 
 /// Edges that every bound looks at: in a T-slot few others are ever near.
 const FIRST: usize = 3;
