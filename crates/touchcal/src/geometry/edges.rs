@@ -111,6 +111,7 @@ impl Scan<'_> {
             let place = |p: &Vector2<f64>| self.rotation * lift(p, end) + self.translation;
             let (a, b) = (place(&a.coords), place(&b.coords));
             let (low, high) = (a.z.min(b.z), a.z.max(b.z));
+            // An edge overlaps by no more than its length.
             let deepest = RIM_DEPTH.min((b - a).norm());
             if low >= sink.reach().max(0.0) || high <= -sink.reach().max(deepest) {
                 continue;

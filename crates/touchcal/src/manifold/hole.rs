@@ -184,3 +184,41 @@ fn is_implied(k: usize, walls: &[Wall], covariance: &Matrix6<f64>, own_variance:
 fn alike(a: &Twist, b: &Twist) -> bool {
     se3::linear(a).dot(&se3::linear(b)) > ALIKE
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A wall that pushes in the plane z = 0 along an angle (rad), at a point of the tool's axis at that height (m).
+    fn wall(angle: f64, distance: f64, height: f64) -> Wall {
+        let normal = Vector3::new(angle.cos(), angle.sin(), 0.0);
+        let point = Vector3::new(0.0, 0.0, height);
+        let touch = Touch {
+            value: distance,
+            gradient: twist(&normal, &point.cross(&normal)),
+            point_in_fixture: point.into(),
+            normal_in_fixture: normal,
+        };
+        Wall::new(Feature { shaken: Twist::zeros(), touch })
+    }
+
+    #[test]
+    fn walls_between_two_others_are_implied_unless_they_are_nearer() {
+        let covariance = Matrix6::from_diagonal(&Twist::new(4e-10, 4e-10, 4e-10, 1e-8, 1e-8, 1e-8));
+        let is_implied = |middle: Wall| {
+            let walls = [wall(0.0, 10e-6, 0.0), wall(std::f64::consts::FRAC_PI_2, 30e-6, 0.0), middle];
+            let found = [0, 1, 2].map(|k| super::is_implied(k, &walls, &covariance, 2e-10));
+            assert!(!found[0] && !found[1]);
+            found[2]
+        };
+        let angle = 0.5_f64;
+        let on_line = 10e-6 * angle.cos() + 30e-6 * angle.sin();
+        assert!(is_implied(wall(angle, on_line, 0.0)));
+        assert!(is_implied(wall(angle, on_line + 50e-6, 0.0)));
+        assert!(!is_implied(wall(angle, on_line - 10e-6, 0.0)));
+        // Noise turns the tool by 0.1 mrad.
+        assert!(!is_implied(wall(angle, on_line, 0.2)));
+        // Beside the two, not between them.
+        assert!(!is_implied(wall(-angle, on_line, 0.0)));
+    }
+}
