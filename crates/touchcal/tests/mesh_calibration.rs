@@ -136,7 +136,7 @@ fn rounded_meshes_find_what_rounded_outlines_find() {
     assert!(apart < 1e-6, "{apart}");
 }
 
-/// Where corners are rounded, a contact with both sides of one also touches all directions between them.
+/// Where corners are rounded alike, a contact with both sides of one also touches all directions between them.
 #[test]
 fn rounded_corners_leave_estimates_right() {
     for (peg_radius, hole_radius, seed) in

@@ -160,7 +160,7 @@ impl Wall {
 }
 
 /// Whether wall `k` pushes between two others and is passed only where one of them is: `n = α n_a + β n_b` and `d ≥ α d_a + β d_b`, but for little noise, with neither `α` nor `β`
-/// negative. In a rounded corner all directions are touched with those of its two sides: as walls of their own they would count the sides again.
+/// negative. Where peg and hole are rounded alike, a corner's directions are all touched with those of its two sides: as walls of their own they would count the sides again.
 fn is_implied(k: usize, walls: &[Wall], covariance: &Matrix6<f64>, own_variance: f64) -> bool {
     let wall = &walls[k];
     let deviation = (wall.gradient.dot(&(covariance * wall.gradient)) + own_variance).sqrt();
