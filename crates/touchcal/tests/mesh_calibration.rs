@@ -93,36 +93,66 @@ fn a_problem_with_stl_files_finds_what_its_outlines_find() {
     assert!(of_meshes < 0.05, "{of_meshes}");
 }
 
-/// With its corners rounded, a peg has a thousand triangles in earnest. The contacts are those of these parts.
+/// A T-slot and its hole with their corners rounded by so much (m), each corner by seven points: a thousand triangles in earnest.
+fn rounded_parts(peg_radius: f64, hole_radius: f64) -> PegAndHole {
+    let slot = Profile::extrusion25();
+    let hole = slot.offset_mitred(0.5e-3).unwrap();
+    PegAndHole::new(rounded(&slot, peg_radius, 7), 0.04, rounded(&hole, hole_radius, 7), 0.03).unwrap()
+}
+
+/// 3000 contacts of these parts, whose surfaces are off by 20 µm, and how they are searched.
+fn simulated(parts: &PegAndHole, seed: u64) -> (Trial, Search) {
+    let robot = urdf::read_builtin("iiwa14", Ends::default()).unwrap().robot;
+    let mut scenario = Preset::Paper.scenario(robot).unwrap();
+    scenario.contact_sigma = 20e-6;
+    scenario.stiffness.rotation = 30.0;
+    scenario.touches[0].exploration = Exploration { radius: 2e-3, tilt: 0.04, press: 3e-3, swing: 0.2, pace: 1.0 };
+    scenario.touches[0].parts = Parts::PegInHole(Box::new(parts.clone()));
+    let noise = Noise { encoder: 3.5e-5, contact: 20e-6, learned: false };
+    let search = Search { method: Method::LevenbergMarquardt, noise, loss: Loss::GemanMcClure(3.0) };
+    (Trial::simulated(&scenario, seed).unwrap(), search)
+}
+
 #[test]
 fn rounded_meshes_find_what_rounded_outlines_find() {
-    let slot = Profile::extrusion25();
-    let [peg, hole] = [slot.clone(), slot.offset_mitred(0.5e-3).unwrap()].map(|outline| rounded(&outline, 0.1e-3, 7));
-    let peg_mesh = lofted(&[(&peg, 0.0), (&peg, 0.04)]);
+    let outlines = rounded_parts(0.4e-3, 0.4e-3);
+    let peg_mesh = lofted(&[(outlines.peg(), 0.0), (outlines.peg(), 0.04)]);
     assert!(peg_mesh.1.len() >= 1000, "{}", peg_mesh.1.len());
     // OBJ has all digits: where corners are round, a nanometre moves the end of a search.
     let read = |mesh: &Mesh| mesh::read(obj(mesh).as_bytes(), "part.obj", 1e-3).unwrap();
-    let meshes = peg_in_hole(Solids::new(read(&peg_mesh), read(&block_around(&hole, 0.03, 0.04))), 0.03);
+    let hole_mesh = block_around(outlines.hole(), 0.03, 0.04);
+    let meshes = peg_in_hole(Solids::new(read(&peg_mesh), read(&hole_mesh)), 0.03);
     assert_eq!(meshes.name(), "peg in hole");
-    let outlines = PegAndHole::new(peg, 0.04, hole, 0.03).unwrap();
-
-    let robot = urdf::read_builtin("iiwa14", Ends::default()).unwrap().robot;
-    let mut scenario = Preset::Paper.scenario(robot).unwrap();
-    scenario.contacts = 1000;
-    scenario.contact_sigma = 0.0;
-    scenario.stiffness.rotation = 30.0;
-    scenario.touches[0].exploration = Exploration { radius: 2e-3, tilt: 0.04, press: 3e-3, swing: 0.2, pace: 1.0 };
-    scenario.touches[0].parts = Parts::PegInHole(Box::new(outlines.clone()));
-    let trial = Trial::simulated(&scenario, 1).unwrap();
-    let noise = Noise { encoder: 3.5e-5, contact: 20e-6, learned: false };
-    let search = Search { method: Method::LevenbergMarquardt, noise, loss: Loss::GemanMcClure(3.0) };
+    let (trial, search) = simulated(&outlines, 1);
     let problem = |manifold: Box<dyn ContactManifold>| trial.problem(manifold, search);
 
     let (with_outlines, straight_s) = timed(&problem(Box::new(PegInHole::new(outlines))));
     let (with_meshes, mesh_s) = timed(&problem(meshes));
     let apart = apart(&with_outlines, &with_meshes);
     println!(
-        "rounded T-slot | {straight_s:.2} s as outlines; {apart:.2e} sigma apart, {mesh_s:.2} s as straight meshes"
+        "rounded T-slot, {} contacts | {straight_s:.2} s as outlines; {apart:.2e} sigma apart, {mesh_s:.2} s as straight meshes",
+        trial.contacts.len()
     );
     assert!(apart < 1e-6, "{apart}");
+}
+
+/// Where corners are rounded alike, a contact with both sides of one also touches all directions between them.
+#[test]
+fn rounded_corners_leave_estimates_right() {
+    for (peg_radius, hole_radius, seed) in
+        [(0.1e-3, 0.1e-3, 2), (0.4e-3, 0.4e-3, 2), (0.9e-3, 0.9e-3, 2), (0.9e-3, 0.9e-3, 3)]
+    {
+        let parts = rounded_parts(peg_radius, hole_radius);
+        let (trial, search) = simulated(&parts, seed);
+        let (estimate, seconds) = timed(&trial.problem(Box::new(PegInHole::new(parts)), search));
+        let errors = estimate.parameters.iter().zip(&trial.truth).map(|(parameter, (_, truth))| {
+            (parameter.value - truth) / parameter.sigma.expect("a parameter that contacts determine")
+        });
+        let worst = errors.fold(0.0, |worst: f64, error| worst.max(error.abs()));
+        let strain = 1e4 * (estimate.parameters[0].value - trial.truth[0].1).abs();
+        println!(
+            "radii {peg_radius} {hole_radius} m, seed {seed}: {worst:.2} sigma, strain off by {strain:.2}e-4, {seconds:.2} s"
+        );
+        assert!(worst < 3.5 && strain < 2.0, "{peg_radius} {hole_radius} {seed}: {worst} sigma, {strain}e-4");
+    }
 }

@@ -6,7 +6,7 @@ use crate::se3::Twist;
 /// Features farther than this many temperatures from the least gap have no part in a blend.
 pub(super) const REACH: f64 = 4.0;
 /// Features kept at a time. With more within reach the blend takes a second sweep.
-const KEPT: usize = 48;
+const KEPT: usize = 160;
 
 /// A distance and its gradient, as in [`Gap`](super::extrusion::Gap).
 #[derive(Clone, Copy)]

@@ -111,14 +111,16 @@ impl Scan<'_> {
             let place = |p: &Vector2<f64>| self.rotation * lift(p, end) + self.translation;
             let (a, b) = (place(&a.coords), place(&b.coords));
             let (low, high) = (a.z.min(b.z), a.z.max(b.z));
-            if low >= sink.reach().max(0.0) || high <= -sink.reach().max(RIM_DEPTH) {
+            // An edge overlaps by no more than its length.
+            let deepest = RIM_DEPTH.min((b - a).norm());
+            if low >= sink.reach().max(0.0) || high <= -sink.reach().max(deepest) {
                 continue;
             }
             if low < 0.0 && high > 0.0 {
                 self.pierced_top((a, b), k, sink);
             }
-            for j in pair.edge_to_edge.within(k, sink.reach().abs().max(RIM_DEPTH) + ring.moved) {
-                let limit = sink.reach().abs().max(RIM_DEPTH);
+            for j in pair.edge_to_edge.within(k, sink.reach().abs().max(deepest) + ring.moved) {
+                let limit = sink.reach().abs().max(deepest);
                 let (r, s) = pair.hole.edge(j);
                 let apart = |axis: usize| {
                     (a[axis].min(b[axis]) - r[axis].max(s[axis])).max(r[axis].min(s[axis]) - a[axis].max(b[axis]))

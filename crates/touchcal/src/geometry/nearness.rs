@@ -3,8 +3,9 @@
 use super::profile::{Profile, foot_on_segment};
 use nalgebra::{Point2, Vector2};
 
-/// Edges kept for each vertex. Beyond these a query looks at every edge.
+/// Edges kept for each vertex, at least, and entries of a table up to which it has them all. Beyond those kept a query looks at every edge.
 const KEPT: usize = 64;
+const ENTRIES: usize = 1 << 17;
 
 /// Edges that every bound looks at: in a T-slot few others are ever near.
 const FIRST: usize = 3;
@@ -67,7 +68,7 @@ impl Nearness {
 
     /// Tabulates `count` vertices or edges against the edges of `to`, given the shortest way from the latter to the former.
     fn tabulate(count: usize, to: &Profile, way: impl Fn(usize, usize) -> Vector2<f64>) -> Self {
-        let stride = to.len().min(KEPT);
+        let stride = to.len().min(KEPT.max(ENTRIES / count));
         let mut near = Vec::with_capacity(count * stride);
         let mut row: Vec<Neighbour> = Vec::with_capacity(to.len());
         for i in 0..count {

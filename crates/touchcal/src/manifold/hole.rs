@@ -1,6 +1,6 @@
 //! What pegs of every shape have in common in a hole: its walls, near which they are, and the way in.
 
-use nalgebra::Vector3;
+use nalgebra::{Matrix6, Vector3};
 
 use super::{MAX_ROWS, Reach, Rows};
 use crate::geometry::solids::Touch;
@@ -25,6 +25,10 @@ const ALIKE: f64 = 0.95;
 /// Two features of a wall whose distances differ by less than `TOGETHER` standard deviations of the noise between them are as near as each other, by more than `APART` they are not.
 const TOGETHER: f64 = 2.0;
 const APART: f64 = 4.0;
+/// Least squared sine of the angle between two walls that may imply one between them.
+const LEAST_APART: f64 = 0.05;
+/// Share of a wall's standard deviation that counts as none where others imply it.
+const LITTLE: f64 = 0.15;
 /// Room for as many features near a pose as there mostly are.
 const EXPECTED: usize = 32;
 /// Height of a normal below which it is none of a wall: nothing in a hole faces down by more than the peg is tilted. Edges that cross each other a little the wrong
@@ -76,19 +80,26 @@ impl Hole {
                 features.push(feature);
             }
         });
-        while rows.len() < MAX_ROWS {
-            let each = features.iter().enumerate();
-            let Some((k, _)) = each.min_by(|(_, a), (_, b)| a.touch.value.total_cmp(&b.touch.value)) else { break };
-            let nearest = features.swap_remove(k);
-            let mut wall = Wall::new(&nearest);
+        let mut walls: Vec<Wall> = Vec::with_capacity(MAX_ROWS);
+        let nearer = |(_, a): &(usize, &Feature), (_, b): &(usize, &Feature)| a.touch.value.total_cmp(&b.touch.value);
+        while let Some((k, _)) = features.iter().enumerate().min_by(nearer) {
+            let mut wall = Wall::new(features.swap_remove(k));
             features.retain(|feature| {
-                let of_wall = alike(&nearest.touch.gradient, &feature.touch.gradient);
+                let of_wall = alike(&wall.nearest.touch.gradient, &feature.touch.gradient);
                 if of_wall {
                     wall.beside(feature);
                 }
                 !of_wall
             });
-            rows.push_wall(wall.distance, wall.gradient, self.surface(&nearest.touch, hole_from_peg));
+            walls.push(wall);
+        }
+        for k in (0..walls.len()).rev() {
+            if is_implied(k, &walls, &reach.covariance, reach.own_variance) {
+                walls.remove(k);
+            }
+        }
+        for wall in walls.iter().take(MAX_ROWS) {
+            rows.push_wall(wall.distance, wall.gradient, self.surface(&wall.nearest.touch, hole_from_peg));
         }
     }
 
@@ -121,15 +132,15 @@ struct Feature {
 
 /// The features that push in one direction: the nearest of them, and the mean of all that are as near but for noise. Noise would choose among those, and the one that it chose
 /// is too near.
-struct Wall<'f> {
-    nearest: &'f Feature,
+struct Wall {
+    nearest: Feature,
     weight: f64,
     distance: f64,
     gradient: Twist,
 }
 
-impl<'f> Wall<'f> {
-    fn new(nearest: &'f Feature) -> Self {
+impl Wall {
+    fn new(nearest: Feature) -> Self {
         Wall { weight: 1.0, distance: nearest.touch.value, gradient: nearest.touch.gradient, nearest }
     }
 
@@ -148,7 +159,66 @@ impl<'f> Wall<'f> {
     }
 }
 
+/// Whether wall `k` pushes between two others and is passed only where one of them is: `n = α n_a + β n_b` and `d ≥ α d_a + β d_b`, but for little noise, with neither `α` nor `β`
+/// negative. Where peg and hole are rounded alike, a corner's directions are all touched with those of its two sides: as walls of their own they would count the sides again.
+fn is_implied(k: usize, walls: &[Wall], covariance: &Matrix6<f64>, own_variance: f64) -> bool {
+    let wall = &walls[k];
+    let deviation = (wall.gradient.dot(&(covariance * wall.gradient)) + own_variance).sqrt();
+    let others = || walls.iter().enumerate().filter(|(other, _)| *other != k).map(|(_, wall)| wall);
+    let is_between = |a: &Wall, b: &Wall| {
+        let [normal, a_normal, b_normal] = [wall, a, b].map(|wall| se3::linear(&wall.gradient));
+        let (by_a, by_b, both) = (normal.dot(&a_normal), normal.dot(&b_normal), a_normal.dot(&b_normal));
+        let apart = 1.0 - both * both;
+        let (alpha, beta) = ((by_a - both * by_b) / apart, (by_b - both * by_a) / apart);
+        if apart < LEAST_APART || alpha < 0.0 || beta < 0.0 {
+            return false;
+        }
+        let beyond = wall.distance - alpha * a.distance - beta * b.distance;
+        let left = wall.gradient - a.gradient * alpha - b.gradient * beta;
+        beyond > -LITTLE * deviation && left.dot(&(covariance * left)) < (LITTLE * deviation).powi(2)
+    };
+    others().enumerate().any(|(i, a)| others().skip(i + 1).any(|b| is_between(a, b)))
+}
+
 /// Whether two features push in one direction.
 fn alike(a: &Twist, b: &Twist) -> bool {
     se3::linear(a).dot(&se3::linear(b)) > ALIKE
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A wall that pushes in the plane z = 0 along an angle (rad), at a point of the tool's axis at that height (m).
+    fn wall(angle: f64, distance: f64, height: f64) -> Wall {
+        let normal = Vector3::new(angle.cos(), angle.sin(), 0.0);
+        let point = Vector3::new(0.0, 0.0, height);
+        let touch = Touch {
+            value: distance,
+            gradient: twist(&normal, &point.cross(&normal)),
+            point_in_fixture: point.into(),
+            normal_in_fixture: normal,
+        };
+        Wall::new(Feature { shaken: Twist::zeros(), touch })
+    }
+
+    #[test]
+    fn walls_between_two_others_are_implied_unless_they_are_nearer() {
+        let covariance = Matrix6::from_diagonal(&Twist::new(4e-10, 4e-10, 4e-10, 1e-8, 1e-8, 1e-8));
+        let is_implied = |middle: Wall| {
+            let walls = [wall(0.0, 10e-6, 0.0), wall(std::f64::consts::FRAC_PI_2, 30e-6, 0.0), middle];
+            let found = [0, 1, 2].map(|k| super::is_implied(k, &walls, &covariance, 2e-10));
+            assert!(!found[0] && !found[1]);
+            found[2]
+        };
+        let angle = 0.5_f64;
+        let on_line = 10e-6 * angle.cos() + 30e-6 * angle.sin();
+        assert!(is_implied(wall(angle, on_line, 0.0)));
+        assert!(is_implied(wall(angle, on_line + 50e-6, 0.0)));
+        assert!(!is_implied(wall(angle, on_line - 10e-6, 0.0)));
+        // Noise turns the tool by 0.1 mrad.
+        assert!(!is_implied(wall(angle, on_line, 0.2)));
+        // Beside the two, not between them.
+        assert!(!is_implied(wall(-angle, on_line, 0.0)));
+    }
 }
