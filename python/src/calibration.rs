@@ -105,6 +105,13 @@ pub struct Warning {
     advice: String,
 }
 
+impl Warning {
+    pub fn new(warning: &estimate::Warning) -> Warning {
+        let (kind, advice) = (warning.kind().to_owned(), warning.advice().to_owned());
+        Warning { kind, words: warning.words(), advice }
+    }
+}
+
 #[pymethods]
 impl Warning {
     fn __repr__(&self) -> String {

@@ -6,10 +6,11 @@ use pyo3::types::PyDict;
 use touchcal::estimate::{self, StopReason};
 
 use crate::array::fixed;
-use crate::calibration::NullDirection;
+use crate::calibration::{NullDirection, Warning};
 use crate::frame::Frame;
 use crate::problem::Problem;
 use crate::progress::Watch;
+use crate::score::Score;
 
 /// How well a parameter will be known.
 ///
@@ -132,9 +133,21 @@ impl Inspection {
     fn per_fixture<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let counts = PyDict::new(py);
         let fixtures = &self.problem.get().loaded.problem.fixtures;
-        let each = fixtures.iter().zip(&self.inspection.per_fixture);
-        each.into_iter().try_for_each(|(fixture, count)| counts.set_item(&fixture.name, count))?;
+        let each = fixtures.iter().zip(&self.inspection.nominal.per_fixture);
+        each.into_iter().try_for_each(|(fixture, spread)| counts.set_item(&fixture.name, spread.count))?;
         Ok(counts)
+    }
+
+    /// Distances from touching with the nominal arm.
+    #[getter]
+    fn nominal(&self) -> Score {
+        Score::new(&self.inspection.nominal, &self.problem.get().loaded.problem.fixtures)
+    }
+
+    /// What contradicts the problem's declarations, with advice.
+    #[getter]
+    fn warnings(&self) -> Vec<Warning> {
+        self.inspection.warnings.iter().map(Warning::new).collect()
     }
 
     /// Directions of the parameters that the data do not determine.

@@ -136,7 +136,7 @@ def test_any_layout_and_type_of_array(robot: touchcal.Robot) -> None:
     assert np.array_equal(touchcal.ContactLog.from_numpy(robot, q.tolist()).q, q)
     held = np.repeat(q, 3, axis=0)
     assert np.array_equal(touchcal.ContactLog.from_numpy(robot, held, apart=0.01).q, q)
-    with pytest.warns(UserWarning, match="60 of 90 contacts are of an arm at rest"):
+    with pytest.warns(UserWarning, match="in 60 of 90 contacts no joint has moved by 0.01 deg"):
         assert len(touchcal.ContactLog.from_numpy(robot, held)) == 90
     single = q.astype(np.float32)
     assert np.array_equal(touchcal.ContactLog.from_numpy(robot, single).q, single.astype(np.float64))

@@ -117,7 +117,7 @@ fn an_arm_at_rest_is_one_contact_if_contacts_are_to_be_apart() {
 
     let all = read(&text).unwrap();
     assert_eq!((all.len(), all.notes().len()), (12, 1));
-    assert!(all.notes()[0].contains("c.csv: 7 of 12 contacts are of an arm at rest"), "{:?}", all.notes());
+    assert!(all.notes()[0].contains("c.csv: in 7 of 12 contacts no joint has moved by 0.01 deg"), "{:?}", all.notes());
     let slide = "q1,q2\n0,0.1\n0,0.11\n0,0.12\n";
     assert_eq!(lines(&read_with(slide.as_bytes(), &thinned).unwrap()), [2, 4]);
 }

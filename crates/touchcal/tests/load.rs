@@ -72,7 +72,7 @@ fn joints_that_give_way_are_found_where_the_load_is_known_and_contradict_where_i
         let estimate = solve(&problem);
         let unknown = offset_error(&estimate, &simulated);
         println!("offsets off by {:.1e} deg with the load, {:.1e} without", known.to_degrees(), unknown.to_degrees());
-        assert!(unknown > 8.0 * known, "{known} {unknown}");
+        assert!(unknown > 10.0 * known, "{known} {unknown}");
         assert_eq!(estimate.status, Status::NotUsable);
         assert!(estimate.warnings.iter().any(|w| w.kind() == "err_alike"), "{:?}", estimate.warnings);
     }

@@ -136,7 +136,8 @@ fn rounded_meshes_find_what_rounded_outlines_find() {
     assert!(apart < 1e-6, "{apart}");
 }
 
-/// Where corners are rounded alike, a contact with both sides of one also touches all directions between them.
+/// Where corners are rounded alike, a contact with both sides of one also touches all directions between them. While these counted as walls of their own, five of fifteen such searches
+/// ended with every contact rejected. The largest of 32 errors exceeds 3.5 standard deviations by chance once in 70 times.
 #[test]
 fn rounded_corners_leave_estimates_right() {
     for (peg_radius, hole_radius, seed) in
@@ -145,11 +146,16 @@ fn rounded_corners_leave_estimates_right() {
         let parts = rounded_parts(peg_radius, hole_radius);
         let (trial, search) = simulated(&parts, seed);
         let (estimate, seconds) = timed(&trial.problem(Box::new(PegInHole::new(parts)), search));
-        let errors = estimate.parameters.iter().zip(&trial.truth).map(|(parameter, (_, truth))| {
-            (parameter.value - truth) / parameter.sigma.expect("a parameter that contacts determine")
-        });
-        let worst = errors.fold(0.0, |worst: f64, error| worst.max(error.abs()));
-        let strain = 1e4 * (estimate.parameters[0].value - trial.truth[0].1).abs();
+        let errors: Vec<(f64, f64)> = trial
+            .truth
+            .iter()
+            .map(|(column, truth)| {
+                let found = estimate.parameters.iter().find(|p| p.parameter.column == *column).expect("estimated");
+                (found.value - truth, found.sigma.expect("a parameter that contacts determine"))
+            })
+            .collect();
+        let worst = errors.iter().fold(0.0, |worst: f64, (error, sigma)| worst.max((error / sigma).abs()));
+        let strain = 1e4 * errors[0].0.abs();
         println!(
             "radii {peg_radius} {hole_radius} m, seed {seed}: {worst:.2} sigma, strain off by {strain:.2}e-4, {seconds:.2} s"
         );

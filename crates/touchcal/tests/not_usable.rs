@@ -13,7 +13,7 @@ use std::sync::Arc;
 
 use common::{mujoco_trial, solve};
 use touchcal::estimate::{Estimate, Freedom, Loss, Method, Noise, Status, Warning};
-use touchcal::experiment::{Search, Trial};
+use touchcal::experiment::{Search, Trial, problem};
 use touchcal::geometry::extrusion::PegAndHole;
 use touchcal::geometry::profile::Profile;
 use touchcal::io::urdf::{self, Ends};
@@ -69,6 +69,28 @@ fn a_wrong_minimum_is_not_called_usable() {
         println!("{trial}: {:?}, worst offset error {worst:.2}°", estimate.status);
         assert!(worst < 0.5 || estimate.status == Status::NotUsable, "{trial}: {worst}° {:?}", estimate.warnings);
     }
+}
+
+/// With a quarter of a millimetre of clearance the peg hardly gets in: at the rim edges take turns, and only the nearest is known.
+#[test]
+fn a_peg_at_the_rim_is_said_to_tell_little() {
+    let robot = urdf::read_builtin("iiwa14", Ends::default()).expect("an arm").robot;
+    let mut scenario = Preset::Paper.scenario(robot).expect("parts");
+    let wide = solve(&problem(&scenario, &scenario.simulate(5001).expect("contacts")));
+    let peg = Profile::extrusion25();
+    let hole = peg.offset_mitred(0.25e-3).expect("an outline");
+    let parts = PegAndHole::new(peg, 0.04, hole, 0.03).expect("parts");
+    scenario.touches[0].parts = Parts::PegInHole(Box::new(parts));
+    let narrow = solve(&problem(&scenario, &scenario.simulate(5001).expect("contacts")));
+    let share = |estimate: &Estimate| {
+        estimate.warnings.iter().find_map(|warning| match warning {
+            Warning::FewTellWalls { share } => Some(*share),
+            _ => None,
+        })
+    };
+    assert_eq!(share(&wide), None);
+    let share = share(&narrow).expect("few tell");
+    assert!(share > 0.05 && share < 0.3, "{share}");
 }
 
 /// A second's worth of contacts or two hardly ever determines an arm, and searches from elsewhere end elsewhere.

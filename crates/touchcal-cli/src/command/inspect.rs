@@ -3,9 +3,9 @@
 use std::collections::BTreeMap;
 
 use serde::Serialize;
-use touchcal::estimate::{Inspection, StopReason, inspect};
-use touchcal::io::Loaded;
-use touchcal::io::estimate_file::InputEntry;
+use touchcal::estimate::{Inspection, StopReason, Warning, inspect};
+use touchcal::io::estimate_file::{InputEntry, ResidualStats};
+use touchcal::io::{Loaded, calibration_folder};
 use touchcal::robot::JointKind;
 
 use super::{Failure, Outcome};
@@ -112,8 +112,16 @@ struct InspectionJson<'a> {
     singular_values: &'a [f64],
     observability: [f64; 5],
     null_space: Vec<&'a str>,
-    warnings: Vec<String>,
+    nominal: ResidualStats,
+    warnings: Vec<WarningJson<'a>>,
     inputs: Vec<InputEntry>,
+}
+
+#[derive(Serialize)]
+struct WarningJson<'a> {
+    kind: &'a str,
+    words: String,
+    advice: &'a str,
 }
 
 #[derive(Serialize)]
@@ -142,7 +150,7 @@ fn json(loaded: &Loaded, inspection: &Inspection) -> Result<String, Failure> {
         schema: 1,
         rows_read: problem.contacts.rows_read(),
         contacts: problem.contacts.len(),
-        contacts_per_fixture: names.zip(inspection.per_fixture.iter().copied()).collect(),
+        contacts_per_fixture: names.zip(inspection.nominal.per_fixture.iter().map(|spread| spread.count)).collect(),
         files: problem.contacts.files(),
         joints: inspection.ranges.iter().map(joint_json).collect(),
         parameters: inspection.parameters.iter().map(parameter_json).collect(),
@@ -151,10 +159,15 @@ fn json(loaded: &Loaded, inspection: &Inspection) -> Result<String, Failure> {
         singular_values: &found.singular_values,
         observability: inspection.observability,
         null_space: found.null_space.iter().map(|null| null.words.as_str()).collect(),
-        warnings: inspection.warnings.iter().map(ToString::to_string).collect(),
+        nominal: calibration_folder::stats(&inspection.nominal, &problem.fixtures),
+        warnings: inspection.warnings.iter().map(warning_json).collect(),
         inputs: loaded.inputs.iter().map(Into::into).collect(),
     };
     Ok(serde_json::to_string_pretty(&json)? + "\n")
+}
+
+fn warning_json(warning: &Warning) -> WarningJson<'_> {
+    WarningJson { kind: warning.kind(), words: warning.words(), advice: warning.advice() }
 }
 
 fn joint_json(range: &touchcal::estimate::JointRange) -> JointJson<'_> {

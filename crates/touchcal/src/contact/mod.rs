@@ -87,8 +87,8 @@ impl ContactLog {
             self.q.copy_within(from * self.dof..(from + 1) * self.dof, to * self.dof);
             self.fixture[to] = self.fixture[from];
             self.source[to] = self.source[from];
-            if let Some(load) = self.loads.get(from).copied() {
-                self.loads[to] = load;
+            if to < self.loads.len() {
+                self.loads[to] = self.load(from);
             }
         }
         let left = first + kept.len();

@@ -29,7 +29,7 @@ const LOOKS: [usize; 2] = [750, 3000];
 /// Most rounds of learning how often walls are touched, and the change that ends them: from another way there, results then differ by some hundredths of a standard deviation.
 const POLISHINGS: usize = 10;
 pub(super) const SETTLED: f64 = 0.04;
-/// Share of the contacts that must tell which walls they touch, so that all are asked.
+/// Share of the one-sided contacts that must tell which walls they touch, so that all are asked.
 const TELLING: f64 = 0.3;
 /// How noisy walls are taken to be at first, over what is declared. The search begins where the least gaps are; a wall that many contacts rest on may be some standard
 /// deviations away there, and must not be given up as one that is never touched.
@@ -92,7 +92,7 @@ pub(super) struct Search<'p> {
     pub scale: DVector<f64>,
     pub theta: DVector<f64>,
     pub held: Held,
-    /// Share of the contacts that tell which walls they touch, where that was asked.
+    /// Share of the one-sided contacts that tell which walls they touch, where that was asked.
     pub telling: Option<f64>,
     /// Other starts led to other minima.
     pub ambiguous: bool,

@@ -108,30 +108,14 @@ pub(super) fn conclude(search: &Search<'_>) -> Estimate {
         parameters,
     };
     let left = arm_uncertainty_left(problem, &system.parameters, &known.posterior, &system.scale());
-    estimate.warnings = warnings(search, found, &estimate, left);
-    if alike > ALIKE {
-        estimate.warnings.push(Warning::ErrAlike { contacts: alike, usable: alike < ALL_ALIKE });
-    }
+    estimate.warnings = warnings(search, found, &estimate, (left, alike));
     estimate.status = status(&estimate.termination, &estimate.warnings);
     estimate
 }
 
 fn status(termination: &Termination, warnings: &[Warning]) -> Status {
-    let unusable = |warning: &Warning| {
-        matches!(
-            warning,
-            Warning::TooFewContacts { .. }
-                | Warning::ArmUndetermined { .. }
-                | Warning::DistanceContradicted { .. }
-                | Warning::Implausible { .. }
-                | Warning::NoiseContradicted { .. }
-                | Warning::NotTouching { .. }
-                | Warning::Ambiguous
-                | Warning::ErrAlike { usable: false, .. }
-        )
-    };
     match termination.reason {
-        _ if warnings.iter().any(unusable) => Status::NotUsable,
+        _ if warnings.iter().any(Warning::forbids) => Status::NotUsable,
         StopReason::Converged => Status::Converged,
         _ => Status::NotConverged,
     }
@@ -142,7 +126,8 @@ pub(super) fn has_projection(problem: &Problem) -> bool {
     problem.fixtures.iter().any(|fixture| fixture.manifold.is_projection())
 }
 
-fn warnings(search: &Search<'_>, found: &Found, estimate: &Estimate, left: f64) -> Vec<Warning> {
+/// Those that forbid the result first; `left` of the arm's uncertainty, and so many contacts `alike` as say as much as one.
+fn warnings(search: &Search<'_>, found: &Found, estimate: &Estimate, (left, alike): (f64, f64)) -> Vec<Warning> {
     let Search { system, held, .. } = search;
     let mut warnings = mistakes(system);
     let without_prior = system.parameters.iter().filter(|parameter| parameter.prior_sigma.is_none()).count();
@@ -168,6 +153,9 @@ fn warnings(search: &Search<'_>, found: &Found, estimate: &Estimate, left: f64) 
     if share > MANY_REJECTED {
         warnings.push(Warning::ManyRejected { share });
     }
+    if alike > ALIKE {
+        warnings.push(Warning::ErrAlike { contacts: alike, usable: alike < ALL_ALIKE });
+    }
     if let Some(share) = search.telling.filter(|_| !search.sees_walls()) {
         warnings.push(Warning::FewTellWalls { share });
     }
@@ -186,6 +174,7 @@ fn warnings(search: &Search<'_>, found: &Found, estimate: &Estimate, left: f64) 
         }
     }
     warnings.extend(estimate.parameters.iter().filter_map(implausible));
+    warnings.sort_by_key(|warning| !warning.forbids());
     warnings
 }
 

@@ -39,8 +39,6 @@ pub struct JointRange {
 /// The result of [`inspect`].
 #[derive(Clone, Debug)]
 pub struct Inspection {
-    /// Number of contacts with each fixture, in order.
-    pub per_fixture: Vec<usize>,
     /// Range of every moving joint, in order; none without contacts.
     pub ranges: Vec<JointRange>,
     /// Every parameter, in order.
@@ -77,16 +75,12 @@ pub fn inspect(problem: &Problem, observe: &mut dyn FnMut(&Progress) -> ControlF
         identifiable: known.identifiable[k],
     });
     let parameters = expected.collect();
-    let contacts = &problem.contacts;
-    let mut per_fixture = vec![0; problem.fixtures.len()];
-    (0..contacts.len()).for_each(|i| per_fixture[contacts.fixture(i)] += 1);
     Inspection {
         warnings: mistakes(system),
         nominal: evaluate(problem),
-        per_fixture,
         ranges: ranges(problem),
         parameters,
-        observability: known.identifiability.observability(contacts.len()),
+        observability: known.identifiability.observability(problem.contacts.len()),
         identifiability: known.identifiability,
         reason: search.termination.reason,
     }

@@ -1,15 +1,16 @@
 //! What contradicts a problem's declarations before anything is fitted.
 
-use nalgebra::DVector;
+use nalgebra::{DVector, Vector3};
 
 use super::outcome::Warning;
-use super::score::{Score, score};
+use super::rows::At;
+use super::score::score;
 use super::system::System;
 
-/// A distance between fixtures may be off by this share of itself, or by as much as the nominal arm scatters there.
+/// A distance between sockets may be off by this share of itself, or by as much as the nominal arm scatters there.
 const PLAUSIBLE: f64 = 0.5;
 
-/// Fixtures that nothing touched, and distances that are far from what even the nominal arm measures: another unit, or another log.
+/// Fixtures that nothing touched, and distances of sockets that are far from what even the nominal arm measures: another unit, or another log.
 pub(super) fn mistakes(system: &System<'_>) -> Vec<Warning> {
     let problem = system.problem;
     let mut touched = vec![false; problem.fixtures.len()];
@@ -18,25 +19,39 @@ pub(super) fn mistakes(system: &System<'_>) -> Vec<Warning> {
     let mut warnings: Vec<Warning> =
         untouched.map(|(fixture, _)| Warning::Untouched { fixture: fixture.name.clone() }).collect();
     if !problem.distances.is_empty() {
-        let nominal = score(problem, &system.at(&DVector::zeros(system.parameters.len())));
-        warnings.extend(contradicted(system, &touched, &nominal));
+        warnings.extend(contradicted(system, &touched));
     }
     warnings
 }
 
-fn contradicted(system: &System<'_>, touched: &[bool], nominal: &Score) -> Vec<Warning> {
+fn contradicted(system: &System<'_>, touched: &[bool]) -> Vec<Warning> {
     let problem = system.problem;
+    let at = system.at(&DVector::zeros(system.parameters.len()));
+    let nominal = score(problem, &at);
+    let places = tool_places(system, &at);
+    let is_seen = |f: usize| touched[f] && problem.fixtures[f].manifold.is_point();
     let mut warnings = Vec::new();
     for distance in &problem.distances {
         let (a, b) = distance.between;
-        let place = |f: usize| system.base_from_fixture[f].translation.vector;
-        let measured = (place(a) - place(b)).norm();
+        let measured = (places[a] - places[b]).norm();
         let scatter = nominal.per_fixture[a].rms + nominal.per_fixture[b].rms;
         let allowed = (PLAUSIBLE * distance.distance).max(scatter);
-        if touched[a] && touched[b] && (measured - distance.distance).abs() > allowed {
+        if is_seen(a) && is_seen(b) && (measured - distance.distance).abs() > allowed {
             let between = [a, b].map(|f| problem.fixtures[f].name.clone());
             warnings.push(Warning::DistanceContradicted { between, declared: distance.distance, measured });
         }
     }
     warnings
+}
+
+/// Mean place of the tool in base (m) in the contacts of each fixture, wherever that is declared to be.
+fn tool_places(system: &System<'_>, at: &At<'_>) -> Vec<Vector3<f64>> {
+    let contacts = &system.problem.contacts;
+    let mut sums = vec![(Vector3::zeros(), 0usize); system.problem.fixtures.len()];
+    for i in 0..contacts.len() {
+        let (sum, count) = &mut sums[contacts.fixture(i)];
+        *sum += (system.base_from_fixture[contacts.fixture(i)] * at.fixture_from_tool(i)).translation.vector;
+        *count += 1;
+    }
+    sums.into_iter().map(|(sum, count)| sum / count.max(1) as f64).collect()
 }

@@ -123,7 +123,7 @@ pub enum Warning {
         /// Its name.
         fixture: String,
     },
-    /// Even the nominal arm has two fixtures at another distance than is declared.
+    /// Even the nominal arm's contacts have two sockets at another distance than is declared.
     DistanceContradicted {
         /// Names of the fixtures.
         between: [String; 2],
@@ -170,7 +170,7 @@ pub enum Warning {
     },
     /// Few contacts of one-sided gaps tell which walls they touch; all were taken to touch the nearest, which errs to one side by more than the uncertainties say.
     FewTellWalls {
-        /// Share of contacts that do, 0 to 1.
+        /// Share of these contacts that do, 0 to 1.
         share: f64,
     },
     /// Searches from other starts ended elsewhere and fit about as well.
@@ -206,6 +206,21 @@ pub enum Warning {
 }
 
 impl Warning {
+    /// Whether a result with it must not be used.
+    pub fn forbids(&self) -> bool {
+        matches!(
+            self,
+            Warning::TooFewContacts { .. }
+                | Warning::ArmUndetermined { .. }
+                | Warning::DistanceContradicted { .. }
+                | Warning::Implausible { .. }
+                | Warning::NoiseContradicted { .. }
+                | Warning::NotTouching { .. }
+                | Warning::Ambiguous
+                | Warning::ErrAlike { usable: false, .. }
+        )
+    }
+
     /// Name in files.
     pub fn kind(&self) -> &'static str {
         match self {
@@ -266,7 +281,7 @@ impl Warning {
                 format!("`{name}`: contacts {how} by {:.2} mm on average: do not use the result", 1e3 * gap.abs())
             }
             Warning::FewTellWalls { share } => format!(
-                "only {:.0} % of the contacts tell which walls they touch; the nearest is taken, and uncertainties are up to three times too small",
+                "only {:.0} % of the one-sided contacts tell which walls they touch; the nearest is taken, and uncertainties are too small, some three times",
                 100.0 * share
             ),
             Warning::Ambiguous => {

@@ -219,26 +219,27 @@ impl<'s> At<'s> {
 
     /// The tool's pose in the fixture that contact `i` touches; `q` is room for joint positions.
     pub(super) fn pose(&self, i: usize, q: &mut [f64]) -> Pose {
-        let fixture_from_base = self.without_drift(i, q);
-        fixture_from_base * self.kinematics.pose_under(q, &self.system.problem.contacts.load(i))
+        let contacts = &self.system.problem.contacts;
+        self.without_drift(i, q);
+        self.fixtures[contacts.fixture(i)].fixture_from_base * self.kinematics.pose_under(q, &contacts.load(i))
     }
 
     /// The same pose, its derivatives left in `into`.
     pub(super) fn locate(&self, i: usize, into: &mut ContactRows) -> Pose {
-        let fixture_from_base = self.without_drift(i, &mut into.q);
-        let load = self.system.problem.contacts.load(i);
-        fixture_from_base * self.kinematics.pose_and_jacobian_under(&into.q, &load, &mut into.scratch)
+        let contacts = &self.system.problem.contacts;
+        self.without_drift(i, &mut into.q);
+        let base_from_tool = self.kinematics.pose_and_jacobian_under(&into.q, &contacts.load(i), &mut into.scratch);
+        self.fixtures[contacts.fixture(i)].fixture_from_base * base_from_tool
     }
 
-    /// Joint positions of contact `i` as they would be without its placement's drift, left in `q`; where the base is in its fixture.
-    fn without_drift(&self, i: usize, q: &mut [f64]) -> Pose {
+    /// Joint positions of contact `i` as they would be without its placement's drift, left in `q`.
+    fn without_drift(&self, i: usize, q: &mut [f64]) {
         let contacts = &self.system.problem.contacts;
         let (f, measured) = (contacts.fixture(i), contacts.q(i));
         let drift = &self.drift[self.system.placement[f] * measured.len()..];
         for (q, (measured, drift)) in q.iter_mut().zip(measured.iter().zip(drift)) {
             *q = measured - drift;
         }
-        self.fixtures[f].fixture_from_base
     }
 
     /// The walls that are not free beyond doubt.

@@ -289,9 +289,12 @@ impl System<'_> {
         }
     }
 
-    /// Share of the contacts that tell which walls they touch, by every `stride`-th.
+    /// Share of the one-sided contacts that tell which walls they touch, by every `stride`-th contact.
     pub fn telling(&self, theta: &DVector<f64>, stride: usize) -> f64 {
-        self.wall_statistics(theta, stride, false).touching() / self.problem.contacts.len() as f64
+        let contacts = &self.problem.contacts;
+        let is_one_sided = |i: &usize| self.problem.fixtures[contacts.fixture(*i)].manifold.has_interference();
+        let one_sided = (0..contacts.len()).filter(is_one_sided).count();
+        self.wall_statistics(theta, stride, false).touching() / one_sided.max(1) as f64
     }
 
     /// Learns from every `stride`-th contact how often walls are touched, how noisy they are and how much they differ: a step of expectation–maximisation.

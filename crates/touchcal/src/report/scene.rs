@@ -96,7 +96,7 @@ impl<'a> Scene<'a> {
 /// Where an arm's tool was in the contacts `drawn`, in base (m).
 pub(crate) fn positions(log: &ContactLog, drawn: &[usize], kinematics: &Kinematics) -> Vec<[f32; 3]> {
     let position = |&i: &usize| {
-        let place = kinematics.pose(log.q(i)).translation;
+        let place = kinematics.pose_under(log.q(i), &log.load(i)).translation;
         [place.x as f32, place.y as f32, place.z as f32]
     };
     drawn.iter().map(position).collect()

@@ -11,29 +11,29 @@ use crate::se3::{Pose, Wrench};
 
 /// Masses in one frame: their sum (kg) and their first moment about the frame's origin (kg m).
 #[derive(Clone, Copy, Debug)]
-struct Load {
+struct Masses {
     mass: f64,
     moment: Vector3<f64>,
 }
 
-impl Load {
-    const NONE: Load = Load { mass: 0.0, moment: Vector3::new(0.0, 0.0, 0.0) };
+impl Masses {
+    const NONE: Masses = Masses { mass: 0.0, moment: Vector3::new(0.0, 0.0, 0.0) };
 
-    fn at_origin(mass: f64) -> Load {
-        Load { mass, ..Load::NONE }
+    fn at_origin(mass: f64) -> Masses {
+        Masses { mass, ..Masses::NONE }
     }
 
     /// The load of frame `at` in base.
-    fn seen_from_base(&self, at: &Frame) -> Load {
-        Load { mass: self.mass, moment: at.rotation * self.moment + at.position * self.mass }
+    fn seen_from_base(&self, at: &Frame) -> Masses {
+        Masses { mass: self.mass, moment: at.rotation * self.moment + at.position * self.mass }
     }
 
-    fn add(&mut self, other: &Load) {
+    fn add(&mut self, other: &Masses) {
         self.mass += other.mass;
         self.moment += other.moment;
     }
 
-    fn remove(&mut self, other: &Load) {
+    fn remove(&mut self, other: &Masses) {
         self.mass -= other.mass;
         self.moment -= other.moment;
     }
@@ -45,7 +45,7 @@ pub(super) struct Gravity {
     /// Acceleration in base (m/s²).
     acceleration: Vector3<f64>,
     /// In the frame of each moving link, the tip's last.
-    loads: Vec<Load>,
+    loads: Vec<Masses>,
 }
 
 impl Gravity {
@@ -62,33 +62,33 @@ impl Robot {
 }
 
 /// Loads by the links' inertias; none if a moving joint carries nothing with a mass before the next one.
-fn weighed(robot: &Robot) -> Option<Vec<Load>> {
-    let mut loads: Vec<Load> = Vec::new();
+fn weighed(robot: &Robot) -> Option<Vec<Masses>> {
+    let mut loads: Vec<Masses> = Vec::new();
     let mut moved_from_link = Pose::identity();
     for joint in robot.joints() {
         if joint.kind == JointKind::Fixed {
             moved_from_link *= joint.parent_from_joint;
         } else {
             moved_from_link = Pose::identity();
-            loads.push(Load::NONE);
+            loads.push(Masses::NONE);
         }
         // Links before the first moving joint hang on nothing that bends.
         if let (Some(load), Some(inertia)) = (loads.last_mut(), joint.inertia) {
             let center = moved_from_link * nalgebra::Point3::from(inertia.center);
-            load.add(&Load { mass: inertia.mass, moment: center.coords * inertia.mass });
+            load.add(&Masses { mass: inertia.mass, moment: center.coords * inertia.mass });
         }
     }
     let complete = loads.iter().all(|load| load.mass > 0.0);
-    loads.push(Load::NONE);
+    loads.push(Masses::NONE);
     complete.then_some(loads)
 }
 
 /// A kilogram in the middle of each moving link, between its joint's origin and the next, and one at the tip.
 ///
 /// Half of each at either end has the same first moment: what lies in a joint's own origin has no lever about it.
-fn stand_in(dof: usize) -> Vec<Load> {
-    let mut loads = vec![Load::at_origin(1.0); dof];
-    loads.push(Load::at_origin(1.5));
+fn stand_in(dof: usize) -> Vec<Masses> {
+    let mut loads = vec![Masses::at_origin(1.0); dof];
+    loads.push(Masses::at_origin(1.5));
     loads
 }
 
@@ -96,7 +96,7 @@ fn stand_in(dof: usize) -> Vec<Load> {
 pub(super) struct Torques<'a> {
     gravity: &'a Gravity,
     frame: Frame,
-    carried: Load,
+    carried: Masses,
     /// Force (N) at the tip in base, and its moment (N m) about the base's origin.
     force: Vector3<f64>,
     moment: Vector3<f64>,
@@ -107,7 +107,7 @@ impl<'a> Torques<'a> {
     /// Begins at the base, with everything carried at joint positions `q`, and `load` about the tip's origin, in its frame.
     pub fn new(gravity: &'a Gravity, load: &Wrench, (stages, tip): (&[Stage], &Stage), q: &[f64]) -> Self {
         let mut frame = Frame::base();
-        let mut carried = Load::NONE;
+        let mut carried = Masses::NONE;
         for ((stage, &q), load) in stages.iter().zip(q).zip(&gravity.loads) {
             frame.enter(stage);
             frame.pass(stage, q - stage.offset);

@@ -65,7 +65,7 @@ fn write(problem: &Problem, estimate: &Estimate) -> Result<Vec<u8>, McapError> {
     for (&contact, k) in drawn.iter().zip(1..) {
         let (time, q) = (k * STEP, log.q(contact));
         let mut transforms = links(&estimate.robot, q, time);
-        transforms.push(TransformStamped::new(time, base, TOOL, &calibrated.pose(q)));
+        transforms.push(TransformStamped::new(time, base, TOOL, &calibrated.pose_under(q, &log.load(contact))));
         for (fixture, place) in problem.fixtures.iter().zip(&places) {
             transforms.push(TransformStamped::new(time, base, &frame(&fixture.name), place));
         }

@@ -150,7 +150,7 @@ fn log_in(path: &Path) -> Result<PathBuf, IoError> {
     let failed = |source| IoError::file(path, "read", source);
     let entries = std::fs::read_dir(path).map_err(failed)?;
     let mut names = entries.map(|entry| Ok(entry?.file_name())).collect::<Result<Vec<_>, _>>().map_err(failed)?;
-    names.retain(|name| name != BAG_CONTENTS);
+    names.retain(|name| name != BAG_CONTENTS && !name.to_string_lossy().starts_with('.'));
     names.sort();
     match names.as_slice() {
         [only] => Ok(path.join(only)),

@@ -61,8 +61,8 @@ impl Keep<'_> {
         let (all, apart) = (log.len() - first, log.apart(first, REST).len());
         (all > 2 * apart).then(|| {
             format!(
-                "{} of {all} contacts are of an arm at rest, each counted as a measurement of its own; \
-                 with `apart_deg = 1` in problem.toml a posture counts once",
+                "in {} of {all} contacts no joint has moved by 0.01 deg since the one before, and each counts as a measurement of its own; \
+                 where the arm was at rest, declare how far apart contacts are (apart_deg in problem.toml, apart in Python)",
                 all - apart
             )
         })
@@ -237,7 +237,7 @@ impl<'a> ContactRows<'a> {
                 load.apply(self.robot, log, self.first);
             }
             if self.unheeded_forces {
-                self.note("there are forces, but no threshold: every row counts as a contact; with `force_threshold_n = 3` in problem.toml those above 3 N do");
+                self.note("there are forces, but no threshold: every row counts as a contact; declare the force of one (force_threshold_n in problem.toml, force_threshold in Python) if some are not");
             }
         }
         Ok(())

@@ -77,7 +77,10 @@ impl Settings {
                 let expected = "gravity or a load (`load_on` in [[contacts]]) under which joints give way";
                 return Err(IoError::unexpected(place, expected, "\"joint_compliance\" with `gravity` of 0"));
             }
-            Some(_) if !weightless && loaded && !robot.has_masses() => contacts.note(
+            None if loaded && !robot.bends() => contacts.note(
+                "load_on: no joint gives way, so that the load changes nothing; ask for joint_compliance, or name a URDF that was calibrated with it",
+            ),
+            _ if !weightless && loaded && !robot.has_masses() => contacts.note(
                 "joint_compliance: the URDF lacks masses; 1 kg a link stands in for them, beside which the load counts too much or too little; \
                  give links an <inertial>, or declare gravity = [0, 0, 0] if the arm makes up for its weight",
             ),

@@ -68,6 +68,7 @@ pub(super) fn read(
     let extras = if with_wrench { &WRENCH_PARTS[..] } else { &[] };
     let mut bag = Bag {
         file,
+        joint: robot.moving().next().map_or("", |joint| joint.name.as_str()),
         options,
         with_wrench,
         scale: scale(robot, options),
@@ -105,6 +106,8 @@ fn joints_of(message: &[u8]) -> Vec<String> {
 
 struct Bag<'a> {
     file: &'a str,
+    /// The URDF's name of the first joint, as an example.
+    joint: &'a str,
     options: &'a Options,
     /// Whether wrenches are read.
     with_wrench: bool,
@@ -275,7 +278,7 @@ impl Bag<'_> {
             let found = format!(
                 "those of {}; `columns = {{ {} = \"…\" }}` says what a joint is called here",
                 list(self.strangers.iter().map(String::as_str)),
-                self.names.first().map_or("", String::as_str)
+                self.joint
             );
             return IoError::unexpected(Place::file(self.file), expected, found);
         }
