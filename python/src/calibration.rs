@@ -11,7 +11,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use touchcal::estimate::{self, Identifiability, Status, Verdict, distances, place};
 use touchcal::io::calibration_folder::{self, Solved};
-use touchcal::io::estimate_file::{EstimateFile, ParameterEntry};
+use touchcal::io::estimate_file::{EstimateFile, ParameterEntry, WarningEntry};
 use touchcal::io::urdf::{self, Ends};
 
 use crate::array::{fixed, fixed_rows, numbers};
@@ -105,10 +105,9 @@ pub struct Warning {
     advice: String,
 }
 
-impl Warning {
-    pub fn new(warning: &estimate::Warning) -> Warning {
-        let (kind, advice) = (warning.kind().to_owned(), warning.advice().to_owned());
-        Warning { kind, words: warning.words(), advice }
+impl From<WarningEntry> for Warning {
+    fn from(WarningEntry { kind, words, advice }: WarningEntry) -> Warning {
+        Warning { kind, words, advice }
     }
 }
 
@@ -228,8 +227,7 @@ impl Calibration {
     /// What a user should know, with advice.
     #[getter]
     fn warnings(&self) -> Vec<Warning> {
-        let each = self.file.warnings.iter().cloned();
-        each.map(|entry| Warning { kind: entry.kind, words: entry.words, advice: entry.advice }).collect()
+        self.file.warnings.iter().cloned().map(Warning::from).collect()
     }
 
     /// Why the search stopped.

@@ -4,6 +4,7 @@ use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use touchcal::estimate::{self, StopReason};
+use touchcal::io::estimate_file::WarningEntry;
 
 use crate::array::fixed;
 use crate::calibration::{NullDirection, Warning};
@@ -147,7 +148,7 @@ impl Inspection {
     /// What contradicts the problem's declarations, with advice.
     #[getter]
     fn warnings(&self) -> Vec<Warning> {
-        self.inspection.warnings.iter().map(Warning::new).collect()
+        self.inspection.warnings.iter().map(|warning| WarningEntry::from(warning).into()).collect()
     }
 
     /// Directions of the parameters that the data do not determine.

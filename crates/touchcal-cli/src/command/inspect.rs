@@ -3,8 +3,8 @@
 use std::collections::BTreeMap;
 
 use serde::Serialize;
-use touchcal::estimate::{Inspection, StopReason, Warning, inspect};
-use touchcal::io::estimate_file::{InputEntry, ResidualStats};
+use touchcal::estimate::{Inspection, StopReason, inspect};
+use touchcal::io::estimate_file::{InputEntry, ResidualStats, WarningEntry};
 use touchcal::io::{Loaded, calibration_folder};
 use touchcal::robot::JointKind;
 
@@ -113,15 +113,8 @@ struct InspectionJson<'a> {
     observability: [f64; 5],
     null_space: Vec<&'a str>,
     nominal: ResidualStats,
-    warnings: Vec<WarningJson<'a>>,
+    warnings: Vec<WarningEntry>,
     inputs: Vec<InputEntry>,
-}
-
-#[derive(Serialize)]
-struct WarningJson<'a> {
-    kind: &'a str,
-    words: String,
-    advice: &'a str,
 }
 
 #[derive(Serialize)]
@@ -160,14 +153,10 @@ fn json(loaded: &Loaded, inspection: &Inspection) -> Result<String, Failure> {
         observability: inspection.observability,
         null_space: found.null_space.iter().map(|null| null.words.as_str()).collect(),
         nominal: calibration_folder::stats(&inspection.nominal, &problem.fixtures),
-        warnings: inspection.warnings.iter().map(warning_json).collect(),
+        warnings: inspection.warnings.iter().map(Into::into).collect(),
         inputs: loaded.inputs.iter().map(Into::into).collect(),
     };
     Ok(serde_json::to_string_pretty(&json)? + "\n")
-}
-
-fn warning_json(warning: &Warning) -> WarningJson<'_> {
-    WarningJson { kind: warning.kind(), words: warning.words(), advice: warning.advice() }
 }
 
 fn joint_json(range: &touchcal::estimate::JointRange) -> JointJson<'_> {

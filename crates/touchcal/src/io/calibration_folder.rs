@@ -10,7 +10,7 @@ use super::estimate_file::{
 };
 use super::loaded::Loaded;
 use super::{atomic, offsets_yaml, urdf};
-use crate::estimate::{Estimate, Fixture, Problem, Progress, Score, Spread, Status, Warning, place};
+use crate::estimate::{Estimate, Fixture, Problem, Progress, Score, Spread, Status, place};
 use crate::report::{Advice, Input, Report};
 use crate::robot::Robot;
 use crate::se3::Pose;
@@ -216,12 +216,7 @@ fn null_space(estimate: &Estimate) -> Vec<NullDirection> {
 }
 
 fn warnings(loaded: &Loaded, estimate: &Estimate) -> Vec<WarningEntry> {
-    let entry = |warning: &Warning| WarningEntry {
-        kind: warning.kind().to_owned(),
-        words: warning.words(),
-        advice: warning.advice().to_owned(),
-    };
-    let mut warnings: Vec<WarningEntry> = estimate.warnings.iter().map(entry).collect();
+    let mut warnings: Vec<WarningEntry> = estimate.warnings.iter().map(Into::into).collect();
     if let Some(tip_from_tool) = calibrated(loaded, estimate).tool_left_out {
         warnings.push(WarningEntry {
             kind: "tool_only_in_estimate".to_owned(),

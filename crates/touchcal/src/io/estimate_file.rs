@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use super::bytes;
 use super::error::{IoError, Place};
+use crate::estimate::Warning;
 
 /// The schema that this version writes and reads.
 pub const SCHEMA: u32 = 1;
@@ -163,6 +164,12 @@ pub struct WarningEntry {
     pub words: String,
     /// What to do about it.
     pub advice: String,
+}
+
+impl From<&Warning> for WarningEntry {
+    fn from(warning: &Warning) -> Self {
+        WarningEntry { kind: warning.kind().to_owned(), words: warning.words(), advice: warning.advice().to_owned() }
+    }
 }
 
 /// A file that was read.

@@ -23,7 +23,7 @@ impl Masses {
         Masses { mass, ..Masses::NONE }
     }
 
-    /// The load of frame `at` in base.
+    /// Masses in frame `at`, seen from base.
     fn seen_from_base(&self, at: &Frame) -> Masses {
         Masses { mass: self.mass, moment: at.rotation * self.moment + at.position * self.mass }
     }
@@ -45,12 +45,12 @@ pub(super) struct Gravity {
     /// Acceleration in base (m/s²).
     acceleration: Vector3<f64>,
     /// In the frame of each moving link, the tip's last.
-    loads: Vec<Masses>,
+    masses: Vec<Masses>,
 }
 
 impl Gravity {
     pub fn of(robot: &Robot) -> Gravity {
-        Gravity { acceleration: *robot.gravity(), loads: weighed(robot).unwrap_or_else(|| stand_in(robot.dof())) }
+        Gravity { acceleration: *robot.gravity(), masses: weighed(robot).unwrap_or_else(|| stand_in(robot.dof())) }
     }
 }
 
@@ -61,35 +61,35 @@ impl Robot {
     }
 }
 
-/// Loads by the links' inertias; none if a moving joint carries nothing with a mass before the next one.
+/// Masses by the links' inertias; none if a moving joint carries nothing with a mass before the next one.
 fn weighed(robot: &Robot) -> Option<Vec<Masses>> {
-    let mut loads: Vec<Masses> = Vec::new();
+    let mut masses: Vec<Masses> = Vec::new();
     let mut moved_from_link = Pose::identity();
     for joint in robot.joints() {
         if joint.kind == JointKind::Fixed {
             moved_from_link *= joint.parent_from_joint;
         } else {
             moved_from_link = Pose::identity();
-            loads.push(Masses::NONE);
+            masses.push(Masses::NONE);
         }
         // Links before the first moving joint hang on nothing that bends.
-        if let (Some(load), Some(inertia)) = (loads.last_mut(), joint.inertia) {
+        if let (Some(carried), Some(inertia)) = (masses.last_mut(), joint.inertia) {
             let center = moved_from_link * nalgebra::Point3::from(inertia.center);
-            load.add(&Masses { mass: inertia.mass, moment: center.coords * inertia.mass });
+            carried.add(&Masses { mass: inertia.mass, moment: center.coords * inertia.mass });
         }
     }
-    let complete = loads.iter().all(|load| load.mass > 0.0);
-    loads.push(Masses::NONE);
-    complete.then_some(loads)
+    let complete = masses.iter().all(|carried| carried.mass > 0.0);
+    masses.push(Masses::NONE);
+    complete.then_some(masses)
 }
 
 /// A kilogram in the middle of each moving link, between its joint's origin and the next, and one at the tip.
 ///
 /// Half of each at either end has the same first moment: what lies in a joint's own origin has no lever about it.
 fn stand_in(dof: usize) -> Vec<Masses> {
-    let mut loads = vec![Masses::at_origin(1.0); dof];
-    loads.push(Masses::at_origin(1.5));
-    loads
+    let mut masses = vec![Masses::at_origin(1.0); dof];
+    masses.push(Masses::at_origin(1.5));
+    masses
 }
 
 /// A walk along the arm, not bent, that knows what the joints ahead still carry.
@@ -108,14 +108,14 @@ impl<'a> Torques<'a> {
     pub fn new(gravity: &'a Gravity, load: &Wrench, (stages, tip): (&[Stage], &Stage), q: &[f64]) -> Self {
         let mut frame = Frame::base();
         let mut carried = Masses::NONE;
-        for ((stage, &q), load) in stages.iter().zip(q).zip(&gravity.loads) {
+        for ((stage, &q), masses) in stages.iter().zip(q).zip(&gravity.masses) {
             frame.enter(stage);
             frame.pass(stage, q - stage.offset);
-            carried.add(&load.seen_from_base(&frame));
+            carried.add(&masses.seen_from_base(&frame));
         }
         frame.enter(tip);
-        if let Some(load) = gravity.loads.last() {
-            carried.add(&load.seen_from_base(&frame));
+        if let Some(masses) = gravity.masses.last() {
+            carried.add(&masses.seen_from_base(&frame));
         }
         let [x, y, z, about_x, about_y, about_z] = *load;
         let force = frame.rotation * Vector3::new(x, y, z);
@@ -130,8 +130,8 @@ impl<'a> Torques<'a> {
         let of_load = self.moment - self.frame.position.cross(&self.force);
         let torque = (self.frame.rotation * stage.axis).dot(&(lever.cross(&self.gravity.acceleration) + of_load));
         self.frame.pass(stage, motion);
-        if let Some(load) = self.gravity.loads.get(self.joint) {
-            self.carried.remove(&load.seen_from_base(&self.frame));
+        if let Some(masses) = self.gravity.masses.get(self.joint) {
+            self.carried.remove(&masses.seen_from_base(&self.frame));
         }
         self.joint += 1;
         if stage.prismatic { 0.0 } else { torque }
