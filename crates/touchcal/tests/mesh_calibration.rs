@@ -137,12 +137,18 @@ fn rounded_meshes_find_what_rounded_outlines_find() {
 }
 
 /// Where corners are rounded alike, a contact with both sides of one also touches all directions between them. While these counted as walls of their own, five of fifteen such searches
-/// ended with every contact rejected. The largest of 32 errors exceeds 3.5 standard deviations by chance once in 70 times.
+/// ended with every contact rejected. Where a corner of the hole has the peg's radius and the clearance, it is a curved wall: while its facets counted as walls of their own, noise came out 1.5 times as large as declared.
+/// The largest of 48 errors exceeds 3.5 standard deviations by chance once in 45 times.
 #[test]
 fn rounded_corners_leave_estimates_right() {
-    for (peg_radius, hole_radius, seed) in
-        [(0.1e-3, 0.1e-3, 2), (0.4e-3, 0.4e-3, 2), (0.9e-3, 0.9e-3, 2), (0.9e-3, 0.9e-3, 3)]
-    {
+    for (peg_radius, hole_radius, seed) in [
+        (0.1e-3, 0.1e-3, 2),
+        (0.4e-3, 0.4e-3, 2),
+        (0.9e-3, 0.9e-3, 2),
+        (0.9e-3, 0.9e-3, 3),
+        (0.4e-3, 0.9e-3, 1),
+        (0.1e-3, 0.6e-3, 1),
+    ] {
         let parts = rounded_parts(peg_radius, hole_radius);
         let (trial, search) = simulated(&parts, seed);
         let (estimate, seconds) = timed(&trial.problem(Box::new(PegInHole::new(parts)), search));
@@ -157,8 +163,10 @@ fn rounded_corners_leave_estimates_right() {
         let worst = errors.iter().fold(0.0, |worst: f64, (error, sigma)| worst.max((error / sigma).abs()));
         let strain = 1e4 * errors[0].0.abs();
         println!(
-            "radii {peg_radius} {hole_radius} m, seed {seed}: {worst:.2} sigma, strain off by {strain:.2}e-4, {seconds:.2} s"
+            "radii {peg_radius} {hole_radius} m, seed {seed}: {worst:.2} sigma, strain off by {strain:.2}e-4, noise {:.2}, {seconds:.2} s",
+            estimate.noise_factor
         );
         assert!(worst < 3.5 && strain < 2.0, "{peg_radius} {hole_radius} {seed}: {worst} sigma, {strain}e-4");
+        assert!(estimate.noise_factor < 1.1, "{peg_radius} {hole_radius} {seed}: {}", estimate.noise_factor);
     }
 }

@@ -1,6 +1,6 @@
 //! What pegs of every shape have in common in a hole: its walls, near which they are, and the way in.
 
-use nalgebra::{Matrix6, Vector3};
+use nalgebra::{Matrix6, Point3, Vector3};
 
 use super::{MAX_ROWS, Reach, Rows};
 use crate::geometry::solids::Touch;
@@ -15,8 +15,9 @@ pub const ROTATION_SCALE: f64 = std::f64::consts::PI / 180.0;
 const AT_RIM: f64 = 0.2e-3;
 /// Regions of a hole, by how deep the tip is: a peg that is hardly in leans otherwise than one that is deep in.
 const QUARTERS: usize = 4;
-/// Surfaces of each: those that push in each of six directions, near the peg's tip or at the rim.
-const SURFACES: usize = 12;
+/// Surfaces of each: those that push in each of six directions, near the peg's tip or at the rim; behind these, farther ones of a direction, at either end.
+const SURFACES: usize = FARTHER + 2;
+const FARTHER: usize = 12;
 /// Regions of a hole, and surfaces of each, see [`ContactManifold::surfaces`](super::ContactManifold::surfaces).
 pub(super) const PARTS: (usize, usize) = (QUARTERS, SURFACES);
 
@@ -29,6 +30,12 @@ const APART: f64 = 4.0;
 const LEAST_APART: f64 = 0.05;
 /// Share of a wall's standard deviation that counts as none where others imply it.
 const LITTLE: f64 = 0.15;
+/// Cosine of the angle between normals up to which the farther of two walls may be one with the nearer, which is curved.
+const TURNED: f64 = 0.5;
+/// Cosine of the angle between that turn and the way from one wall to the other: on a circle it is 1.
+const ALONG: f64 = 0.9;
+/// Largest radius of such a circle, over the peg's.
+const LARGEST: f64 = 1.1;
 /// Room for as many features near a pose as there mostly are.
 const EXPECTED: usize = 32;
 /// Height of a normal below which it is none of a wall: nothing in a hole faces down by more than the peg is tilted. Edges that cross each other a little the wrong
@@ -51,14 +58,17 @@ impl Hole {
         hole_from_peg.translation.z.abs() < self.peg_radius * axis.xy().norm() + AT_RIM
     }
 
-    /// Number of the surface that a feature is of.
-    fn surface(&self, feature: &Touch, hole_from_peg: &Pose) -> usize {
-        let (normal, point) = (feature.normal_in_fixture, feature.point_in_fixture);
+    /// Number of the surface that a wall is of, where nearer walls have `taken` some. The farther of two walls of one direction and end moves with the nearer one, as alike corners do: that it is free does
+    /// not say how often the nearer one is.
+    fn surface(&self, wall: &Touch, hole_from_peg: &Pose, taken: &[usize]) -> usize {
+        let (normal, point) = (wall.normal_in_fixture, wall.point_in_fixture);
         let axis = normal.iamax();
-        let is_at_rim = point.z.abs() < hole_from_peg.inverse_transform_point(&point).z.abs();
+        let end = usize::from(is_near_rim(&point, hole_from_peg));
         let depth = (-hole_from_peg.translation.z / self.depth).clamp(0.0, 1.0);
         let quarter = ((depth * QUARTERS as f64) as usize).min(QUARTERS - 1);
-        SURFACES * quarter + 4 * axis + 2 * usize::from(normal[axis] < 0.0) + usize::from(is_at_rim)
+        let first = SURFACES * quarter;
+        let surface = first + 4 * axis + 2 * usize::from(normal[axis] < 0.0) + end;
+        if taken.contains(&surface) { first + FARTHER + end } else { surface }
     }
 
     /// Pushes the walls that the peg is near, the nearest first. `visit_below(distance, visit)` calls `visit` for all features nearer than that.
@@ -98,9 +108,27 @@ impl Hole {
                 walls.remove(k);
             }
         }
-        for wall in walls.iter().take(MAX_ROWS) {
-            rows.push_wall(wall.distance, wall.gradient, self.surface(&wall.nearest.touch, hole_from_peg));
+        for k in (1..walls.len()).rev() {
+            if walls[..k].iter().any(|nearer| self.is_one_curve(nearer, &walls[k], hole_from_peg)) {
+                walls.remove(k);
+            }
         }
+        for wall in walls.iter().take(MAX_ROWS) {
+            let surface = self.surface(&wall.nearest.touch, hole_from_peg, rows.surfaces());
+            rows.push_wall(wall.distance, wall.gradient, surface);
+        }
+    }
+
+    /// Whether two walls are one that is curved, as in a round hole or in a corner with more radius than the peg's: a peg touches it in one place at a time. Beside that place it is near in every contact, and
+    /// touched in none, as no wall of its own would be.
+    fn is_one_curve(&self, a: &Wall, b: &Wall, hole_from_peg: &Pose) -> bool {
+        let [a, b] = [a, b].map(|wall| &wall.nearest.touch);
+        let turn = b.normal_in_fixture - a.normal_in_fixture;
+        let way = b.point_in_fixture - a.point_in_fixture;
+        a.normal_in_fixture.dot(&b.normal_in_fixture) > TURNED
+            && is_near_rim(&a.point_in_fixture, hole_from_peg) == is_near_rim(&b.point_in_fixture, hole_from_peg)
+            && turn.dot(&way).abs() > ALONG * turn.norm() * way.norm()
+            && way.norm() < LARGEST * self.peg_radius * turn.norm()
     }
 
     /// Pushes the envelope's six rows, divided by the scales of translation and rotation.
@@ -178,6 +206,11 @@ fn is_implied(k: usize, walls: &[Wall], covariance: &Matrix6<f64>, own_variance:
         beyond > -LITTLE * deviation && left.dot(&(covariance * left)) < (LITTLE * deviation).powi(2)
     };
     others().enumerate().any(|(i, a)| others().skip(i + 1).any(|b| is_between(a, b)))
+}
+
+/// Whether a point of the peg's surface, in the hole's frame, is nearer to the rim than to the peg's tip.
+fn is_near_rim(point_in_hole: &Point3<f64>, hole_from_peg: &Pose) -> bool {
+    point_in_hole.z.abs() < hole_from_peg.inverse_transform_point(point_in_hole).z.abs()
 }
 
 /// Whether two features push in one direction.
