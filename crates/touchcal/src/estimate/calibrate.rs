@@ -28,7 +28,7 @@ const NARROWING: f64 = 2.0;
 const LOOKS: [usize; 2] = [750, 3000];
 /// Most rounds of learning how often walls are touched, and the change that ends them: from another way there, results then differ by some hundredths of a standard deviation.
 const POLISHINGS: usize = 10;
-pub(super) const SETTLED: f64 = 0.04;
+const SETTLED: f64 = 0.04;
 /// Share of the one-sided contacts that must tell which walls they touch, so that all are asked.
 const TELLING: f64 = 0.3;
 /// How noisy walls are taken to be at first, over what is declared. The search begins where the least gaps are; a wall that many contacts rest on may be some standard
@@ -149,10 +149,17 @@ impl<'p> Search<'p> {
         self.minimise((Rung::Envelope, self.stride()), COARSE, observe);
     }
 
-    /// Onto the manifolds, the loss narrowing; all contacts at full resolution at the end only.
+    /// Onto the manifolds, the loss narrowing. One-sided contacts are asked for their walls next, for which a few contacts lead near enough.
     fn fine(&mut self, observe: Observe<'_>) {
-        let loss = self.system.problem.loss;
         self.glance(observe);
+        if !self.system.has_walls() || self.termination.reason != StopReason::Converged {
+            self.narrow(observe);
+        }
+    }
+
+    /// From a few contacts to all.
+    fn narrow(&mut self, observe: Observe<'_>) {
+        let loss = self.system.problem.loss;
         let mut stride = self.stride() / LADDER;
         while stride > 1 {
             self.minimise((Rung::Residual(loss), stride), NARROW, observe);
@@ -218,6 +225,8 @@ impl<'p> Search<'p> {
         self.see_walls(observe);
         if self.sees_walls() {
             self.minimise((Rung::Walls, 1), FINE, observe);
+        } else if self.system.has_walls() {
+            self.narrow(observe);
         }
     }
 
