@@ -125,7 +125,8 @@ pub struct ManArgs {
     pub out: Option<PathBuf>,
 }
 
-/// Where a problem is read from.
+/// Where a problem is read from. What `requires` the folder also `conflicts_with` the problem file: clap requires nothing that
+/// conflicts with what is given.
 #[derive(Debug, clap::Args)]
 pub struct Source {
     /// What to calibrate, with what, from which contacts; `touchcal new` writes one to fill in
@@ -135,13 +136,13 @@ pub struct Source {
     #[arg(long, value_name = "DIR", requires = "urdf")]
     pub mukca: Option<PathBuf>,
     /// With --mukca: distance of neighbouring sockets
-    #[arg(long, value_name = "MM", default_value_t = 50.0, requires = "mukca")]
+    #[arg(long, value_name = "MM", default_value_t = 50.0, requires = "mukca", conflicts_with = "problem")]
     pub spacing_mm: f64,
     /// With --mukca: read only this placement (may be repeated)
-    #[arg(long, value_name = "PLACEMENT", requires = "mukca")]
+    #[arg(long, value_name = "PLACEMENT", requires = "mukca", conflicts_with = "problem")]
     pub only: Vec<String>,
     /// With --mukca: leave this placement out (may be repeated)
-    #[arg(long, value_name = "PLACEMENT", requires = "mukca")]
+    #[arg(long, value_name = "PLACEMENT", requires = "mukca", conflicts_with = "problem")]
     pub except: Vec<String>,
 }
 
@@ -149,10 +150,10 @@ pub struct Source {
 #[derive(Debug, Default, clap::Args)]
 pub struct Arm {
     /// With --mukca: the nominal URDF, whose tip link carries the ball
-    #[arg(long, value_name = "FILE", requires = "mukca")]
+    #[arg(long, value_name = "FILE", requires = "mukca", conflicts_with = "problem")]
     pub urdf: Option<PathBuf>,
     /// With --mukca: estimate how far the joints give way to gravity too; only touchcal reads that from a URDF
-    #[arg(long, requires = "mukca")]
+    #[arg(long, requires = "mukca", conflicts_with = "problem")]
     pub joint_compliance: bool,
 }
 
@@ -196,7 +197,7 @@ pub struct EvaluateArgs {
     #[arg(long, value_name = "FILE", conflicts_with = "mukca")]
     pub estimate: Option<PathBuf>,
     /// With --mukca: another URDF to compare with; a problem file names its own
-    #[arg(long, value_name = "FILE", requires = "mukca")]
+    #[arg(long, value_name = "FILE", requires = "mukca", conflicts_with = "problem")]
     pub nominal: Option<PathBuf>,
     /// Print JSON instead of a table
     #[arg(long)]

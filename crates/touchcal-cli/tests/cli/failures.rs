@@ -109,7 +109,30 @@ fn wrong_usage_exits_with_2() {
     fails(folder.path(), &["calibrate", "--out", "out"], 2, &["PROBLEM.toml"]);
     fails(folder.path(), &["calibrate", "--mukca", ".", "--out", "out"], 2, &["--urdf"]);
     fails(folder.path(), &["calibrate", "problem.toml", "--mukca", ".", "--out", "out"], 2, &["cannot be used with"]);
-    fails(folder.path(), &["calibrate", "problem.toml", "--only", "front", "--out", "out"], 2, &["--mukca"]);
+}
+
+/// Options of `--mukca` say nothing of a problem file.
+#[test]
+fn options_of_a_folder_do_not_go_with_a_problem_file() {
+    let folder = one_socket(SOCKET);
+    for (command, option, value) in [
+        ("inspect", "--urdf", Some("panda.urdf")),
+        ("inspect", "--except", Some("front")),
+        ("calibrate", "--urdf", Some("panda.urdf")),
+        ("calibrate", "--spacing-mm", Some("50")),
+        ("calibrate", "--only", Some("front")),
+        ("calibrate", "--joint-compliance", None),
+        ("evaluate", "--only", Some("front")),
+        ("evaluate", "--nominal", Some("panda.urdf")),
+    ] {
+        let needed = match command {
+            "calibrate" => &["--out", "out"][..],
+            "evaluate" => &["--urdf", "panda.urdf"],
+            _ => &[],
+        };
+        let args = [&[command, "problem.toml", option], value.as_slice(), needed].concat();
+        fails(folder.path(), &args, 2, &["[PROBLEM.toml]' cannot be used with", option]);
+    }
 }
 
 #[test]
