@@ -394,4 +394,7 @@ pub struct SimulateArgs {
     /// Seed of the errors and the noise
     #[arg(long, default_value_t = 1)]
     pub seed: u64,
+    /// Another seed for the noise alone: the same arm, recorded once more
+    #[arg(long, value_name = "SEED")]
+    pub noise_seed: Option<u64>,
 }

@@ -4,7 +4,7 @@ use std::ops::ControlFlow;
 use std::path::Path;
 
 use touchcal::io::scenario_file::{self, ScenarioFile};
-use touchcal::sim::{Simulated, SimulationError};
+use touchcal::sim::{Seeds, Simulated, SimulationError};
 
 use super::{Failure, Outcome};
 use crate::args::{ScenarioSource, SimulateArgs};
@@ -16,8 +16,9 @@ use crate::table::Table;
 pub fn run(args: &SimulateArgs) -> Result<Outcome, Failure> {
     scenario_file::check_folder(&args.out)?;
     let file = scenario(&args.source)?;
-    let simulated = simulate(&file, args.seed)?;
-    scenario_file::write_folder(&args.out, &file, &simulated, args.seed)?;
+    let seeds = Seeds { errors: args.seed, noise: args.noise_seed.unwrap_or(args.seed) };
+    let simulated = simulate(&file, seeds)?;
+    scenario_file::write_folder(&args.out, &file, &simulated, seeds)?;
     output::print(&summary(&args.out, &file, &simulated))?;
     Ok(Outcome::Done)
 }
@@ -35,14 +36,14 @@ pub fn scenario(source: &ScenarioSource) -> Result<ScenarioFile, Failure> {
 }
 
 /// Simulates, watched.
-pub fn simulate(file: &ScenarioFile, seed: u64) -> Result<Simulated, Failure> {
+pub fn simulate(file: &ScenarioFile, seeds: Seeds) -> Result<Simulated, Failure> {
     let spinner = Spinner::new("Simulating");
-    let truth = file.scenario.draw(seed);
+    let truth = file.scenario.draw(seeds.errors);
     let mut watch = |contacts: usize| {
         spinner.tell(|| format!("{contacts} contacts"));
         if interrupted() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     };
-    match file.scenario.run(&truth, seed, &mut watch) {
+    match file.scenario.run(&truth, seeds.noise, &mut watch) {
         Err(SimulationError::Interrupted) => Err(Failure::Interrupted),
         logs => Ok(Simulated { truth, logs: logs? }),
     }

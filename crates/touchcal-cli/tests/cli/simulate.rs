@@ -40,6 +40,34 @@ fn a_preset_is_simulated_and_calibrated() {
     }
 }
 
+#[test]
+fn another_noise_leaves_the_arm_as_it_is() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    let args = ["simulate", "--preset", "workcell", "--contacts", "50", "--seed", "3"];
+    let simulate = |more: &[&str]| touchcal(folder.path(), &[&args[..], more].concat()).success();
+    simulate(&["--out", "a"]);
+    simulate(&["--out", "same", "--noise-seed", "3"]);
+    simulate(&["--out", "other", "--noise-seed", "4"]);
+    let names = ["problem.toml", "scenario.toml", "hole.csv", "truth.json"];
+    assert_eq!(bytes(&at("a"), &names), bytes(&at("same"), &names));
+    assert_eq!(bytes(&at("a"), &names[..2]), bytes(&at("other"), &names[..2]));
+
+    let [a, other] = ["a", "other"].map(|name| json(&at(name).join("truth.json")));
+    for key in ["seed", "parameters", "clearance_mm"] {
+        assert_eq!(a[key], other[key]);
+    }
+    assert_eq!((&a["noise_seed"], &other["noise_seed"]), (&serde_json::Value::Null, &4.into()));
+    let joints = |name: &str| {
+        let log = std::fs::read_to_string(at(name).join("hole.csv")).unwrap();
+        let row = log.lines().nth(1).unwrap().split(',').skip(1).take(7);
+        row.map(|cell| cell.parse::<f64>().unwrap()).collect::<Vec<_>>()
+    };
+    for (a, other) in joints("a").iter().zip(joints("other")) {
+        assert!(*a != other && (a - other).abs() < 1e-3, "{a} {other}: encoders scatter by hundredths of a degree");
+    }
+}
+
 /// What is written is what was simulated: to the digits of the file.
 #[test]
 fn the_scenario_written_gives_the_same_log() {

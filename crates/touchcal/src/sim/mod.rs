@@ -24,5 +24,5 @@ pub use parts::Parts;
 pub use preset::{PartsError, Preset};
 pub use recorder::{Recorder, WRENCH_DIGITS};
 pub use scenario::{ArmErrors, Distribution, PlaceError, Scenario, Thermal, Touch};
-pub use simulate::{Log, Simulated, SimulationError, TrueRow};
+pub use simulate::{Log, Seeds, Simulated, SimulationError, TrueRow};
 pub use truth::Truth;

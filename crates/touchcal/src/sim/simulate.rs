@@ -24,6 +24,22 @@ pub struct Simulated {
     pub logs: Vec<Log>,
 }
 
+/// Where a simulation's chance comes from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Seeds {
+    /// Of what is wrong: of arm, tool and fixtures.
+    pub errors: u64,
+    /// Of the noise.
+    pub noise: u64,
+}
+
+/// One seed for both.
+impl From<u64> for Seeds {
+    fn from(seed: u64) -> Seeds {
+        Seeds { errors: seed, noise: seed }
+    }
+}
+
 /// What was recorded at one fixture, row by row, in contact or not.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Log {

@@ -17,7 +17,7 @@ pub fn run(args: &DemoArgs) -> Result<Outcome, Failure> {
     scenario_file::check_folder(&args.out)?;
     let mut file = scenario_file::preset("paper")?;
     file.scenario.contacts = args.contacts as usize;
-    let simulated = simulate::simulate(&file, args.seed)?;
+    let simulated = simulate::simulate(&file, args.seed.into())?;
     scenario_file::write_folder(&args.out, &file, &simulated, args.seed)?;
     let loaded = problem_file::read_file(&args.out.join(scenario_file::PROBLEM))?;
     let solved = super::calibrate(&loaded)?;

@@ -13,7 +13,7 @@ use crate::experiment;
 use crate::io::atomic;
 use crate::io::error::{IoError, Place};
 use crate::robot::{Block, segments};
-use crate::sim::{Log, Scenario, Simulated, Touch, WRENCH_DIGITS};
+use crate::sim::{Log, Scenario, Seeds, Simulated, Touch, WRENCH_DIGITS};
 
 /// Name of the problem file.
 pub const PROBLEM: &str = "problem.toml";
@@ -38,9 +38,14 @@ pub fn check_folder(folder: &Path) -> Result<(), IoError> {
 ///
 /// # Errors
 /// As [`check_folder`] and [`truth_text`], and if a file cannot be written.
-pub fn write_folder(folder: &Path, file: &ScenarioFile, simulated: &Simulated, seed: u64) -> Result<(), IoError> {
+pub fn write_folder(
+    folder: &Path,
+    file: &ScenarioFile,
+    simulated: &Simulated,
+    seeds: impl Into<Seeds>,
+) -> Result<(), IoError> {
     check_folder(folder)?;
-    let mut files = vec![truth_text(&file.scenario, simulated, seed)?];
+    let mut files = vec![truth_text(&file.scenario, simulated, seeds)?];
     files.extend(log_texts(&file.scenario, simulated));
     files.extend(scenario_text(file));
     files.extend(problem_text(file));
@@ -143,6 +148,9 @@ fn log_text(scenario: &Scenario, log: &Log) -> String {
 struct TruthJson<'a> {
     note: &'static str,
     seed: u64,
+    /// Where it is another.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    noise_seed: Option<u64>,
     /// By name as in estimate.json, in SI units; what is right is left out.
     parameters: BTreeMap<String, f64>,
     clearance_mm: BTreeMap<&'a str, f64>,
@@ -163,7 +171,8 @@ struct RowsJson {
 ///
 /// # Errors
 /// If a number cannot be written, which does not happen.
-pub fn truth_text(scenario: &Scenario, simulated: &Simulated, seed: u64) -> Result<TextFile, IoError> {
+pub fn truth_text(scenario: &Scenario, simulated: &Simulated, seeds: impl Into<Seeds>) -> Result<TextFile, IoError> {
+    let Seeds { errors, noise } = seeds.into();
     let names = || scenario.touches.iter().map(|touch| touch.name.as_str());
     let touching = |log: &Log, row: usize| log.truth[row].force > scenario.recorder.force_threshold;
     let count = |log: &Log, wrong: &dyn Fn(bool, bool) -> bool| {
@@ -178,7 +187,8 @@ pub fn truth_text(scenario: &Scenario, simulated: &Simulated, seed: u64) -> Resu
     let named = simulated.truth.named(scenario).into_iter();
     let truth = TruthJson {
         note: "what the simulation was made with; calibrate does not read this file",
-        seed,
+        seed: errors,
+        noise_seed: Some(noise).filter(|noise| *noise != errors),
         parameters: named.map(|(parameter, value)| (parameter.name, value)).collect(),
         clearance_mm: names().zip(simulated.truth.clearance.iter().map(|wider| 1e3 * wider)).collect(),
         rows: names().zip(simulated.logs.iter().map(rows)).collect(),
