@@ -16,6 +16,7 @@ use command::{Failure, Outcome};
 
 /// Exit codes; clap answers wrong usage with 2.
 const FAILED: u8 = 1;
+const WRONG_USAGE: u8 = 2;
 const NOT_USABLE: u8 = 3;
 const INTERRUPTED: u8 = 130;
 
@@ -42,11 +43,13 @@ fn main() -> ExitCode {
         Ok(Outcome::NotUsable) => ExitCode::from(NOT_USABLE),
         Err(failure) => {
             output::complain(&format!("error: {failure}"));
-            let interrupted = matches!(
-                failure,
-                Failure::Interrupted | Failure::TrainingInterrupted { .. } | Failure::ExperimentInterrupted
-            );
-            ExitCode::from(if interrupted { INTERRUPTED } else { FAILED })
+            ExitCode::from(match failure {
+                Failure::Interrupted | Failure::TrainingInterrupted { .. } | Failure::ExperimentInterrupted => {
+                    INTERRUPTED
+                }
+                Failure::OverInput { .. } => WRONG_USAGE,
+                _ => FAILED,
+            })
         }
     }
 }

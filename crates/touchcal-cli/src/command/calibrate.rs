@@ -14,6 +14,10 @@ use crate::summary::{Calibration, Detail, INDENT};
 /// Reads, estimates, writes, tells.
 pub fn run(args: &CalibrateArgs) -> Result<Outcome, Failure> {
     let loaded = super::load(&args.source, &args.arm)?;
+    super::check_outputs(
+        calibration_folder::paths(&args.out),
+        loaded.inputs.iter().map(|input| Path::new(&input.path)),
+    )?;
     let solved = super::calibrate(&loaded)?;
     let file = calibration_folder::estimate_file(&loaded, &solved);
     let mut written = calibration_folder::write(&args.out, &loaded, &solved, &file)?;

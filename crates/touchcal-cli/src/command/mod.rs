@@ -12,6 +12,7 @@ pub mod new;
 pub mod simulate;
 pub mod train;
 
+use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use touchcal::estimate::StopReason;
@@ -89,6 +90,16 @@ pub enum Failure {
     #[cfg(feature = "parquet")]
     #[error("could not merge: {0}")]
     Merge(String),
+    /// Output over input.
+    #[error(
+        "{output}: expected an output that is none of the inputs, found the {input} that is read; choose another --out"
+    )]
+    OverInput {
+        /// What would be written.
+        output: String,
+        /// What is read, as it was named.
+        input: String,
+    },
     /// Parts that do not fit, or arguments that lack a part.
     #[error("could not begin: {0}")]
     Setup(String),
@@ -98,6 +109,23 @@ pub enum Failure {
     /// Stdout.
     #[error("could not write to stdout: {0}")]
     Stdout(std::io::Error),
+}
+
+/// Refuses to write over what is read.
+fn check_outputs<'a>(
+    outputs: impl IntoIterator<Item = PathBuf>,
+    inputs: impl IntoIterator<Item = &'a Path>,
+) -> Result<(), Failure> {
+    let there = |path: &Path| path.canonicalize().ok();
+    let inputs: Vec<&Path> = inputs.into_iter().collect();
+    for output in outputs {
+        let Some(found) = there(&output) else { continue };
+        if let Some(input) = inputs.iter().find(|input| there(input).as_ref() == Some(&found)) {
+            let [output, input] = [&*output, input].map(|path| path.display().to_string());
+            return Err(Failure::OverInput { output, input });
+        }
+    }
+    Ok(())
 }
 
 /// Reads a problem; `arm` is that of a `--mukca` folder.

@@ -15,6 +15,7 @@ use crate::table::Table;
 /// Simulates a scenario and writes the logs, the problem that they pose, the scenario with every key, and the truth.
 pub fn run(args: &SimulateArgs) -> Result<Outcome, Failure> {
     scenario_file::check_folder(&args.out)?;
+    super::check_outputs([args.out.join(scenario_file::SCENARIO)], args.source.scenario.as_deref())?;
     let file = scenario(&args.source)?;
     let seeds = Seeds { errors: args.seed, noise: args.noise_seed.unwrap_or(args.seed) };
     let simulated = simulate(&file, seeds)?;

@@ -136,6 +136,34 @@ fn options_of_a_folder_do_not_go_with_a_problem_file() {
 }
 
 #[test]
+fn inputs_are_not_overwritten() {
+    let folder = one_socket(&SOCKET.replace("panda.urdf", "calibrated.urdf"));
+    let at = |name: &str| folder.path().join(name);
+    std::fs::rename(at("panda.urdf"), at("calibrated.urdf")).unwrap();
+    let before = std::fs::read(at("calibrated.urdf")).unwrap();
+    fails(
+        folder.path(),
+        &["calibrate", "problem.toml", "--out", "."],
+        2,
+        &["calibrated.urdf: expected an output that"],
+    );
+    assert_eq!(std::fs::read(at("calibrated.urdf")).unwrap(), before);
+    assert!(!at("estimate.json").exists());
+
+    let log = std::fs::read(at("contacts.csv")).unwrap();
+    let convert = ["convert", "contacts.csv", "--urdf", "calibrated.urdf", "--out", "./contacts.csv"];
+    fails(folder.path(), &convert, 2, &["contacts.csv: expected an output that is none of the inputs"]);
+    assert_eq!(std::fs::read(at("contacts.csv")).unwrap(), log);
+
+    std::fs::write(at("manifold.csv"), "x,y,z,qw,qx,qy,qz\n0,0,0,1,0,0,0\n0.01,0,0,1,0,0,0\n").unwrap();
+    fails(folder.path(), &["manifold", "--poses", "manifold.csv", "--out", "manifold.csv"], 2, &["manifold.csv: "]);
+
+    std::fs::create_dir(at("sim")).unwrap();
+    std::fs::write(at("sim/scenario.toml"), "preset = \"paper\"  # mine\n").unwrap();
+    fails(folder.path(), &["simulate", "sim/scenario.toml", "--out", "sim"], 2, &["sim/scenario.toml: "]);
+}
+
+#[test]
 fn another_robot_cannot_be_scored() {
     let folder = one_socket(SOCKET);
     let urdf = std::fs::read_to_string(folder.path().join("panda.urdf")).unwrap();

@@ -21,6 +21,8 @@ pub const CALIBRATED: &str = "calibrated.urdf";
 pub const ESTIMATE: &str = "estimate.json";
 /// The page to look at.
 pub const REPORT: &str = "report.html";
+/// The file for Foxglove and Rerun.
+const MCAP: &str = "calibration.mcap";
 /// The files for a driver that takes encoder offsets.
 const DRIVER: [&str; 2] = ["robot.urdf", "joint_offsets.yaml"];
 
@@ -49,6 +51,12 @@ pub struct Written {
     pub driver: Option<[PathBuf; 2]>,
     /// Path of the calibration for Foxglove and Rerun, if it was asked for.
     pub mcap: Option<PathBuf>,
+}
+
+/// All files that a calibration may leave in `folder`.
+pub fn paths(folder: &Path) -> Vec<PathBuf> {
+    let driver = DRIVER.iter().map(|name| folder.join("driver").join(name));
+    [CALIBRATED, ESTIMATE, REPORT, MCAP].iter().map(|name| folder.join(name)).chain(driver).collect()
 }
 
 /// Writes `calibrated.urdf`, `estimate.json` and `report.html` into `folder`; `file` is what [`estimate_file()`] made of `solved`.
@@ -95,7 +103,7 @@ pub fn write_driver(folder: &Path, loaded: &Loaded, estimate: &Estimate) -> Resu
 /// If it cannot be made or written.
 #[cfg(feature = "mcap")]
 pub fn write_mcap(folder: &Path, loaded: &Loaded, estimate: &Estimate) -> Result<PathBuf, IoError> {
-    let path = folder.join("calibration.mcap");
+    let path = folder.join(MCAP);
     atomic::write(&path, &super::calibration_mcap::to_bytes(&loaded.problem, estimate)?)?;
     Ok(path)
 }
