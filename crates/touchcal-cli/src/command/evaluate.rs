@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use serde::Serialize;
-use touchcal::estimate::{Fixture, Problem, Score, evaluate};
-use touchcal::io::calibration_folder::{place_written, stats};
+use touchcal::estimate::{Fixture, Freedom, Problem, Score, evaluate};
+use touchcal::io::calibration_folder::{ESTIMATE, place_written, stats};
 use touchcal::io::estimate_file::{EstimateFile, ResidualStats};
 use touchcal::io::mukca;
 use touchcal::io::urdf::{self, Ends};
@@ -46,8 +46,9 @@ pub fn run(args: &EvaluateArgs) -> Result<Outcome, Failure> {
             let mut problem = super::load(&args.source, &Arm::default())?.problem;
             let given = urdf::read_like(&problem.robot, &args.urdf)?.robot;
             let nominal = evaluate(&problem);
-            if let Some(path) = &args.estimate {
-                place_written(&mut problem, &EstimateFile::read_file(path)?);
+            match &args.estimate {
+                Some(path) => place_written(&mut problem, &EstimateFile::read_file(path)?),
+                None => output::notes(uncertain(&problem).as_slice()),
             }
             let score = with(&mut problem, given);
             Scored { score, nominal: Some(nominal), problem }
@@ -55,6 +56,17 @@ pub fn run(args: &EvaluateArgs) -> Result<Outcome, Failure> {
     };
     output::print(&if args.json { scored.json(&args.urdf)? } else { scored.table(&args.urdf) })?;
     Ok(Outcome::Done)
+}
+
+/// What is taken for granted where places are not known for sure; that of a socket without one does not count.
+fn uncertain(problem: &Problem) -> Option<String> {
+    let placed = problem.fixtures.iter().filter(|fixture| fixture.base_from_fixture.is_some());
+    let fixtures = placed.map(|fixture| (format!("fixture `{}`", fixture.name), fixture.freedom));
+    let mut places = std::iter::once(("the tool".to_owned(), problem.tool.freedom)).chain(fixtures);
+    let (whose, _) = places.find(|(_, freedom)| *freedom != Freedom::Known)?;
+    Some(format!(
+        "places are taken as the problem declares them, though that of {whose} is uncertain; `--estimate {ESTIMATE}` of the calibration takes them as found"
+    ))
 }
 
 struct Scored {

@@ -173,6 +173,20 @@ fn another_robot_cannot_be_scored() {
 }
 
 #[test]
+fn places_that_are_uncertain_are_scored_with_a_note() {
+    let noted = |problem: &str| {
+        let folder = one_socket(problem);
+        stderr(&touchcal(folder.path(), &["evaluate", "problem.toml", "--urdf", "panda.urdf"]).success())
+    };
+    assert_eq!(noted(SOCKET), "", "a socket without a place is scored without one");
+    let said = noted(&SOCKET.replace("\"ball\"", "\"ball\"\nsigma_mm = 1"));
+    assert!(said.starts_with("touchcal: note: places are taken as the problem declares them"), "{said}");
+    assert!(said.contains("that of the tool is") && said.contains("`--estimate estimate.json`"), "{said}");
+    let said = noted(&SOCKET.replace("free = true", "sigma_mm = 1\nbase_from_fixture = { xyz_mm = [500, 0, 100] }"));
+    assert!(said.contains("that of fixture `socket` is"), "{said}");
+}
+
+#[test]
 fn an_undetermined_arm_is_not_usable_and_says_so() {
     let folder = one_socket(SOCKET);
     let done = touchcal(folder.path(), &["calibrate", "problem.toml", "--out", "out"]).code(3);
