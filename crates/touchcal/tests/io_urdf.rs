@@ -136,7 +136,13 @@ fn ends_that_do_not_fit_are_refused() {
     assert_says(&error_between(ARM, Some("hand"), Some("base")), &["tip link `base` to hang below base link `hand`"]);
     assert_says(&error_between(ARM, Some("l1"), Some("l1")), &["the same link"]);
     let forked = ARM.replace("<parent link=\"l2\"/>", "<parent link=\"l1\"/>");
-    assert_says(&error(&forked), &["one leaf link below `base`", "`l2` or `hand`", "choose one as `tip`"]);
+    assert_says(
+        &error(&forked),
+        &["one leaf link below `base`", "`l2` or `hand`, which branch at `l1`", "choose one of these as `tip`"],
+    );
+    // A fork at the base is no tip.
+    let forked = ARM.replace("<parent link=\"l2\"/>", "<parent link=\"base\"/>");
+    assert_says(&error(&forked), &["one leaf link below `base`", "`l2` or `hand`; choose one as `tip`"]);
     let split = ARM.replace("<link name=\"base\"/>", "<link name=\"base\"/><link name=\"world\"/>");
     assert_says(&error(&split), &["one root link", "not connected", "`base` or `world`"]);
     let fixed = "<robot><link name='a'/><link name='b'/><joint name='j' type='fixed'><parent link='a'/><child link='b'/></joint></robot>";

@@ -138,6 +138,9 @@ pub struct Source {
     /// With --mukca: distance of neighbouring sockets
     #[arg(long, value_name = "MM", default_value_t = 50.0, requires = "mukca", conflicts_with = "problem")]
     pub spacing_mm: f64,
+    /// With --mukca: link that carries the ball; the only leaf if not given
+    #[arg(long, value_name = "LINK", requires = "mukca", conflicts_with = "problem")]
+    pub tip: Option<String>,
     /// With --mukca: read only this placement (may be repeated)
     #[arg(long, value_name = "PLACEMENT", requires = "mukca", conflicts_with = "problem")]
     pub only: Vec<String>,

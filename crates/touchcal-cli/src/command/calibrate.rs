@@ -64,7 +64,8 @@ fn next(loaded: &Loaded, source: &Source, written: &Written) -> String {
         );
     };
     let folder = folder.display();
-    let score = |choice: String| format!("touchcal evaluate --mukca {folder}{choice} --urdf {urdf}");
+    let tip = source.tip.as_ref().map_or_else(String::new, |tip| format!(" --tip {tip}"));
+    let score = |choice: String| format!("touchcal evaluate --mukca {folder}{choice} --urdf {urdf}{tip}");
     let chosen = |flag: &str, names: &[String]| names.iter().map(|name| format!(" --{flag} {name}")).collect();
     let held_out = "score it on the placements that were not used\n";
     match (source.only.as_slice(), source.except.as_slice()) {

@@ -7,7 +7,7 @@ use touchcal::estimate::{Fixture, Freedom, Problem, Score, evaluate};
 use touchcal::io::calibration_folder::{ESTIMATE, place_written, stats};
 use touchcal::io::estimate_file::{EstimateFile, ResidualStats};
 use touchcal::io::mukca;
-use touchcal::io::urdf::{self, Ends};
+use touchcal::io::urdf;
 use touchcal::robot::Robot;
 
 use super::{Failure, Outcome};
@@ -30,7 +30,7 @@ struct ScoresJson {
 pub fn run(args: &EvaluateArgs) -> Result<Outcome, Failure> {
     let scored = match &args.source.mukca {
         Some(folder) => {
-            let given = urdf::read_file(&args.urdf, Ends::default())?;
+            let given = urdf::read_file(&args.urdf, super::ends(&args.source))?;
             let nominal = args
                 .nominal
                 .as_deref()

@@ -133,7 +133,7 @@ fn load(source: &Source, arm: &Arm) -> Result<Loaded, Failure> {
     let loaded = match (&source.mukca, &arm.urdf, &source.problem) {
         (Some(folder), Some(urdf), _) => {
             let options = MukcaOptions { joint_compliance: arm.joint_compliance, ..mukca_options(source) };
-            mukca::read(folder, urdf::read_file(urdf, Ends::default())?, &options)?
+            mukca::read(folder, urdf::read_file(urdf, ends(source))?, &options)?
         }
         (_, _, Some(problem)) => problem_file::read_file(problem)?,
         // clap lets neither through.
@@ -141,6 +141,11 @@ fn load(source: &Source, arm: &Arm) -> Result<Loaded, Failure> {
     };
     crate::output::notes(loaded.problem.contacts.notes());
     Ok(loaded.with_known_shapes()?)
+}
+
+/// The chain of a `--mukca` folder's arm.
+fn ends(source: &Source) -> Ends<'_> {
+    Ends { base: None, tip: source.tip.as_deref() }
 }
 
 fn mukca_options(source: &Source) -> MukcaOptions {

@@ -37,6 +37,28 @@ fn calibrated_urdf_carries_the_tool() {
     assert!((score["mean_mm"].as_f64().unwrap() - postfit).abs() < 2e-3, "{score}");
 }
 
+/// Where the URDF branches, the message says where, and `--tip` which link carries the ball.
+#[test]
+fn the_tip_of_a_urdf_that_branches_is_chosen() {
+    let folder = tempfile::tempdir().unwrap();
+    let mukca = data().canonicalize().unwrap().join("mukca");
+    let logs = mukca.join("panda_3");
+    let finger = "<link name=\"finger\"/><joint name=\"finger_joint\" type=\"fixed\">\
+                  <parent link=\"panda_hand\"/><child link=\"finger\"/></joint></robot>";
+    let urdf = std::fs::read_to_string(mukca.join("panda.urdf")).unwrap().replace("</robot>", finger);
+    std::fs::write(folder.path().join("gripper.urdf"), urdf).unwrap();
+    let args = ["--mukca", logs.to_str().unwrap(), "--only", "backleft", "--urdf", "gripper.urdf"];
+    let asked = |command: &str, more: &[&str]| touchcal(folder.path(), &[&[command], &args[..], more].concat());
+    let said = stderr(&asked("inspect", &[]).code(1));
+    assert!(
+        said.contains("`ball_link` or `finger`, which branch at `panda_hand`; choose one of these as `tip`"),
+        "{said}"
+    );
+    asked("inspect", &["--tip", "ball_link"]).success();
+    asked("evaluate", &["--tip", "ball_link"]).success();
+    touchcal(folder.path(), &["inspect", "problem.toml", "--tip", "ball_link"]).code(2);
+}
+
 /// An arm that bends scores through its URDF as in the estimate, and the user is told who reads it.
 #[test]
 fn calibrated_urdf_carries_the_compliance() {

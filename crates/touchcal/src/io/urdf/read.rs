@@ -133,26 +133,43 @@ impl<'a, 't> Tree<'a, 't> {
                 Err(IoError::unexpected(place(&self.robot, self.file), expected, "none"))
             }
             many => {
-                let found = format!("{}: {}; choose one as `tip`", many.len(), list(many.iter().copied()));
+                // A tool often sits where the fingers of a gripper branch off.
+                let advice = match self.forks_below(base).as_slice() {
+                    [] => "; choose one as `tip`".to_owned(),
+                    forks => format!(", which branch at {}; choose one of these as `tip`", list(forks.iter().copied())),
+                };
+                let found = format!("{}: {}{advice}", many.len(), list(many.iter().copied()));
                 Err(IoError::unexpected(place(&self.robot, self.file), format!("one leaf link below `{base}`"), found))
             }
         }
     }
 
-    /// The links below `base` that carry nothing more, in the order of the joints.
+    /// The links below `base` that carry nothing more.
     fn leaves_below(&self, base: &str) -> Vec<&'a str> {
-        let children = |link: &str| self.below.get(link).map_or(&[][..], Vec::as_slice);
-        let mut leaves = Vec::new();
+        self.links_below(base).into_iter().filter(|link| self.carried(link).is_empty()).collect()
+    }
+
+    /// The links below `base` that carry more than one.
+    fn forks_below(&self, base: &str) -> Vec<&'a str> {
+        self.links_below(base).into_iter().filter(|link| self.carried(link).len() > 1).collect()
+    }
+
+    fn carried(&self, link: &str) -> &[&'a str] {
+        self.below.get(link).map_or(&[], Vec::as_slice)
+    }
+
+    /// The links below `base`, in the order of the joints.
+    fn links_below(&self, base: &str) -> Vec<&'a str> {
+        let mut links = Vec::new();
         // A loop through the base would come back to it, and only to it: every link has one parent.
-        let mut waiting: Vec<&str> = children(base).iter().rev().copied().collect();
+        let mut waiting: Vec<&str> = self.carried(base).iter().rev().copied().collect();
         while let Some(link) = waiting.pop() {
-            match children(link) {
-                [] => leaves.push(link),
-                _ if link == base => {}
-                more => waiting.extend(more.iter().rev()),
+            if link != base {
+                links.push(link);
+                waiting.extend(self.carried(link).iter().rev());
             }
         }
-        leaves
+        links
     }
 
     /// The joints from base to tip.
