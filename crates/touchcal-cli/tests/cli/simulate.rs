@@ -119,6 +119,15 @@ fn wrong_scenarios_are_refused_with_line_and_column() {
     );
     refused("contacts = 0\n", &["s.toml:1:12, contacts: expected a whole number from 1 to 1000000, found 0"]);
     refused("[robot]\nbuiltin = \"panda\"\n[[fixture]]\nname = \"a\"\n", &["missing field `kind`"]);
+    let mesh = "meshes can be calibrated with, but not simulated, found a mesh";
+    refused(
+        "[tool]\nkind = \"peg\"\nmesh = \"peg.stl\"\n[[fixture]]\nname = \"h\"\nkind = \"hole\"\ndepth_mm = 10\nbase_from_fixture = { xyz_mm = [500, 0, 0] }\npostures_deg = [[0, 40, 0, -90, 0, 50, 0]]\n",
+        &["s.toml:3:8, tool: expected `outline` or `builtin`", mesh],
+    );
+    refused(
+        "[tool]\nkind = \"peg\"\nbuiltin = \"extrusion25\"\nlength_mm = 20\n[[fixture]]\nname = \"h\"\nkind = \"hole\"\nmesh = \"h.stl\"\nbase_from_fixture = { xyz_mm = [500, 0, 0] }\npostures_deg = [[0, 40, 0, -90, 0, 50, 0]]\n",
+        &["s.toml:8:8, fixture `h`: expected `outline` or `builtin`", mesh],
+    );
     refused("[tool]\nkind = \"ball\"\n", &["s.toml:1:1, tool: expected [[fixture]] tables"]);
     refused("[exploration]\nradius_mm = 0\npress_mm = 0\ntilt_deg = 0\n", &["expected contacts with `hole`"]);
     refused(

@@ -247,6 +247,7 @@ fn touches(scenario: &mut Scenario, toml: &ScenarioToml, context: &Context<'_>) 
         let place = context.place(tool.span(), "tool");
         return Err(IoError::unexpected(place, "[[fixture]] tables that the tool touches", "none"));
     }
+    no_meshes(toml, context)?;
     let mut inputs = Vec::new();
     let shape = Shape::of(tool, context, &mut inputs)?;
     let given = tool.get_ref();
@@ -289,6 +290,25 @@ fn touches(scenario: &mut Scenario, toml: &ScenarioToml, context: &Context<'_>) 
         scenario.touches.push(described);
     }
     Ok(())
+}
+
+/// The simulator has outlines alone.
+fn no_meshes(toml: &ScenarioToml, context: &Context<'_>) -> Result<(), IoError> {
+    let key = |mesh: &Option<Text>, unit: &Option<Spanned<_>>| {
+        mesh.as_ref().map(Spanned::span).or(unit.as_ref().map(Spanned::span))
+    };
+    let tool = toml.tool.iter().map(|tool| (key(&tool.get_ref().mesh, &tool.get_ref().mesh_unit), "tool".to_owned()));
+    let fixtures = toml.fixture.iter().map(|table| {
+        let touch = table.get_ref();
+        (key(&touch.mesh, &touch.mesh_unit), format!("fixture `{}`", touch.name.get_ref()))
+    });
+    match tool.chain(fixtures).find_map(|(span, field)| Some((span?, field))) {
+        None => Ok(()),
+        Some((span, field)) => {
+            let expected = "`outline` or `builtin`: meshes can be calibrated with, but not simulated";
+            Err(IoError::unexpected(context.place(span, field), expected, "a mesh"))
+        }
+    }
 }
 
 /// Joint positions in degrees, in millimetres where a joint slides.

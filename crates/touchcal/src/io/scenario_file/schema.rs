@@ -55,6 +55,9 @@ pub(super) struct TouchToml {
     pub(super) outline_unit: Option<Spanned<LengthUnitToml>>,
     pub(super) outline_offset_mm: Option<Number>,
     pub(super) builtin: Option<Text>,
+    /// Refused, with a word of why.
+    pub(super) mesh: Option<Text>,
+    pub(super) mesh_unit: Option<Spanned<LengthUnitToml>>,
     pub(super) depth_mm: Option<Number>,
     pub(super) sigma_mm: Option<Number>,
     pub(super) sigma_deg: Option<Number>,
