@@ -130,6 +130,13 @@ fn what_is_no_mesh_is_refused_with_its_place() {
     refused("v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0.9 0.1 0\nf 1 2 3 4\n", "a.obj", &["a.obj:5", "do not overlap"]);
     refused("v 0 0 0\n", "a.obj", &["faces", "none"]);
     refused("v 0 0 20000\nv 1 0 0\nv 1 1 0\nf 1 2 3\n", "a.obj", &["vertex 1", "±10 m"]);
+    refused(
+        "v 0 0 0\nv 0.02 0 0\nv 0 0.02 0\nf 1 2 3\n",
+        "a.obj",
+        &["0.1 mm across", "0.020 mm: looks like metres, see `mesh_unit`"],
+    );
+    let in_metres = read(b"v 0 0 25\nv 1 0 0\nv 1 1 0\nf 1 2 3\n", "a.obj", 1.0).unwrap_err().to_string();
+    assert!(in_metres.contains("looks like millimetres, see `mesh_unit`"), "{in_metres}");
     refused("x", "a.step", &["STL or OBJ", ".step"]);
 }
 

@@ -16,6 +16,9 @@ pub const MAX_BYTES: u64 = 256 << 20;
 /// Largest coordinate (m). A larger one is in another unit.
 const LARGEST: f64 = 10.0;
 
+/// Least extent (m) in some direction. A smaller part is in another unit.
+const SMALLEST: f64 = 1e-4;
+
 /// Triangles as a file has them, not yet put together; lengths in the file's unit.
 #[derive(Default)]
 struct Soup {
@@ -57,13 +60,25 @@ pub fn read(bytes: &[u8], file: &str, unit: f64) -> Result<Solid, IoError> {
             return Err(IoError::unexpected(Place::file(file), "a mesh as STL or OBJ", found));
         }
     };
+    let (mut least, mut most) = ([f64::INFINITY; 3], [f64::NEG_INFINITY; 3]);
     for (k, vertex) in soup.vertices.iter_mut().enumerate() {
         *vertex *= unit;
         if !vertex.iter().all(|c| c.abs() <= LARGEST) {
             let place = Place::file(file).field(format!("vertex {}", k + 1));
-            let found = format!("({}, {}, {}) m", vertex.x, vertex.y, vertex.z);
+            let guess = if unit > 1e-3 { "looks like millimetres" } else { "looks like another unit" };
+            let found = format!("({}, {}, {}) m: {guess}, see `mesh_unit`", vertex.x, vertex.y, vertex.z);
             return Err(IoError::unexpected(place, format!("coordinates within ±{LARGEST} m"), found));
         }
+        for (i, coordinate) in vertex.iter().enumerate() {
+            least[i] = coordinate.min(least[i]);
+            most[i] = coordinate.max(most[i]);
+        }
+    }
+    let across = (0..3).map(|i| most[i] - least[i]).fold(f64::NEG_INFINITY, f64::max);
+    if (0.0..SMALLEST).contains(&across) {
+        let expected = format!("a part at least {} mm across", 1e3 * SMALLEST);
+        let found = format!("{:.3} mm: looks like metres, see `mesh_unit`", 1e3 * across);
+        return Err(IoError::unexpected(Place::file(file), expected, found));
     }
     Solid::new(&soup.vertices, &soup.triangles).map_err(|error| IoError::syntax(Place::file(file), error.to_string()))
 }
