@@ -52,6 +52,12 @@ fn a_typo_gets_one_clear_message() {
 }
 
 #[test]
+fn a_unit_left_out_of_a_key_is_suggested() {
+    let folder = one_socket(&SOCKET.replace("\"ball\"", "\"ball\"\nsigma = 1"));
+    fails(folder.path(), &["inspect", "problem.toml"], 1, &["unknown field `sigma`", "did you mean `sigma_mm`?"]);
+}
+
+#[test]
 fn missing_files_are_named() {
     let folder = one_socket(&SOCKET.replace("contacts.csv", "contact.csv"));
     fails(folder.path(), &["calibrate", "nothing.toml", "--out", "out"], 1, &["nothing.toml", "No such file"]);

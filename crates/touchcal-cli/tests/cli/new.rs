@@ -142,6 +142,19 @@ fn nothing_is_overwritten() {
     }
 }
 
+/// Who starts twice is told of the problem that was filled in; who names the folder, of the problem in it.
+#[test]
+fn the_problem_is_what_is_named() {
+    let folder = tempfile::tempdir().unwrap();
+    touchcal(folder.path(), &["new", "sockets"]).success();
+    let again = stderr(&touchcal(folder.path(), &["new", "sockets"]).code(1));
+    assert!(again.contains("sockets/problem.toml is there already"), "{again}");
+    let folded = stderr(&touchcal(folder.path(), &["inspect", "sockets"]).code(1));
+    let expected =
+        "touchcal: error: sockets: expected a problem file, found a folder; did you mean `sockets/problem.toml`?\n";
+    assert_eq!(folded, expected);
+}
+
 #[test]
 fn an_unknown_kind_gets_a_suggestion() {
     let folder = tempfile::tempdir().unwrap();

@@ -19,7 +19,8 @@ fn files(start: Start) -> [(&'static str, &'static str); 2] {
 pub fn run(args: &NewArgs) -> Result<Outcome, Failure> {
     let folder = args.out.clone().unwrap_or_else(|| args.kind.name().into());
     let files = files(args.kind).map(|(name, text)| (folder.join(name), text));
-    if let Some((there, _)) = files.iter().find(|(path, _)| path.exists()) {
+    // The problem first: it is what was filled in.
+    if let Some((there, _)) = files.iter().rfind(|(path, _)| path.exists()) {
         return Err(Failure::Setup(format!("{} is there already; choose another --out", there.display())));
     }
     for (path, text) in &files {

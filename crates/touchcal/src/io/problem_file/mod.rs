@@ -57,6 +57,11 @@ pub fn read(text: &str, file: &str, folder: &Path) -> Result<Loaded, IoError> {
 /// # Errors
 /// As [`read`], and if the file itself cannot be read.
 pub fn read_file(path: &Path) -> Result<Loaded, IoError> {
+    let inside = path.join("problem.toml");
+    if inside.is_file() {
+        let found = format!("a folder; did you mean `{}`?", inside.display());
+        return Err(IoError::unexpected(Place::file(path.display().to_string()), "a problem file", found));
+    }
     let (text, input) = bytes::read_text(path, MAX_BYTES)?;
     let folder = path.parent().unwrap_or(Path::new(""));
     let mut loaded = read(&text, &input.path, folder)?;
