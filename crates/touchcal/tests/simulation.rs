@@ -1,8 +1,9 @@
 //! Simulated logs against what they must be: poses, wrenches, bending, the recorder's faults.
 #![allow(clippy::expect_used, clippy::unwrap_used, clippy::panic, reason = "a test fails by panicking")]
 
-use nalgebra::Point3;
+use nalgebra::{Point2, Point3};
 use touchcal::geometry::extrusion::PegAndHole;
+use touchcal::geometry::profile::Profile;
 use touchcal::io::urdf::{self, Ends};
 use touchcal::robot::{Block, Column, Kinematics, Robot, segments};
 use touchcal::se3::{self, Pose, Twist};
@@ -34,6 +35,25 @@ fn narrow(contacts: usize) -> Scenario {
     scenario
 }
 
+/// A shaft of 48 sides with a key. Edges of its end come to lie over the rim with both of their own ends in the solid.
+fn keyed(contacts: usize) -> Scenario {
+    let outline = |radius: f64, half_key: f64, tip: f64| {
+        let shoulder = (half_key / radius).asin();
+        let round = (0..=48).map(|k| {
+            let (sin, cos) = (shoulder + (std::f64::consts::TAU - 2.0 * shoulder) * f64::from(k) / 48.0).sin_cos();
+            Point2::new(radius * cos, radius * sin)
+        });
+        let key = [Point2::new(tip, -half_key), Point2::new(tip, half_key)];
+        Profile::new(key.into_iter().chain(round).collect()).unwrap()
+    };
+    let mut scenario = paper(contacts);
+    let parts = hole(&scenario);
+    let (peg, wall) = (outline(12e-3, 3e-3, 15e-3), outline(12.5e-3, 3.5e-3, 15.5e-3));
+    let parts = PegAndHole::new(peg, parts.length(), wall, parts.depth()).unwrap();
+    scenario.touches[0].parts = Parts::PegInHole(Box::new(parts));
+    scenario
+}
+
 fn hole(scenario: &Scenario) -> &PegAndHole {
     match &scenario.touches[0].parts {
         Parts::PegInHole(parts) => parts,
@@ -48,7 +68,8 @@ fn only_log(scenario: &Scenario, seed: u64) -> Log {
 #[test]
 fn parts_overlap_by_less_than_a_micrometre_and_touch_where_there_is_force() {
     let free = |friction: f64, seed: u64| (Scenario { friction, ..paper(1500) }, seed);
-    for (scenario, seed) in [free(0.0, 1), free(0.2, 1), free(0.2, 2), free(0.4, 1), (narrow(2500), 1)] {
+    let others = [(narrow(2500), 1), (keyed(1500), 1), (keyed(1500), 2)];
+    for (scenario, seed) in [free(0.0, 1), free(0.2, 1), free(0.2, 2), free(0.4, 1)].into_iter().chain(others) {
         let scenario = Scenario { contact_sigma: 0.0, ..scenario };
         let log = only_log(&scenario, seed);
         for row in &log.truth {

@@ -33,11 +33,10 @@ impl Scan<'_> {
             } else {
                 f64::INFINITY
             };
-            if pair.corner_clearance[i] - moved >= sink.reach() {
-                continue;
-            }
-            for &u in &pair.wall_corners {
-                if let Some(candidate) = self.crossing((tip, far), i, u)
+            // A corner is where its edge starts, and no nearer than that.
+            for u in pair.peg_to_hole.within(i, sink.reach() + moved) {
+                if !pair.hole.is_convex_at(u)
+                    && let Some(candidate) = self.crossing((tip, far), i, u)
                     && candidate.value < sink.reach()
                 {
                     sink.take(candidate);
@@ -237,7 +236,10 @@ impl Scan<'_> {
             // Overlap only if the edge passes from the cavity into the wall, and no deeper than its end is in the wall.
             let (behind_a, behind_b) = (-into_cavity.dot(&(a - r)), -into_cavity.dot(&(b - r)));
             if behind_a.min(behind_b) > 0.0 {
-                return None;
+                // In the wall with both ends: out over the rim, unless an end is sooner out by itself.
+                let sooner = behind_a.max(behind_b).min(-a.z.min(b.z));
+                let feature = Feature::EndEdgeRim { peg_edge: k, hole_edge: j };
+                return (-value < sooner).then_some(Candidate { value, point, normal, in_peg: false, feature });
             }
             let (point, behind) = if behind_a > behind_b { (a, behind_a) } else { (b, behind_b) };
             if behind < -value {

@@ -135,9 +135,7 @@ pub struct PegAndHole {
     pub(super) peg_clearance: Vec<f64>,
     /// Signed distance (m) of each hole vertex from the peg when aligned, positive outside the peg.
     pub(super) hole_clearance: Vec<f64>,
-    /// Distance (m) of each peg vertex from the nearest wall corner when aligned.
-    pub(super) corner_clearance: Vec<f64>,
-    /// The least of these over the peg's corners.
+    /// Least distance (m) between corners of the peg and of the walls when aligned.
     pub(super) closest_corners: f64,
     /// Bounding radius of the peg's outline (m).
     pub(super) peg_radius: f64,
@@ -173,19 +171,15 @@ impl PegAndHole {
             (0..profile.len()).filter(|&i| profile.is_convex_at(i) == convex).collect::<Vec<_>>()
         };
         let wall_corners: Vec<usize> = pick(&hole, false);
-        let corner_clearance: Vec<f64> = peg
-            .vertices()
-            .iter()
-            .map(|p| wall_corners.iter().map(|&u| (hole.vertices()[u] - p).norm()).fold(f64::INFINITY, f64::min))
-            .collect();
         let peg_corners = pick(&peg, true);
+        let from_walls = |&i: &usize| wall_corners.iter().map(move |&u| (i, u));
+        let apart = |(i, u): (usize, usize)| (hole.vertices()[u] - peg.vertices()[i]).norm();
         Ok(PegAndHole {
-            closest_corners: peg_corners.iter().map(|&i| corner_clearance[i]).fold(f64::INFINITY, f64::min),
+            closest_corners: peg_corners.iter().flat_map(from_walls).map(apart).fold(f64::INFINITY, f64::min),
             peg_radius: peg.bounding_radius(),
             edge_to_edge: Nearness::of_edges(&peg, &hole),
             peg_corners,
             wall_corners,
-            corner_clearance,
             hole_hull: pick(&hole, true),
             peg,
             length,
