@@ -224,6 +224,9 @@ impl<'p> Search<'p> {
     fn polish(&mut self, observe: Observe<'_>) {
         self.see_walls(observe);
         if self.sees_walls() {
+            if self.system.problem.noise.learned {
+                self.system.noise_factor *= std::mem::replace(&mut self.system.wall_noise, 1.0);
+            }
             self.minimise((Rung::Walls, 1), FINE, observe);
         } else if self.system.has_walls() {
             self.narrow(observe);
@@ -239,17 +242,28 @@ impl<'p> Search<'p> {
     fn see_walls(&mut self, observe: Observe<'_>) {
         let converged = self.termination.reason == StopReason::Converged;
         let asked = converged && self.system.has_walls();
-        self.telling = asked.then(|| self.system.telling(&self.theta, self.system.stride(LOOKS[0])));
+        // Noise learned from least gaps may be far too small: of many walls near, the least hardly scatters.
+        self.system.wall_noise = (1.0 / self.system.noise_factor).max(1.0);
+        self.telling = asked.then(|| {
+            self.system.wall_statistics(&self.theta, self.system.stride(LOOKS[0]), false).telling(&self.system)
+        });
         if !self.sees_walls() {
             return;
         }
-        self.system.wall_noise = NOISY;
+        self.system.wall_noise *= NOISY;
+        let gaps = self.theta.clone();
         for enough in LOOKS {
             let stride = self.system.stride(enough);
             // The fewer, the less they know.
             let settled = SETTLED * LOOKS[1] as f64 / enough as f64;
             for round in 1..=POLISHINGS {
                 let learned = self.system.learn_walls(&self.theta, &self.scale, stride);
+                self.telling = Some(learned.telling);
+                if !self.sees_walls() {
+                    // With noise declared much too small, touching nothing at all is likelier than any wall.
+                    self.theta = gaps;
+                    return;
+                }
                 // Steps of expectation–maximisation lead down; longer ones are looked at, since walls come and go.
                 match learned.step {
                     Some(step) => {

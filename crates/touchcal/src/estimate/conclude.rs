@@ -20,6 +20,8 @@ const MANY_REJECTED: f64 = 0.2;
 const NOISE_EXCEEDED: f64 = 1.5;
 /// Measured over declared noise from which one-sided gaps are not usable: what scatters so much is no noise, but another shape or place.
 const NOISE_CONTRADICTED: f64 = 3.0;
+/// Errors over standard deviations where the least gap is taken, as simulated pegs at the rim and in holes with little play have them.
+const LEAST_GAP_ERROR: f64 = 3.0;
 /// Contacts that say as much as one from which that deserves a warning: they make uncertainties twice as large.
 const ALIKE: f64 = 4.0;
 /// And from which the result is not usable: errors that are the same so often bias it, and how much no contact can tell.
@@ -77,12 +79,19 @@ impl Found {
 pub(super) fn conclude(search: &Search<'_>) -> Estimate {
     let Search { system, scale, theta, held, termination, .. } = search;
     let problem = system.problem;
-    let found = &Found::new(system, theta);
+    let mut found = Found::new(system, theta);
+    if search.sees_walls() {
+        // The least of several gaps scatters otherwise than each of them.
+        found.noise_factor = system.wall_noise;
+    }
+    let found = &found;
     let mut known = Knowledge::new(system, &found.data, scale, held);
     let mut alike = 1.0;
     if let Some((covariance, effect)) = search.wall_covariance() {
         known.covariance = covariance;
         alike = effect;
+    } else if search.telling.is_some() {
+        known.covariance *= LEAST_GAP_ERROR.powi(2);
     }
     let projected = has_projection(problem);
     let estimated = system.parameters.iter().enumerate().map(|(k, parameter)| Estimated {

@@ -107,6 +107,9 @@ pub enum Verdict {
     },
 }
 
+/// Share of contacts from which rejecting them forbids the result: then most say otherwise.
+const MOST_REJECTED: f64 = 0.5;
+
 /// Something a user should know, with advice.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
@@ -208,17 +211,18 @@ pub enum Warning {
 impl Warning {
     /// Whether a result with it must not be used.
     pub fn forbids(&self) -> bool {
-        matches!(
-            self,
-            Warning::TooFewContacts { .. }
-                | Warning::ArmUndetermined { .. }
-                | Warning::DistanceContradicted { .. }
-                | Warning::Implausible { .. }
-                | Warning::NoiseContradicted { .. }
-                | Warning::NotTouching { .. }
-                | Warning::Ambiguous
-                | Warning::ErrAlike { usable: false, .. }
-        )
+        matches!(self, Warning::ManyRejected { share } if *share > MOST_REJECTED)
+            || matches!(
+                self,
+                Warning::TooFewContacts { .. }
+                    | Warning::ArmUndetermined { .. }
+                    | Warning::DistanceContradicted { .. }
+                    | Warning::Implausible { .. }
+                    | Warning::NoiseContradicted { .. }
+                    | Warning::NotTouching { .. }
+                    | Warning::Ambiguous
+                    | Warning::ErrAlike { usable: false, .. }
+            )
     }
 
     /// Name in files.
@@ -281,7 +285,7 @@ impl Warning {
                 format!("`{name}`: contacts {how} by {:.2} mm on average: do not use the result", 1e3 * gap.abs())
             }
             Warning::FewTellWalls { share } => format!(
-                "only {:.0} % of the one-sided contacts tell which walls they touch; the nearest is taken, and uncertainties are too small, some three times",
+                "only {:.0} % of the one-sided contacts tell which walls they touch; the nearest is taken, and uncertainties were widened three times for that",
                 100.0 * share
             ),
             Warning::Ambiguous => {
@@ -289,7 +293,8 @@ impl Warning {
                     .to_owned()
             }
             Warning::ManyRejected { share } => {
-                format!("{:.0} % of the contacts do not fit and were rejected", 100.0 * share)
+                let forbidden = if self.forbids() { ": do not use the result" } else { "" };
+                format!("{:.0} % of the contacts do not fit and were rejected{forbidden}", 100.0 * share)
             }
             Warning::JointHardlyMoved { joint, range } => {
                 format!("joint `{joint}` moved only {:.2}° in all contacts", range.to_degrees())

@@ -74,16 +74,16 @@ impl Tally {
         (SURFACE_STRENGTH, SURFACE_STRENGTH * (walls - touched).max(1.0) / touched.max(1.0))
     }
 
-    /// How often each surface is touched, and how often nothing is: walls in reach are within `band` (m) on average.
+    /// How often each surface is touched, and how often nothing is: walls in reach are within `band` (m) on average, and for each contact that touches there are `none` that do not. That is up to
+    /// what was taken for a contact, and the same in all regions: a region of its own with few contacts, or walls that are not quite what they are taken for, would lose itself to touching nothing.
     ///
     /// With walls touched independently of each other, each with probability `q`, contacts are what touches at least one, a share `z` of all poses. A free wall is seen only
     /// where another is touched, or nothing is.
-    fn odds(&self, band: f64) -> Odds {
+    fn odds(&self, band: f64, none: f64) -> Odds {
         if self.touching < 1.0 {
             return Odds::start(self.walls.len());
         }
         let contacts = self.touching;
-        let none = self.not_touching.max(1.0);
         let (mut q, mut z) = (Vec::new(), 1.0);
         for _ in 0..TALLY_STEPS {
             q = self.touched.iter().map(|touched| (z * touched / contacts).min(MOST_TOUCHED)).collect();
@@ -91,13 +91,13 @@ impl Tally {
         }
         let (more, free) = self.before();
         let each = |((walls, touched), q): ((&f64, &f64), &f64)| {
-            let seen = 1.0 - (1.0 - z) / (1.0 - q) + z * none / contacts;
+            let seen = 1.0 - (1.0 - z) / (1.0 - q) + z * none;
             (seen * band * (touched + more) / ((walls - touched).max(0.0) + free)).clamp(LEAST_ODDS, MOST_ODDS)
         };
         let another = self.walls.iter().zip(&self.touched).zip(&q).map(each).collect();
         let share = |(walls, touched): (&f64, &f64)| (touched + more) / (walls.max(*touched) + more + free);
         let share = self.walls.iter().zip(&self.touched).map(share).collect();
-        Odds { another, none: none / contacts * z / (1.0 - z), share }
+        Odds { another, none: none * z / (1.0 - z), share }
     }
 
     /// What walls tell of each surface's `ln κ_j` if it is known which are touched, and what was known before.
@@ -110,8 +110,8 @@ impl Tally {
     }
 
     /// [`odds`](Tally::odds) from what was expected `before`, taken twice as far, since steps of expectation–maximisation creep; but not where no wall was seen.
-    fn odds_after(&self, before: &Odds, band: f64) -> Odds {
-        let mut odds = self.odds(band);
+    fn odds_after(&self, before: &Odds, band: f64, none: f64) -> Odds {
+        let mut odds = self.odds(band, none);
         for ((found, before), walls) in odds.another.iter_mut().zip(&before.another).zip(&self.walls) {
             if *walls > 0.0 {
                 *found = (*found * *found / before).clamp(LEAST_ODDS, MOST_ODDS);
@@ -123,6 +123,8 @@ impl Tally {
 
 /// A step of learning how often walls are touched.
 pub(crate) struct Learned {
+    /// Share of the one-sided contacts that tell which walls they touch.
+    pub telling: f64,
     /// The relative change of that.
     pub change: f64,
     /// The cost where it was learned.
@@ -167,17 +169,24 @@ impl Statistics {
         self.tallies.iter_mut().flatten().flat_map(Tally::each).for_each(|count| *count *= factor);
     }
 
-    /// Contacts that touch a wall.
-    pub fn touching(&self) -> f64 {
-        self.tallies.iter().flatten().map(|tally| tally.touching).sum()
+    /// Share of the one-sided contacts that tell which walls they touch.
+    pub fn telling(&self, system: &System<'_>) -> f64 {
+        let contacts = &system.problem.contacts;
+        let is_one_sided = |i: &usize| system.problem.fixtures[contacts.fixture(*i)].manifold.has_interference();
+        let one_sided = (0..contacts.len()).filter(is_one_sided).count();
+        let touching: f64 = self.tallies.iter().flatten().map(|tally| tally.touching).sum();
+        touching / one_sided.max(1) as f64
     }
 
     /// How often walls are touched, from what was expected `before`.
     fn odds(&self, before: &[Vec<Odds>]) -> Vec<Vec<Odds>> {
         let walls: f64 = self.tallies.iter().flatten().flat_map(|tally| &tally.walls).sum();
         let band = (REACH * self.deviations / walls.max(1.0)).max(f64::MIN_POSITIVE);
-        let after = |(tally, before): (&Tally, &Odds)| tally.odds_after(before, band);
-        let of_fixture = |(tallies, before): (&Vec<Tally>, &Vec<Odds>)| tallies.iter().zip(before).map(after).collect();
+        let of_fixture = |(tallies, before): (&Vec<Tally>, &Vec<Odds>)| {
+            let sum = |each: fn(&Tally) -> f64| tallies.iter().map(each).sum::<f64>();
+            let none = sum(|tally| tally.not_touching).max(1.0) / sum(|tally| tally.touching).max(1.0);
+            tallies.iter().zip(before).map(|(tally, before)| tally.odds_after(before, band, none)).collect()
+        };
         self.tallies.iter().zip(before).map(of_fixture).collect()
     }
 
@@ -289,17 +298,10 @@ impl System<'_> {
         }
     }
 
-    /// Share of the one-sided contacts that tell which walls they touch, by every `stride`-th contact.
-    pub fn telling(&self, theta: &DVector<f64>, stride: usize) -> f64 {
-        let contacts = &self.problem.contacts;
-        let is_one_sided = |i: &usize| self.problem.fixtures[contacts.fixture(*i)].manifold.has_interference();
-        let one_sided = (0..contacts.len()).filter(is_one_sided).count();
-        self.wall_statistics(theta, stride, false).touching() / one_sided.max(1) as f64
-    }
-
     /// Learns from every `stride`-th contact how often walls are touched, how noisy they are and how much they differ: a step of expectation–maximisation.
     pub fn learn_walls(&mut self, theta: &DVector<f64>, scale: &DVector<f64>, stride: usize) -> Learned {
         let mut found = self.wall_statistics(theta, stride, false);
+        let telling = found.telling(self);
         let (odds, noise) = (found.odds(&self.odds), found.noise(self.wall_noise, self.parameters.len()));
         let mut change = found.change(&self.odds, &odds).max((noise / self.wall_noise).ln().abs());
         self.at(theta).add_distances(&mut found.derivatives);
@@ -324,7 +326,7 @@ impl System<'_> {
                 }
             }
         }
-        Learned { change, cost: normal.cost, step }
+        Learned { telling, change, cost: normal.cost, step }
     }
 }
 
