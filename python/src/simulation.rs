@@ -8,7 +8,7 @@ use pyo3::types::PyDict;
 use touchcal::experiment;
 use touchcal::io::Loaded;
 use touchcal::io::scenario_file::{self, ScenarioFile};
-use touchcal::sim::{Log, Simulated, SimulationError as Failure};
+use touchcal::sim::{Log, Seeds, Simulated, SimulationError as Failure};
 
 use crate::array::{fixed, fixed_rows};
 use crate::error::{Error, SimulationError, io, unexpected};
@@ -20,13 +20,13 @@ use crate::progress::Watch;
 ///
 /// Attributes:
 ///     seed: what it was drawn from.
+///     noise_seed: what its noise was drawn from.
 #[pyclass(frozen, module = "touchcal")]
 #[derive(Debug)]
 pub struct Simulation {
     file: ScenarioFile,
     simulated: Simulated,
-    #[pyo3(get)]
-    seed: u64,
+    seeds: Seeds,
 }
 
 impl Simulation {
@@ -42,6 +42,16 @@ impl Simulation {
 
 #[pymethods]
 impl Simulation {
+    #[getter]
+    fn seed(&self) -> u64 {
+        self.seeds.errors
+    }
+
+    #[getter]
+    fn noise_seed(&self) -> u64 {
+        self.seeds.noise
+    }
+
     /// Names of the fixtures, in order.
     #[getter]
     fn fixtures(&self) -> Vec<&str> {
@@ -51,7 +61,7 @@ impl Simulation {
     /// The truth, as truth.json has it.
     #[getter]
     fn truth<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        let text = scenario_file::truth_text(&self.file.scenario, &self.simulated, self.seed).map_err(io)?.text;
+        let text = scenario_file::truth_text(&self.file.scenario, &self.simulated, self.seeds).map_err(io)?.text;
         py.import("json")?.call_method1("loads", (text,))
     }
 
@@ -93,12 +103,12 @@ impl Simulation {
     /// Raises:
     ///     FileError, InputError: if a file cannot be written, or the folder holds a problem.toml that is not from a simulation.
     fn save(&self, folder: PathBuf) -> PyResult<()> {
-        scenario_file::write_folder(&folder, &self.file, &self.simulated, self.seed).map_err(io)
+        scenario_file::write_folder(&folder, &self.file, &self.simulated, self.seeds).map_err(io)
     }
 
     fn __repr__(&self) -> String {
         let rows: usize = self.simulated.logs.iter().map(Log::len).sum();
-        format!("Simulation({rows} rows with {} fixtures, seed {})", self.simulated.logs.len(), self.seed)
+        format!("Simulation({rows} rows with {} fixtures, seed {})", self.simulated.logs.len(), self.seeds.errors)
     }
 }
 
@@ -108,30 +118,33 @@ impl Simulation {
 ///     scenario: path of a scenario.toml; or the name of a preset: a str without `/` and `.`.
 ///     seed: of errors, noise and exploration; the same seed gives the same logs.
 ///     contacts: contacts with each fixture; default: what the scenario says.
+///     noise_seed: of the noise alone: the same arm, recorded once more; default: `seed`.
 ///     progress: called with a `Progress` now and then; what it raises ends the work, as Ctrl-C does.
 ///
 /// Raises:
 ///     FileError, InputError, SimulationError: if the scenario is not one, or cannot be simulated.
 #[pyfunction]
-#[pyo3(signature = (scenario, seed, *, contacts=None, progress=None))]
+#[pyo3(signature = (scenario, seed, *, contacts=None, noise_seed=None, progress=None))]
 pub fn simulate(
     py: Python<'_>,
     scenario: Bound<'_, PyAny>,
     seed: u64,
     contacts: Option<usize>,
+    noise_seed: Option<u64>,
     progress: Option<Py<PyAny>>,
 ) -> PyResult<Simulation> {
     let file = scenario_of(&scenario, contacts)?;
     let mut watch = Watch::new(progress);
-    let truth = file.scenario.draw(seed);
+    let seeds = Seeds { errors: seed, noise: noise_seed.unwrap_or(seed) };
+    let truth = file.scenario.draw(seeds.errors);
     let scenario = &file.scenario;
-    let logs = py.detach(|| scenario.run(&truth, seed, &mut |contacts| watch.contacts(contacts)));
+    let logs = py.detach(|| scenario.run(&truth, seeds.noise, &mut |contacts| watch.contacts(contacts)));
     watch.finish()?;
     let logs = logs.map_err(|error| match error {
         Failure::Interrupted => Error::new_err("interrupted"),
         error => SimulationError::new_err(error.to_string()),
     })?;
-    Ok(Simulation { file, simulated: Simulated { truth, logs }, seed })
+    Ok(Simulation { file, simulated: Simulated { truth, logs }, seeds })
 }
 
 /// A scenario's file, or the preset of that name.

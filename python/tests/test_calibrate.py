@@ -30,6 +30,14 @@ def long_one() -> touchcal.Problem:
     )
 
 
+def test_the_same_arm_is_recorded_once_more() -> None:
+    once, again = (touchcal.simulate("paper", 1, contacts=20, noise_seed=seed) for seed in (1, 2))
+    assert once.noise_seed == once.seed == again.seed == 1 and again.noise_seed == 2
+    assert once.truth["parameters"] == again.truth["parameters"]
+    assert np.array_equal(once.log("hole")["q"], touchcal.simulate("paper", 1, contacts=20).log("hole")["q"])
+    assert not np.array_equal(once.log("hole")["q"], again.log("hole")["q"])
+
+
 def test_finds_the_truth(workcell: Path) -> None:
     calibration = touchcal.calibrate(touchcal.Problem.from_toml(workcell / "problem.toml"))
     truth = json.loads((workcell / "truth.json").read_text())["parameters"]

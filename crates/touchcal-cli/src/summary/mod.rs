@@ -44,11 +44,12 @@ impl Calibration<'_> {
         });
         let lines: Vec<Line<'_>> = lines.collect();
         let scores = [("before", prefit), ("after", &estimate.postfit)];
+        let whence = if problem.noise.learned { "learned from them" } else { "assumed" };
         [
             format!("{}\n", self.headline()),
             format!("Robot     {}\n", robot(self.loaded)),
             format!("Contacts  {} rows read, {} contacts used, {} rejected\n", count.read, count.used, count.rejected),
-            format!("Noise     contacts scatter {:.2} times the noise assumed\n\n", estimate.noise_factor),
+            format!("Noise     contacts scatter {:.2} times the noise {whence}\n\n", estimate.noise_factor),
             "Distance from touching (mm)\n".to_owned(),
             residuals(&problem.fixtures, &scores),
             parameters(&lines, detail),

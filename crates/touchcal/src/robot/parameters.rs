@@ -47,9 +47,9 @@ pub enum Column {
     Tool(usize),
     /// Component `k` of the local twist on fixture `f`'s pose in base.
     Fixture(usize, usize),
-    /// How far contacts with fixture `f` seem to penetrate: the mean of the measured gap at contact.
+    /// How far from touching contacts with fixture `f` seem to be: the mean of the measured gap at contact, negative where they penetrate.
     Interference(usize),
-    /// How much farther than that contacts with fixture `f` seem to penetrate walls that push in direction `k` of it: +x, −x, +y, −y, +z, −z.
+    /// How much farther than that contacts with fixture `f` seem to be from walls that push in direction `k` of it: +x, −x, +y, −y, +z, −z.
     Wall(usize, usize),
 }
 
@@ -72,7 +72,7 @@ pub enum Block {
     Tool,
     /// Where a fixture stands in base.
     Fixture,
-    /// Mean penetration at contact, a nuisance.
+    /// Mean gap at contact, a nuisance.
     Interference,
 }
 
@@ -177,7 +177,7 @@ impl Parameter {
         Parameter { name, column, unit, prior_sigma: None, learned: None, scale }
     }
 
-    /// Mean penetration (m) of contacts with fixture number `fixture`.
+    /// Mean gap (m) of contacts with fixture number `fixture`.
     pub fn interference(name: &str, fixture: usize) -> Self {
         let column = Column::Interference(fixture);
         Parameter {
@@ -190,7 +190,7 @@ impl Parameter {
         }
     }
 
-    /// How much farther (m) the walls in direction `k` of fixture number `fixture` seem to be penetrated.
+    /// How much farther (m) the walls in direction `k` of fixture number `fixture` seem to be.
     pub fn wall(name: &str, fixture: usize, k: usize) -> Self {
         let column = Column::Wall(fixture, k);
         let name = format!("{name}.{}", WALL_NAMES[k.min(5)]);
