@@ -100,6 +100,7 @@ fn folder() -> TempDir {
     write("deg.csv", "axis1,q2,q3,q4,q5,q6,q7\n90,0,0,45,0,0,0\n");
     write("panda.csv", "0,0,0,-1,0,1,0\n");
     write("two.csv", "0,0\n1,1\n2,0\n");
+    write("narrow.csv", "x_mm,y_mm\n-10.5,-9.5\n10.5,-9.5\n10.5,9.5\n-10.5,9.5\n");
     folder
 }
 
@@ -311,6 +312,11 @@ fn what_does_not_fit_together_is_refused() {
     );
     refused("outline_offset_mm = 0.5\n", "", &["fixture `hole`", "neither"]);
     refused("outline_offset_mm = 0.5", "outline_offset_mm = 0.5\noutline = \"peg.csv\"", &["both"]);
+    refused(
+        "outline_offset_mm = 0.5",
+        "outline = \"narrow.csv\"",
+        &["fixture `hole`", "a hole that the peg fits into", "an overlap of 0.5 mm"],
+    );
     refused(
         "outline_offset_mm = 0.5",
         "mesh = \"hole.stl\"",

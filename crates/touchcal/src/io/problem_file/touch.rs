@@ -16,8 +16,12 @@ use crate::geometry::solid::Solid;
 use crate::geometry::solids::Solids;
 use crate::io::bytes::Input;
 use crate::io::error::{IoError, Place};
-use crate::manifold::{self, ContactManifold, Unknown};
+use crate::manifold::{self, ContactManifold, Rows, Unknown};
+use crate::se3::Pose;
 use crate::sim::Parts;
+
+/// Most that a peg may overlap the hole's walls (m): tighter fits are pressed in.
+const MOST_OVERLAP: f64 = 0.2e-3;
 
 /// What the tool table says of the tool's shape.
 pub(in crate::io) struct Shape {
@@ -81,9 +85,12 @@ impl Shape {
                 ManifoldToml::Learned => return projected::learned(fixture, context, inputs),
                 ManifoldToml::Unknown => return Ok(Box::new(Unknown)),
             }
-            if let Some(peg) = &self.solid {
-                return solid_in_hole(peg, fixture, context, inputs);
-            }
+            let manifold = match &self.solid {
+                Some(peg) => solid_in_hole(peg, fixture, context, inputs)?,
+                None => manifold_of(&self.parts(fixture, context, inputs)?),
+            };
+            check_fit(manifold.as_ref(), fixture, context)?;
+            return Ok(manifold);
         }
         Ok(manifold_of(&self.parts(fixture, context, inputs)?))
     }
@@ -200,6 +207,26 @@ fn solid_in_hole(
         None => {
             Err(IoError::unexpected(context.place(table.span(), name), "`mesh` of the hole, as the peg has", "none"))
         }
+    }
+}
+
+/// A peg that overlaps the hole's walls at half of its depth, frames together, is another one, or lies otherwise in its frame.
+fn check_fit(
+    manifold: &dyn ContactManifold,
+    fixture: &Spanned<FixtureToml>,
+    context: &Context<'_>,
+) -> Result<(), IoError> {
+    let name = format!("fixture `{}`", fixture.get_ref().name.get_ref());
+    let depth = context.required(fixture.get_ref().depth_mm.as_ref(), MM, fixture.span(), &name)?;
+    let mut rows = Rows::new();
+    manifold.residual(&Pose::translation(0.0, 0.0, -0.5 * depth), 0.0, &mut rows);
+    match rows.values() {
+        [gap] if *gap < -MOST_OVERLAP => {
+            let expected = "a hole that the peg fits into: rim at z = 0 and bottom below, the peg's tip at z = 0 and the rest above, axes and corners in line";
+            let found = format!("an overlap of {:.1} mm at half of the hole's depth", -1e3 * gap);
+            Err(IoError::unexpected(context.place(fixture.span(), name), expected, found))
+        }
+        _ => Ok(()),
     }
 }
 
