@@ -10,7 +10,7 @@ mod parts;
 use std::sync::Arc;
 
 use common::{data, mujoco_trial, solve};
-use nalgebra::Point2;
+use nalgebra::{Point2, Point3};
 use parts::{Mesh, block, block_around, lofted, obj, peg, rounded, solid, stl};
 use touchcal::estimate::{Estimate, Loss, Method, Noise, Problem};
 use touchcal::experiment::{Search, Trial};
@@ -37,7 +37,7 @@ fn timed(problem: &Problem) -> (Estimate, f64) {
 }
 
 /// The problem of a MuJoCo trial's contacts with the parts, which are straight, as STL files.
-fn with_files(trial: &str, peg: &Mesh, hole: &Mesh) -> Problem {
+fn with_files(trial: &str, peg: &Mesh, hole: &Mesh) -> Result<Problem, String> {
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("peg.stl"), stl(peg)).unwrap();
     std::fs::write(folder.path().join("hole.stl"), stl(hole)).unwrap();
@@ -68,10 +68,27 @@ parameters = ["strain", "joint_offset"]
 "#,
         log.display().to_string()
     );
-    let loaded = problem_file::read(&text, "problem.toml", folder.path()).unwrap();
+    let loaded = problem_file::read(&text, "problem.toml", folder.path()).map_err(|error| error.to_string())?;
     assert_eq!(loaded.inputs.len(), 4, "{:?}", loaded.inputs);
     assert_eq!(loaded.problem.fixtures[0].manifold.name(), "peg in hole");
-    loaded.problem
+    Ok(loaded.problem)
+}
+
+#[test]
+fn meshes_that_lie_otherwise_in_their_frames_are_refused() {
+    let outline = Profile::extrusion25();
+    let (peg, hole) = (peg(&outline, 0.04), block(&outline.offset_mitred(0.5e-3).unwrap(), 0.03));
+    let moved = |(vertices, triangles): &Mesh, z: f64| -> Mesh {
+        (vertices.iter().map(|p| Point3::new(p.x, p.y, p.z + z)).collect(), triangles.clone())
+    };
+    // With its rim where its bottom should be; a peg below its tip.
+    for (peg, hole) in [(peg.clone(), moved(&hole, 0.04)), (moved(&peg, -0.04), hole)] {
+        let refused = with_files("extrusion/rich/trial_00", &peg, &hole).unwrap_err();
+        assert!(
+            refused.contains("a hole that the peg fits into") && refused.contains("where the peg's axis lies"),
+            "{refused}"
+        );
+    }
 }
 
 #[test]
@@ -81,7 +98,7 @@ fn a_problem_with_stl_files_finds_what_its_outlines_find() {
     let slot = Profile::extrusion25();
     let (peg, hole) = (peg(&slot, 0.04), block(&slot.offset_mitred(0.5e-3).unwrap(), 0.03));
     assert!(peg.1.len() >= 1000, "{}", peg.1.len());
-    let files = with_files(TRIAL, &peg, &hole);
+    let files = with_files(TRIAL, &peg, &hole).unwrap();
     let mut meshes = files.clone();
     meshes.fixtures[0].manifold = Arc::new(SolidInHole::new(Solids::new(solid(&peg), solid(&hole)), 0.03));
     let [(with_outlines, straight_s), (with_files, files_s), (with_meshes, mesh_s)] =
