@@ -125,6 +125,7 @@ impl Simulation {
 ///     FileError, InputError, SimulationError: if the scenario is not one, or cannot be simulated.
 #[pyfunction]
 #[pyo3(signature = (scenario, seed, *, contacts=None, noise_seed=None, progress=None))]
+#[allow(clippy::too_many_arguments, reason = "most are keywords with a default")]
 pub fn simulate(
     py: Python<'_>,
     scenario: Bound<'_, PyAny>,
