@@ -285,10 +285,13 @@ impl<'p> Search<'p> {
         }
     }
 
-    /// The parameters' covariance by what all walls say, and how many contacts say as much as one, if they were asked and enough contacts have any.
+    /// The parameters' covariance by what all walls say, and how many contacts say as much as one, if they were asked to the end and enough contacts have any.
     pub(super) fn wall_covariance(&self) -> Option<(DMatrix<f64>, f64)> {
+        if !self.sees_walls() || self.interrupted() {
+            return None;
+        }
         let known = self.system.distance_information(&self.theta) + self.system.prior_information();
-        let statistics = self.sees_walls().then(|| self.system.wall_statistics(&self.theta, 1, true))?;
+        let statistics = self.system.wall_statistics(&self.theta, 1, true);
         statistics.covariance(&known, &self.scale, &self.system.odds)
     }
 }
