@@ -5,7 +5,9 @@ use nalgebra::{DMatrix, DVector};
 use super::calibrate::Search;
 use super::knowledge::Knowledge;
 use super::mistakes::mistakes;
-use super::outcome::{ContactCount, Estimate, Estimated, Status, StopReason, Termination, Verdict, Warning};
+use super::outcome::{
+    ContactCount, Estimate, Estimated, LEAST_GAP_ERROR, Status, StopReason, Termination, Verdict, Warning,
+};
 use super::problem::Problem;
 use super::score::score;
 use super::system::System;
@@ -20,8 +22,6 @@ const MANY_REJECTED: f64 = 0.2;
 const NOISE_EXCEEDED: f64 = 1.5;
 /// Measured over declared noise from which one-sided gaps are not usable: what scatters so much is no noise, but another shape or place.
 const NOISE_CONTRADICTED: f64 = 3.0;
-/// Errors over standard deviations where the least gap is taken, as simulated pegs at the rim and in holes with little play have them.
-const LEAST_GAP_ERROR: f64 = 3.0;
 /// Contacts that say as much as one from which that deserves a warning: they make uncertainties twice as large.
 const ALIKE: f64 = 4.0;
 /// And from which the result is not usable: errors that are the same so often bias it, and how much no contact can tell.
@@ -79,12 +79,10 @@ impl Found {
 pub(super) fn conclude(search: &Search<'_>) -> Estimate {
     let Search { system, scale, theta, held, termination, .. } = search;
     let problem = system.problem;
-    let mut found = Found::new(system, theta);
-    if search.sees_walls() {
-        // The least of several gaps scatters otherwise than each of them.
-        found.noise_factor = system.wall_noise;
-    }
-    let found = &found;
+    let found = Found::new(system, theta);
+    // The least of several gaps scatters otherwise than each of them.
+    let noise_factor = if search.sees_walls() { system.wall_noise } else { found.noise_factor };
+    let found = &Found { noise_factor, ..found };
     let mut known = Knowledge::new(system, &found.data, scale, held);
     let mut alike = 1.0;
     if let Some((covariance, effect)) = search.wall_covariance() {

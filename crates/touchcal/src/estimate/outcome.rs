@@ -109,6 +109,8 @@ pub enum Verdict {
 
 /// Share of contacts from which rejecting them forbids the result: then most say otherwise.
 const MOST_REJECTED: f64 = 0.5;
+/// Errors over standard deviations where the least gap is taken, as simulated pegs at the rim and in holes with little play have them.
+pub(super) const LEAST_GAP_ERROR: f64 = 3.0;
 
 /// Something a user should know, with advice.
 #[derive(Clone, Debug, PartialEq)]
@@ -211,18 +213,18 @@ pub enum Warning {
 impl Warning {
     /// Whether a result with it must not be used.
     pub fn forbids(&self) -> bool {
-        matches!(self, Warning::ManyRejected { share } if *share > MOST_REJECTED)
-            || matches!(
-                self,
-                Warning::TooFewContacts { .. }
-                    | Warning::ArmUndetermined { .. }
-                    | Warning::DistanceContradicted { .. }
-                    | Warning::Implausible { .. }
-                    | Warning::NoiseContradicted { .. }
-                    | Warning::NotTouching { .. }
-                    | Warning::Ambiguous
-                    | Warning::ErrAlike { usable: false, .. }
-            )
+        match self {
+            Warning::TooFewContacts { .. }
+            | Warning::ArmUndetermined { .. }
+            | Warning::DistanceContradicted { .. }
+            | Warning::Implausible { .. }
+            | Warning::NoiseContradicted { .. }
+            | Warning::NotTouching { .. }
+            | Warning::Ambiguous => true,
+            Warning::ErrAlike { usable, .. } => !usable,
+            Warning::ManyRejected { share } => *share > MOST_REJECTED,
+            _ => false,
+        }
     }
 
     /// Name in files.
@@ -285,7 +287,7 @@ impl Warning {
                 format!("`{name}`: contacts {how} by {:.2} mm on average: do not use the result", 1e3 * gap.abs())
             }
             Warning::FewTellWalls { share } => format!(
-                "only {:.0} % of the one-sided contacts tell which walls they touch; the nearest is taken, and uncertainties were widened three times for that",
+                "only {:.0} % of the one-sided contacts tell which walls they touch; the nearest is taken, and uncertainties were widened {LEAST_GAP_ERROR} times for that",
                 100.0 * share
             ),
             Warning::Ambiguous => {

@@ -12,12 +12,10 @@ pub(crate) fn did_you_mean<'a>(unknown: &str, known: impl IntoIterator<Item = &'
     // A third of the letters wrong is still recognisable; more is a different word.
     let most = (unknown.chars().count() / 3).max(1);
     let near = known.into_iter().filter(|name| name.len() <= LONGEST).map(|name| {
-        let name_lower = name.to_lowercase();
+        let lower = name.to_lowercase();
         // `sigma` for `sigma_mm`: the unit is left out.
-        match name_lower.strip_prefix(&unknown).is_some_and(|rest| rest.starts_with('_')) {
-            true => (1, name),
-            false => (strsim::osa_distance(&unknown, &name_lower), name),
-        }
+        let lacks_unit = lower.strip_prefix(&unknown).is_some_and(|rest| rest.starts_with('_'));
+        (if lacks_unit { 1 } else { strsim::osa_distance(&unknown, &lower) }, name)
     });
     match near.filter(|(distance, _)| *distance <= most).min_by_key(|(distance, _)| *distance) {
         Some((_, name)) => format!("; did you mean `{name}`?"),
