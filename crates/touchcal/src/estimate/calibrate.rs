@@ -13,6 +13,7 @@ use super::loss::Loss;
 use super::outcome::{Estimate, Progress, Stage, StopReason, Termination};
 use super::problem::{Method, Problem};
 use super::rows::Rung;
+use super::statistics::SHORT;
 use super::system::System;
 
 /// The coarse stage and the descent of the loss's width look at about this many contacts; the end looks at all.
@@ -35,9 +36,13 @@ const TELLING: f64 = 0.3;
 /// deviations away there, and must not be given up as one that is never touched.
 const NOISY: f64 = 3.0;
 
-const COARSE: Limits = Limits { iterations: 100, decrement: 1e-3 };
-const NARROW: Limits = Limits { iterations: 60, decrement: 1e-1 };
-const FINE: Limits = Limits { iterations: 60, decrement: 1e-2 };
+const COARSE: Limits = Limits { iterations: 100, decrement: 1e-3, close: 0.03 };
+const NARROW: Limits = Limits { iterations: 60, decrement: 1e-1, close: 0.03 };
+const FINE: Limits = Limits { iterations: 60, decrement: 1e-2, close: 0.03 };
+/// Walls come and go: the cost of all contacts jumps by more than a step of some standard deviations is worth.
+const FINE_WALLS: Limits = Limits { close: 0.1, ..FINE };
+/// As near as steps of expectation–maximisation lead on.
+const NEAR_WALLS: Limits = Limits { decrement: SHORT, ..FINE_WALLS };
 
 pub(super) type Observe<'o> = &'o mut dyn FnMut(&Progress) -> ControlFlow<()>;
 
@@ -227,7 +232,7 @@ impl<'p> Search<'p> {
             if self.system.problem.noise.learned {
                 self.system.noise_factor *= std::mem::replace(&mut self.system.wall_noise, 1.0);
             }
-            self.minimise((Rung::Walls, 1), FINE, observe);
+            self.minimise((Rung::Walls, 1), FINE_WALLS, observe);
         } else if self.system.has_walls() {
             self.narrow(observe);
         }
@@ -273,7 +278,7 @@ impl<'p> Search<'p> {
                             self.termination.reason = StopReason::Interrupted;
                         }
                     }
-                    None => self.minimise((Rung::Walls, stride), NARROW, observe),
+                    None => self.minimise((Rung::Walls, stride), NEAR_WALLS, observe),
                 }
                 if self.interrupted() {
                     return;

@@ -23,14 +23,13 @@ pub struct Limits {
     /// Newton decrement `gᵀH⁻¹g` (in units of the cost) below which the minimum is reached, and that last step
     /// is still taken if it descends: 1e-2 is a tenth of a standard deviation.
     pub decrement: f64,
+    /// The minimum is close if a step moves rows by less than this share of their noise (root mean square).
+    pub close: f64,
 }
 
 /// Where no step descends, a decrement up to this many times the limit still counts as the minimum: gaps have kinks, on which a
 /// step predicted from one side is lost on the other.
 const ON_A_KINK: f64 = 10.0;
-
-/// A minimum is close if a step moves rows by less than this share of their noise (root mean square).
-const CLOSE: f64 = 0.03;
 
 /// Shortest share of a step that is tried before the damping grows.
 const SHORTEST_SHARE: f64 = 0.05;
@@ -83,7 +82,7 @@ pub(crate) fn minimise(
             iterations += 1;
             let candidate = &theta + &step * share;
             let next = linearize(&candidate);
-            let gain = gain(&normal, &next, &damped, decrement);
+            let gain = gain((&normal, &next), &damped, decrement, limits.close);
             (candidate, next, gain)
         };
         let mut tried = attempt(1.0);
@@ -115,8 +114,8 @@ pub(crate) fn minimise(
 }
 
 /// How much of a step's promise came true: 1 is all of it, above 0 is progress.
-fn gain(normal: &NormalEquations, next: &NormalEquations, damped: &Damped, decrement: f64) -> f64 {
-    if decrement <= CLOSE.powi(2) * normal.rows {
+fn gain((normal, next): (&NormalEquations, &NormalEquations), damped: &Damped, decrement: f64, close: f64) -> f64 {
+    if decrement <= close.powi(2) * normal.rows {
         1.0 - damped.decrement(&next.gradient) / decrement
     } else {
         (normal.cost - next.cost) / decrement

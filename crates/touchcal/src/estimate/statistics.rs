@@ -27,7 +27,7 @@ const WALL_STRENGTH: f64 = 0.01;
 /// Steps towards that standard deviation from one look at the contacts.
 const WIDTH_STEPS: usize = 20;
 /// Newton decrement of steps that may be taken without a look at where they lead: a standard deviation.
-const SHORT: f64 = 1.0;
+pub(super) const SHORT: f64 = 1.0;
 /// Directions of which contacts say less than this share of what they say of the best are not seen.
 const SEEN: f64 = 1e-10;
 

@@ -18,7 +18,7 @@ const CERTIFIED: f64 = 11.0;
 /// Starts so far off that the search ends where the model is flat: a better start is the caller's to find.
 const LOST: [(&str, usize); 2] = [("MGH17", 1), ("Eckerle4", 1)];
 /// To the end: 1e-9 of a standard deviation.
-const TO_THE_END: Limits = Limits { iterations: 2000, decrement: 1e-18 };
+const TO_THE_END: Limits = Limits { iterations: 2000, decrement: 1e-18, close: 0.03 };
 
 /// A model's value for parameters and predictors.
 type Model = fn(&[f64], &[f64]) -> f64;
