@@ -15,6 +15,7 @@ use touchcal::io::mesh;
 use touchcal::io::outline::Choice;
 use touchcal::io::weights_file::WeightsFile;
 use touchcal::manifold::coordinates::{self, Coordinates, Metric};
+use touchcal::manifold::fit::{self, Misfit};
 use touchcal::manifold::{ContactManifold, NearestSample, PoseSamples, Projected, Projection, Rows, peg_in_hole};
 use touchcal::se3::Pose;
 use touchcal::sim::Parts;
@@ -81,7 +82,9 @@ impl Manifold {
     fn peg_in_hole(peg: Numbers<'_>, hole: Numbers<'_>, length: f64, depth: f64) -> PyResult<Manifold> {
         let parts = PegAndHole::new(profile(&peg, "peg")?, length, profile(&hole, "hole")?, depth);
         let parts = parts.map_err(|error| refused("peg_in_hole", error))?;
-        Ok(Manifold::of(&Parts::PegInHole(Box::new(parts))))
+        let manifold = Manifold::of(&Parts::PegInHole(Box::new(parts)));
+        fit::check(manifold.shape.as_ref(), depth).map_err(|misfit| unfitting("peg_in_hole", misfit))?;
+        Ok(manifold)
     }
 
     /// A peg in a hole, both of any shape, as closed meshes; frames as for `peg_in_hole`.
@@ -97,7 +100,10 @@ impl Manifold {
         positive("unit", unit)?;
         let (peg, of_peg) = mesh::read_file(&peg, unit).map_err(io)?;
         let (hole, of_hole) = mesh::read_file(&hole, unit).map_err(io)?;
-        let shape = Arc::from(peg_in_hole(Solids::new(peg, hole), depth));
+        let parts = Solids::new(peg, hole);
+        fit::check_axis(&parts, depth).map_err(|misfit| unfitting("meshes", misfit))?;
+        let shape: Arc<dyn ContactManifold> = peg_in_hole(parts, depth).into();
+        fit::check(shape.as_ref(), depth).map_err(|misfit| unfitting("meshes", misfit))?;
         Ok(Manifold { shape, projection: None, inputs: vec![of_peg, of_hole] })
     }
 
@@ -247,6 +253,10 @@ fn by_argument(error: IoError) -> IoError {
         }
         other => other,
     }
+}
+
+fn unfitting(what: &str, misfit: Misfit) -> PyErr {
+    unexpected(what, fit::FITTING, misfit.to_string())
 }
 
 fn positive(what: &str, length: f64) -> PyResult<()> {

@@ -82,16 +82,39 @@ def test_a_peg_in_the_middle_of_its_hole_is_the_clearance_away() -> None:
     for outline in (square[:2], square[:, :1], np.full((4, 2), np.nan)):
         with pytest.raises(touchcal.InputError, match="^peg: "):
             Manifold.peg_in_hole(outline, hole, length=0.04, depth=0.03)
+    with pytest.raises(touchcal.InputError, match=r"a hole that the peg fits into.*an overlap of 0\.5 mm"):
+        Manifold.peg_in_hole(hole, square, length=0.04, depth=0.03)
     with pytest.raises(touchcal.InputError, match="^outline: "):
         touchcal.offset_outline(square, -0.5)
 
 
-def box(path: Path, low: float, high: float) -> Path:
-    """A box of 20 mm by 20 mm between two heights (mm), as OBJ."""
-    corners = [(x, y, z) for z in (low, high) for x, y in ((-10, -10), (10, -10), (10, 10), (-10, 10))]
-    faces = ("4 3 2 1", "5 6 7 8", "1 2 6 5", "2 3 7 6", "3 4 8 7", "4 1 5 8")
-    path.write_text("".join(f"v {x} {y} {z}\n" for x, y, z in corners) + "".join(f"f {face}\n" for face in faces))
+def obj(path: Path, corners: list[tuple[float, float, float]], faces: list[tuple[int, ...]]) -> Path:
+    """A mesh (mm) whose faces name corners from 0, counter-clockwise seen from outside."""
+    vertices = "".join(f"v {x} {y} {z}\n" for x, y, z in corners)
+    path.write_text(vertices + "".join("f " + " ".join(str(k + 1) for k in face) + "\n" for face in faces))
     return path
+
+
+def square(half: float, z: float) -> list[tuple[float, float, float]]:
+    return [(x, y, z) for x, y in ((-half, -half), (half, -half), (half, half), (-half, half))]
+
+
+def bar(path: Path) -> Path:
+    """A square bar of 20 mm, 40 mm long."""
+    sides = [(i, (i + 1) % 4, (i + 1) % 4 + 4, i + 4) for i in range(4)]
+    return obj(path, square(10, 0) + square(10, 40), [(3, 2, 1, 0), (4, 5, 6, 7), *sides])
+
+
+def block(path: Path) -> Path:
+    """A block of 40 mm, 30 mm high, with a hole for the bar, 0.5 mm wider on each side."""
+    corners = square(20, -30) + square(10.5, -30) + square(20, 0) + square(10.5, 0)
+    faces = []
+    for i in range(4):
+        k = (i + 1) % 4
+        outside, inside = (i, k, k + 8, i + 8), (k + 4, i + 4, i + 12, k + 12)
+        top, bottom = (i + 8, k + 8, k + 12, i + 12), (k, i, i + 4, k + 4)
+        faces += [outside, inside, top, bottom]
+    return obj(path, corners, faces)
 
 
 def test_drawings_and_meshes_are_read(tmp_path: Path) -> None:
@@ -107,17 +130,19 @@ def test_drawings_and_meshes_are_read(tmp_path: Path) -> None:
     with pytest.raises(touchcal.InputError, match="the unit that `unit` declares, 25.4 mm"):
         touchcal.read_outline(drawing, name="peg", unit=0.0254)
     drawing.write_text(drawing.read_text().replace(" width='30mm' viewBox='0 0 30 30'", ""))
-    peg, block = box(tmp_path / "peg.obj", 0, 40), box(tmp_path / "block.obj", -30, 0)
-    above = [touchcal.pose((0, 0, 0.002)), touchcal.pose((0.001, 0, -0.0001))]
-    assert Manifold.meshes(peg, block, depth=0.03).distance(above) == pytest.approx([0.002, 0.0001], abs=1e-12)
+    peg, hole = bar(tmp_path / "peg.obj"), block(tmp_path / "block.obj")
+    poses = [touchcal.pose((0.002, 0, 0.001)), touchcal.pose((0.0003, 0, -0.01))]
+    assert Manifold.meshes(peg, hole, depth=0.03).distance(poses) == pytest.approx([0.001, 0.0002], abs=1e-12)
+    with pytest.raises(touchcal.InputError, match=r"a hole that the peg fits into.*where the peg's axis lies"):
+        Manifold.meshes(peg, bar(tmp_path / "bar.obj"), depth=0.03)
     for unit in (0.0, -0.001, float("nan")):
         with pytest.raises(touchcal.InputError, match="positive length"):
-            Manifold.meshes(peg, block, depth=0.03, unit=unit)
+            Manifold.meshes(peg, hole, depth=0.03, unit=unit)
         with pytest.raises(touchcal.InputError, match="positive length"):
             touchcal.read_outline(drawing, name="peg", unit=unit)
     (tmp_path / "open.obj").write_text(peg.read_text().replace("f 4 3 2 1\n", ""))
     with pytest.raises(touchcal.InputError, match="closed surface.* mm has 1"):
-        Manifold.meshes(tmp_path / "open.obj", block, depth=0.03)
+        Manifold.meshes(tmp_path / "open.obj", hole, depth=0.03)
 
 
 def test_projection_finds_the_nearest_sample() -> None:

@@ -3,6 +3,7 @@
 use super::blend::{self, Blend, Row};
 use super::nearness::Nearness;
 use super::profile::Profile;
+use super::round::{Round, is_round};
 use super::scan::{Candidate, Scan, Sink};
 use crate::se3::{Pose, Twist};
 use nalgebra::{Point3, Vector3};
@@ -139,6 +140,7 @@ pub struct PegAndHole {
     pub(super) closest_corners: f64,
     /// Bounding radius of the peg's outline (m).
     pub(super) peg_radius: f64,
+    round: Round,
 }
 
 impl PegAndHole {
@@ -174,7 +176,9 @@ impl PegAndHole {
         let peg_corners = pick(&peg, true);
         let from_walls = |&i: &usize| wall_corners.iter().map(move |&u| (i, u));
         let apart = |(i, u): (usize, usize)| (hole.vertices()[u] - peg.vertices()[i]).norm();
+        let flat = |profile: &Profile| is_round(profile.vertices().iter().map(|p| Point3::new(p.x, p.y, 0.0)));
         Ok(PegAndHole {
+            round: Round { peg: flat(&peg), hole: flat(&hole) },
             closest_corners: peg_corners.iter().flat_map(from_walls).map(apart).fold(f64::INFINITY, f64::min),
             peg_radius: peg.bounding_radius(),
             edge_to_edge: Nearness::of_edges(&peg, &hole),
@@ -210,6 +214,11 @@ impl PegAndHole {
     /// Depth of the hole (m).
     pub fn depth(&self) -> f64 {
         self.depth
+    }
+
+    /// Which of their outlines are circles, but for facets.
+    pub fn round(&self) -> Round {
+        self.round
     }
 
     /// The signed gap at a pose. Allocates nothing.

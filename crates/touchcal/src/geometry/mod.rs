@@ -5,6 +5,7 @@
 
 pub mod extrusion;
 pub mod profile;
+pub mod round;
 pub mod solid;
 pub mod solids;
 

@@ -3,6 +3,7 @@
 use nalgebra::{Matrix6, Point3, Vector3};
 
 use super::{MAX_ROWS, Reach, Rows};
+use crate::geometry::round::Round;
 use crate::geometry::solids::Touch;
 use crate::se3::{self, Pose, Twist, twist};
 
@@ -36,6 +37,8 @@ const TURNED: f64 = 0.5;
 const ALONG: f64 = 0.9;
 /// Largest radius of such a circle, over the peg's.
 const LARGEST: f64 = 1.1;
+/// Sine of the angle between turns about two axes below which they are one.
+const ONE_AXIS: f64 = 1e-9;
 /// Room for as many features near a pose as there mostly are.
 const EXPECTED: usize = 32;
 /// Height of a normal below which it is none of a wall: nothing in a hole faces down by more than the peg is tilted. Edges that cross each other a little the wrong
@@ -49,9 +52,50 @@ pub(super) struct Hole {
     pub depth: f64,
     /// Distance (m) of the peg's surface from its axis, at most.
     pub peg_radius: f64,
+    /// Which of them are round.
+    pub round: Round,
 }
 
 impl Hole {
+    /// What touches what, in words.
+    pub fn name(&self, is_straight: bool) -> &'static str {
+        match (self.round != Round::default(), is_straight) {
+            (false, true) => "peg in hole",
+            (false, false) => "peg in hole, not straight",
+            (true, true) => "peg in hole, round",
+            (true, false) => "peg in hole, round, not straight",
+        }
+    }
+
+    /// The derivative of a gap by twists of the peg in its own frame without what facets of a round part add: turning about its axis changes no gap. Else noise and
+    /// the files' facets would tell how far a round peg has turned.
+    pub fn without_turns(&self, hole_from_peg: &Pose, gradient: Twist) -> Twist {
+        if self.round == Round::default() {
+            return gradient;
+        }
+        // Lengths in units of the radius, so that a projection is no matter of units.
+        let scaled = |twist: Twist, scale: f64| se3::twist(&se3::linear(&twist), &(se3::angular(&twist) * scale));
+        let of_peg = self.round.peg.then(|| twist(&Vector3::zeros(), &Vector3::z()));
+        let of_hole = self.round.hole.then(|| {
+            let axis = hole_from_peg.rotation.inverse() * Vector3::z();
+            let hole_in_peg = hole_from_peg.inverse_transform_point(&Point3::origin()).coords;
+            twist(&hole_in_peg.cross(&axis), &axis)
+        });
+        let mut left = scaled(gradient, 1.0 / self.peg_radius);
+        let mut before: Option<Twist> = None;
+        for turn in of_peg.into_iter().chain(of_hole) {
+            let mut turn = scaled(turn, self.peg_radius).normalize();
+            if let Some(before) = before {
+                turn -= before * before.dot(&turn);
+            }
+            // The same axis twice.
+            let Some(turn) = turn.try_normalize(ONE_AXIS) else { continue };
+            left -= turn * turn.dot(&left);
+            before = Some(turn);
+        }
+        scaled(left, self.peg_radius)
+    }
+
     /// Whether the peg's end reaches from below the rim to above it. Edge then rolls over edge, and which features there are depends on the noise.
     fn is_at_rim(&self, hole_from_peg: &Pose) -> bool {
         let axis = hole_from_peg.rotation * Vector3::z();
@@ -115,7 +159,7 @@ impl Hole {
         }
         for wall in walls.iter().take(MAX_ROWS) {
             let surface = self.surface(&wall.nearest.touch, hole_from_peg, rows.surfaces());
-            rows.push_wall(wall.distance, wall.gradient, surface);
+            rows.push_wall(wall.distance, self.without_turns(hole_from_peg, wall.gradient), surface);
         }
     }
 
@@ -131,7 +175,7 @@ impl Hole {
             && way.norm() < LARGEST * self.peg_radius * turn.norm()
     }
 
-    /// Pushes the envelope's six rows, divided by the scales of translation and rotation.
+    /// Pushes the envelope's six rows, four for a round peg or hole, divided by the scales of translation and rotation.
     pub fn push_envelope(&self, hole_from_peg: &Pose, scale: (f64, f64), rows: &mut Rows) {
         let tip = hole_from_peg.translation.vector;
         let outside = Vector3::new(tip.x, tip.y, tip.z - tip.z.clamp(-self.depth, 0.0));
@@ -142,11 +186,23 @@ impl Hole {
             let active = if axis < 2 || outside.z != 0.0 { 1.0 } else { 0.0 };
             rows.push(outside[axis] / scale.0, twist(&(direction * (active / scale.0)), &Vector3::zeros()));
         }
+        if self.round != Round::default() {
+            return self.push_tilt(hole_from_peg, scale.1, rows);
+        }
         let vector = se3::rotation_log(&hole_from_peg.rotation);
         let change = se3::rotation_log_jacobian(&vector);
         for axis in 0..3 {
             let row = change.row(axis).transpose() / scale.1;
             rows.push(vector[axis] / scale.1, twist(&Vector3::zeros(), &row));
+        }
+    }
+
+    /// Pushes two rows that do not know how far the peg has turned: the peg's axis in the hole's x and y.
+    fn push_tilt(&self, hole_from_peg: &Pose, scale: f64, rows: &mut Rows) {
+        let rotation = hole_from_peg.rotation.to_rotation_matrix();
+        for axis in 0..2 {
+            let direction = rotation.matrix().row(axis).transpose();
+            rows.push(direction.z / scale, twist(&Vector3::zeros(), &(Vector3::z().cross(&direction) / scale)));
         }
     }
 }
@@ -253,5 +309,24 @@ mod tests {
         assert!(!is_implied(wall(angle, on_line, 0.2)));
         // Beside the two, not between them.
         assert!(!is_implied(wall(-angle, on_line, 0.0)));
+    }
+
+    #[test]
+    fn turns_of_round_parts_move_nothing() {
+        let pose = Pose::new(Vector3::new(0.3e-3, -0.2e-3, -0.02), Vector3::new(0.01, -0.02, 2.0));
+        let of_peg = twist(&Vector3::zeros(), &Vector3::z());
+        let of_hole = se3::adjoint(&pose.inverse()) * of_peg;
+        let gradient = Twist::new(0.8, -0.6, 0.1, 2e-3, -3e-3, 4e-3);
+        for (peg, hole) in [(true, false), (false, true), (true, true)] {
+            let parts = Hole { depth: 0.03, peg_radius: 0.01, round: Round { peg, hole } };
+            let left = parts.without_turns(&pose, gradient);
+            for (turn, is_round) in [(of_peg, peg), (of_hole, hole)] {
+                assert_eq!(left.dot(&turn).abs() < 1e-15, is_round, "{peg} {hole}: {:e}", left.dot(&turn));
+            }
+        }
+        // Concentric, both turns are one.
+        let parts = Hole { depth: 0.03, peg_radius: 0.01, round: Round { peg: true, hole: true } };
+        let left = parts.without_turns(&Pose::translation(0.0, 0.0, -0.02), gradient);
+        assert_eq!(left, Twist::new(0.8, -0.6, 0.1, 2e-3, -3e-3, 0.0));
     }
 }

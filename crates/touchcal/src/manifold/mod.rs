@@ -3,6 +3,7 @@
 mod ball_in_socket;
 pub mod coordinates;
 mod coverage;
+pub mod fit;
 mod hole;
 pub mod learned;
 mod nearest;

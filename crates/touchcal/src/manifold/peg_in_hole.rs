@@ -10,7 +10,7 @@ use crate::se3::Pose;
 /// Contact of a peg with the hole it goes into. Poses are `hole_from_peg`, frames as in [`PegAndHole`].
 ///
 /// - Residual, one row: the signed gap (m), positive free, negative penetrating; blended over features that the resolution
-///   cannot tell apart, see [`PegAndHole::blended_gap`].
+///   cannot tell apart, see [`PegAndHole::blended_gap`]. Facets that stand for a circle are none of the parts': the Jacobian, not the gap, is that of a round part.
 /// - Envelope, six rows: place of the tip's origin in the hole — x and y towards zero, z outside `[−depth, 0]` (zero within) —
 ///   divided by `translation_scale`, then the rotation vector of `hole_from_peg` divided by `rotation_scale`. Its
 ///   Jacobian is exact and regular at every angle up to π, where the rotation vector itself jumps to its negative.
@@ -38,18 +38,18 @@ impl PegInHole {
     }
 
     fn hole(&self) -> Hole {
-        Hole { depth: self.depth, peg_radius: self.shapes.peg().bounding_radius() }
+        Hole { depth: self.depth, peg_radius: self.shapes.peg().bounding_radius(), round: self.shapes.round() }
     }
 }
 
 impl ContactManifold for PegInHole {
     fn name(&self) -> &'static str {
-        "peg in hole"
+        self.hole().name(true)
     }
 
     fn residual(&self, hole_from_peg: &Pose, resolution: f64, rows: &mut Rows) {
         let (value, gradient) = self.shapes.blended_gap(hole_from_peg, resolution);
-        rows.push(value, gradient);
+        rows.push(value, self.hole().without_turns(hole_from_peg, gradient));
     }
 
     fn walls(&self, hole_from_peg: &Pose, reach: &Reach, rows: &mut Rows) {

@@ -1,10 +1,16 @@
 //! A peg of any shape in a hole of any shape, both as meshes.
 
+use nalgebra::Point3;
+
 use super::hole::{self, Hole, ROTATION_SCALE, TRANSLATION_SCALE};
 use super::{ContactManifold, PegInHole, Reach, Rows, Shape, Sketch};
 use crate::geometry::extrusion::PegAndHole;
+use crate::geometry::round::{Round, is_round};
 use crate::geometry::solids::{Solids, Touch};
 use crate::se3::Pose;
+
+/// What is farther from the axis than so many of the peg's radii is the outside of the hole's body.
+const AROUND: f64 = 1.5;
 
 /// Contact of a peg (the tool) with the body around a hole, into which it goes `depth` (m): as outlines, which is faster, if both are straight
 /// ([`PegAndHole::of_straight`]), else as [`SolidInHole`].
@@ -29,7 +35,12 @@ impl SolidInHole {
     /// A peg (the tool) and the body around a hole, into which the peg goes `depth` (m).
     pub fn new(shapes: Solids, depth: f64) -> Self {
         let peg_radius = shapes.tool().vertices().map(|p| p.xy().coords.norm()).fold(0.0, f64::max);
-        SolidInHole { shapes, hole: Hole { depth, peg_radius } }
+        let around = |p: &Point3<f64>| p.xy().coords.norm() < AROUND * peg_radius;
+        let round = Round {
+            peg: is_round(shapes.tool().vertices()),
+            hole: is_round(shapes.fixture().vertices().filter(around)),
+        };
+        SolidInHole { shapes, hole: Hole { depth, peg_radius, round } }
     }
 
     /// Shapes of peg and hole.
@@ -40,12 +51,12 @@ impl SolidInHole {
 
 impl ContactManifold for SolidInHole {
     fn name(&self) -> &'static str {
-        "peg in hole, not straight"
+        self.hole.name(false)
     }
 
     fn residual(&self, hole_from_peg: &Pose, resolution: f64, rows: &mut Rows) {
         let (value, gradient) = self.shapes.blended_gap(hole_from_peg, resolution);
-        rows.push(value, gradient);
+        rows.push(value, self.hole.without_turns(hole_from_peg, gradient));
     }
 
     fn walls(&self, hole_from_peg: &Pose, reach: &Reach, rows: &mut Rows) {

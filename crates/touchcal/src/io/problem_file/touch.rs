@@ -16,17 +16,9 @@ use crate::geometry::solid::Solid;
 use crate::geometry::solids::Solids;
 use crate::io::bytes::Input;
 use crate::io::error::{IoError, Place};
-use crate::manifold::{self, ContactManifold, Rows, Unknown};
-use crate::se3::Pose;
+use crate::manifold::fit::{self, Misfit};
+use crate::manifold::{self, ContactManifold, Unknown};
 use crate::sim::Parts;
-
-/// Most that a peg may overlap the hole's walls (m): tighter fits are pressed in.
-const MOST_OVERLAP: f64 = 0.2e-3;
-
-/// Points of the peg's axis that are looked at.
-const AXIS_POINTS: usize = 100;
-/// How peg and hole lie in their frames.
-const FITTING: &str = "a hole that the peg fits into: rim at z = 0 and bottom below, the peg's tip at z = 0 and the rest above, axes and corners in line";
 
 /// What the tool table says of the tool's shape.
 pub(in crate::io) struct Shape {
@@ -94,8 +86,11 @@ impl Shape {
                 Some(peg) => solid_in_hole(peg, fixture, context, inputs)?,
                 None => manifold_of(&self.parts(fixture, context, inputs)?),
             };
-            check_fit(manifold.as_ref(), fixture, context)?;
-            return Ok(manifold);
+            let depth = context.required(fixture.get_ref().depth_mm.as_ref(), MM, fixture.span(), &name)?;
+            return match fit::check(manifold.as_ref(), depth) {
+                Ok(()) => Ok(manifold),
+                Err(misfit) => Err(unfitting(misfit, context.place(fixture.span(), name))),
+            };
         }
         Ok(manifold_of(&self.parts(fixture, context, inputs)?))
     }
@@ -207,45 +202,17 @@ fn solid_in_hole(
         return Err(IoError::unexpected(context.place(span, name), expected, format!("`{key}`")));
     }
     let depth = context.required(fixture.depth_mm.as_ref(), MM, table.span(), &format!("{name}, depth_mm"))?;
-    match sources.solid(&name, context, inputs)? {
-        Some(hole) if is_blocked(peg, &hole, depth) => {
-            Err(IoError::unexpected(context.place(table.span(), name), FITTING, "a solid where the peg's axis lies"))
-        }
-        Some(hole) => Ok(manifold::peg_in_hole(Solids::new(peg.clone(), hole), depth)),
-        None => {
-            Err(IoError::unexpected(context.place(table.span(), name), "`mesh` of the hole, as the peg has", "none"))
-        }
-    }
+    let place = || context.place(table.span(), &name);
+    let Some(hole) = sources.solid(&name, context, inputs)? else {
+        return Err(IoError::unexpected(place(), "`mesh` of the hole, as the peg has", "none"));
+    };
+    let parts = Solids::new(peg.clone(), hole);
+    fit::check_axis(&parts, depth).map_err(|misfit| unfitting(misfit, place()))?;
+    Ok(manifold::peg_in_hole(parts, depth))
 }
 
-/// Whether the peg's axis, its tip at half of the hole's depth, is inside of both somewhere: walls may be far from there.
-fn is_blocked(peg: &Solid, hole: &Solid, depth: f64) -> bool {
-    let heights = || peg.vertices().map(|vertex| vertex.z);
-    let (low, high) = (heights().fold(f64::INFINITY, f64::min), heights().fold(f64::NEG_INFINITY, f64::max));
-    let mut along = (0..AXIS_POINTS).map(|k| low + (high - low) * (k as f64 + 0.5) / AXIS_POINTS as f64);
-    along.any(|z| {
-        let (of_peg, of_hole) = (Point3::new(0.0, 0.0, z), Point3::new(0.0, 0.0, z - 0.5 * depth));
-        peg.signed_distance(&of_peg).0 < 0.0 && hole.signed_distance(&of_hole).0 < -MOST_OVERLAP
-    })
-}
-
-/// A peg that overlaps the hole's walls at half of its depth, frames together, is another one, or lies otherwise in its frame.
-fn check_fit(
-    manifold: &dyn ContactManifold,
-    fixture: &Spanned<FixtureToml>,
-    context: &Context<'_>,
-) -> Result<(), IoError> {
-    let name = format!("fixture `{}`", fixture.get_ref().name.get_ref());
-    let depth = context.required(fixture.get_ref().depth_mm.as_ref(), MM, fixture.span(), &name)?;
-    let mut rows = Rows::new();
-    manifold.residual(&Pose::translation(0.0, 0.0, -0.5 * depth), 0.0, &mut rows);
-    match rows.values() {
-        [gap] if *gap < -MOST_OVERLAP => {
-            let found = format!("an overlap of {:.1} mm at half of the hole's depth", -1e3 * gap);
-            Err(IoError::unexpected(context.place(fixture.span(), name), FITTING, found))
-        }
-        _ => Ok(()),
-    }
+fn unfitting(misfit: Misfit, place: Place) -> IoError {
+    IoError::unexpected(place, fit::FITTING, misfit.to_string())
 }
 
 fn fixture_sources(fixture: &FixtureToml) -> Sources<'_> {
