@@ -1,7 +1,9 @@
 //! Laws of the peg-in-hole gap and its manifold: derivatives against central differences, slope through contact, near ties.
 #![allow(clippy::unwrap_used, clippy::print_stdout, reason = "a test reports by panicking and printing")]
 
-use nalgebra::{Translation3, Vector3, Vector6};
+use std::f64::consts::TAU;
+
+use nalgebra::{Point2, Rotation2, Translation3, Vector3, Vector6};
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
 use touchcal::geometry::extrusion::{Gap, PegAndHole};
@@ -33,6 +35,31 @@ fn step(k: usize, h: f64) -> Twist {
     let mut xi = Vector6::zeros();
     xi[k] = if k < 3 { h * 0.015 } else { h };
     xi
+}
+
+fn check_envelope(manifold: &PegInHole, at: &Pose) -> Result<(), TestCaseError> {
+    let rows = |pose: &Pose| {
+        let mut rows = Rows::new();
+        manifold.envelope(pose, &mut rows);
+        rows
+    };
+    let here = rows(at);
+    let h = 1e-4;
+    for k in 0..6 {
+        let difference = |h: f64| {
+            let (up, down) = (rows(&(at * exp(&step(k, h)))), rows(&(at * exp(&step(k, -h)))));
+            Vector6::from_fn(|i, _| (up.values()[i] - down.values()[i]) / (2.0 * h))
+        };
+        let numeric = (difference(h / 2.0) * 4.0 - difference(h)) / 3.0;
+        for i in 0..6 {
+            if i == 2 && (at.translation.z.abs() < 1e-4 || (at.translation.z + 0.03).abs() < 1e-4) {
+                continue;
+            }
+            let analytic = here.jacobian()[i].dot(&step(k, 1.0));
+            prop_assert!((numeric[i] - analytic).abs() <= 1e-7 * (1.0 + here.jacobian()[i].norm()), "{i} {k}");
+        }
+    }
+    Ok(())
 }
 
 fn check_gradient(model: &PegAndHole, at: &Pose) -> Result<(), TestCaseError> {
@@ -125,21 +152,12 @@ proptest! {
         prop_assume!(axis.norm() > 0.1);
         let w: Vector3<f64> = axis.normalize() * angle;
         let at = pose(p, [w.x, w.y, w.z]);
-        let manifold = PegInHole::new(model());
-        let rows = |pose: &Pose| { let mut rows = Rows::new(); manifold.envelope(pose, &mut rows); rows };
-        let here = rows(&at);
-        let h = 1e-4;
-        for k in 0..6 {
-            let difference = |h: f64| {
-                let (up, down) = (rows(&(at * exp(&step(k, h)))), rows(&(at * exp(&step(k, -h)))));
-                Vector6::from_fn(|i, _| (up.values()[i] - down.values()[i]) / (2.0 * h))
-            };
-            let numeric = (difference(h / 2.0) * 4.0 - difference(h)) / 3.0;
-            for i in 0..6 {
-                if i == 2 && (at.translation.z.abs() < 1e-4 || (at.translation.z + 0.03).abs() < 1e-4) { continue; }
-                let analytic = here.jacobian()[i].dot(&step(k, 1.0));
-                prop_assert!((numeric[i] - analytic).abs() <= 1e-7 * (1.0 + here.jacobian()[i].norm()), "{i} {k}");
-            }
-        }
+        let circle = |radius: f64| {
+            let corner = |k: usize| Rotation2::new(TAU * k as f64 / 64.0) * Point2::new(radius, 0.0);
+            Profile::new((0..64).map(corner).collect()).unwrap()
+        };
+        let round = PegAndHole::new(circle(0.01), 0.04, circle(0.0105), 0.03).unwrap();
+        check_envelope(&PegInHole::new(model()), &at)?;
+        check_envelope(&PegInHole::new(round), &at)?;
     }
 }

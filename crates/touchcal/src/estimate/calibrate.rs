@@ -36,12 +36,12 @@ const TELLING: f64 = 0.3;
 /// deviations away there, and must not be given up as one that is never touched.
 const NOISY: f64 = 3.0;
 
-const COARSE: Limits = Limits { iterations: 100, decrement: 1e-3, close: 0.03 };
-const NARROW: Limits = Limits { iterations: 60, decrement: 1e-1, close: 0.03 };
 const FINE: Limits = Limits { iterations: 60, decrement: 1e-2, close: 0.03 };
+const COARSE: Limits = Limits { iterations: 100, decrement: 1e-3, ..FINE };
+const NARROW: Limits = Limits { decrement: 1e-1, ..FINE };
 /// Walls come and go: the cost of all contacts jumps by more than a step of some standard deviations is worth.
 const FINE_WALLS: Limits = Limits { close: 0.1, ..FINE };
-/// As near as steps of expectation–maximisation lead on.
+/// No nearer: steps of expectation–maximisation lead on, or the next round searches again.
 const NEAR_WALLS: Limits = Limits { decrement: SHORT, ..FINE_WALLS };
 
 pub(super) type Observe<'o> = &'o mut dyn FnMut(&Progress) -> ControlFlow<()>;

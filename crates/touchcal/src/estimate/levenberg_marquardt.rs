@@ -82,7 +82,7 @@ pub(crate) fn minimise(
             iterations += 1;
             let candidate = &theta + &step * share;
             let next = linearize(&candidate);
-            let gain = gain((&normal, &next), &damped, decrement, limits.close);
+            let gain = gain(&normal, &next, &damped, decrement, limits.close);
             (candidate, next, gain)
         };
         let mut tried = attempt(1.0);
@@ -114,7 +114,7 @@ pub(crate) fn minimise(
 }
 
 /// How much of a step's promise came true: 1 is all of it, above 0 is progress.
-fn gain((normal, next): (&NormalEquations, &NormalEquations), damped: &Damped, decrement: f64, close: f64) -> f64 {
+fn gain(normal: &NormalEquations, next: &NormalEquations, damped: &Damped, decrement: f64, close: f64) -> f64 {
     if decrement <= close.powi(2) * normal.rows {
         1.0 - damped.decrement(&next.gradient) / decrement
     } else {

@@ -3,7 +3,7 @@
 use super::blend::{self, Blend, Row};
 use super::nearness::Nearness;
 use super::profile::Profile;
-use super::round::{Round, is_round};
+use super::round::{Round, is_circle};
 use super::scan::{Candidate, Scan, Sink};
 use crate::se3::{Pose, Twist};
 use nalgebra::{Point3, Vector3};
@@ -176,9 +176,8 @@ impl PegAndHole {
         let peg_corners = pick(&peg, true);
         let from_walls = |&i: &usize| wall_corners.iter().map(move |&u| (i, u));
         let apart = |(i, u): (usize, usize)| (hole.vertices()[u] - peg.vertices()[i]).norm();
-        let flat = |profile: &Profile| is_round(profile.vertices().iter().map(|p| Point3::new(p.x, p.y, 0.0)));
         Ok(PegAndHole {
-            round: Round { peg: flat(&peg), hole: flat(&hole) },
+            round: Round { peg: is_circle(&peg), hole: is_circle(&hole) },
             closest_corners: peg_corners.iter().flat_map(from_walls).map(apart).fold(f64::INFINITY, f64::min),
             peg_radius: peg.bounding_radius(),
             edge_to_edge: Nearness::of_edges(&peg, &hole),
@@ -214,6 +213,11 @@ impl PegAndHole {
     /// Depth of the hole (m).
     pub fn depth(&self) -> f64 {
         self.depth
+    }
+
+    /// Bounding radius of the peg's outline (m).
+    pub fn peg_radius(&self) -> f64 {
+        self.peg_radius
     }
 
     /// Which of their outlines are circles, but for facets.

@@ -25,7 +25,7 @@ pub enum Misfit {
     Blocked,
 }
 
-/// Checks a peg and a hole of `depth` (m) by their gap. Poses are `hole_from_peg`; manifolds whose residual is no gap pass.
+/// Checks a peg and a hole of `depth` (m) by their gap, the one row of the manifold's residual; manifolds with more rows pass.
 pub fn check(manifold: &dyn ContactManifold, depth: f64) -> Result<(), Misfit> {
     let mut rows = Rows::new();
     manifold.residual(&Pose::translation(0.0, 0.0, -0.5 * depth), 0.0, &mut rows);

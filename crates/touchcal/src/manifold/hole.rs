@@ -75,12 +75,9 @@ impl Hole {
         }
         // Lengths in units of the radius, so that a projection is no matter of units.
         let scaled = |twist: Twist, scale: f64| se3::twist(&se3::linear(&twist), &(se3::angular(&twist) * scale));
-        let of_peg = self.round.peg.then(|| twist(&Vector3::zeros(), &Vector3::z()));
-        let of_hole = self.round.hole.then(|| {
-            let axis = hole_from_peg.rotation.inverse() * Vector3::z();
-            let hole_in_peg = hole_from_peg.inverse_transform_point(&Point3::origin()).coords;
-            twist(&hole_in_peg.cross(&axis), &axis)
-        });
+        let about_z = twist(&Vector3::zeros(), &Vector3::z());
+        let of_peg = self.round.peg.then_some(about_z);
+        let of_hole = self.round.hole.then(|| se3::adjoint(&hole_from_peg.inverse()) * about_z);
         let mut left = scaled(gradient, 1.0 / self.peg_radius);
         let mut before: Option<Twist> = None;
         for turn in of_peg.into_iter().chain(of_hole) {
@@ -175,7 +172,7 @@ impl Hole {
             && way.norm() < LARGEST * self.peg_radius * turn.norm()
     }
 
-    /// Pushes the envelope's six rows, four for a round peg or hole, divided by the scales of translation and rotation.
+    /// Pushes the envelope's six rows, divided by the scales of translation and rotation.
     pub fn push_envelope(&self, hole_from_peg: &Pose, scale: (f64, f64), rows: &mut Rows) {
         let tip = hole_from_peg.translation.vector;
         let outside = Vector3::new(tip.x, tip.y, tip.z - tip.z.clamp(-self.depth, 0.0));
@@ -197,12 +194,14 @@ impl Hole {
         }
     }
 
-    /// Pushes two rows that do not know how far the peg has turned: the peg's axis in the hole's x and y.
+    /// Pushes three rows that do not know how far the peg has turned: its axis less that of the hole.
     fn push_tilt(&self, hole_from_peg: &Pose, scale: f64, rows: &mut Rows) {
         let rotation = hole_from_peg.rotation.to_rotation_matrix();
-        for axis in 0..2 {
+        for axis in 0..3 {
             let direction = rotation.matrix().row(axis).transpose();
-            rows.push(direction.z / scale, twist(&Vector3::zeros(), &(Vector3::z().cross(&direction) / scale)));
+            let of_hole = if axis == 2 { 1.0 } else { 0.0 };
+            let row = twist(&Vector3::zeros(), &(Vector3::z().cross(&direction) / scale));
+            rows.push((direction.z - of_hole) / scale, row);
         }
     }
 }

@@ -39,7 +39,7 @@ pub const MAX_ROWS: usize = 6;
 
 /// A residual of up to [`MAX_ROWS`] rows with its derivative, held in place so that evaluating a contact allocates nothing.
 ///
-/// `jacobian[k]` is `∂value[k]/∂ξ` for the right perturbation `fixture_from_tool · Exp(ξ)`, ordered `[v; ω]`; `surface[k]` is which of the manifold's surfaces a
+/// `jacobian[k]` is `∂value[k]/∂ξ` for the right perturbation `fixture_from_tool · Exp(ξ)`, ordered `[v; ω]`, but for what facets of round parts add to it; `surface[k]` is which of the manifold's surfaces a
 /// wall is of, region by region, see [`ContactManifold::surfaces`], and 0 for other rows.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Rows {

@@ -13,7 +13,8 @@ use crate::se3::Pose;
 ///   cannot tell apart, see [`PegAndHole::blended_gap`]. Facets that stand for a circle are none of the parts': the Jacobian, not the gap, is that of a round part.
 /// - Envelope, six rows: place of the tip's origin in the hole — x and y towards zero, z outside `[−depth, 0]` (zero within) —
 ///   divided by `translation_scale`, then the rotation vector of `hole_from_peg` divided by `rotation_scale`. Its
-///   Jacobian is exact and regular at every angle up to π, where the rotation vector itself jumps to its negative.
+///   Jacobian is exact and regular at every angle up to π, where the rotation vector itself jumps to its negative. If either part is
+///   round, the peg's axis less the hole's instead, which does not know how far the peg has turned.
 #[derive(Clone, Debug)]
 pub struct PegInHole {
     /// Shapes of peg and hole.
@@ -38,7 +39,7 @@ impl PegInHole {
     }
 
     fn hole(&self) -> Hole {
-        Hole { depth: self.depth, peg_radius: self.shapes.peg().bounding_radius(), round: self.shapes.round() }
+        Hole { depth: self.depth, peg_radius: self.shapes.peg_radius(), round: self.shapes.round() }
     }
 }
 

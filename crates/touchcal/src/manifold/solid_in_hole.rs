@@ -1,15 +1,13 @@
 //! A peg of any shape in a hole of any shape, both as meshes.
 
-use nalgebra::Point3;
-
 use super::hole::{self, Hole, ROTATION_SCALE, TRANSLATION_SCALE};
 use super::{ContactManifold, PegInHole, Reach, Rows, Shape, Sketch};
 use crate::geometry::extrusion::PegAndHole;
-use crate::geometry::round::{Round, is_round};
+use crate::geometry::round::{Round, is_turned};
 use crate::geometry::solids::{Solids, Touch};
 use crate::se3::Pose;
 
-/// What is farther from the axis than so many of the peg's radii is the outside of the hole's body.
+/// What is farther from the axis than so many of the peg's radii is none of the hole.
 const AROUND: f64 = 1.5;
 
 /// Contact of a peg (the tool) with the body around a hole, into which it goes `depth` (m): as outlines, which is faster, if both are straight
@@ -35,10 +33,9 @@ impl SolidInHole {
     /// A peg (the tool) and the body around a hole, into which the peg goes `depth` (m).
     pub fn new(shapes: Solids, depth: f64) -> Self {
         let peg_radius = shapes.tool().vertices().map(|p| p.xy().coords.norm()).fold(0.0, f64::max);
-        let around = |p: &Point3<f64>| p.xy().coords.norm() < AROUND * peg_radius;
         let round = Round {
-            peg: is_round(shapes.tool().vertices()),
-            hole: is_round(shapes.fixture().vertices().filter(around)),
+            peg: is_turned(shapes.tool(), f64::INFINITY),
+            hole: is_turned(shapes.fixture(), AROUND * peg_radius),
         };
         SolidInHole { shapes, hole: Hole { depth, peg_radius, round } }
     }
