@@ -277,6 +277,12 @@ impl Scan<'_> {
     /// The peg edge from one vertex to another, or along the peg at one vertex.
     fn pierced_by<S: Sink>(&self, (a, b): Segment, (from, to): (usize, usize), sink: &mut S) {
         let hole = &self.pair.hole;
+        let radius = self.pair.hole_radius;
+        // As is all of a peg that is far from where it belongs.
+        let is_beside = |k: usize| a[k].min(b[k]) > radius || a[k].max(b[k]) < -radius;
+        if is_beside(0) || is_beside(1) || a.z.min(b.z) >= 0.0 {
+            return;
+        }
         for j in 0..hole.len() {
             if !self.pierces_wall(&a, &b, j) {
                 continue;

@@ -140,6 +140,8 @@ pub struct PegAndHole {
     pub(super) closest_corners: f64,
     /// Bounding radius of the peg's outline (m).
     pub(super) peg_radius: f64,
+    /// And of the hole's.
+    pub(super) hole_radius: f64,
     round: Round,
 }
 
@@ -180,6 +182,7 @@ impl PegAndHole {
             round: Round { peg: is_circle(&peg), hole: is_circle(&hole) },
             closest_corners: peg_corners.iter().flat_map(from_walls).map(apart).fold(f64::INFINITY, f64::min),
             peg_radius: peg.bounding_radius(),
+            hole_radius: hole.bounding_radius(),
             edge_to_edge: Nearness::of_edges(&peg, &hole),
             peg_corners,
             wall_corners,

@@ -153,8 +153,11 @@ impl Scan<'_> {
         if free {
             return free_offsets(ring, &query, None, sink, to_edge);
         }
-        let (any, foot) = ring.nearest(&query, sink.reach());
         let over_end = self.rotation.column(2).dot(&(lift(&xy, 0.0) - self.translation)) - end;
+        if no_deeper(-over_end.abs(), sink) {
+            return;
+        }
+        let (any, foot) = ring.nearest(&query, sink.reach());
         let pierce = -over_end / self.rotation[(2, 2)];
         if !(ring.encloses(&xy, &any) && range.0 < pierce && pierce < range.1) {
             if !ring.encloses(&xy, &any) {
@@ -198,14 +201,17 @@ impl Scan<'_> {
         if free {
             return free_offsets(rim, &query, None, sink, to_rim);
         }
-        let (any, foot) = rim.nearest(&query, sink.reach());
         let tip = self.rotation * lift(&xy, 0.0) + self.translation;
+        let lower = if tip.z <= 0.0 { tip } else { tip + self.rotation.column(2) * pair.length };
+        if no_deeper(lower.z, sink) {
+            return;
+        }
+        let (any, foot) = rim.nearest(&query, sink.reach());
         let pierce = -tip.z / self.rotation[(2, 2)];
         if rim.encloses(&xy, &any) || pierce <= 0.0 || pierce >= pair.length {
             free_offsets(rim, &query, Some(foot), sink, to_rim);
             return;
         }
-        let lower = if tip.z <= 0.0 { tip } else { tip + self.rotation.column(2) * pair.length };
         let (_, foot) = rim.nearest(&query, f64::INFINITY);
         if foot.distance <= -lower.z {
             deep_offsets(rim.beyond(&xy, &foot, 1.0), sink, to_rim);
@@ -215,6 +221,11 @@ impl Scan<'_> {
             sink.take(Candidate { value: lower.z, point: lower, normal: Vector3::z(), in_peg: false, feature });
         }
     }
+}
+
+/// Whether an overlap that a way out of this depth (m, negative) ends is of no interest, nor any distance.
+fn no_deeper<S: Sink>(depth: f64, sink: &S) -> bool {
+    sink.reach() <= depth.min(-TOUCHING)
 }
 
 /// Calls `visit` for the vertices whose distance can be below the sink's reach, the most promising first, and tells it
