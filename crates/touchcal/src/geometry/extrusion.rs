@@ -2,11 +2,11 @@
 
 use super::blend::{self, Blend, Row};
 use super::nearness::Nearness;
-use super::profile::Profile;
+use super::profile::{Profile, foot_on_segment};
 use super::round::{Round, is_circle};
 use super::scan::{Candidate, Scan, Sink};
 use crate::se3::{Pose, Twist};
-use nalgebra::{Point3, Vector3};
+use nalgebra::{Point2, Point3, Vector3};
 
 /// Why a peg and a hole cannot be modelled.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -142,6 +142,8 @@ pub struct PegAndHole {
     pub(super) peg_radius: f64,
     /// And of the hole's.
     pub(super) hole_radius: f64,
+    /// Radius (m) of the circle about its origin that a round hole holds; of others it says nothing.
+    pub(super) inner_radius: f64,
     round: Round,
 }
 
@@ -178,8 +180,12 @@ impl PegAndHole {
         let peg_corners = pick(&peg, true);
         let from_walls = |&i: &usize| wall_corners.iter().map(move |&u| (i, u));
         let apart = |(i, u): (usize, usize)| (hole.vertices()[u] - peg.vertices()[i]).norm();
+        let round = Round { peg: is_circle(&peg), hole: is_circle(&hole) };
+        let from_axis = |edge: usize| foot_on_segment(&Point2::origin(), hole.edge(edge)).coords.norm();
+        let inner_radius = (0..hole.len()).map(from_axis).fold(f64::INFINITY, f64::min);
         Ok(PegAndHole {
-            round: Round { peg: is_circle(&peg), hole: is_circle(&hole) },
+            inner_radius: if round.hole { inner_radius } else { f64::NEG_INFINITY },
+            round,
             closest_corners: peg_corners.iter().flat_map(from_walls).map(apart).fold(f64::INFINITY, f64::min),
             peg_radius: peg.bounding_radius(),
             hole_radius: hole.bounding_radius(),

@@ -20,6 +20,7 @@ impl Scan<'_> {
             let moved = ring.linear * aligned + ring.offset - aligned;
             let walls = pair.peg_to_hole.bound(i, ring.moved, |near| near.away.dot(&moved));
             let walls = if pair.peg_clearance[i] > 0.0 { walls } else { -1.0 };
+            let walls = walls.max(pair.inner_radius - (aligned + moved).norm());
             walls.max(z).min(z + pair.depth)
         };
         promising(&pair.peg_corners, sink, bound, |i, free, sink| self.corner((i, end), free, sink));
@@ -114,6 +115,10 @@ impl Scan<'_> {
         if free {
             return free_offsets(&sides, &query, None, sink, to_side);
         }
+        let beside = xy.norm() - pair.peg_radius;
+        if beside > 0.0 && beside.hypot(over.max(0.0)) >= sink.reach() {
+            return;
+        }
         let (foot, _) = sides.nearest(&query, f64::INFINITY);
         if !sides.encloses(&xy, &foot) {
             free_offsets(&sides, &query, Some(foot), sink, to_side);
@@ -180,7 +185,11 @@ impl Scan<'_> {
     /// Longitudinal edges of the peg against the rim.
     pub(super) fn side_edges<S: Sink>(&self, rim: &Loop, sink: &mut S) {
         let pair = self.pair;
-        let bound = |i: usize| if pair.peg_clearance[i] > 0.0 { rim.bound(i) } else { -1.0 };
+        let inner_radius = self.rotation[(2, 2)].abs() * pair.inner_radius;
+        let bound = |i: usize| {
+            let bound = if pair.peg_clearance[i] > 0.0 { rim.bound(i) } else { -1.0 };
+            bound.max(inner_radius - (pair.peg.vertices()[i].coords - rim.offset).norm())
+        };
         promising(&pair.peg_corners, sink, bound, |i, free, sink| self.side_edge(rim, i, free, sink));
     }
 

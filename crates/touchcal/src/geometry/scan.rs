@@ -77,12 +77,14 @@ impl<'a> Scan<'a> {
         Scan { pair, rotation, translation, hole_in_peg: -(rotation.tr_mul(&translation)) }
     }
 
-    /// Reports the features to `sink`.
+    /// Reports the features to `sink`. Families that a peg above the top face cannot have are left out: it may be far away, where nothing else tells which are the nearest.
     pub(super) fn run<S: Sink>(&self, sink: &mut S) {
+        let mut is_above = true;
         for end in [0.0, self.pair.length] {
             let limit = sink.reach().max(0.0);
             let (middle, spread) =
                 (self.translation.z + self.rotation[(2, 2)] * end, self.tilt() * self.pair.peg_radius);
+            is_above &= middle - spread > 0.0;
             if middle - spread >= limit {
                 continue;
             }
@@ -93,7 +95,9 @@ impl<'a> Scan<'a> {
             }
             let ring = self.ring(end);
             self.corners(&ring, end, sink);
-            self.wall_corners(&ring, end, sink);
+            if lowest <= 0.0 {
+                self.wall_corners(&ring, end, sink);
+            }
             if highest > -sink.reach().max(RIM_DEPTH) {
                 self.end_edges(&ring, end, sink);
             }
@@ -103,7 +107,11 @@ impl<'a> Scan<'a> {
         }
         let rim = self.rim();
         self.rim_corners(&rim, sink);
-        self.side_edges(&rim, sink);
+        let spread = rim.slope.norm() * self.pair.hole_radius;
+        let is_beside_rim = rim.height + spread >= 0.0 && rim.height - spread <= self.pair.length;
+        if !is_above || is_beside_rim {
+            self.side_edges(&rim, sink);
+        }
         self.crossing_corners(sink);
         if self.rotation[(2, 2)] < LEANING {
             self.pierced_walls(sink);
