@@ -100,11 +100,8 @@ impl Manifold {
         positive("unit", unit)?;
         let (peg, of_peg) = mesh::read_file(&peg, unit).map_err(io)?;
         let (hole, of_hole) = mesh::read_file(&hole, unit).map_err(io)?;
-        let parts = Solids::new(peg, hole);
-        fit::check_axis(&parts, depth).map_err(|misfit| unfitting("meshes", misfit))?;
-        let shape: Arc<dyn ContactManifold> = peg_in_hole(parts, depth).into();
-        fit::check(shape.as_ref(), depth).map_err(|misfit| unfitting("meshes", misfit))?;
-        Ok(Manifold { shape, projection: None, inputs: vec![of_peg, of_hole] })
+        let shape = peg_in_hole(Solids::new(peg, hole), depth).map_err(|misfit| unfitting("meshes", misfit))?;
+        Ok(Manifold { shape: shape.into(), projection: None, inputs: vec![of_peg, of_hole] })
     }
 
     /// Distance from the nearest of recorded poses, or from a mean of the nearest few. No error bars follow from it.

@@ -140,7 +140,7 @@ fn rounded_meshes_find_what_rounded_outlines_find() {
     // OBJ has all digits: where corners are round, a nanometre moves the end of a search.
     let read = |mesh: &Mesh| mesh::read(obj(mesh).as_bytes(), "part.obj", 1e-3).unwrap();
     let hole_mesh = block_around(outlines.hole(), 0.03, 0.04);
-    let meshes = peg_in_hole(Solids::new(read(&peg_mesh), read(&hole_mesh)), 0.03);
+    let meshes = peg_in_hole(Solids::new(read(&peg_mesh), read(&hole_mesh)), 0.03).unwrap();
     assert_eq!(meshes.name(), "peg in hole");
     let (trial, search) = simulated(&outlines, 1);
     let problem = |manifold: Box<dyn ContactManifold>| trial.problem(manifold, search);

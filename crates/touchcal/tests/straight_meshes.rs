@@ -154,8 +154,9 @@ fn parts_that_are_not_straight_are_none() {
 #[test]
 fn contact_is_that_of_outlines_where_parts_are_straight() {
     let (slot, slot_hole) = slot();
-    let straight = peg_in_hole(read(&peg(&slot, LENGTH), &block(&slot_hole, DEPTH)), DEPTH);
-    let chamfered = peg_in_hole(read(&round_peg(0.01, LENGTH, 1e-3, 24), &round_block(0.0105, DEPTH, 24)), DEPTH);
+    let straight = peg_in_hole(read(&peg(&slot, LENGTH), &block(&slot_hole, DEPTH)), DEPTH).unwrap();
+    let chamfered =
+        peg_in_hole(read(&round_peg(0.01, LENGTH, 1e-3, 24), &round_block(0.0105, DEPTH, 24)), DEPTH).unwrap();
     assert_eq!([straight.name(), chamfered.name()], ["peg in hole", "peg in hole, round, not straight"]);
     let outlines = PegAndHole::new(slot, LENGTH, slot_hole, DEPTH).unwrap();
     for (x, z) in [(0.0, -0.01), (0.3e-3, -0.02), (0.5e-3, -0.015), (0.52e-3, -0.025)] {

@@ -23,7 +23,7 @@ impl Scan<'_> {
             let aligned = lift(&pair.peg.vertices()[i].coords, 0.0);
             let tip = self.rotation * aligned + self.translation;
             let far = tip + axis * pair.length;
-            if tip.z.min(far.z) >= 0.0 {
+            if tip.z.min(far.z) >= 0.0 || (sink.reach() <= 0.0 && self.is_beside_hole((tip, far))) {
                 continue;
             }
             // Between tip and top face the edge strays no more than at one of the two.
@@ -88,6 +88,12 @@ impl Scan<'_> {
         }
         let feature = Feature::SideEdgeWallCorner { peg_vertex: i, hole_vertex: u };
         Some(Candidate { value, point, normal: lift(&normal, 0.0), in_peg: false, feature })
+    }
+
+    /// Whether a segment for sure passes no wall, being far to one side of them all: as is all of a peg that is far from where it belongs.
+    fn is_beside_hole(&self, (a, b): Segment) -> bool {
+        let radius = self.pair.hole_radius;
+        (0..2).any(|k| a[k].min(b[k]) > radius || a[k].max(b[k]) < -radius)
     }
 
     /// Whether the segment passes through a wall.
@@ -277,10 +283,7 @@ impl Scan<'_> {
     /// The peg edge from one vertex to another, or along the peg at one vertex.
     fn pierced_by<S: Sink>(&self, (a, b): Segment, (from, to): (usize, usize), sink: &mut S) {
         let hole = &self.pair.hole;
-        let radius = self.pair.hole_radius;
-        // As is all of a peg that is far from where it belongs.
-        let is_beside = |k: usize| a[k].min(b[k]) > radius || a[k].max(b[k]) < -radius;
-        if is_beside(0) || is_beside(1) || a.z.min(b.z) >= 0.0 {
+        if a.z.min(b.z) >= 0.0 || self.is_beside_hole((a, b)) {
             return;
         }
         for j in 0..hole.len() {

@@ -142,8 +142,8 @@ pub struct PegAndHole {
     pub(super) peg_radius: f64,
     /// And of the hole's.
     pub(super) hole_radius: f64,
-    /// Radius (m) of the circle about its origin that a round hole holds; of others it says nothing.
-    pub(super) inner_radius: f64,
+    /// Radius (m) of the circle that a round hole holds.
+    pub(super) inner_radius: Option<f64>,
     round: Round,
 }
 
@@ -182,9 +182,8 @@ impl PegAndHole {
         let apart = |(i, u): (usize, usize)| (hole.vertices()[u] - peg.vertices()[i]).norm();
         let round = Round { peg: is_circle(&peg), hole: is_circle(&hole) };
         let from_axis = |edge: usize| foot_on_segment(&Point2::origin(), hole.edge(edge)).coords.norm();
-        let inner_radius = (0..hole.len()).map(from_axis).fold(f64::INFINITY, f64::min);
         Ok(PegAndHole {
-            inner_radius: if round.hole { inner_radius } else { f64::NEG_INFINITY },
+            inner_radius: round.hole.then(|| (0..hole.len()).map(from_axis).fold(f64::INFINITY, f64::min)),
             round,
             closest_corners: peg_corners.iter().flat_map(from_walls).map(apart).fold(f64::INFINITY, f64::min),
             peg_radius: peg.bounding_radius(),

@@ -20,7 +20,7 @@ impl Scan<'_> {
             let moved = ring.linear * aligned + ring.offset - aligned;
             let walls = pair.peg_to_hole.bound(i, ring.moved, |near| near.away.dot(&moved));
             let walls = if pair.peg_clearance[i] > 0.0 { walls } else { -1.0 };
-            let walls = walls.max(pair.inner_radius - (aligned + moved).norm());
+            let walls = pair.inner_radius.map_or(walls, |radius| walls.max(radius - (aligned + moved).norm()));
             walls.max(z).min(z + pair.depth)
         };
         promising(&pair.peg_corners, sink, bound, |i, free, sink| self.corner((i, end), free, sink));
@@ -115,7 +115,7 @@ impl Scan<'_> {
         if free {
             return free_offsets(&sides, &query, None, sink, to_side);
         }
-        let beside = xy.norm() - pair.peg_radius;
+        let beside = self.beside_peg(&sides, &xy);
         if beside > 0.0 && beside.hypot(over.max(0.0)) >= sink.reach() {
             return;
         }
@@ -159,7 +159,8 @@ impl Scan<'_> {
             return free_offsets(ring, &query, None, sink, to_edge);
         }
         let over_end = self.rotation.column(2).dot(&(lift(&xy, 0.0) - self.translation)) - end;
-        if no_deeper(-over_end.abs(), sink) {
+        let beside = self.beside_peg(ring, &xy);
+        if no_deeper(-over_end.abs(), sink) || (beside > 0.0 && beside >= sink.reach()) {
             return;
         }
         let (any, foot) = ring.nearest(&query, sink.reach());
@@ -182,13 +183,20 @@ impl Scan<'_> {
         }
     }
 
+    /// How far a point at least is from an image of the peg's outline, if it is outside of it for sure: a number above zero.
+    fn beside_peg(&self, outline: &Loop, x: &Vector2<f64>) -> f64 {
+        (x - outline.offset).norm() - self.pair.peg_radius
+    }
+
     /// Longitudinal edges of the peg against the rim.
     pub(super) fn side_edges<S: Sink>(&self, rim: &Loop, sink: &mut S) {
         let pair = self.pair;
-        let inner_radius = self.rotation[(2, 2)].abs() * pair.inner_radius;
+        // Seen along the peg's axis, circles are ellipses.
+        let inner_radius = pair.inner_radius.map(|radius| self.rotation[(2, 2)].abs() * radius);
         let bound = |i: usize| {
             let bound = if pair.peg_clearance[i] > 0.0 { rim.bound(i) } else { -1.0 };
-            bound.max(inner_radius - (pair.peg.vertices()[i].coords - rim.offset).norm())
+            let from_middle = || (pair.peg.vertices()[i].coords - rim.offset).norm();
+            inner_radius.map_or(bound, |radius| bound.max(radius - from_middle()))
         };
         promising(&pair.peg_corners, sink, bound, |i, free, sink| self.side_edge(rim, i, free, sink));
     }

@@ -16,6 +16,13 @@ pub struct Round {
     pub hole: bool,
 }
 
+impl Round {
+    /// Whether either is.
+    pub fn any(self) -> bool {
+        self.peg || self.hole
+    }
+}
+
 /// How far from a circle corners may be, over its radius.
 const TOLERANCE: f64 = 1e-3;
 /// How far apart heights or radii that are the same may be, over the radius: digits of files.

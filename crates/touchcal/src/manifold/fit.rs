@@ -36,7 +36,7 @@ pub fn check(manifold: &dyn ContactManifold, depth: f64) -> Result<(), Misfit> {
 }
 
 /// Checks that nowhere the axis of a peg (the tool) is inside both of it and of the body around a hole of `depth` (m): walls may be far from there.
-pub fn check_axis(parts: &Solids, depth: f64) -> Result<(), Misfit> {
+pub(super) fn check_axis(parts: &Solids, depth: f64) -> Result<(), Misfit> {
     let (peg, hole) = (parts.tool(), parts.fixture());
     let heights = || peg.vertices().map(|vertex| vertex.z);
     let (low, high) = (heights().fold(f64::INFINITY, f64::min), heights().fold(f64::NEG_INFINITY, f64::max));

@@ -59,7 +59,7 @@ pub(super) struct Hole {
 impl Hole {
     /// What touches what, in words.
     pub fn name(&self, is_straight: bool) -> &'static str {
-        match (self.round != Round::default(), is_straight) {
+        match (self.round.any(), is_straight) {
             (false, true) => "peg in hole",
             (false, false) => "peg in hole, not straight",
             (true, true) => "peg in hole, round",
@@ -67,30 +67,22 @@ impl Hole {
         }
     }
 
-    /// The derivative of a gap by twists of the peg in its own frame without what facets of a round part add: turning about its axis changes no gap. Else noise and
+    /// The derivatives of gaps by twists of the peg in its own frame without what facets of round parts add: turning about their axes changes no gap. Else noise and
     /// the files' facets would tell how far a round peg has turned.
-    pub fn without_turns(&self, hole_from_peg: &Pose, gradient: Twist) -> Twist {
-        if self.round == Round::default() {
-            return gradient;
-        }
+    pub fn without_turns(&self, hole_from_peg: &Pose) -> impl Fn(Twist) -> Twist + use<> {
         // Lengths in units of the radius, so that a projection is no matter of units.
+        let radius = self.peg_radius;
         let scaled = |twist: Twist, scale: f64| se3::twist(&se3::linear(&twist), &(se3::angular(&twist) * scale));
         let about_z = twist(&Vector3::zeros(), &Vector3::z());
-        let of_peg = self.round.peg.then_some(about_z);
-        let of_hole = self.round.hole.then(|| se3::adjoint(&hole_from_peg.inverse()) * about_z);
-        let mut left = scaled(gradient, 1.0 / self.peg_radius);
-        let mut before: Option<Twist> = None;
-        for turn in of_peg.into_iter().chain(of_hole) {
-            let mut turn = scaled(turn, self.peg_radius).normalize();
-            if let Some(before) = before {
-                turn -= before * before.dot(&turn);
-            }
-            // The same axis twice.
-            let Some(turn) = turn.try_normalize(ONE_AXIS) else { continue };
-            left -= turn * turn.dot(&left);
-            before = Some(turn);
+        let unit = |turn: Twist| scaled(turn, radius).normalize();
+        let of_peg = self.round.peg.then(|| unit(about_z));
+        let of_hole = self.round.hole.then(|| unit(se3::adjoint(&hole_from_peg.inverse()) * about_z));
+        // None if the axis is the same.
+        let left_of_hole = of_hole.and_then(|turn| without(of_peg, turn).try_normalize(ONE_AXIS));
+        move |gradient| match (of_peg, left_of_hole) {
+            (None, None) => gradient,
+            _ => scaled(without(left_of_hole, without(of_peg, scaled(gradient, 1.0 / radius))), radius),
         }
-        scaled(left, self.peg_radius)
     }
 
     /// Whether the peg's end reaches from below the rim to above it. Edge then rolls over edge, and which features there are depends on the noise.
@@ -154,9 +146,10 @@ impl Hole {
                 walls.remove(k);
             }
         }
+        let without_turns = self.without_turns(hole_from_peg);
         for wall in walls.iter().take(MAX_ROWS) {
             let surface = self.surface(&wall.nearest.touch, hole_from_peg, rows.surfaces());
-            rows.push_wall(wall.distance, self.without_turns(hole_from_peg, wall.gradient), surface);
+            rows.push_wall(wall.distance, without_turns(wall.gradient), surface);
         }
     }
 
@@ -183,7 +176,7 @@ impl Hole {
             let active = if axis < 2 || outside.z != 0.0 { 1.0 } else { 0.0 };
             rows.push(outside[axis] / scale.0, twist(&(direction * (active / scale.0)), &Vector3::zeros()));
         }
-        if self.round != Round::default() {
+        if self.round.any() {
             return self.push_tilt(hole_from_peg, scale.1, rows);
         }
         let vector = se3::rotation_log(&hole_from_peg.rotation);
@@ -204,6 +197,11 @@ impl Hole {
             rows.push((direction.z - of_hole) / scale, row);
         }
     }
+}
+
+/// What of a twist is not along another one of length 1.
+fn without(along: Option<Twist>, twist: Twist) -> Twist {
+    along.map_or(twist, |along| twist - along * along.dot(&twist))
 }
 
 /// What a peg may touch, and how the pose's noise moves it.
@@ -318,14 +316,14 @@ mod tests {
         let gradient = Twist::new(0.8, -0.6, 0.1, 2e-3, -3e-3, 4e-3);
         for (peg, hole) in [(true, false), (false, true), (true, true)] {
             let parts = Hole { depth: 0.03, peg_radius: 0.01, round: Round { peg, hole } };
-            let left = parts.without_turns(&pose, gradient);
+            let left = parts.without_turns(&pose)(gradient);
             for (turn, is_round) in [(of_peg, peg), (of_hole, hole)] {
                 assert_eq!(left.dot(&turn).abs() < 1e-15, is_round, "{peg} {hole}: {:e}", left.dot(&turn));
             }
         }
         // Concentric, both turns are one.
         let parts = Hole { depth: 0.03, peg_radius: 0.01, round: Round { peg: true, hole: true } };
-        let left = parts.without_turns(&Pose::translation(0.0, 0.0, -0.02), gradient);
+        let left = parts.without_turns(&Pose::translation(0.0, 0.0, -0.02))(gradient);
         assert_eq!(left, Twist::new(0.8, -0.6, 0.1, 2e-3, -3e-3, 0.0));
     }
 }

@@ -50,7 +50,7 @@ impl ContactManifold for PegInHole {
 
     fn residual(&self, hole_from_peg: &Pose, resolution: f64, rows: &mut Rows) {
         let (value, gradient) = self.shapes.blended_gap(hole_from_peg, resolution);
-        rows.push(value, self.hole().without_turns(hole_from_peg, gradient));
+        rows.push(value, self.hole().without_turns(hole_from_peg)(gradient));
     }
 
     fn walls(&self, hole_from_peg: &Pose, reach: &Reach, rows: &mut Rows) {

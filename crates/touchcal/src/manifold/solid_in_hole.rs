@@ -1,5 +1,6 @@
 //! A peg of any shape in a hole of any shape, both as meshes.
 
+use super::fit::{self, Misfit};
 use super::hole::{self, Hole, ROTATION_SCALE, TRANSLATION_SCALE};
 use super::{ContactManifold, PegInHole, Reach, Rows, Shape, Sketch};
 use crate::geometry::extrusion::PegAndHole;
@@ -12,11 +13,17 @@ const AROUND: f64 = 1.5;
 
 /// Contact of a peg (the tool) with the body around a hole, into which it goes `depth` (m): as outlines, which is faster, if both are straight
 /// ([`PegAndHole::of_straight`]), else as [`SolidInHole`].
-pub fn peg_in_hole(parts: Solids, depth: f64) -> Box<dyn ContactManifold> {
-    match PegAndHole::of_straight(&parts, depth) {
+///
+/// # Errors
+/// [`Misfit`] if the peg does not go in.
+pub fn peg_in_hole(parts: Solids, depth: f64) -> Result<Box<dyn ContactManifold>, Misfit> {
+    fit::check_axis(&parts, depth)?;
+    let manifold: Box<dyn ContactManifold> = match PegAndHole::of_straight(&parts, depth) {
         Some(shapes) => Box::new(PegInHole { depth, ..PegInHole::new(shapes) }),
         None => Box::new(SolidInHole::new(parts, depth)),
-    }
+    };
+    fit::check(manifold.as_ref(), depth)?;
+    Ok(manifold)
 }
 
 /// Contact of a peg with the hole it goes into, as [`PegInHole`](super::PegInHole) but for bodies of any shape: chamfers, cones, steps.
@@ -53,7 +60,7 @@ impl ContactManifold for SolidInHole {
 
     fn residual(&self, hole_from_peg: &Pose, resolution: f64, rows: &mut Rows) {
         let (value, gradient) = self.shapes.blended_gap(hole_from_peg, resolution);
-        rows.push(value, self.hole.without_turns(hole_from_peg, gradient));
+        rows.push(value, self.hole.without_turns(hole_from_peg)(gradient));
     }
 
     fn walls(&self, hole_from_peg: &Pose, reach: &Reach, rows: &mut Rows) {

@@ -82,10 +82,10 @@ impl Shape {
                 ManifoldToml::Learned => return projected::learned(fixture, context, inputs),
                 ManifoldToml::Unknown => return Ok(Box::new(Unknown)),
             }
-            let manifold = match &self.solid {
-                Some(peg) => solid_in_hole(peg, fixture, context, inputs)?,
-                None => manifold_of(&self.parts(fixture, context, inputs)?),
-            };
+            if let Some(peg) = &self.solid {
+                return solid_in_hole(peg, fixture, context, inputs);
+            }
+            let manifold = manifold_of(&self.parts(fixture, context, inputs)?);
             let depth = context.required(fixture.get_ref().depth_mm.as_ref(), MM, fixture.span(), &name)?;
             return match fit::check(manifold.as_ref(), depth) {
                 Ok(()) => Ok(manifold),
@@ -206,9 +206,7 @@ fn solid_in_hole(
     let Some(hole) = sources.solid(&name, context, inputs)? else {
         return Err(IoError::unexpected(place(), "`mesh` of the hole, as the peg has", "none"));
     };
-    let parts = Solids::new(peg.clone(), hole);
-    fit::check_axis(&parts, depth).map_err(|misfit| unfitting(misfit, place()))?;
-    Ok(manifold::peg_in_hole(parts, depth))
+    manifold::peg_in_hole(Solids::new(peg.clone(), hole), depth).map_err(|misfit| unfitting(misfit, place()))
 }
 
 fn unfitting(misfit: Misfit, place: Place) -> IoError {
