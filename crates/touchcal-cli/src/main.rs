@@ -47,7 +47,7 @@ fn main() -> ExitCode {
                 Failure::Interrupted | Failure::TrainingInterrupted { .. } | Failure::ExperimentInterrupted => {
                     INTERRUPTED
                 }
-                Failure::OverInput { .. } => WRONG_USAGE,
+                Failure::OverInput { .. } | Failure::IntoFile(_) => WRONG_USAGE,
                 _ => FAILED,
             })
         }

@@ -322,6 +322,8 @@ fn the_folder_of_a_bag_is_its_only_file() {
     let (path, log) = read().unwrap();
     assert!(path.ends_with("run_0.mcap") && !log.is_empty(), "{path}");
     assert!(log.notes().iter().any(|note| note.contains("there are forces, but no threshold")), "{:?}", log.notes());
+    std::fs::remove_file(folder.path().join("metadata.yaml")).unwrap();
+    assert!(read().unwrap().0.ends_with("run_0.mcap"));
     std::fs::write(folder.path().join("run_1.mcap"), &bag).unwrap();
     assert!(read().unwrap_err().ends_with("found a folder of `run_0.mcap` or `run_1.mcap`"));
 }

@@ -53,7 +53,7 @@ fn text(loaded: &Loaded, inspection: &Inspection, detail: Detail) -> String {
         joints(loaded, inspection),
         "What to expect with the noise assumed\n".to_owned(),
         summary::parameters(&lines, detail),
-        summary::determined(&inspection.identifiability, lines.len(), detail),
+        summary::determined(&inspection.identifiability, detail),
         format!("Observability  O1 {o1:.3e}  O2 {o2:.3e}  O3 {o3:.3e}  O4 {o4:.3e}  O5 {o5:.3e}\n"),
         aside.to_owned(),
         warnings(inspection),

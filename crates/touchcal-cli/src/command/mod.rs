@@ -100,6 +100,9 @@ pub enum Failure {
         /// What is read, as it was named.
         input: String,
     },
+    /// Output into a file.
+    #[error("{0}: expected a folder to write into, found a file; choose another --out")]
+    IntoFile(String),
     /// Parts that do not fit, or arguments that lack a part.
     #[error("could not begin: {0}")]
     Setup(String),
@@ -111,7 +114,7 @@ pub enum Failure {
     Stdout(std::io::Error),
 }
 
-/// Refuses to write over what is read.
+/// Refuses to write over what is read, and into what is no folder: before long work, not after it.
 fn check_outputs<'a>(
     outputs: impl IntoIterator<Item = PathBuf>,
     inputs: impl IntoIterator<Item = &'a Path>,
@@ -119,6 +122,9 @@ fn check_outputs<'a>(
     let there = |path: &Path| path.canonicalize().ok();
     let inputs: Vec<&Path> = inputs.into_iter().collect();
     for output in outputs {
+        if let Some(file) = output.ancestors().skip(1).find(|above| above.is_file()) {
+            return Err(Failure::IntoFile(file.display().to_string()));
+        }
         let Some(found) = there(&output) else { continue };
         if let Some(input) = inputs.iter().find(|input| there(input).as_ref() == Some(&found)) {
             let [output, input] = [&*output, input].map(|path| path.display().to_string());

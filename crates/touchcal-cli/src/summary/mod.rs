@@ -44,7 +44,7 @@ impl Calibration<'_> {
         });
         let lines: Vec<Line<'_>> = lines.collect();
         let scores = [("before", prefit), ("after", &estimate.postfit)];
-        let whence = if problem.noise.learned { "learned from them" } else { "assumed" };
+        let whence = if problem.noise.learned { "learned from them" } else { "declared" };
         [
             format!("{}\n", self.headline()),
             format!("Robot     {}\n", robot(self.loaded)),
@@ -53,7 +53,7 @@ impl Calibration<'_> {
             "Distance from touching (mm)\n".to_owned(),
             residuals(&problem.fixtures, &scores),
             parameters(&lines, detail),
-            determined(&estimate.identifiability, estimate.parameters.len(), detail),
+            determined(&estimate.identifiability, detail),
             self.warnings(),
             self.paths(),
             self.next(next),
@@ -159,8 +159,8 @@ pub fn millimetres(metres: f64) -> String {
 }
 
 /// Rank and null space in words.
-pub fn determined(found: &Identifiability, parameters: usize, detail: Detail) -> String {
-    let (rank, null) = (found.rank, &found.null_space);
+pub fn determined(found: &Identifiability, detail: Detail) -> String {
+    let (rank, parameters, null) = (found.rank, found.singular_values.len(), &found.null_space);
     let head = format!("Identifiable  {rank} of {parameters} directions (condition number {:.0})\n", found.condition);
     if null.is_empty() {
         return head + "\n";

@@ -1,6 +1,6 @@
 //! The table of parameters.
 
-use touchcal::robot::{Block, Parameter, Unit};
+use touchcal::robot::{Block, Column, Parameter, Unit};
 
 use crate::table::{Table, signed};
 
@@ -12,7 +12,7 @@ const MARK: &str = "*";
 /// How much to print.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Detail {
-    /// The components of a place on one line; long lists shortened.
+    /// The components of a place on one line, a hole's walls as one; long lists shortened.
     Grouped,
     /// Every parameter on a line of its own.
     Every,
@@ -45,7 +45,8 @@ pub fn parameters(lines: &[Line<'_>], detail: Detail) -> String {
     let apart = |line: &&Line<'_>| {
         let block = line.parameter.column.block();
         let place = matches!(block, Block::JointOrigin | Block::Tool | Block::Fixture);
-        detail == Detail::Grouped && (place || block == Block::JointDrift)
+        let is_wall = matches!(line.parameter.column, Column::Wall(..));
+        detail == Detail::Grouped && (place || block == Block::JointDrift || is_wall)
     };
     let single: Vec<&Line<'_>> = lines.iter().filter(|line| !apart(line)).collect();
     let mut text = scalars(&single);

@@ -170,6 +170,31 @@ fn inputs_are_not_overwritten() {
 }
 
 #[test]
+fn a_file_is_no_folder_to_write_into() {
+    let folder = one_socket(SOCKET);
+    let into = ["calibrate", "problem.toml", "--out", "contacts.csv/deeper"];
+    fails(folder.path(), &into, 2, &["contacts.csv: expected a folder to write into, found a file"]);
+}
+
+#[test]
+fn a_peg_drawn_beside_its_frame_is_noticed() {
+    let folder = tempfile::tempdir().unwrap();
+    touchcal(folder.path(), &["simulate", "--preset", "paper", "--contacts", "100", "--out", "sim"]).code(0);
+    let at = |name: &str| folder.path().join("sim").join(name);
+    let problem = std::fs::read_to_string(at("problem.toml")).unwrap();
+    std::fs::write(at("problem.toml"), problem.replace("builtin = \"extrusion25\"", "outline = \"peg.csv\"")).unwrap();
+    let inspect = |left: f64| {
+        let corners = [(0.0, 0.0), (20.0, 0.0), (20.0, 10.0), (0.0, 10.0)];
+        let outline: String = corners.map(|(x, y)| format!("{},{}\n", x - left, y - 5.0)).concat();
+        std::fs::write(at("peg.csv"), outline).unwrap();
+        stdout(&touchcal(folder.path(), &["inspect", "sim/problem.toml"]).code(0))
+    };
+    assert!(!inspect(1.0).contains("Warning"), "{}", inspect(1.0));
+    let said = inspect(-1.0);
+    assert!(said.contains("its middle is") && said.contains("x 11.0 mm, y 0.0 mm"), "{said}");
+}
+
+#[test]
 fn another_robot_cannot_be_scored() {
     let folder = one_socket(SOCKET);
     let urdf = std::fs::read_to_string(folder.path().join("panda.urdf")).unwrap();

@@ -84,10 +84,10 @@ pub(super) fn conclude(search: &Search<'_>) -> Estimate {
     let noise_factor = if search.sees_walls() { system.wall_noise } else { found.noise_factor };
     let found = &Found { noise_factor, ..found };
     let mut known = Knowledge::new(system, &found.data, scale, held);
-    let mut alike = 1.0;
+    let mut alike = None;
     if let Some((covariance, effect)) = search.wall_covariance() {
         known.covariance = covariance;
-        alike = effect;
+        alike = Some(effect);
     } else if search.telling.is_some() {
         known.covariance *= LEAST_GAP_ERROR.powi(2);
     }
@@ -133,8 +133,13 @@ pub(super) fn has_projection(problem: &Problem) -> bool {
     problem.fixtures.iter().any(|fixture| fixture.manifold.is_projection())
 }
 
-/// Those that forbid the result first; `left` of the arm's uncertainty, and so many contacts `alike` as say as much as one.
-fn warnings(search: &Search<'_>, found: &Found, estimate: &Estimate, (left, alike): (f64, f64)) -> Vec<Warning> {
+/// Those that forbid the result first; `left` of the arm's uncertainty, and so many contacts `alike` as say as much as one, if that follows from walls.
+fn warnings(
+    search: &Search<'_>,
+    found: &Found,
+    estimate: &Estimate,
+    (left, alike): (f64, Option<f64>),
+) -> Vec<Warning> {
     let Search { system, held, .. } = search;
     let mut warnings = mistakes(system);
     let without_prior = system.parameters.iter().filter(|parameter| parameter.prior_sigma.is_none()).count();
@@ -160,11 +165,12 @@ fn warnings(search: &Search<'_>, found: &Found, estimate: &Estimate, (left, alik
     if share > MANY_REJECTED {
         warnings.push(Warning::ManyRejected { share });
     }
-    if alike > ALIKE {
-        warnings.push(Warning::ErrAlike { contacts: alike, usable: alike < ALL_ALIKE });
-    }
-    if let Some(share) = search.telling.filter(|_| !search.sees_walls()) {
-        warnings.push(Warning::FewTellWalls { share });
+    match (alike, search.telling) {
+        (Some(contacts), _) if contacts > ALIKE => {
+            warnings.push(Warning::ErrAlike { contacts, usable: contacts < ALL_ALIKE });
+        }
+        (None, Some(share)) => warnings.push(Warning::FewTellWalls { share }),
+        _ => {}
     }
     if search.ambiguous {
         warnings.push(Warning::Ambiguous);

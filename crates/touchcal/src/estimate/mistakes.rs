@@ -1,16 +1,18 @@
 //! What contradicts a problem's declarations before anything is fitted.
 
-use nalgebra::{DVector, Vector3};
+use nalgebra::{DVector, Point2, Vector3, center};
 
 use super::outcome::Warning;
 use super::rows::At;
 use super::score::score;
 use super::system::System;
+use crate::geometry::profile::Profile;
+use crate::manifold::Shape;
 
 /// A distance between sockets may be off by this share of itself, or by as much as the nominal arm scatters there.
 const PLAUSIBLE: f64 = 0.5;
 
-/// Fixtures that nothing touched, and distances of sockets that are far from what even the nominal arm measures: another unit, or another log.
+/// Fixtures that nothing touched, a tool drawn beside its frame, and distances of sockets that are far from what even the nominal arm measures: another unit, or another log.
 pub(super) fn mistakes(system: &System<'_>) -> Vec<Warning> {
     let problem = system.problem;
     let mut touched = vec![false; problem.fixtures.len()];
@@ -18,10 +20,20 @@ pub(super) fn mistakes(system: &System<'_>) -> Vec<Warning> {
     let untouched = problem.fixtures.iter().zip(&touched).filter(|(_, touched)| !**touched);
     let mut warnings: Vec<Warning> =
         untouched.map(|(fixture, _)| Warning::Untouched { fixture: fixture.name.clone() }).collect();
+    warnings.extend(problem.fixtures.iter().find_map(|fixture| aside(&fixture.manifold.sketch().tool)));
     if !problem.distances.is_empty() {
         warnings.extend(contradicted(system, &touched));
     }
     warnings
+}
+
+/// The tool's outline, if it does not enclose the tool's frame.
+fn aside(tool: &Shape) -> Option<Warning> {
+    let Shape::Prism { outline, .. } = tool else { return None };
+    let outline = Profile::new(outline.clone()).ok()?;
+    let least = outline.vertices().iter().fold(Point2::from([f64::MAX; 2]), |least, vertex| least.inf(vertex));
+    let most = outline.vertices().iter().fold(Point2::from([f64::MIN; 2]), |most, vertex| most.sup(vertex));
+    (!outline.contains(&Point2::origin())).then(|| Warning::ToolAside { middle: center(&least, &most).coords.into() })
 }
 
 fn contradicted(system: &System<'_>, touched: &[bool]) -> Vec<Warning> {

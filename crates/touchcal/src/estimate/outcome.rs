@@ -128,6 +128,11 @@ pub enum Warning {
         /// Its name.
         fixture: String,
     },
+    /// The tool's frame is outside of the tool's outline, as where a drawing has its origin in a corner of the sheet.
+    ToolAside {
+        /// Middle of the outline in that frame (m).
+        middle: [f64; 2],
+    },
     /// Even the nominal arm's contacts have two sockets at another distance than is declared.
     DistanceContradicted {
         /// Names of the fixtures.
@@ -232,6 +237,7 @@ impl Warning {
         match self {
             Warning::TooFewContacts { .. } => "too_few_contacts",
             Warning::Untouched { .. } => "untouched",
+            Warning::ToolAside { .. } => "tool_aside",
             Warning::DistanceContradicted { .. } => "distance_contradicted",
             Warning::Held { .. } => "held",
             Warning::ArmUndetermined { .. } => "arm_undetermined",
@@ -256,6 +262,11 @@ impl Warning {
                 format!("{rows} measured rows cannot determine {parameters} parameters")
             }
             Warning::Untouched { fixture } => format!("fixture `{fixture}` has no contacts"),
+            Warning::ToolAside { middle: [x, y] } => format!(
+                "the tool's outline does not enclose its origin, where `tip_from_tool` has the tool's frame: its middle is at x {:.1} mm, y {:.1} mm",
+                1e3 * x,
+                1e3 * y
+            ),
             Warning::DistanceContradicted { between: [a, b], declared, measured } => {
                 let [declared, measured] = [declared, measured].map(|metres| 1e3 * metres);
                 format!(
@@ -318,6 +329,9 @@ impl Warning {
         match self {
             Warning::TooFewContacts { .. } => "record more contacts, or estimate fewer parameters",
             Warning::Untouched { .. } => "check the force threshold, and the logs that name it as their fixture",
+            Warning::ToolAside { .. } => {
+                "draw the outlines about the origin; if the tool's frame is meant to be there, nothing is wrong"
+            }
             Warning::DistanceContradicted { .. } => "check the unit of `mm`, and which log belongs to which fixture",
             Warning::Held { .. } => "touch more fixtures or from other elbow positions, or give a prior",
             Warning::ArmUndetermined { .. } => {
@@ -330,14 +344,16 @@ impl Warning {
                 "declare the noise as large as it is; else check the parts' shapes, and where the search starts"
             }
             Warning::ErrAlike { .. } => {
-                "something is not in the model: joints that give way (`joint_compliance`, and `load_on` for the force), or the parts' shapes"
+                "something is not in the model: the tool's length or place (`tip_from_tool`, or its `sigma_mm`), the parts' shapes, or joints that give way (`joint_compliance`, and `load_on` for the force)"
             }
             Warning::NotTouching { .. } => {
                 "check the parts' shapes; or the search ended in a wrong minimum: give the fixture's place as well as it is known"
             }
             Warning::FewTellWalls { .. } => "record longer with the tool inside of the hole, not at its rim",
             Warning::Ambiguous => "record longer, with more motion of the tool and the elbow, or give priors",
-            Warning::ManyRejected { .. } => "check the force threshold and the fixtures' places",
+            Warning::ManyRejected { .. } => {
+                "check the force threshold, the parts' shapes, and the places of the tool and the fixtures"
+            }
             Warning::JointHardlyMoved { .. } => "move it more to tell its errors from its neighbours'",
             Warning::Implausible { .. } => "check units, the robot, and where the fixtures are",
             Warning::NoUncertainty => "use the parts' exact shapes for error bars",

@@ -229,11 +229,15 @@ impl Statistics {
             of_parameters += known;
         }
         let tallies = self.tallies.iter().flatten().zip(odds.iter().flatten());
-        let told = tallies.flat_map(|(tally, odds)| tally.told(odds));
-        for (column, (by_walls, before)) in (parameters..size).zip(told) {
-            curvature[(column, column)] += by_walls + before;
-            squares[(column, column)] += before;
+        let (by_walls, before): (Vec<f64>, Vec<f64>) = tallies.flat_map(|(tally, odds)| tally.told(odds)).unzip();
+        let (by_walls, before) = (DVector::from_vec(by_walls), DVector::from_vec(before));
+        for sum in [&mut curvature, &mut squares] {
+            let mut of_odds = sum.view_mut((parameters, parameters), (size - parameters, size - parameters));
+            of_odds += DMatrix::from_diagonal(&before);
         }
+        let mut of_odds = curvature.view_mut((parameters, parameters), (size - parameters, size - parameters));
+        of_odds += DMatrix::from_diagonal(&by_walls);
+        of_odds.copy_from(&at_least(&of_odds.clone_owned(), &before));
         let scales = DVector::from_fn(size, |k, _| if k < parameters { scale[k] } else { 1.0 });
         let held = DMatrix::from_diagonal(&scales.map(|scale| f64::from(u8::from(scale == 0.0))));
         Cholesky::new(scaled(&curvature, &scales) + held)?;
@@ -267,6 +271,15 @@ impl Statistics {
         let excess = (effect - 1.0).max(0.0);
         1.0 + excess.powi(3) / (excess.powi(2) + chance).max(f64::MIN_POSITIVE)
     }
+}
+
+/// Information with at least what was known `before` in every direction: contacts that do not tell which of several walls they touch may have a cost that curves down along how often
+/// these are touched, but tell no less than nothing.
+fn at_least(information: &DMatrix<f64>, before: &DVector<f64>) -> DMatrix<f64> {
+    let units = before.map(|known| known.sqrt().recip());
+    let mut seen = scaled(information, &units).symmetric_eigen();
+    seen.eigenvalues.apply(|value| *value = value.max(1.0));
+    scaled(&seen.recompose(), &units.map(f64::recip))
 }
 
 impl System<'_> {
@@ -352,6 +365,16 @@ mod tests {
             statistics.add(&block);
         }
         statistics.design_effect(&DVector::repeat(PARAMETERS, 0.1))
+    }
+
+    #[test]
+    fn contacts_tell_no_less_than_nothing() {
+        // Eigenvectors (1, 1) and (1, −1) in units of what was known before: contacts add 3 to the one, take 3 from the other.
+        let (before, told) = (DVector::from_vec(vec![4.0, 25.0]), DMatrix::from_row_slice(2, 2, &[1.0, 3.0, 3.0, 1.0]));
+        let known = at_least(&scaled(&told, &before.map(f64::sqrt)), &before);
+        let expected = scaled(&DMatrix::from_row_slice(2, 2, &[2.5, 1.5, 1.5, 2.5]), &before.map(f64::sqrt));
+        assert!((&known - &expected).amax() < 1e-12, "{known}");
+        assert!((at_least(&expected, &before) - expected).amax() < 1e-12);
     }
 
     #[test]

@@ -24,6 +24,7 @@ mod table;
 mod units;
 
 use std::collections::BTreeMap;
+use std::ffi::OsString;
 use std::fs::File;
 use std::io::{Read, Seek};
 use std::path::{Path, PathBuf};
@@ -71,7 +72,7 @@ pub struct Detection {
     pub debounce: usize,
 }
 
-/// What the folder of a bag holds beside its files.
+/// What the folder of a bag may hold beside its files.
 const BAG_CONTENTS: &str = "metadata.yaml";
 
 /// How to understand a log.
@@ -142,14 +143,18 @@ fn read_into(path: &Path, robot: &Robot, options: &Options, keep: Keep<'_>) -> R
     Ok(Input { path: name, sha256 })
 }
 
-/// The file itself, or the only one in the folder that `ros2 bag record` makes.
+/// The file itself, or the only one in the folder of a bag, as `ros2 bag record` makes it.
 fn log_in(path: &Path) -> Result<PathBuf, IoError> {
-    if !path.join(BAG_CONTENTS).is_file() {
+    if !path.is_dir() {
         return Ok(path.to_owned());
     }
     let failed = |source| IoError::file(path, "read", source);
     let entries = std::fs::read_dir(path).map_err(failed)?;
     let mut names = entries.map(|entry| Ok(entry?.file_name())).collect::<Result<Vec<_>, _>>().map_err(failed)?;
+    let of_bag = |name: &OsString| name == BAG_CONTENTS || Path::new(name).extension() == Some("mcap".as_ref());
+    if !names.iter().any(of_bag) {
+        return Ok(path.to_owned());
+    }
     names.retain(|name| name != BAG_CONTENTS && !name.to_string_lossy().starts_with('.'));
     names.sort();
     match names.as_slice() {
