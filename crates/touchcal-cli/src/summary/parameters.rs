@@ -45,18 +45,21 @@ pub fn parameters(lines: &[Line<'_>], detail: Detail) -> String {
     let apart = |line: &&Line<'_>| {
         let block = line.parameter.column.block();
         let place = matches!(block, Block::JointOrigin | Block::Tool | Block::Fixture);
-        let is_wall = matches!(line.parameter.column, Column::Wall(..));
-        detail == Detail::Grouped && (place || block == Block::JointDrift || is_wall)
+        detail == Detail::Grouped && (place || block == Block::JointDrift)
     };
-    let single: Vec<&Line<'_>> = lines.iter().filter(|line| !apart(line)).collect();
+    let is_wall = |line: &&Line<'_>| matches!(line.parameter.column, Column::Wall(..));
+    let lines: Vec<&Line<'_>> = lines.iter().filter(|line| detail == Detail::Every || !is_wall(line)).collect();
+    let single: Vec<&Line<'_>> = lines.iter().copied().filter(|line| !apart(line)).collect();
     let mut text = scalars(&single);
     if detail == Detail::Grouped {
         for (block, title) in [(Block::JointOrigin, "joint origin"), (Block::Tool, "tool"), (Block::Fixture, "fixture")]
         {
-            let members: Vec<&Line<'_>> = lines.iter().filter(|l| l.parameter.column.block() == block).collect();
+            let members: Vec<&Line<'_>> =
+                lines.iter().copied().filter(|l| l.parameter.column.block() == block).collect();
             text.push_str(&places(&members, title));
         }
-        let drifts: Vec<&Line<'_>> = lines.iter().filter(|l| l.parameter.column.block() == Block::JointDrift).collect();
+        let drifts: Vec<&Line<'_>> =
+            lines.iter().copied().filter(|l| l.parameter.column.block() == Block::JointDrift).collect();
         text.push_str(&drift(&drifts));
     }
     if lines.iter().any(|line| !line.identifiable) {

@@ -276,6 +276,10 @@ impl Statistics {
 /// Information with at least what was known `before` in every direction: contacts that do not tell which of several walls they touch may have a cost that curves down along how often
 /// these are touched, but tell no less than nothing.
 fn at_least(information: &DMatrix<f64>, before: &DVector<f64>) -> DMatrix<f64> {
+    // The decomposition never ends on what is not a number.
+    if before.is_empty() || information.iter().any(|entry| !entry.is_finite()) {
+        return information.clone();
+    }
     let units = before.map(|known| known.sqrt().recip());
     let mut seen = scaled(information, &units).symmetric_eigen();
     seen.eigenvalues.apply(|value| *value = value.max(1.0));
