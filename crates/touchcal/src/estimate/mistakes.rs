@@ -1,13 +1,11 @@
 //! What contradicts a problem's declarations before anything is fitted.
 
-use nalgebra::{DVector, Point2, Vector3, center};
+use nalgebra::{DVector, Vector3};
 
 use super::outcome::Warning;
 use super::rows::At;
 use super::score::score;
 use super::system::System;
-use crate::geometry::profile::Profile;
-use crate::manifold::Shape;
 
 /// A distance between sockets may be off by this share of itself, or by as much as the nominal arm scatters there.
 const PLAUSIBLE: f64 = 0.5;
@@ -20,20 +18,12 @@ pub(super) fn mistakes(system: &System<'_>) -> Vec<Warning> {
     let untouched = problem.fixtures.iter().zip(&touched).filter(|(_, touched)| !**touched);
     let mut warnings: Vec<Warning> =
         untouched.map(|(fixture, _)| Warning::Untouched { fixture: fixture.name.clone() }).collect();
-    warnings.extend(problem.fixtures.iter().find_map(|fixture| aside(&fixture.manifold.sketch().tool)));
+    let aside = problem.fixtures.iter().find_map(|fixture| fixture.manifold.sketch().tool.aside());
+    warnings.extend(aside.map(|middle| Warning::ToolAside { middle: middle.coords.into() }));
     if !problem.distances.is_empty() {
         warnings.extend(contradicted(system, &touched));
     }
     warnings
-}
-
-/// The tool's outline, if it does not enclose the tool's frame.
-fn aside(tool: &Shape) -> Option<Warning> {
-    let Shape::Prism { outline, .. } = tool else { return None };
-    let outline = Profile::new(outline.clone()).ok()?;
-    let least = outline.vertices().iter().fold(Point2::from([f64::MAX; 2]), |least, vertex| least.inf(vertex));
-    let most = outline.vertices().iter().fold(Point2::from([f64::MIN; 2]), |most, vertex| most.sup(vertex));
-    (!outline.contains(&Point2::origin())).then(|| Warning::ToolAside { middle: center(&least, &most).coords.into() })
 }
 
 fn contradicted(system: &System<'_>, touched: &[bool]) -> Vec<Warning> {
