@@ -94,23 +94,27 @@ fn nominal_arm_misses_the_hole_by_centimetres() {
     assert!(estimate.postfit.all.mean < 30e-6, "{}", estimate.postfit.all.mean);
 }
 
-/// Wherever in the search the caller says stop, that is the end of it.
+/// Wherever in the search the caller says stop, that is the end of it; with noise to be learned, too.
 #[test]
 fn a_search_that_is_told_to_stop_stops() {
-    const EVERY: usize = 5;
-    let (problem, _) = mujoco_trial("square/rich/trial_00");
-    let mut steps = 0;
-    let mut until = |last: usize| {
-        steps = 0;
-        let estimate = calibrate(&problem, &mut |_| {
-            steps += 1;
-            if steps < last { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
-        });
-        (estimate.termination.reason, steps)
-    };
-    let (reason, all) = until(usize::MAX);
-    assert_eq!(reason, StopReason::Converged);
-    for last in (1..=all).step_by(EVERY) {
-        assert_eq!(until(last), (StopReason::Interrupted, last));
+    const EVERY: usize = 2;
+    let (declared, _) = mujoco_trial("square/rich/trial_00");
+    let mut learned = declared.clone();
+    learned.noise.learned = true;
+    for problem in [declared, learned] {
+        let mut steps = 0;
+        let mut until = |last: usize| {
+            steps = 0;
+            let estimate = calibrate(&problem, &mut |_| {
+                steps += 1;
+                if steps < last { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
+            });
+            (estimate.termination.reason, steps)
+        };
+        let (reason, all) = until(usize::MAX);
+        assert_eq!(reason, StopReason::Converged);
+        for last in (1..=all).step_by(EVERY) {
+            assert_eq!(until(last), (StopReason::Interrupted, last));
+        }
     }
 }

@@ -206,9 +206,14 @@ impl<'p> Search<'p> {
         if !self.system.learns() || self.interrupted() {
             return;
         }
-        let learned = learn(&mut self.system, self.theta.clone(), &self.held.pivots);
+        let mut look = observer(Stage::Fine, observe);
+        let learned = learn(&mut self.system, self.theta.clone(), &self.held.pivots, &mut look);
+        drop(look);
         self.theta = learned.theta;
         self.termination.iterations += learned.linearizations;
+        if learned.interrupted {
+            self.termination.reason = StopReason::Interrupted;
+        }
         for (k, sigma) in self.system.scale().iter().enumerate() {
             if self.scale[k] > 0.0 {
                 self.scale[k] = *sigma;

@@ -8,6 +8,8 @@
 //! Source: Dempster, Laird & Rubin (1977); for this linear-Gaussian case Bishop, *Pattern recognition and machine learning* (2006),
 //! section 9.3.4, with the conjugate hyperprior that `n₀` stands for.
 
+use std::ops::ControlFlow;
+
 use nalgebra::{Cholesky, DMatrix, DVector};
 
 use super::normal::NormalEquations;
@@ -24,6 +26,8 @@ const SETTLED: f64 = 3e-3;
 pub(crate) struct LearnedWidths {
     pub theta: DVector<f64>,
     pub linearizations: usize,
+    /// By who watched.
+    pub interrupted: bool,
 }
 
 impl System<'_> {
@@ -35,11 +39,22 @@ impl System<'_> {
 }
 
 /// Learns the system's widths around `theta`, which must be near the minimum; returns the parameters that go with them. Parameters
-/// `held` stay where they are.
-pub(crate) fn learn(system: &mut System<'_>, mut theta: DVector<f64>, held: &[usize]) -> LearnedWidths {
+/// `held` stay where they are. `observe` is called at each linearization and may end it.
+pub(crate) fn learn(
+    system: &mut System<'_>,
+    mut theta: DVector<f64>,
+    held: &[usize],
+    observe: &mut dyn FnMut(usize, f64) -> ControlFlow<()>,
+) -> LearnedWidths {
     let groups = Group::all(system);
-    for linearization in 1..=LINEARIZATIONS {
+    let (mut linearizations, mut interrupted) = (0, false);
+    while linearizations < LINEARIZATIONS {
+        linearizations += 1;
         let contacts = system.contacts(&theta, Rung::Residual(system.problem.loss), 1).complete();
+        interrupted = observe(linearizations, contacts.cost).is_break();
+        if interrupted {
+            break;
+        }
         let mut known = NormalEquations::new(theta.len());
         system.at(&theta).add_distances(&mut known);
         let linear = Linear { contacts, known: known.complete(), theta: theta.clone(), factor: system.noise_factor };
@@ -57,11 +72,11 @@ pub(crate) fn learn(system: &mut System<'_>, mut theta: DVector<f64>, held: &[us
                 break;
             }
         }
-        if change < SETTLED && steps <= 1 || linearization == LINEARIZATIONS {
-            return LearnedWidths { theta, linearizations: linearization };
+        if change < SETTLED && steps <= 1 {
+            break;
         }
     }
-    LearnedWidths { theta, linearizations: LINEARIZATIONS }
+    LearnedWidths { theta, linearizations, interrupted }
 }
 
 /// The problem linearised at `theta`, its contacts whitened with noise factor `factor`.
