@@ -206,9 +206,8 @@ impl<'p> Search<'p> {
         if !self.system.learns() || self.interrupted() {
             return;
         }
-        let mut look = observer(Stage::Fine, observe);
-        let learned = learn(&mut self.system, self.theta.clone(), &self.held.pivots, &mut look);
-        drop(look);
+        let (theta, held) = (self.theta.clone(), &self.held.pivots);
+        let learned = learn(&mut self.system, theta, held, &mut observer(Stage::Fine, observe));
         self.theta = learned.theta;
         self.termination.iterations += learned.linearizations;
         if learned.interrupted {

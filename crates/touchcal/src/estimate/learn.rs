@@ -26,7 +26,7 @@ const SETTLED: f64 = 3e-3;
 pub(crate) struct LearnedWidths {
     pub theta: DVector<f64>,
     pub linearizations: usize,
-    /// By who watched.
+    /// Whether `observe` ended it.
     pub interrupted: bool,
 }
 
@@ -51,13 +51,13 @@ pub(crate) fn learn(
     while linearizations < LINEARIZATIONS {
         linearizations += 1;
         let contacts = system.contacts(&theta, Rung::Residual(system.problem.loss), 1).complete();
-        interrupted = observe(linearizations, contacts.cost).is_break();
-        if interrupted {
-            break;
-        }
         let mut known = NormalEquations::new(theta.len());
         system.at(&theta).add_distances(&mut known);
         let linear = Linear { contacts, known: known.complete(), theta: theta.clone(), factor: system.noise_factor };
+        interrupted = observe(linearizations, linear.cost(system)).is_break();
+        if interrupted {
+            break;
+        }
         let mut change: f64 = 0.0;
         let mut steps = 0;
         while steps < STEPS {
@@ -88,6 +88,13 @@ struct Linear {
 }
 
 impl Linear {
+    /// The cost where it was linearised, of contacts, distances and priors.
+    fn cost(&self, system: &System<'_>) -> f64 {
+        let mut priors = NormalEquations::new(self.theta.len());
+        system.add_priors(&self.theta, Rung::Residual(system.problem.loss), &mut priors);
+        self.contacts.cost + self.known.cost + priors.cost
+    }
+
     /// Mean and covariance of the parameters with the system's present widths.
     fn posterior(&self, system: &System<'_>, held: &[usize]) -> Option<(DVector<f64>, DMatrix<f64>)> {
         let share = (self.factor / system.noise_factor).powi(2);

@@ -1,4 +1,4 @@
-//! What tool and fixture look like, for pictures.
+//! What tool and fixture look like, for pictures and for telling how their frames lie.
 
 use nalgebra::{Point2, center};
 

@@ -95,7 +95,7 @@ struct TerminationEntry {
     iterations: usize,
 }
 
-/// The course of one minimisation: linearizations and costs.
+/// The course of one minimisation, or of learning widths: linearizations and costs.
 #[derive(Serialize)]
 struct Piece {
     stage: &'static str,
