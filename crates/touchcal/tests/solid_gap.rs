@@ -11,7 +11,7 @@ use nalgebra::{Point3, Translation3, Vector3};
 use parry3d_f64::math::{Pose as ParryPose, Rotation, Vector};
 use parry3d_f64::query;
 use parry3d_f64::shape::TriMesh;
-use parts::{block, peg, polygon, round_block, round_peg, solid};
+use parts::{block, block_with, lofted, peg, polygon, round_block, round_peg, rounded, solid};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
 use touchcal::geometry::extrusion::PegAndHole;
@@ -204,5 +204,40 @@ fn deep_overlaps_are_negative() {
             }
         }
         assert!(overlaps > 300);
+    }
+}
+
+/// A T-slot and its hole with corners rounded by seven points, both chamfered: no outline describes them.
+fn chamfered_and_rounded() -> Solids {
+    let slot = Profile::extrusion25();
+    let at = |distance: f64, radius: f64| rounded(&slot.offset_mitred(distance).unwrap(), radius, 7);
+    let peg = lofted(&[(&at(-0.2e-3, 0.2e-3), 0.0), (&at(0.0, 0.4e-3), 0.4e-3), (&at(0.0, 0.4e-3), LENGTH)]);
+    let (mouth, wall) = (at(0.8e-3, 0.5e-3), at(0.5e-3, 0.4e-3));
+    Solids::new(solid(&peg), solid(&block_with(&[(&mouth, 0.0), (&wall, -0.3e-3), (&wall, -DEPTH)], DEPTH + 0.01)))
+}
+
+/// No overlap is deeper than the way to where the peg is free. Where corners are rounded by many edges, most overlaps of a millimetre once were forty deep, between edges on opposite sides.
+#[test]
+fn overlaps_are_no_deeper_than_the_way_back() {
+    let mut chance = Pcg64::seed_from_u64(6);
+    let round = Solids::new(solid(&round_peg(0.0125, LENGTH, 1e-3, 60)), solid(&round_block(0.013, DEPTH, 60)));
+    let straight = pairs().into_iter().map(|(name, _, meshes)| (name, meshes));
+    for (name, meshes) in straight.chain([("chamfered", chamfered_and_rounded()), ("chamfered round", round)]) {
+        let (mut overlaps, mut deepest) = (0, 0.0_f64);
+        for k in 0..200 {
+            let wide = if k % 2 == 0 { 1.5e-3 } else { 6e-3 };
+            let pose = draw(&mut chance, wide, (-0.028, -0.004), 20.0 * wide);
+            let free = Pose::from_parts(Translation3::new(0.0, 0.0, pose.translation.z), Default::default());
+            assert!(meshes.gap(&free).value > 0.0, "{name}");
+            let way = meshes.tool().vertices().map(|v| (pose * v - free * v).norm()).fold(0.0, f64::max);
+            let gap = meshes.gap(&pose).value;
+            overlaps += usize::from(gap < 0.0);
+            deepest = deepest.max(-gap / way);
+            assert!(gap > -way, "{name}, {k}: {gap} where {way} leads back");
+            let (blended, _) = meshes.blended_gap(&pose, TEMPERATURE);
+            assert!((blended - gap).abs() < 4.0 * TEMPERATURE, "{name}, {k}: {gap} {blended}");
+        }
+        println!("{name} | {overlaps} overlaps, at most {deepest:.2} of the way back");
+        assert!(overlaps > 100, "{name}: {overlaps}");
     }
 }

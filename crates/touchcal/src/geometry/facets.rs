@@ -8,6 +8,8 @@ use super::boxes::{Box3, Tree};
 
 /// Angle (rad) between triangles below which the edge between them is none.
 const SMOOTH: f64 = 1e-4;
+/// Distances (m) beyond a side up to this are none.
+const ROUNDING: f64 = 1e-12;
 
 /// A triangle.
 #[derive(Clone, Debug)]
@@ -29,6 +31,14 @@ pub(super) struct Side {
     is_hollow: bool,
 }
 
+impl Side {
+    /// How far a point of the plane lies beyond.
+    #[inline]
+    fn beyond(&self, point: &Vector3<f64>) -> f64 {
+        self.outward.dot(point) - self.offset
+    }
+}
+
 impl Face {
     /// Height of a point above the plane.
     #[inline]
@@ -39,10 +49,9 @@ impl Face {
     /// How far beyond sides in hollow corners the foot of a point lies; nothing if it lies beyond another one.
     #[inline]
     pub(super) fn beyond(&self, point: &Vector3<f64>) -> Option<f64> {
-        const ROUNDING: f64 = 1e-12;
         let mut beyond: f64 = 0.0;
         for side in &self.sides {
-            let outside = side.outward.dot(point) - side.offset;
+            let outside = side.beyond(point);
             if outside > ROUNDING {
                 if !side.is_hollow {
                     return None;
@@ -51,6 +60,18 @@ impl Face {
             }
         }
         Some(beyond)
+    }
+
+    /// Where a segment passes through, 0 to 1, and whether it goes down there.
+    #[inline]
+    pub(super) fn pierced(&self, [from, to]: [Vector3<f64>; 2]) -> Option<(f64, bool)> {
+        let (above, then) = (self.height(&from), self.height(&to));
+        if (above > 0.0) == (then > 0.0) {
+            return None;
+        }
+        let place = above / (above - then);
+        let point = from + (to - from) * place;
+        self.sides.iter().all(|side| side.beyond(&point) <= ROUNDING).then_some((place, above > 0.0))
     }
 }
 
@@ -84,6 +105,8 @@ pub(super) struct Corner {
     pub(super) vertex: u32,
     /// Unit directions of the edges that meet there, hollow ones too.
     pub(super) along: Vec<Vector3<f64>>,
+    /// The edges that stick out there.
+    pub(super) edges: Vec<u32>,
 }
 
 /// What can touch.
@@ -98,9 +121,6 @@ pub(super) struct Facets {
     pub(super) face_tree: Tree,
     pub(super) edge_tree: Tree,
     pub(super) corner_tree: Tree,
-    /// Boxes of the trees' nodes in the body's frame.
-    pub(super) face_boxes: Vec<Box3>,
-    pub(super) edge_boxes: Vec<Box3>,
 }
 
 impl Facets {
@@ -150,16 +170,19 @@ impl Facets {
             .filter(|(_, others)| others.iter().any(|&(_, sticks_out)| sticks_out))
             .map(|(&vertex, others)| {
                 let along = others.iter().map(|&(other, _)| (at(other) - at(vertex)).normalize()).collect();
-                Corner { vertex, along }
+                Corner { vertex, along, edges: Vec::new() }
             })
             .collect();
         corners.sort_unstable_by_key(|corner| corner.vertex);
-        let (joints, corners): (Vec<Corner>, Vec<Corner>) = corners.into_iter().partition(is_on_an_edge);
+        let (joints, mut corners): (Vec<Corner>, Vec<Corner>) = corners.into_iter().partition(is_on_an_edge);
         let mut edges = joined(&edges, &joints.iter().map(|joint| joint.vertex).collect());
         let corner_at: HashMap<u32, u32> = corners.iter().zip(0..).map(|(corner, k)| (corner.vertex, k)).collect();
         let mut spoken_for = vec![false; vertices.len()];
         let is_hollow = |vertex: &u32| meeting[vertex].iter().any(|&(_, sticks_out)| !sticks_out);
-        for edge in &mut edges {
+        for (k, edge) in (0..).zip(&mut edges) {
+            for corner in edge.ends.iter().filter_map(|end| corner_at.get(end)) {
+                corners[*corner as usize].edges.push(k);
+            }
             edge.goes_on = [is_hollow(&edge.ends[0]), is_hollow(&edge.ends[1])];
             for end in 0..2 {
                 let vertex = edge.ends[end];
@@ -172,9 +195,7 @@ impl Facets {
         let around_corner: Vec<Box3> = corners.iter().map(|corner| Box3::around([at(corner.vertex)])).collect();
         let [face_tree, edge_tree, corner_tree] =
             [&around_face, &around_edge, &around_corner].map(|all| Tree::new(all));
-        let face_boxes = face_tree.boxes(|face| around_face[face as usize]);
-        let edge_boxes = edge_tree.boxes(|edge| around_edge[edge as usize]);
-        Facets { faces, edges, corners, corner_at, face_tree, edge_tree, corner_tree, face_boxes, edge_boxes, vertices }
+        Facets { faces, edges, corners, corner_at, face_tree, edge_tree, corner_tree, vertices }
     }
 }
 

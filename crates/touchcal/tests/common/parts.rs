@@ -159,7 +159,13 @@ pub fn lofted(sections: &[(&Profile, f64)]) -> Mesh {
 
 /// A block of 60 mm and so thick, with a hole of any outline: so deep, or through it.
 pub fn block_around(hole: &Profile, depth: f64, thickness: f64) -> Mesh {
-    let around = hole.vertices();
+    block_with(&[(hole, 0.0), (hole, -depth)], thickness)
+}
+
+/// A block of 60 mm and so thick, with a hole between outlines at heights, of equally many points each, from its top face down; through the block if the last is as low as its bottom.
+pub fn block_with(hole: &[(&Profile, f64)], thickness: f64) -> Mesh {
+    let (around, (floor, low)) = (hole[0].0.vertices(), hole[hole.len() - 1]);
+    let (floor, depth) = (floor.vertices(), -low);
     let right = (0..around.len()).fold(0, |best, i| if around[i].x > around[best].x { i } else { best });
     // From the hole's rightmost point straight to the outside, once round the hole the other way, and back.
     let gate = Point2::new(0.03, around[right].y);
@@ -170,9 +176,11 @@ pub fn block_around(hole: &Profile, depth: f64, thickness: f64) -> Mesh {
     let mut mesh = Mesh::default();
     face(&mut mesh, &ring, 0.0, true);
     walls(&mut mesh, (&outside, -thickness), (&outside, 0.0));
-    walls(&mut mesh, (around, 0.0), (around, -depth));
+    for pair in hole.windows(2) {
+        walls(&mut mesh, (pair[0].0.vertices(), pair[0].1), (pair[1].0.vertices(), pair[1].1));
+    }
     if depth < thickness {
-        face(&mut mesh, around, -depth, true);
+        face(&mut mesh, floor, -depth, true);
         face(&mut mesh, &outside, -thickness, false);
     } else {
         face(&mut mesh, &ring, -thickness, false);
