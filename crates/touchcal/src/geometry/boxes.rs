@@ -9,10 +9,8 @@ use wide::f32x4;
 
 /// Into how many parts an axis is divided to find where to halve things.
 const BINS: usize = 16;
-
 /// More than what rounding to single precision takes or adds, as a part of the number.
 const ROUNDING: f64 = 1.2e-7;
-
 /// More than what rounding adds when a box is moved, as a part of its largest coordinate.
 const MOTION_ROUNDING: f32 = 1e-6;
 

@@ -35,7 +35,6 @@ pub(super) struct Placed<'a> {
 }
 
 /// A place where an edge pierces a surface.
-#[derive(Clone, Copy)]
 struct Piercing {
     edge: u32,
     /// 0 to 1 along the edge.
@@ -135,7 +134,7 @@ impl<'a> Placed<'a> {
     }
 
     /// The edges of which a part is inside the other body.
-    pub(super) fn edges_within(&self) -> impl Iterator<Item = Within<'_>> + Clone {
+    pub(super) fn edges_within(&self) -> impl Iterator<Item = Within<'_>> {
         self.within
             .iter()
             .map(|(edge, at)| Within { edge: &self.facets.edges[*edge as usize], at: &self.piercings[at.clone()] })

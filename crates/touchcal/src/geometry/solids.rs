@@ -178,14 +178,14 @@ impl<'a> Sweep<'a> {
     fn below(&self, reach: f64, margin: f64) -> Vec<Found> {
         let limit = Cell::new(reach);
         let mut kept: Vec<Found> = Vec::new();
-        let mut keep = |found: Found| {
+        let keep = |kept: &mut Vec<Found>, found: Found| {
             limit.set(limit.get().min(found.value + margin));
             kept.push(found);
         };
-        self.tool.corners_on_faces(&limit, &mut |value, point, normal| keep(Found { value, point, normal }));
+        self.tool.corners_on_faces(&limit, &mut |value, point, normal| keep(&mut kept, Found { value, point, normal }));
         self.fixture.corners_on_faces(&limit, &mut |value, point, normal| {
             let point = self.rotation * point + self.translation;
-            keep(Found { value, point, normal: -(self.rotation * normal) });
+            keep(&mut kept, Found { value, point, normal: -(self.rotation * normal) });
         });
         if self.deepest() < -DEEP {
             return kept;
@@ -193,16 +193,17 @@ impl<'a> Sweep<'a> {
         for of_tool in self.tool.edges_within() {
             for of_fixture in self.fixture.edges_within() {
                 if let Some(found) = self.overlap(&of_tool, &of_fixture, limit.get()) {
-                    keep(found);
+                    keep(&mut kept, found);
                 }
             }
         }
         if limit.get() > 0.0 {
+            let deepest = least(&kept).map_or(0.0, |least| -least.value.min(0.0));
             let (tool, fixture) = (self.tool.facets, self.fixture.facets);
             self.tool.near(&tool.edge_tree, &fixture.edge_tree, &limit, |of_tool, of_fixture| {
                 let (e, f) = (&tool.edges[of_tool as usize], &fixture.edges[of_fixture as usize]);
-                if let Some(found) = self.free(e, f, limit.get()) {
-                    keep(found);
+                if let Some(found) = self.free(e, f, limit.get(), deepest) {
+                    keep(&mut kept, found);
                 }
             });
         }
@@ -242,15 +243,15 @@ impl<'a> Sweep<'a> {
                 && is_deep(&self.pair.tool, self.rotation.tr_mul(&(q - self.translation))))
     }
 
-    /// Two edges that have not passed each other, if nearer than `limit` (m).
-    fn free(&self, e: &Edge, f: &Edge, limit: f64) -> Option<Found> {
+    /// Two edges that have not passed each other, if nearer than `limit` (m), where overlaps are as deep as `deepest` (m).
+    fn free(&self, e: &Edge, f: &Edge, limit: f64, deepest: f64) -> Option<Found> {
         let lines = self.lines(e, f);
         if lines.are_apart(limit) {
             return None;
         }
         if let Some(places) = lines.nearest() {
             // Past the end of an edge where its body goes on, the other edge is within that body.
-            let crossing = if lines.reach(places, -self.deepest()) { self.crossing(&lines, places) } else { None };
+            let crossing = if lines.reach(places, deepest) { self.crossing(&lines, places) } else { None };
             let found = crossing.filter(|found| found.value >= -TOUCHING);
             if found.is_some() || lines.reach(places, 0.0) {
                 return found;
