@@ -216,6 +216,39 @@ fn chamfered_and_rounded() -> Solids {
     Solids::new(solid(&peg), solid(&block_with(&[(&mouth, 0.0), (&wall, -0.3e-3), (&wall, -DEPTH)], DEPTH + 0.01)))
 }
 
+/// What is near is kept from pose to pose, however far they go and however far is asked: what is visited is what a new search finds.
+#[test]
+fn what_is_kept_is_what_is_found() {
+    let mut chance = Pcg64::seed_from_u64(7);
+    let round = Solids::new(solid(&round_peg(0.0125, LENGTH, 1e-3, 60)), solid(&round_block(0.013, DEPTH, 60)));
+    let straight = pairs().into_iter().map(|(name, _, meshes)| (name, meshes));
+    for (name, meshes) in straight.chain([("chamfered", chamfered_and_rounded()), ("chamfered round", round)]) {
+        let mut visited = 0;
+        for _ in 0..40 {
+            let mut pose = draw(&mut chance, 0.5e-3, (-0.028, -0.004), 0.01);
+            let mut recall = None;
+            for _ in 0..25 {
+                // From a tenth of a micrometre to a millimetre.
+                let size = 10.0_f64.powf(chance.random_range(-7.0..-3.0));
+                let step =
+                    Twist::from_fn(|k, _| size * chance.random_range(-1.0..=1.0) / if k < 3 { 1.0 } else { 0.01 });
+                pose *= exp(&step);
+                let reach = 0.2e-3 * chance.random_range(0.3..1.0);
+                let below = |recall: &mut _| {
+                    let mut found = Vec::new();
+                    meshes.visit_below(&pose, reach, recall, |touch| found.push((touch.value, touch.gradient)));
+                    found.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.as_slice().partial_cmp(b.1.as_slice()).unwrap()));
+                    found
+                };
+                let (kept, found) = (below(&mut recall), below(&mut None));
+                assert_eq!(kept, found, "{name}");
+                visited += found.len();
+            }
+        }
+        assert!(visited > 5000, "{name}: {visited}");
+    }
+}
+
 /// No overlap is deeper than the way to where the peg is free. Where corners are rounded by many edges, most overlaps of a millimetre once were forty deep, between edges on opposite sides.
 #[test]
 fn overlaps_are_no_deeper_than_the_way_back() {

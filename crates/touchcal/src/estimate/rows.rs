@@ -1,5 +1,7 @@
 //! One contact's rows: residual, derivative and weight at given parameters.
 
+use std::sync::PoisonError;
+
 use nalgebra::{DVector, Matrix6, Vector3};
 
 use super::loss::Loss;
@@ -142,7 +144,7 @@ impl<'s> At<'s> {
         let f = self.system.problem.contacts.fixture(i);
         let fixture_from_tool = self.locate(i, into);
         self.look(f, std::slice::from_ref(&fixture_from_tool), rung, std::slice::from_mut(&mut into.rows));
-        self.whitened(f, &fixture_from_tool, rung, into);
+        self.whitened(i, &fixture_from_tool, rung, into);
     }
 
     /// What the manifold of fixture `f` says of poses, not whitened, in place of what `rows` held.
@@ -159,13 +161,14 @@ impl<'s> At<'s> {
         }
     }
 
-    /// Rows of a pose with fixture `f` that was located and looked at, by all parameters seen.
-    pub(super) fn whitened(&self, f: usize, fixture_from_tool: &Pose, rung: Rung, into: &mut ContactRows) {
+    /// Rows of contact `i`, which was located and looked at, by all parameters seen.
+    pub(super) fn whitened(&self, i: usize, fixture_from_tool: &Pose, rung: Rung, into: &mut ContactRows) {
         let system = self.system;
+        let f = system.problem.contacts.fixture(i);
         let whiten = rung != Rung::Envelope;
         let walls = rung == Rung::Walls && system.problem.fixtures[f].manifold.has_interference();
         if walls {
-            self.find_walls(f, fixture_from_tool, into);
+            self.find_walls(i, fixture_from_tool, into);
         }
         let seen = &system.seen[f];
         let fixture_motion = self.fixture_motion(f, fixture_from_tool);
@@ -242,8 +245,9 @@ impl<'s> At<'s> {
         }
     }
 
-    /// The walls that are not free beyond doubt.
-    fn find_walls(&self, f: usize, fixture_from_tool: &Pose, into: &mut ContactRows) {
+    /// The walls of contact `i` that are not free beyond doubt.
+    fn find_walls(&self, i: usize, fixture_from_tool: &Pose, into: &mut ContactRows) {
+        let f = self.system.problem.contacts.fixture(i);
         let variance = (self.system.noise_factor * self.system.wall_noise).powi(2);
         let mut covariance = Matrix6::zeros();
         for (joint, of_joint) in into.scratch.joints.iter().zip(&self.system.joint_variance) {
@@ -255,7 +259,9 @@ impl<'s> At<'s> {
             interference: self.fixtures[f].interference,
             deviations: walls::REACH,
         };
-        self.system.problem.fixtures[f].manifold.walls(fixture_from_tool, &into.reach, &mut into.rows);
+        // Whatever a look that panicked left there will do.
+        let mut recall = self.system.recalls[i].lock().unwrap_or_else(PoisonError::into_inner);
+        self.system.problem.fixtures[f].manifold.walls(fixture_from_tool, &into.reach, &mut recall, &mut into.rows);
     }
 
     /// The region of fixture `f` that walls are of, and its number of surfaces.

@@ -43,7 +43,7 @@ impl At<'_> {
         let each = batch.iter().zip(looks).map(|(&i, look)| {
             let fixture_from_tool = self.locate(i, into);
             into.rows = look;
-            self.whitened(f, &fixture_from_tool, entry.rung, into);
+            self.whitened(i, &fixture_from_tool, entry.rung, into);
             (self.add(i, entry, into, normal), into.len())
         });
         each.collect()

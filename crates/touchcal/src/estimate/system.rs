@@ -1,5 +1,7 @@
 //! A problem as a system of whitened rows: residual, derivative and weight of every contact at given parameters.
 
+use std::sync::Mutex;
+
 use nalgebra::{DMatrix, DVector, Vector3};
 use rayon::prelude::*;
 
@@ -10,6 +12,7 @@ use super::rows::{At, ContactRows, Rung};
 use super::statistics::WALL_SIGMA;
 use super::sums::Entry;
 use super::walls::Odds;
+use crate::manifold::Recall;
 use crate::robot::{Column, JointKind, Kinematics, Parameter, joint_drift};
 use crate::se3::Pose;
 
@@ -49,6 +52,8 @@ pub(crate) struct System<'p> {
     pub placement: Vec<usize>,
     /// For each fixture, the indices of all parameters that its contacts see, ascending.
     pub seen: Vec<Vec<usize>>,
+    /// What is kept of each contact between looks at its walls.
+    pub recalls: Vec<Mutex<Recall>>,
 }
 
 impl<'p> System<'p> {
@@ -81,6 +86,7 @@ impl<'p> System<'p> {
             wall_noise: 1.0,
             placement,
             seen,
+            recalls: (0..problem.contacts.len()).map(|_| Mutex::default()).collect(),
         }
     }
 

@@ -34,9 +34,9 @@ impl Box3 {
     const NONE: Box3 = Box3 { low: f32x4::splat(f32::INFINITY), negated_high: f32x4::splat(f32::INFINITY) };
 
     /// Around points.
-    pub(super) fn around<const N: usize>(points: [Vector3<f64>; N]) -> Self {
+    pub(super) fn around(points: impl IntoIterator<Item = Vector3<f64>>) -> Self {
         let at = |p: &Vector3<f64>| Box3 { low: rounded_down(p), negated_high: rounded_down(&-p) };
-        points.iter().fold(Box3::NONE, |all, point| all.with(&at(point)))
+        points.into_iter().fold(Box3::NONE, |all, point| all.with(&at(&point)))
     }
 
     fn with(&self, other: &Box3) -> Self {

@@ -5,25 +5,26 @@ use std::collections::{HashMap, HashSet};
 use nalgebra::{Point3, Vector3};
 
 use super::boxes::{Box3, Tree};
+use super::polygons::polygons;
 
-/// Angle (rad) between triangles below which the edge between them is none.
+/// Angle (rad) between faces below which the edge between them is none.
 const SMOOTH: f64 = 1e-4;
 /// Distances (m) beyond a side up to this are none.
 const ROUNDING: f64 = 1e-12;
 
-/// A triangle.
+/// A flat convex part of the surface.
 #[derive(Clone, Debug)]
 pub(super) struct Face {
     pub(super) normal: Vector3<f64>,
     /// `normal · p` of its points.
     pub(super) offset: f64,
-    pub(super) sides: [Side; 3],
+    pub(super) sides: Box<[Side]>,
 }
 
-/// A side of a triangle.
+/// A side of a face.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Side {
-    /// Unit normal in the triangle's plane, away from it.
+    /// Unit normal in the face's plane, away from it.
     outward: Vector3<f64>,
     /// `outward · p` of its points.
     offset: f64,
@@ -50,7 +51,7 @@ impl Face {
     #[inline]
     pub(super) fn beyond(&self, point: &Vector3<f64>) -> Option<f64> {
         let mut beyond: f64 = 0.0;
-        for side in &self.sides {
+        for side in self.sides.iter() {
             let outside = side.beyond(point);
             if outside > ROUNDING {
                 if !side.is_hollow {
@@ -60,6 +61,29 @@ impl Face {
             }
         }
         Some(beyond)
+    }
+
+    /// Whether a point that moves by `room` (m) may come within `limit` (m), its foot beyond no side but in hollow corners.
+    pub(super) fn may_be_near(&self, point: &Vector3<f64>, room: f64, limit: f64) -> bool {
+        let is_near = |side: &Side| side.beyond(point) <= if side.is_hollow { limit } else { room };
+        self.height(point).abs() <= limit && self.sides.iter().all(is_near)
+    }
+
+    /// Whether a segment may pass through when it moves by `room` (m): what of it is no farther from the plane is not all farther beyond a side.
+    pub(super) fn may_be_pierced(&self, [from, to]: [Vector3<f64>; 2], room: f64) -> bool {
+        let (above, then) = (self.height(&from), self.height(&to));
+        // Places along it between which it is near the plane.
+        let (mut first, mut last) = (0.0_f64, 1.0_f64);
+        for (start, end) in [(above - room, then - room), (-above - room, -then - room)] {
+            match (start > 0.0, end > 0.0) {
+                (true, true) => return false,
+                (true, false) => first = first.max(start / (start - end)),
+                (false, true) => last = last.min(start / (start - end)),
+                (false, false) => {}
+            }
+        }
+        let [first, last] = [first, last].map(|place| from + (to - from) * place);
+        self.sides.iter().all(|side| side.beyond(&first).min(side.beyond(&last)) <= room)
     }
 
     /// Where a segment passes through, 0 to 1, and whether it goes down there.
@@ -113,6 +137,8 @@ pub(super) struct Corner {
 #[derive(Clone, Debug)]
 pub(super) struct Facets {
     pub(super) vertices: Vec<Vector3<f64>>,
+    /// Middle (m) and radius (m) of a sphere around all.
+    pub(super) around: (Vector3<f64>, f64),
     pub(super) faces: Vec<Face>,
     pub(super) edges: Vec<Edge>,
     pub(super) corners: Vec<Corner>,
@@ -128,22 +154,19 @@ impl Facets {
     pub(super) fn new(vertices: &[Point3<f64>], triangles: &[[u32; 3]]) -> Self {
         let vertices: Vec<Vector3<f64>> = vertices.iter().map(|p| p.coords).collect();
         let at = |i: u32| vertices[i as usize];
-        let normals: Vec<Vector3<f64>> =
-            triangles.iter().map(|&[a, b, c]| (at(b) - at(a)).cross(&(at(c) - at(a))).normalize()).collect();
-        // From the directed side of a triangle to the triangle.
-        let mut owner: HashMap<(u32, u32), usize> = HashMap::new();
-        for (t, &[a, b, c]) in triangles.iter().enumerate() {
-            owner.extend([(a, b), (b, c), (c, a)].map(|side| (side, t)));
-        }
+        let polygons = polygons(&vertices, triangles);
+        // Of the polygon that each directed side is of.
+        let normals: HashMap<(u32, u32), Vector3<f64>> =
+            polygons.iter().flat_map(|polygon| polygon.sides().map(|side| (side, polygon.normal))).collect();
         let mut edges: Vec<Edge> = Vec::new();
         let mut meeting: HashMap<u32, Vec<(u32, bool)>> = HashMap::new();
-        let mut faces = Vec::with_capacity(triangles.len());
-        for (t, &[a, b, c]) in triangles.iter().enumerate() {
-            let normal = normals[t];
-            let sides = [(a, b), (b, c), (c, a)].map(|(from, to)| {
+        let mut faces = Vec::with_capacity(polygons.len());
+        for polygon in &polygons {
+            let (normal, offset) = (polygon.normal, polygon.offset);
+            let sides = polygon.sides().map(|(from, to)| {
                 let along = (at(to) - at(from)).normalize();
                 let outward = along.cross(&normal);
-                let other = owner.get(&(to, from)).map_or(normal, |&other| normals[other]);
+                let other = normals.get(&(to, from)).copied().unwrap_or(normal);
                 let fold = normal.cross(&other).dot(&along);
                 let is_smooth = fold.abs() < SMOOTH && normal.dot(&other) > 0.0;
                 if from < to && !is_smooth {
@@ -163,7 +186,7 @@ impl Facets {
                 }
                 Side { outward, offset: outward.dot(&at(from)), is_hollow: !is_smooth && fold < 0.0 }
             });
-            faces.push(Face { normal, offset: normal.dot(&at(a)), sides });
+            faces.push(Face { normal, offset, sides: sides.collect() });
         }
         let mut corners: Vec<Corner> = meeting
             .iter()
@@ -190,13 +213,23 @@ impl Facets {
                 spoken_for[vertex as usize] |= edge.speaks[end];
             }
         }
-        let around_face: Vec<Box3> = triangles.iter().map(|corners| Box3::around(corners.map(at))).collect();
-        let around_edge: Vec<Box3> = edges.iter().map(|edge| Box3::around(edge.ends.map(at))).collect();
-        let around_corner: Vec<Box3> = corners.iter().map(|corner| Box3::around([at(corner.vertex)])).collect();
+        let around = |all: &[u32]| Box3::around(all.iter().map(|&vertex| at(vertex)));
+        let around_face: Vec<Box3> = polygons.iter().map(|polygon| around(&polygon.vertices)).collect();
+        let around_edge: Vec<Box3> = edges.iter().map(|edge| around(&edge.ends)).collect();
+        let around_corner: Vec<Box3> = corners.iter().map(|corner| around(&[corner.vertex])).collect();
         let [face_tree, edge_tree, corner_tree] =
             [&around_face, &around_edge, &around_corner].map(|all| Tree::new(all));
-        Facets { faces, edges, corners, corner_at, face_tree, edge_tree, corner_tree, vertices }
+        let around = sphere_around(&vertices);
+        Facets { faces, edges, corners, corner_at, face_tree, edge_tree, corner_tree, vertices, around }
     }
+}
+
+/// Middle and radius of a sphere around points: that of a box around them.
+fn sphere_around(points: &[Vector3<f64>]) -> (Vector3<f64>, f64) {
+    let none = Vector3::repeat(f64::INFINITY);
+    let (low, high) = points.iter().fold((none, -none), |(low, high), p| (low.inf(p), high.sup(p)));
+    let middle = (low + high) / 2.0;
+    (middle, (high - middle).norm())
 }
 
 /// Edges that a joint cuts in two as one.

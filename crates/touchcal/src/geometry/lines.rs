@@ -72,6 +72,17 @@ impl<'e> Lines<'e> {
         others.into_iter().fold((0.0, on_f(&e0)), |best, other| if apart(other) < apart(best) { other } else { best })
     }
 
+    /// Whether the edges are nearer to each other than `limit` (m).
+    pub(super) fn are_nearer(&self, limit: f64) -> bool {
+        let apart = |places: Places| {
+            let (p, q) = self.points(places);
+            (p - q).norm()
+        };
+        // Within both, what is nearest of the lines is nearest of the edges.
+        let within = self.nearest().filter(|&places| self.reach(places, 0.0));
+        !self.are_apart(limit) && apart(within.unwrap_or_else(|| self.nearest_end())) < limit
+    }
+
     /// The points at places.
     pub(super) fn points(&self, (s, t): Places) -> (Vector3<f64>, Vector3<f64>) {
         (self.tool_ends[0] + self.u * s, self.fixture_ends[0] + self.v * t)

@@ -4,11 +4,13 @@
 //! triangles, [`solids`] the gap between two of them. Bodies that are straight are told from others ([`PegAndHole::of_straight`](extrusion::PegAndHole::of_straight)).
 
 pub mod extrusion;
+pub mod nearby;
 pub mod profile;
 pub mod round;
 pub mod solid;
 pub mod solids;
 
+mod beside;
 mod blend;
 mod boxes;
 mod edges;
@@ -17,6 +19,7 @@ mod lines;
 mod nearness;
 mod outlines;
 mod placed;
+mod polygons;
 mod scan;
 mod silhouette;
 mod straight;

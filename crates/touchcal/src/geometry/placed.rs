@@ -3,11 +3,12 @@
 use std::cell::Cell;
 use std::ops::Range;
 
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::Vector3;
 
-use super::boxes::{Box3, Tree, near_pairs};
-use super::facets::{Corner, Edge, Face, Facets};
-use super::solid::Solid;
+use super::beside::Beside;
+use super::boxes::{Box3, Tree};
+use super::facets::{Corner, Edge, Face};
+use super::nearby::OnFaces;
 
 /// Sine of the angle by which a corner or edge may lean over what it is compared with: the nearer one beside it differs by less than noise.
 pub(super) const LEANING: f64 = 0.3;
@@ -20,11 +21,9 @@ const AROUND: f64 = 1.5;
 
 /// A body at a place beside another.
 pub(super) struct Placed<'a> {
-    pub(super) facets: &'a Facets,
-    other: &'a Solid,
-    /// From this body's frame to the other's.
-    rotation: Matrix3<f64>,
-    translation: Vector3<f64>,
+    pub(super) beside: Beside<'a>,
+    /// What of it is near the other's faces, if that was looked for before.
+    known: Option<&'a OnFaces>,
     /// Where edges pierce the other's surface, in their order and along each.
     piercings: Vec<Piercing>,
     /// Corners inside the other, the deepest first.
@@ -52,13 +51,13 @@ struct Inside {
 }
 
 /// An edge of which a part is inside the other body.
-pub(super) struct Within<'a> {
+pub(super) struct Within<'p, 'a> {
     pub(super) edge: &'a Edge,
     /// Where it goes in and out; nowhere if all of it is inside.
-    at: &'a [Piercing],
+    at: &'p [Piercing],
 }
 
-impl Within<'_> {
+impl Within<'_, '_> {
     /// Whether a place along the edge, 0 to 1, is inside the other body.
     pub(super) fn is_inside(&self, place: f64) -> bool {
         let before = self.at.iter().rfind(|piercing| piercing.place <= place);
@@ -77,38 +76,19 @@ fn is_end_inside(at: &[Piercing]) -> bool {
 }
 
 impl<'a> Placed<'a> {
-    /// A body beside another, whose frame is turned and moved from its own.
-    pub(super) fn new(facets: &'a Facets, other: &'a Solid, rotation: Matrix3<f64>, translation: Vector3<f64>) -> Self {
+    /// What of a body is inside the other or near it; of what is `known` to be near, if that is not nothing.
+    pub(super) fn new(beside: Beside<'a>, known: Option<&'a OnFaces>) -> Self {
         let mut placed = Placed {
-            facets,
-            other,
-            rotation,
-            translation,
+            beside,
+            known,
             piercings: Vec::new(),
             inside: Vec::new(),
-            is_inside: vec![false; facets.corners.len()],
+            is_inside: vec![false; beside.own().corners.len()],
             within: Vec::new(),
         };
         placed.pierce();
         placed.go_inside();
         placed
-    }
-
-    /// A vertex, in the other's frame.
-    #[inline]
-    fn vertex(&self, vertex: u32) -> Vector3<f64> {
-        self.rotation * self.facets.vertices[vertex as usize] + self.translation
-    }
-
-    /// Calls `visit` for what of one of this body's trees is nearer than `reach` to what of one of the other's.
-    pub(super) fn near(&self, own: &Tree, others: &Tree, reach: &Cell<f64>, visit: impl FnMut(u32, u32)) {
-        near_pairs(own, (&self.rotation, &self.translation), others, reach, visit);
-    }
-
-    /// The ends of an edge, in the other's frame.
-    #[inline]
-    pub(super) fn ends(&self, edge: &Edge) -> [Vector3<f64>; 2] {
-        edge.ends.map(|end| self.vertex(end))
     }
 
     /// The signed distance (m) of the deepest corner inside the other body, zero if there is none.
@@ -120,13 +100,13 @@ impl<'a> Placed<'a> {
     pub(super) fn nearest_corner(&self) -> f64 {
         let mut nearest = f64::INFINITY;
         let mut last: Option<(Vector3<f64>, f64)> = None;
-        for corner in &self.facets.corners {
-            let point = self.vertex(corner.vertex);
+        for corner in &self.beside.own().corners {
+            let point = self.beside.vertex(corner.vertex);
             // Two corners' distances differ by no more than there is between them.
             if last.is_some_and(|(other, distance)| distance - (point - other).norm() >= nearest) {
                 continue;
             }
-            let (distance, _) = self.other.signed_distance(&point.into());
+            let (distance, _) = self.beside.other.signed_distance(&point.into());
             nearest = nearest.min(distance);
             last = Some((point, distance));
         }
@@ -134,18 +114,19 @@ impl<'a> Placed<'a> {
     }
 
     /// The edges of which a part is inside the other body.
-    pub(super) fn edges_within(&self) -> impl Iterator<Item = Within<'_>> {
-        self.within
-            .iter()
-            .map(|(edge, at)| Within { edge: &self.facets.edges[*edge as usize], at: &self.piercings[at.clone()] })
+    pub(super) fn edges_within(&self) -> impl Iterator<Item = Within<'_, 'a>> {
+        self.within.iter().map(|(edge, at)| Within {
+            edge: &self.beside.own().edges[*edge as usize],
+            at: &self.piercings[at.clone()],
+        })
     }
 
     fn pierce(&mut self) {
         let mut piercings = Vec::new();
-        let faces = &self.other.facets;
-        self.near(&self.facets.edge_tree, &faces.face_tree, &Cell::new(0.0), |edge, face| {
-            let ends = self.ends(&self.facets.edges[edge as usize]);
-            if let Some((place, enters)) = faces.faces[face as usize].pierced(ends) {
+        let (body, others) = (self.beside, self.beside.others());
+        let known = self.known.map(|known| known.edges.as_slice());
+        body.near(known, (&body.own().edge_tree, &others.face_tree), &Cell::new(0.0), |edge, face| {
+            if let Some((place, enters)) = others.faces[face as usize].pierced(body.ends(edge)) {
                 piercings.push(Piercing { edge, place, enters });
             }
         });
@@ -155,7 +136,7 @@ impl<'a> Placed<'a> {
 
     /// Finds the corners inside, from the edges that pierce along those that do not, and the edges of which a part is inside.
     fn go_inside(&mut self) {
-        let facets = self.facets;
+        let facets = self.beside.own();
         let mut is_known = vec![false; facets.edges.len()];
         let mut next: Vec<u32> = Vec::new();
         for at in self.piercings.chunk_by(|a, b| a.edge == b.edge) {
@@ -174,7 +155,7 @@ impl<'a> Placed<'a> {
             if std::mem::replace(&mut is_asked[corner as usize], true) {
                 continue;
             }
-            let (distance, foot) = self.other.signed_distance(&self.vertex(vertex).into());
+            let (distance, foot) = self.beside.other.signed_distance(&self.beside.vertex(vertex).into());
             if distance < 0.0 {
                 self.is_inside[corner as usize] = true;
                 self.inside.push(Inside { corner, distance, foot: foot.coords });
@@ -200,7 +181,7 @@ impl<'a> Placed<'a> {
     }
 
     fn is_vertex_inside(&self, vertex: u32) -> bool {
-        self.facets.corner_at.get(&vertex).is_some_and(|&corner| self.is_inside[corner as usize])
+        self.beside.own().corner_at.get(&vertex).is_some_and(|&corner| self.is_inside[corner as usize])
     }
 
     /// Passes on how far corners are from faces of the other body, if less than `limit`, which may be lowered on the way: the distance, the corner's place and the face's normal.
@@ -209,14 +190,14 @@ impl<'a> Placed<'a> {
         if limit.get() <= 0.0 {
             return;
         }
-        let corners = &self.facets.corners;
-        let faces = &self.other.facets;
-        self.near(&self.facets.corner_tree, &faces.face_tree, limit, |k, face| {
+        let (body, others) = (&self.beside, self.beside.others());
+        let known = self.known.map(|known| known.corners.as_slice());
+        body.near(known, (&body.own().corner_tree, &others.face_tree), limit, |k, face| {
             if self.is_inside[k as usize] {
                 return;
             }
-            let (corner, face) = (&corners[k as usize], &faces.faces[face as usize]);
-            let point = self.vertex(corner.vertex);
+            let (corner, face) = (&body.own().corners[k as usize], &others.faces[face as usize]);
+            let point = body.vertex(corner.vertex);
             let height = face.height(&point);
             let is_near = (-TOUCHING..limit.get()).contains(&height)
                 && face.beyond(&point).is_some_and(|beyond| beyond <= PAST_CORNER * height + TOUCHING);
@@ -236,23 +217,34 @@ impl<'a> Placed<'a> {
         if inside.distance >= limit.get() {
             return;
         }
-        let corner = &self.facets.corners[inside.corner as usize];
-        let point = self.vertex(corner.vertex);
+        let (body, others) = (&self.beside, self.beside.others());
+        let corner = &body.own().corners[inside.corner as usize];
+        let point = body.vertex(corner.vertex);
         let enough = -inside.distance * (1.0 + 1e-6) + TOUCHING;
+        let farthest = limit.get().max(AROUND * enough);
         let mut is_told = false;
-        let faces = &self.other.facets;
-        let own = Tree::new(&[Box3::around([self.facets.vertices[corner.vertex as usize]])]);
-        self.near(&own, &faces.face_tree, &Cell::new(limit.get().max(AROUND * enough)), |_, face| {
-            let face = &faces.faces[face as usize];
+        let mut visit = |face: u32| {
+            let face = &others.faces[face as usize];
             let height = face.height(&point);
-            if height < -enough || face.beyond(&point).is_none_or(|beyond| beyond > enough) {
+            if height < -enough {
+                return;
+            }
+            let is_near = |beyond: f64| beyond <= enough && height.hypot(beyond) <= farthest;
+            if !face.beyond(&point).is_some_and(is_near) {
                 return;
             }
             is_told |= height < 0.0;
             if height < limit.get() && (height < 0.0 || !self.leans(corner, face)) {
                 emit(height, point, face.normal);
             }
-        });
+        };
+        match self.known {
+            Some(known) if farthest <= limit.get() => known.of_corner(inside.corner).for_each(visit),
+            _ => {
+                let own = Tree::new(&[Box3::around([body.own().vertices[corner.vertex as usize]])]);
+                body.near(None, (&own, &others.face_tree), &Cell::new(farthest), |_, face| visit(face));
+            }
+        }
         if !is_told {
             emit(inside.distance, point, (inside.foot - point) / -inside.distance);
         }
@@ -260,7 +252,7 @@ impl<'a> Placed<'a> {
 
     /// Whether a part of the body beside the corner is nearer to the face.
     fn leans(&self, corner: &Corner, face: &Face) -> bool {
-        let normal = self.rotation.tr_mul(&face.normal);
+        let normal = self.beside.rotation.tr_mul(&face.normal);
         corner.along.iter().any(|along| along.dot(&normal) < -LEANING)
     }
 }

@@ -2,11 +2,13 @@
 
 use std::cell::Cell;
 
-use nalgebra::{Matrix3, Point3, Vector3};
+use nalgebra::{Point3, Vector3};
 
+use super::beside::Beside;
 use super::blend::{self, Blend, Row};
 use super::facets::{Edge, Facets};
 use super::lines::{Lines, Places};
+use super::nearby::{Nearby, Pair};
 use super::placed::{LEANING, Placed, TOUCHING, Within};
 use super::solid::Solid;
 use crate::se3::{Pose, Twist, twist};
@@ -72,12 +74,12 @@ impl Solids {
 
     /// The signed gap at a pose. Infinite if the bodies are more than 10 m apart.
     pub fn gap(&self, fixture_from_tool: &Pose) -> Touch {
-        Sweep::new(self, fixture_from_tool).gap()
+        Sweep::new(self.tool_beside_fixture(fixture_from_tool), None).gap()
     }
 
     /// The mean of the distances that are nearly the least, and its gradient, as [`PegAndHole::blended_gap`](super::extrusion::PegAndHole::blended_gap) has it.
     pub fn blended_gap(&self, fixture_from_tool: &Pose, temperature: f64) -> (f64, Twist) {
-        let sweep = Sweep::new(self, fixture_from_tool);
+        let sweep = Sweep::new(self.tool_beside_fixture(fixture_from_tool), None);
         let found = if temperature > 0.0 { sweep.nearest(blend::REACH * temperature) } else { Vec::new() };
         let Some(least) = least(&found) else {
             let gap = sweep.gap();
@@ -90,13 +92,32 @@ impl Solids {
     }
 
     /// Calls `visit` for what is nearer than `reach` (m), in no particular order; for the deepest overlap alone if a corner is more than 2 mm inside.
-    pub fn visit_below(&self, fixture_from_tool: &Pose, reach: f64, mut visit: impl FnMut(&Touch)) {
-        let sweep = Sweep::new(self, fixture_from_tool);
+    ///
+    /// What is near is kept in `recall`: at a pose nearby it is not looked for again. What is visited does not depend on it.
+    pub fn visit_below(
+        &self,
+        fixture_from_tool: &Pose,
+        reach: f64,
+        recall: &mut Option<Box<Nearby>>,
+        mut visit: impl FnMut(&Touch),
+    ) {
+        let tool = self.tool_beside_fixture(fixture_from_tool);
+        let sweep = Sweep::new(tool, Some(Nearby::at(recall, &tool, reach)));
         if sweep.deepest() < -DEEP {
-            return visit(&sweep.gap());
+            return visit(&self.gap(fixture_from_tool));
         }
         let found = sweep.below(reach, f64::INFINITY);
         found.iter().filter(|found| found.value < reach).for_each(|found| visit(&sweep.touch(found)));
+    }
+
+    /// The tool at a pose.
+    fn tool_beside_fixture(&self, fixture_from_tool: &Pose) -> Beside<'_> {
+        Beside {
+            body: &self.tool,
+            other: &self.fixture,
+            rotation: *fixture_from_tool.rotation.to_rotation_matrix().matrix(),
+            translation: fixture_from_tool.translation.vector,
+        }
     }
 }
 
@@ -115,31 +136,31 @@ fn least(found: &[Found]) -> Option<&Found> {
 
 /// Two bodies at a pose.
 struct Sweep<'a> {
-    pair: &'a Solids,
-    rotation: Matrix3<f64>,
-    translation: Vector3<f64>,
+    /// The edges of the bodies that are near each other, if they were looked for before.
+    known: Option<&'a [Pair]>,
     tool: Placed<'a>,
     fixture: Placed<'a>,
 }
 
 impl<'a> Sweep<'a> {
-    fn new(pair: &'a Solids, fixture_from_tool: &Pose) -> Self {
-        let rotation = *fixture_from_tool.rotation.to_rotation_matrix().matrix();
-        let translation = fixture_from_tool.translation.vector;
-        let (tool, fixture) = (&pair.tool.facets, &pair.fixture.facets);
-        let (inverse, back) = (rotation.transpose(), -rotation.tr_mul(&translation));
+    /// Of all, or of what is known to be near.
+    fn new(tool: Beside<'a>, known: Option<&'a Nearby>) -> Self {
         Sweep {
-            pair,
-            rotation,
-            translation,
-            tool: Placed::new(tool, &pair.fixture, rotation, translation),
-            fixture: Placed::new(fixture, &pair.tool, inverse, back),
+            known: known.map(|nearby| nearby.edges.as_slice()),
+            tool: Placed::new(tool, known.map(|nearby| &nearby.tool)),
+            fixture: Placed::new(tool.turned_round(), known.map(|nearby| &nearby.fixture)),
         }
     }
 
+    /// From the fixture's frame to the tool's.
+    #[inline]
+    fn in_tool(&self, direction: &Vector3<f64>) -> Vector3<f64> {
+        self.tool.beside.rotation.tr_mul(direction)
+    }
+
     fn gradient(&self, found: &Found) -> Twist {
-        let normal = self.rotation.tr_mul(&found.normal);
-        let point = self.rotation.tr_mul(&(found.point - self.translation));
+        let normal = self.in_tool(&found.normal);
+        let point = self.in_tool(&(found.point - self.tool.beside.translation));
         twist(&normal, &point.cross(&normal))
     }
 
@@ -184,8 +205,8 @@ impl<'a> Sweep<'a> {
         };
         self.tool.corners_on_faces(&limit, &mut |value, point, normal| keep(&mut kept, Found { value, point, normal }));
         self.fixture.corners_on_faces(&limit, &mut |value, point, normal| {
-            let point = self.rotation * point + self.translation;
-            keep(&mut kept, Found { value, point, normal: -(self.rotation * normal) });
+            let Beside { rotation, translation, .. } = &self.tool.beside;
+            keep(&mut kept, Found { value, point: rotation * point + translation, normal: -(rotation * normal) });
         });
         if self.deepest() < -DEEP {
             return kept;
@@ -199,9 +220,9 @@ impl<'a> Sweep<'a> {
         }
         if limit.get() > 0.0 {
             let deepest = least(&kept).map_or(0.0, |least| -least.value.min(0.0));
-            let (tool, fixture) = (self.tool.facets, self.fixture.facets);
-            self.tool.near(&tool.edge_tree, &fixture.edge_tree, &limit, |of_tool, of_fixture| {
-                let (e, f) = (&tool.edges[of_tool as usize], &fixture.edges[of_fixture as usize]);
+            let (tool, fixture) = (self.tool.beside.own(), self.fixture.beside.own());
+            self.tool.beside.near(self.known, (&tool.edge_tree, &fixture.edge_tree), &limit, |e, f| {
+                let (e, f) = (&tool.edges[e as usize], &fixture.edges[f as usize]);
                 if let Some(found) = self.free(e, f, limit.get(), deepest) {
                     keep(&mut kept, found);
                 }
@@ -211,8 +232,8 @@ impl<'a> Sweep<'a> {
     }
 
     /// Two edges of which a part is inside the other body, where they have passed each other, if their distance is below `limit` (m).
-    fn overlap(&self, of_tool: &Within<'_>, of_fixture: &Within<'_>, limit: f64) -> Option<Found> {
-        let lines = self.lines(of_tool.edge, of_fixture.edge);
+    fn overlap(&self, of_tool: &Within<'_, 'a>, of_fixture: &Within<'_, 'a>, limit: f64) -> Option<Found> {
+        let lines = self.tool.beside.lines(of_tool.edge, of_fixture.edge);
         let limit = limit.min(-TOUCHING);
         if !lines.are_apart(-limit) {
             return None;
@@ -230,7 +251,11 @@ impl<'a> Sweep<'a> {
         let (p, q) = lines.points((s, t));
         let is_overlap = lines.reach((s, t), depth.max(-self.deepest()))
             && lines.of_fixture.normals.iter().all(|face| behind(face, lines.tool_ends, q))
-            && lines.of_tool.normals.iter().all(|face| behind(&(self.rotation * face), lines.fixture_ends, p));
+            && lines
+                .of_tool
+                .normals
+                .iter()
+                .all(|face| behind(&(self.tool.beside.rotation * face), lines.fixture_ends, p));
         (is_overlap && self.is_one_place(&p, &q)).then_some(found)
     }
 
@@ -239,19 +264,20 @@ impl<'a> Sweep<'a> {
         let apart = (p - q).norm();
         let is_deep = |body: &Solid, point: Vector3<f64>| apart < -OBLIQUE * body.signed_distance(&point.into()).0;
         apart < ONE_PLACE
-            || (is_deep(&self.pair.fixture, *p)
-                && is_deep(&self.pair.tool, self.rotation.tr_mul(&(q - self.translation))))
+            || (is_deep(self.fixture.beside.body, *p)
+                && is_deep(self.tool.beside.body, self.in_tool(&(q - self.tool.beside.translation))))
     }
 
     /// Two edges that have not passed each other, if nearer than `limit` (m), where overlaps are as deep as `deepest` (m).
-    fn free(&self, e: &Edge, f: &Edge, limit: f64, deepest: f64) -> Option<Found> {
-        let lines = self.lines(e, f);
+    fn free(&self, e: &'a Edge, f: &'a Edge, limit: f64, deepest: f64) -> Option<Found> {
+        let lines = self.tool.beside.lines(e, f);
         if lines.are_apart(limit) {
             return None;
         }
         if let Some(places) = lines.nearest() {
             // Past the end of an edge where its body goes on, the other edge is within that body.
-            let crossing = if lines.reach(places, deepest) { self.crossing(&lines, places) } else { None };
+            let may_cross = lines.reach(places, deepest) && lines.are_nearer(limit);
+            let crossing = if may_cross { self.crossing(&lines, places) } else { None };
             let found = crossing.filter(|found| found.value >= -TOUCHING);
             if found.is_some() || lines.reach(places, 0.0) {
                 return found;
@@ -260,15 +286,10 @@ impl<'a> Sweep<'a> {
         self.end(&lines, lines.nearest_end()).filter(|found| found.value < limit)
     }
 
-    fn lines<'e>(&self, of_tool: &'e Edge, of_fixture: &'e Edge) -> Lines<'e> {
-        let fixture_ends = of_fixture.ends.map(|end| self.fixture.facets.vertices[end as usize]);
-        Lines::new((of_tool, self.tool.ends(of_tool)), (of_fixture, fixture_ends))
-    }
-
     /// Two edges that pass each other at places, along the normal of both, unless a face beside one of them is nearer.
     fn crossing(&self, lines: &Lines<'_>, places: Places) -> Option<Found> {
         let normal = lines.normal()?;
-        let in_tool = self.rotation.tr_mul(&normal);
+        let in_tool = self.in_tool(&normal);
         let (e, f) = (lines.of_tool, lines.of_fixture);
         let side = normal.dot(&(f.normals[0] + f.normals[1])) - in_tool.dot(&(e.normals[0] + e.normals[1]));
         let (normal, in_tool) = if side < 0.0 { (-normal, -in_tool) } else { (normal, in_tool) };
@@ -286,7 +307,7 @@ impl<'a> Sweep<'a> {
             return None;
         }
         let normal = (p - q) / value;
-        let in_tool = self.rotation.tr_mul(&normal);
+        let in_tool = self.in_tool(&normal);
         let corner = |facets: &'a Facets, edge: &Edge, at: f64| -> Option<Option<&'a [Vector3<f64>]>> {
             let end = usize::from(at == 1.0);
             if at > 0.0 && at < 1.0 {
@@ -297,8 +318,8 @@ impl<'a> Sweep<'a> {
             Some(Some(facets.corners[*corner as usize].along.as_slice()))
         };
         let (e, f) = (lines.of_tool, lines.of_fixture);
-        let of_tool = corner(self.tool.facets, e, s)?.unwrap_or(&e.into);
-        let of_fixture = corner(self.fixture.facets, f, t)?.unwrap_or(&f.into);
+        let of_tool = corner(self.tool.beside.own(), e, s)?.unwrap_or(&e.into);
+        let of_fixture = corner(self.fixture.beside.own(), f, t)?.unwrap_or(&f.into);
         // Nearest in earnest: the fixture falls away on all sides, and the tool hardly leans.
         let is_nearest = of_fixture.iter().all(|away| away.dot(&normal) <= TOUCHING)
             && of_tool.iter().all(|away| away.dot(&in_tool) >= -LEANING);

@@ -32,6 +32,7 @@ pub use unknown::Unknown;
 
 use nalgebra::Matrix6;
 
+use crate::geometry::nearby::Nearby;
 use crate::se3::{Pose, Twist};
 
 /// Most rows any manifold's residual or envelope has.
@@ -140,10 +141,17 @@ impl Reach {
 
     /// Distance (m) from which on no wall is near that touches the tool within `radius` (m) of its origin.
     pub fn farthest(&self, radius: f64) -> f64 {
-        let size = |k: usize| self.covariance.fixed_view::<3, 3>(k, k).norm().sqrt();
+        let size = |k: usize| self.covariance.fixed_view::<3, 3>(k, k).symmetric_eigenvalues().max().max(0.0).sqrt();
         let deviation = (size(0) + radius * size(3)).hypot(self.own_variance.sqrt());
         self.interference.max(0.0) + self.deviations * deviation
     }
+}
+
+/// What is kept of a contact from one look at its walls to the next. How fast they are found depends on it, and nothing else.
+#[derive(Clone, Debug, Default)]
+pub struct Recall {
+    /// What of tool and fixture was near each other.
+    nearby: Option<Box<Nearby>>,
 }
 
 /// Given a pose's index and its residual, the derivative of some loss by each row of it.
@@ -174,7 +182,9 @@ pub trait ContactManifold: Send + Sync + std::fmt::Debug {
     /// How far the tool is from each wall that it may touch, the nearest first, appended to `rows`: those within `reach`. A wall is what can push in one
     /// direction; all that the parts touch at once read zero, on average over the pose's noise. None where it
     /// cannot be told which walls there are. The residual, for a manifold of one wall.
-    fn walls(&self, fixture_from_tool: &Pose, reach: &Reach, rows: &mut Rows) {
+    ///
+    /// A contact is looked at again and again, at poses nearby; what is found of it may be kept in its recall.
+    fn walls(&self, fixture_from_tool: &Pose, reach: &Reach, _recall: &mut Recall, rows: &mut Rows) {
         self.residual(fixture_from_tool, 0.0, rows);
         rows.retain(|distance, gradient| reach.holds(distance, gradient.dot(&(reach.covariance * gradient))));
     }
@@ -234,5 +244,40 @@ pub trait ContactManifold: Send + Sync + std::fmt::Debug {
     /// Whether the residual is the distance from a projection, which also counts motion along the manifold: no covariance follows from it.
     fn is_projection(&self) -> bool {
         false
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::Vector3;
+    use rand::{RngExt, SeedableRng};
+    use rand_pcg::Pcg64;
+
+    use super::*;
+    use crate::se3::twist;
+
+    #[test]
+    fn no_wall_is_near_that_is_farther_than_the_farthest() {
+        let mut chance = Pcg64::seed_from_u64(1);
+        let mut most: f64 = 0.0;
+        for k in 0..20_000 {
+            let mut each = |size: f64| size * chance.random_range(-1.0..=1.0);
+            // Of one joint far away, or of several.
+            let mut covariance = Matrix6::zeros();
+            for _ in 0..1 + k % 4 {
+                let joint = twist(&Vector3::from_fn(|_, _| each(30e-6)), &Vector3::from_fn(|_, _| each(50e-6)));
+                covariance += joint * joint.transpose();
+            }
+            let reach = Reach { covariance, own_variance: 1e-12, interference: each(20e-6), deviations: 4.0 };
+            let (normal, out) = (Vector3::from_fn(|_, _| each(1.0)), Vector3::from_fn(|_, _| each(1.0)));
+            let (normal, point) = (normal.normalize(), out.normalize() * each(0.05).abs());
+            let gradient = twist(&normal, &point.cross(&normal));
+            let variance = gradient.dot(&(covariance * gradient));
+            let farthest = reach.farthest(0.05);
+            assert!(!reach.holds(farthest, variance));
+            most = most.max(variance.sqrt() / farthest);
+        }
+        // Nor is it looked much farther than there may be one.
+        assert!(most > 0.24, "{most}");
     }
 }

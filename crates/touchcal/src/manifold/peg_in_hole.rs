@@ -1,7 +1,7 @@
 //! A straight peg in a straight hole: the residual is the exact signed gap.
 
 use super::hole::{self, Hole, ROTATION_SCALE, TRANSLATION_SCALE};
-use super::{ContactManifold, Reach, Rows, Shape, Sketch};
+use super::{ContactManifold, Reach, Recall, Rows, Shape, Sketch};
 use crate::geometry::extrusion::{Gap, PegAndHole};
 use crate::geometry::profile::Profile;
 use crate::geometry::solids::Touch;
@@ -53,7 +53,7 @@ impl ContactManifold for PegInHole {
         rows.push(value, self.hole().without_turns(hole_from_peg)(gradient));
     }
 
-    fn walls(&self, hole_from_peg: &Pose, reach: &Reach, rows: &mut Rows) {
+    fn walls(&self, hole_from_peg: &Pose, reach: &Reach, _recall: &mut Recall, rows: &mut Rows) {
         let visit_below = |distance: f64, visit: &mut dyn FnMut(Touch)| {
             self.shapes.visit_below(hole_from_peg, distance, |gap| visit(gap.into()));
         };

@@ -2,7 +2,7 @@
 
 use super::fit::{self, Misfit};
 use super::hole::{self, Hole, ROTATION_SCALE, TRANSLATION_SCALE};
-use super::{ContactManifold, PegInHole, Reach, Rows, Shape, Sketch};
+use super::{ContactManifold, PegInHole, Reach, Recall, Rows, Shape, Sketch};
 use crate::geometry::extrusion::PegAndHole;
 use crate::geometry::round::{Round, is_turned};
 use crate::geometry::solids::{Solids, Touch};
@@ -63,9 +63,9 @@ impl ContactManifold for SolidInHole {
         rows.push(value, self.hole.without_turns(hole_from_peg)(gradient));
     }
 
-    fn walls(&self, hole_from_peg: &Pose, reach: &Reach, rows: &mut Rows) {
+    fn walls(&self, hole_from_peg: &Pose, reach: &Reach, recall: &mut Recall, rows: &mut Rows) {
         let visit_below = |distance: f64, visit: &mut dyn FnMut(Touch)| {
-            self.shapes.visit_below(hole_from_peg, distance, |touch| visit(touch.clone()));
+            self.shapes.visit_below(hole_from_peg, distance, &mut recall.nearby, |touch| visit(touch.clone()));
         };
         self.hole.push_walls(hole_from_peg, reach, visit_below, rows);
     }
