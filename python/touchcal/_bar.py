@@ -1,10 +1,16 @@
 """Progress on a terminal or in a notebook."""
 
-from collections.abc import Callable, Iterator
+from __future__ import annotations
+
 from contextlib import contextmanager
-from typing import Any
 
 from touchcal._touchcal import Progress
+
+# What types alone need takes longer to import than all else.
+TYPE_CHECKING = False
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+    from typing import Any
 
 
 @contextmanager

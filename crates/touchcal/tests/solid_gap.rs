@@ -223,9 +223,10 @@ fn what_is_kept_is_what_is_found() {
     let round = Solids::new(solid(&round_peg(0.0125, LENGTH, 1e-3, 60)), solid(&round_block(0.013, DEPTH, 60)));
     let straight = pairs().into_iter().map(|(name, _, meshes)| (name, meshes));
     for (name, meshes) in straight.chain([("chamfered", chamfered_and_rounded()), ("chamfered round", round)]) {
-        let mut visited = 0;
+        let (mut visited, mut compared) = (0, 0);
         for _ in 0..40 {
-            let mut pose = draw(&mut chance, 0.5e-3, (-0.028, -0.004), 0.01);
+            // Down to the floor, if there is one.
+            let mut pose = draw(&mut chance, 0.5e-3, (-DEPTH - 0.1e-3, -0.004), 0.01);
             let mut recall = None;
             for _ in 0..25 {
                 // From a tenth of a micrometre to a millimetre.
@@ -236,16 +237,47 @@ fn what_is_kept_is_what_is_found() {
                 let reach = 0.2e-3 * chance.random_range(0.3..1.0);
                 let below = |recall: &mut _| {
                     let mut found = Vec::new();
-                    meshes.visit_below(&pose, reach, recall, |touch| found.push((touch.value, touch.gradient)));
-                    found.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.as_slice().partial_cmp(b.1.as_slice()).unwrap()));
+                    meshes.visit_below(&pose, reach, recall, |touch| found.push(touch.clone()));
                     found
                 };
                 let (kept, found) = (below(&mut recall), below(&mut None));
                 assert_eq!(kept, found, "{name}");
                 visited += found.len();
+                // The least of it is the gap, for which trees are searched as far as they must be.
+                let gap = meshes.gap(&pose).value;
+                let least = found.iter().map(|touch| touch.value).fold(f64::INFINITY, f64::min);
+                if gap < reach {
+                    compared += 1;
+                    assert!((least - gap).abs() < 1e-15, "{name}: {least:e} {gap:e}");
+                } else {
+                    assert!(found.is_empty(), "{name}: {least:e} {gap:e}");
+                }
             }
         }
-        assert!(visited > 5000, "{name}: {visited}");
+        println!("{name} | {visited} visited, {compared} of 1000 least ones compared");
+        assert!(visited > 5000 && compared > 300, "{name}: {visited} {compared}");
+    }
+}
+
+/// However straight parts are cut into triangles, a corner of the tip that is just above the floor and inside a wall is told of both.
+#[test]
+fn a_corner_in_a_hollow_corner_is_told_of_both() {
+    let slot = Profile::extrusion25();
+    let hole = slot.offset_mitred(0.5e-3).unwrap();
+    let meshes = Solids::new(solid(&peg(&slot, LENGTH)), solid(&block(&hole, DEPTH)));
+    let mut chance = Pcg64::seed_from_u64(8);
+    for _ in 0..200 {
+        // Against a wall in x or y, 20 µm into it, anywhere along.
+        let (into, along) = (0.52e-3, 0.4e-3 * chance.random_range(-1.0..=1.0));
+        let (side, height) = (chance.random_range(0..4), 10e-6 * chance.random_range(0.2..1.0));
+        let (x, y) = [(into, along), (-into, along), (along, into), (along, -into)][side];
+        let pose = Pose::translation(x, y, height - DEPTH);
+        let (mut wall, mut floor) = (0, 0);
+        meshes.visit_below(&pose, 0.1e-3, &mut None, |touch| {
+            wall += usize::from((touch.value + 20e-6).abs() < 1e-12);
+            floor += usize::from((touch.value - height).abs() < 1e-12 && touch.normal_in_fixture.z > 0.999);
+        });
+        assert!(wall > 0 && floor >= 36, "{x} {y} {height}: {wall} {floor}");
     }
 }
 

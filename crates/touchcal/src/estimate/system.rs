@@ -52,7 +52,7 @@ pub(crate) struct System<'p> {
     pub placement: Vec<usize>,
     /// For each fixture, the indices of all parameters that its contacts see, ascending.
     pub seen: Vec<Vec<usize>>,
-    /// What is kept of each contact between looks at its walls.
+    /// What is kept of each contact between looks at its walls: they are found sooner, and are the same.
     pub recalls: Vec<Mutex<Recall>>,
 }
 

@@ -198,20 +198,18 @@ pub(super) fn near_pairs(
     let (Some(around_a), Some(around_b)) = (a.boxes.first(), b.boxes.first()) else { return };
     let motion = Motion::new(rotation, translation, around_a);
     let moved = |i: u32| motion.of(&a.boxes[i as usize]);
-    let farthest = || {
-        let reach = reach.get();
-        if reach < 0.0 { -1.0 } else { (reach * reach * (1.0 + 8.0 * ROUNDING)) as f32 }
-    };
+    let squared = |reach: f64| if reach < 0.0 { -1.0 } else { (reach * reach * (1.0 + 8.0 * ROUNDING)) as f32 };
+    let mut farthest = squared(reach.get());
     let mut stack: Vec<(f32, u32, u32)> = Vec::with_capacity(64);
     let mut next = Some((motion.of(around_a).square_to(around_b), 0, 0));
     while let Some((square, i, j)) = next.or_else(|| stack.pop()) {
         next = None;
-        if square > farthest() {
+        if square > farthest {
             continue;
         }
         let mut go = |(i, around): (u32, Box3), j: u32| {
             let mut other = (around.square_to(&b.boxes[j as usize]), i, j);
-            if other.0 > farthest() {
+            if other.0 > farthest {
                 return;
             }
             match &mut next {
@@ -225,19 +223,25 @@ pub(super) fn near_pairs(
             }
         };
         match (a.nodes[i as usize], b.nodes[j as usize]) {
-            (Node::Thing(of_a), Node::Thing(of_b)) => visit(of_a, of_b),
+            (Node::Thing(of_a), Node::Thing(of_b)) => {
+                visit(of_a, of_b);
+                farthest = squared(reach.get());
+            }
             (Node::Halves(left, right), Node::Thing(_)) => {
-                [left, right].into_iter().for_each(|half| go((half, moved(half)), j));
+                go((left, moved(left)), j);
+                go((right, moved(right)), j);
             }
             (Node::Thing(_), Node::Halves(left, right)) => {
                 let whole = (i, moved(i));
-                [left, right].into_iter().for_each(|half| go(whole, half));
+                go(whole, left);
+                go(whole, right);
             }
             (Node::Halves(a_left, a_right), Node::Halves(b_left, b_right)) => {
-                for half in [(a_left, moved(a_left)), (a_right, moved(a_right))] {
-                    go(half, b_left);
-                    go(half, b_right);
-                }
+                let (left, right) = ((a_left, moved(a_left)), (a_right, moved(a_right)));
+                go(left, b_left);
+                go(left, b_right);
+                go(right, b_left);
+                go(right, b_right);
             }
         }
     }

@@ -63,13 +63,13 @@ impl Face {
         Some(beyond)
     }
 
-    /// Whether a point that moves by `room` (m) may come within `limit` (m), its foot beyond no side but in hollow corners.
+    /// Whether a point within `limit` (m) of the plane may have its foot on the face, or in a hollow corner beyond it, when it moves by `room` (m).
     pub(super) fn may_be_near(&self, point: &Vector3<f64>, room: f64, limit: f64) -> bool {
         let is_near = |side: &Side| side.beyond(point) <= if side.is_hollow { limit } else { room };
         self.height(point).abs() <= limit && self.sides.iter().all(is_near)
     }
 
-    /// Whether a segment may pass through when it moves by `room` (m): what of it is no farther from the plane is not all farther beyond a side.
+    /// Whether a segment may pass through when it moves by `room` (m): a part of it is that near to the plane, and not all of that part is farther beyond one side.
     pub(super) fn may_be_pierced(&self, [from, to]: [Vector3<f64>; 2], room: f64) -> bool {
         let (above, then) = (self.height(&from), self.height(&to));
         // Places along it between which it is near the plane.

@@ -74,13 +74,10 @@ impl<'e> Lines<'e> {
 
     /// Whether the edges are nearer to each other than `limit` (m).
     pub(super) fn are_nearer(&self, limit: f64) -> bool {
-        let apart = |places: Places| {
-            let (p, q) = self.points(places);
-            (p - q).norm()
-        };
-        // Within both, what is nearest of the lines is nearest of the edges.
-        let within = self.nearest().filter(|&places| self.reach(places, 0.0));
-        !self.are_apart(limit) && apart(within.unwrap_or_else(|| self.nearest_end())) < limit
+        let (p, q) = self.points(self.nearest_end());
+        // Where the lines are nearest within both edges, so are these.
+        let within = || self.nearest().is_some_and(|places| self.reach(places, 0.0));
+        !self.are_apart(limit) && ((p - q).norm() < limit || within())
     }
 
     /// The points at places.

@@ -6,9 +6,12 @@ use std::f64::consts::FRAC_1_SQRT_2;
 use nalgebra::{Matrix3, Vector3};
 
 use super::beside::Beside;
+use super::placed::PAST_CORNER;
 
-/// How far points may move until all is looked for anew, as a part of how far is looked.
+/// How far points may move until all is looked for anew, as a part of how far is asked.
 const ROOM: f64 = 0.1;
+/// Most pairs that are kept, so that contacts take no more than 16 KB each: what has more is looked for each time.
+const MOST_KEPT: usize = 2000;
 /// Of what reaches farther than so many times what is asked for, what is near enough is taken out.
 const TOO_FAR: f64 = 2.0;
 /// More than what rounding adds to distances (m).
@@ -29,16 +32,16 @@ pub struct Nearby {
     pub(super) tool: OnFaces,
     pub(super) fixture: OnFaces,
     /// Edges of the tool, and those of the fixture that they are near.
-    pub(super) edges: Vec<Pair>,
+    pub(super) edges: Box<[Pair]>,
 }
 
 /// What of a body is near the faces of another.
 #[derive(Clone, Debug)]
 pub(super) struct OnFaces {
     /// Edges, and faces that they may pierce.
-    pub(super) edges: Vec<Pair>,
-    /// Corners in their order, and faces.
-    pub(super) corners: Vec<Pair>,
+    pub(super) edges: Box<[Pair]>,
+    /// Corners, and faces.
+    pub(super) corners: Box<[Pair]>,
 }
 
 impl OnFaces {
@@ -46,38 +49,34 @@ impl OnFaces {
     fn new(body: &Beside<'_>, known: Option<&OnFaces>, (room, farthest): (f64, f64)) -> Self {
         let (own, others) = (body.own(), body.others());
         let mut edges = Vec::new();
-        let known_edges = known.map(|known| known.edges.as_slice());
+        let known_edges = known.map(|known| &*known.edges);
         body.near(known_edges, (&own.edge_tree, &others.face_tree), &Cell::new(room), |edge, face| {
             if others.faces[face as usize].may_be_pierced(body.ends(edge), room) {
                 edges.push((edge, face));
             }
         });
         let mut corners = Vec::new();
-        let known_corners = known.map(|known| known.corners.as_slice());
+        let known_corners = known.map(|known| &*known.corners);
         body.near(known_corners, (&own.corner_tree, &others.face_tree), &Cell::new(farthest), |corner, face| {
             let point = body.vertex(own.corners[corner as usize].vertex);
             if others.faces[face as usize].may_be_near(&point, room, farthest) {
                 corners.push((corner, face));
             }
         });
-        corners.sort_unstable();
-        edges.shrink_to_fit();
-        corners.shrink_to_fit();
-        OnFaces { edges, corners }
+        OnFaces { edges: ordered(edges), corners: ordered(corners) }
     }
+}
 
-    /// The faces that a corner is near.
-    pub(super) fn of_corner(&self, corner: u32) -> impl Iterator<Item = u32> {
-        let first = self.corners.partition_point(|&(other, _)| other < corner);
-        self.corners[first..].iter().take_while(move |&&(other, _)| other == corner).map(|&(_, face)| face)
-    }
+/// Pairs in an order that does not depend on the pose.
+fn ordered(mut pairs: Vec<Pair>) -> Box<[Pair]> {
+    pairs.sort_unstable();
+    pairs.into()
 }
 
 impl Nearby {
     /// What is nearer than `reach` (m) at a pose, among more: what is kept in `recall`, if that will do.
     pub(super) fn at<'r>(recall: &'r mut Option<Box<Nearby>>, tool: &Beside<'_>, reach: f64) -> &'r Nearby {
-        let reach = reach.max(0.0);
-        let room = ROOM * reach;
+        let (reach, room) = (reach.max(0.0) * (1.0 + PAST_CORNER), ROOM * reach.max(0.0));
         let nearby = match recall.take() {
             Some(before) if before.farthest <= TOO_FAR * reach && before.holds(tool, 0.0, reach) => before,
             before => {
@@ -93,13 +92,12 @@ impl Nearby {
         let limits = (room + ROUNDING, farthest + ROUNDING);
         let (own, others) = (tool.own(), tool.others());
         let mut edges = Vec::new();
-        let known_edges = known.map(|known| known.edges.as_slice());
+        let known_edges = known.map(|known| &*known.edges);
         tool.near(known_edges, (&own.edge_tree, &others.edge_tree), &Cell::new(limits.1), |e, f| {
             if tool.lines(&own.edges[e as usize], &others.edges[f as usize]).are_nearer(limits.1) {
                 edges.push((e, f));
             }
         });
-        edges.shrink_to_fit();
         Nearby {
             rotation: tool.rotation,
             translation: tool.translation,
@@ -107,17 +105,68 @@ impl Nearby {
             farthest,
             tool: OnFaces::new(tool, known.map(|known| &known.tool), limits),
             fixture: OnFaces::new(&tool.turned_round(), known.map(|known| &known.fixture), limits),
-            edges,
+            edges: ordered(edges),
         }
+    }
+
+    /// Whether it is small enough to be kept.
+    pub(super) fn is_small(&self) -> bool {
+        let of_faces = |body: &OnFaces| body.edges.len() + body.corners.len();
+        of_faces(&self.tool) + of_faces(&self.fixture) + self.edges.len() <= MOST_KEPT
     }
 
     /// Whether it has all that is nearer than `farthest` (m) beside a tool there, or may pierce within `room` (m).
     fn holds(&self, tool: &Beside<'_>, room: f64, farthest: f64) -> bool {
         let turned = tool.rotation - self.rotation;
         let (middle, radius) = tool.own().around;
-        // A difference of rotations stretches nothing by more than its norm over √2.
-        let moved =
-            (turned * middle + tool.translation - self.translation).norm() + turned.norm() * FRAC_1_SQRT_2 * radius;
+        // A difference of rotations stretches nothing by more than its norm over √2. What is near the tool is hardly farther out.
+        let moved = (turned * middle + tool.translation - self.translation).norm()
+            + turned.norm() * FRAC_1_SQRT_2 * (radius + self.farthest);
         moved + room <= self.room && moved + farthest <= self.farthest
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::Point3;
+
+    use super::*;
+    use crate::geometry::solid::Solid;
+
+    /// A body of corners on a cube of 20 mm.
+    fn cube() -> Solid {
+        let corner = |k: u32| Point3::from([k & 1, k >> 1 & 1, k >> 2].map(|side| 0.02 * f64::from(side)));
+        let corners: Vec<Point3<f64>> = (0..8).map(corner).collect();
+        let sides = [[0, 2, 3, 1], [4, 5, 7, 6], [0, 1, 5, 4], [2, 6, 7, 3], [0, 4, 6, 2], [1, 3, 7, 5]];
+        let triangles: Vec<[u32; 3]> = sides.iter().flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]]).collect();
+        Solid::new(&corners, &triangles).expect("a cube")
+    }
+
+    #[test]
+    fn what_was_near_is_kept_until_it_may_not_be() {
+        let (body, other) = (cube(), cube());
+        let above = |turn: f64, height: f64| Beside {
+            body: &body,
+            other: &other,
+            rotation: *nalgebra::Rotation3::from_axis_angle(&Vector3::z_axis(), turn).matrix(),
+            translation: Vector3::new(0.0, 0.0, 0.02 + height),
+        };
+        let mut recall = None;
+        let mut searched_at = |turn: f64, height: f64, reach: f64| {
+            let nearby = Nearby::at(&mut recall, &above(turn, height), reach);
+            (nearby.translation.z - 0.02, nearby.tool.corners.len())
+        };
+        let (_, count) = searched_at(0.0, 50e-6, 100e-6);
+        assert!(count >= 4, "four corners over the other's upper side: {count}");
+        let at = |found: (f64, usize)| (found.0 * 1e6).round();
+        assert_eq!(at(searched_at(0.0, 55e-6, 100e-6)), 50.0, "5 µm are within the room of 10 µm");
+        assert_eq!(at(searched_at(1e-4, 50e-6, 100e-6)), 50.0, "2 µm at 20 mm");
+        assert_eq!(at(searched_at(0.0, 61e-6, 100e-6)), 61.0, "11 µm are not");
+        assert_eq!(at(searched_at(1e-3, 61e-6, 100e-6)), 61.0);
+        assert_eq!(at(searched_at(0.0, 62e-6, 100e-6)), 62.0, "turned back by 1 mrad");
+        assert_eq!(at(searched_at(0.0, 63e-6, 120e-6)), 63.0, "farther than was looked");
+        assert_eq!(at(searched_at(0.0, 64e-6, 90e-6)), 63.0, "not much less far");
+        let narrow = searched_at(0.0, 64e-6, 10e-6);
+        assert_eq!((at(narrow), narrow.1), (64.0, 0), "much less far: nothing is left");
     }
 }

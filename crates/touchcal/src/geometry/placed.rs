@@ -15,7 +15,7 @@ pub(super) const LEANING: f64 = 0.3;
 /// Distances (m) up to this are contact, be the bodies free or overlapping.
 pub(super) const TOUCHING: f64 = 1e-12;
 /// How far beyond a hollow corner a face still counts, as a part of the distance from it: a tilt makes right angles a little obtuse.
-const PAST_CORNER: f64 = 0.01;
+pub(super) const PAST_CORNER: f64 = 0.01;
 /// How far around a corner inside faces are looked for, as a part of its depth: √2 to one that is as high and as far beyond.
 const AROUND: f64 = 1.5;
 
@@ -76,7 +76,7 @@ fn is_end_inside(at: &[Piercing]) -> bool {
 }
 
 impl<'a> Placed<'a> {
-    /// What of a body is inside the other or near it; of what is `known` to be near, if that is not nothing.
+    /// What of a body is inside the other or near it; of what is `known` to be near, if that was looked for before.
     pub(super) fn new(beside: Beside<'a>, known: Option<&'a OnFaces>) -> Self {
         let mut placed = Placed {
             beside,
@@ -124,13 +124,13 @@ impl<'a> Placed<'a> {
     fn pierce(&mut self) {
         let mut piercings = Vec::new();
         let (body, others) = (self.beside, self.beside.others());
-        let known = self.known.map(|known| known.edges.as_slice());
+        let known = self.known.map(|known| &*known.edges);
         body.near(known, (&body.own().edge_tree, &others.face_tree), &Cell::new(0.0), |edge, face| {
             if let Some((place, enters)) = others.faces[face as usize].pierced(body.ends(edge)) {
                 piercings.push(Piercing { edge, place, enters });
             }
         });
-        piercings.sort_unstable_by(|a, b| a.edge.cmp(&b.edge).then(a.place.total_cmp(&b.place)));
+        piercings.sort_by(|a, b| a.edge.cmp(&b.edge).then(a.place.total_cmp(&b.place)));
         self.piercings = piercings;
     }
 
@@ -191,7 +191,7 @@ impl<'a> Placed<'a> {
             return;
         }
         let (body, others) = (&self.beside, self.beside.others());
-        let known = self.known.map(|known| known.corners.as_slice());
+        let known = self.known.map(|known| &*known.corners);
         body.near(known, (&body.own().corner_tree, &others.face_tree), limit, |k, face| {
             if self.is_inside[k as usize] {
                 return;
@@ -221,30 +221,20 @@ impl<'a> Placed<'a> {
         let corner = &body.own().corners[inside.corner as usize];
         let point = body.vertex(corner.vertex);
         let enough = -inside.distance * (1.0 + 1e-6) + TOUCHING;
-        let farthest = limit.get().max(AROUND * enough);
         let mut is_told = false;
-        let mut visit = |face: u32| {
+        let own = Tree::new(&[Box3::around([body.own().vertices[corner.vertex as usize]])]);
+        let farthest = Cell::new(limit.get().max(AROUND * enough));
+        body.near(None, (&own, &others.face_tree), &farthest, |_, face| {
             let face = &others.faces[face as usize];
             let height = face.height(&point);
-            if height < -enough {
-                return;
-            }
-            let is_near = |beyond: f64| beyond <= enough && height.hypot(beyond) <= farthest;
-            if !face.beyond(&point).is_some_and(is_near) {
+            if height < -enough || face.beyond(&point).is_none_or(|beyond| beyond > enough) {
                 return;
             }
             is_told |= height < 0.0;
             if height < limit.get() && (height < 0.0 || !self.leans(corner, face)) {
                 emit(height, point, face.normal);
             }
-        };
-        match self.known {
-            Some(known) if farthest <= limit.get() => known.of_corner(inside.corner).for_each(visit),
-            _ => {
-                let own = Tree::new(&[Box3::around([body.own().vertices[corner.vertex as usize]])]);
-                body.near(None, (&own, &others.face_tree), &Cell::new(farthest), |_, face| visit(face));
-            }
-        }
+        });
         if !is_told {
             emit(inside.distance, point, (inside.foot - point) / -inside.distance);
         }

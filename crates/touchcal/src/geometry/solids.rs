@@ -15,6 +15,8 @@ use crate::se3::{Pose, Twist, twist};
 
 /// Distance (m) up to which free bodies are looked at for what is nearest; farther where nothing is.
 const NEAR: f64 = 0.1e-3;
+/// Distance (m) up to which it is sooner to look than to ask how far corners are.
+const NEAR_ENOUGH: f64 = 1e-3;
 /// Depth (m) of a corner from which corners alone tell how deep an overlap is.
 const DEEP: f64 = 2e-3;
 /// Distance (m) up to which overlaps are of one place: parts are not so thin.
@@ -93,7 +95,7 @@ impl Solids {
 
     /// Calls `visit` for what is nearer than `reach` (m), in no particular order; for the deepest overlap alone if a corner is more than 2 mm inside.
     ///
-    /// What is near is kept in `recall`: at a pose nearby it is not looked for again. What is visited does not depend on it.
+    /// What is near is kept in `recall`, of these two bodies: at a pose nearby it is not looked for again. What is visited does not depend on it.
     pub fn visit_below(
         &self,
         fixture_from_tool: &Pose,
@@ -102,12 +104,15 @@ impl Solids {
         mut visit: impl FnMut(&Touch),
     ) {
         let tool = self.tool_beside_fixture(fixture_from_tool);
-        let sweep = Sweep::new(tool, Some(Nearby::at(recall, &tool, reach)));
+        let nearby = Nearby::at(recall, &tool, reach);
+        let sweep = Sweep::new(tool, Some(nearby));
         if sweep.deepest() < -DEEP {
-            return visit(&self.gap(fixture_from_tool));
+            visit(&self.gap(fixture_from_tool));
+        } else {
+            let found = sweep.below(reach, f64::INFINITY);
+            found.iter().filter(|found| found.value < reach).for_each(|found| visit(&sweep.touch(found)));
         }
-        let found = sweep.below(reach, f64::INFINITY);
-        found.iter().filter(|found| found.value < reach).for_each(|found| visit(&sweep.touch(found)));
+        recall.take_if(|nearby| !nearby.is_small());
     }
 
     /// The tool at a pose.
@@ -146,7 +151,7 @@ impl<'a> Sweep<'a> {
     /// Of all, or of what is known to be near.
     fn new(tool: Beside<'a>, known: Option<&'a Nearby>) -> Self {
         Sweep {
-            known: known.map(|nearby| nearby.edges.as_slice()),
+            known: known.map(|nearby| &*nearby.edges),
             tool: Placed::new(tool, known.map(|nearby| &nearby.tool)),
             fixture: Placed::new(tool.turned_round(), known.map(|nearby| &nearby.fixture)),
         }
@@ -189,8 +194,9 @@ impl<'a> Sweep<'a> {
             if least(&found).is_some_and(|least| least.value <= reach) {
                 return found;
             }
-            // Corners that lean do not touch: the nearest may be none of them.
-            reach = (4.0 * reach).max(self.tool.nearest_corner() * (1.0 + ROUNDING));
+            // Where nothing is near, as far as the nearest corner; but corners that lean do not touch: the nearest may be none of them.
+            let at_least = if reach < NEAR_ENOUGH { 0.0 } else { self.tool.nearest_corner() * (1.0 + ROUNDING) };
+            reach = at_least.max(4.0 * reach);
         }
         Vec::new()
     }

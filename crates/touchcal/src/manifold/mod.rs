@@ -147,7 +147,7 @@ impl Reach {
     }
 }
 
-/// What is kept of a contact from one look at its walls to the next. How fast they are found depends on it, and nothing else.
+/// What the manifolds here keep of a contact of theirs from one look at its walls to the next. How fast they are found depends on it, and nothing else.
 #[derive(Clone, Debug, Default)]
 pub struct Recall {
     /// What of tool and fixture was near each other.
@@ -183,8 +183,9 @@ pub trait ContactManifold: Send + Sync + std::fmt::Debug {
     /// direction; all that the parts touch at once read zero, on average over the pose's noise. None where it
     /// cannot be told which walls there are. The residual, for a manifold of one wall.
     ///
-    /// A contact is looked at again and again, at poses nearby; what is found of it may be kept in its recall.
-    fn walls(&self, fixture_from_tool: &Pose, reach: &Reach, _recall: &mut Recall, rows: &mut Rows) {
+    /// A contact is looked at again and again, at poses nearby, with its own recall.
+    fn walls(&self, fixture_from_tool: &Pose, reach: &Reach, recall: &mut Recall, rows: &mut Rows) {
+        let _ = recall;
         self.residual(fixture_from_tool, 0.0, rows);
         rows.retain(|distance, gradient| reach.holds(distance, gradient.dot(&(reach.covariance * gradient))));
     }
@@ -277,7 +278,10 @@ mod tests {
             assert!(!reach.holds(farthest, variance));
             most = most.max(variance.sqrt() / farthest);
         }
-        // Nor is it looked much farther than there may be one.
+        // Nor is it looked much farther than there may be one, or than in any direction.
         assert!(most > 0.24, "{most}");
+        let covariance = Matrix6::identity() * 1e-10;
+        let alike = Reach { covariance, own_variance: 0.0, interference: 0.0, deviations: 4.0 };
+        assert!((alike.farthest(0.0) - 40e-6).abs() < 1e-12);
     }
 }
