@@ -9,7 +9,7 @@ mod parts;
 
 use std::sync::Arc;
 
-use common::{data, mujoco_trial, solve};
+use common::{data, mujoco_trial, simulated, timed};
 use nalgebra::{Point2, Point3};
 use parts::{Mesh, block, block_around, lofted, obj, peg, rounded, solid, stl};
 use touchcal::estimate::{Estimate, Loss, Method, Noise, Problem};
@@ -21,19 +21,12 @@ use touchcal::io::urdf::{self, Ends};
 use touchcal::io::{mesh, problem_file};
 use touchcal::manifold::{ContactManifold, PegInHole, SolidInHole, peg_in_hole};
 use touchcal::robot::Column;
-use touchcal::sim::{Exploration, Parts, Preset};
+use touchcal::sim::{Parts, Preset};
 
 /// Largest difference of a parameter, in standard deviations.
 fn apart(a: &Estimate, b: &Estimate) -> f64 {
     let pairs = a.parameters.iter().zip(&b.parameters);
     pairs.filter_map(|(a, b)| Some((a.value - b.value).abs() / a.sigma?.max(b.sigma?))).fold(0.0, f64::max)
-}
-
-fn timed(problem: &Problem) -> (Estimate, f64) {
-    let one_core = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
-    let start = std::time::Instant::now();
-    let estimate = one_core.install(|| solve(problem));
-    (estimate, start.elapsed().as_secs_f64())
 }
 
 /// The problem of a MuJoCo trial's contacts with the parts, which are straight, as STL files.
@@ -117,19 +110,6 @@ fn rounded_parts(peg_radius: f64, hole_radius: f64) -> PegAndHole {
     let slot = Profile::extrusion25();
     let hole = slot.offset_mitred(0.5e-3).unwrap();
     PegAndHole::new(rounded(&slot, peg_radius, 7), 0.04, rounded(&hole, hole_radius, 7), 0.03).unwrap()
-}
-
-/// 3000 contacts of these parts, whose surfaces are off by 20 µm, and how they are searched.
-fn simulated(parts: &PegAndHole, seed: u64) -> (Trial, Search) {
-    let robot = urdf::read_builtin("iiwa14", Ends::default()).unwrap().robot;
-    let mut scenario = Preset::Paper.scenario(robot).unwrap();
-    scenario.contact_sigma = 20e-6;
-    scenario.stiffness.rotation = 30.0;
-    scenario.touches[0].exploration = Exploration { radius: 2e-3, tilt: 0.04, press: 3e-3, swing: 0.2, pace: 1.0 };
-    scenario.touches[0].parts = Parts::PegInHole(Box::new(parts.clone()));
-    let noise = Noise { encoder: 3.5e-5, contact: 20e-6, learned: false };
-    let search = Search { method: Method::LevenbergMarquardt, noise, loss: Loss::GemanMcClure(3.0) };
-    (Trial::simulated(&scenario, seed).unwrap(), search)
 }
 
 #[test]

@@ -4,8 +4,12 @@
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
-use touchcal::estimate::{Estimate, Problem, calibrate};
+use touchcal::estimate::{Estimate, Loss, Method, Noise, Problem, calibrate};
+use touchcal::experiment::{Search, Trial};
+use touchcal::geometry::extrusion::PegAndHole;
 use touchcal::io::problem_file;
+use touchcal::io::urdf::{self, Ends};
+use touchcal::sim::{Exploration, Parts, Preset};
 
 /// The folder of `TOUCHCAL_DATA`, by default `../shared/data` beside the repository.
 ///
@@ -99,4 +103,25 @@ pub fn spread(mut errors: Vec<f64>) -> [(&'static str, f64); 4] {
 /// Calibrates without watching.
 pub fn solve(problem: &Problem) -> Estimate {
     calibrate(problem, &mut |_| ControlFlow::Continue(()))
+}
+
+/// The estimate of one core, and its seconds.
+pub fn timed(problem: &Problem) -> (Estimate, f64) {
+    let one_core = rayon::ThreadPoolBuilder::new().num_threads(1).build().expect("a thread");
+    let start = std::time::Instant::now();
+    let estimate = one_core.install(|| solve(problem));
+    (estimate, start.elapsed().as_secs_f64())
+}
+
+/// 3000 contacts of these parts, whose surfaces are off by 20 µm, and how they are searched.
+pub fn simulated(parts: &PegAndHole, seed: u64) -> (Trial, Search) {
+    let robot = urdf::read_builtin("iiwa14", Ends::default()).expect("an arm").robot;
+    let mut scenario = Preset::Paper.scenario(robot).expect("parts");
+    scenario.contact_sigma = 20e-6;
+    scenario.stiffness.rotation = 30.0;
+    scenario.touches[0].exploration = Exploration { radius: 2e-3, tilt: 0.04, press: 3e-3, swing: 0.2, pace: 1.0 };
+    scenario.touches[0].parts = Parts::PegInHole(Box::new(parts.clone()));
+    let noise = Noise { encoder: 3.5e-5, contact: 20e-6, learned: false };
+    let search = Search { method: Method::LevenbergMarquardt, noise, loss: Loss::GemanMcClure(3.0) };
+    (Trial::simulated(&scenario, seed).expect("contacts"), search)
 }
