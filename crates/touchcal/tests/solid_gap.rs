@@ -216,13 +216,18 @@ fn chamfered_and_rounded() -> Solids {
     Solids::new(solid(&peg), solid(&block_with(&[(&mouth, 0.0), (&wall, -0.3e-3), (&wall, -DEPTH)], DEPTH + 0.01)))
 }
 
+/// Straight parts, and others.
+fn all_pairs() -> Vec<(&'static str, Solids)> {
+    let round = Solids::new(solid(&round_peg(0.0125, LENGTH, 1e-3, 60)), solid(&round_block(0.013, DEPTH, 60)));
+    let straight = pairs().into_iter().map(|(name, _, meshes)| (name, meshes));
+    straight.chain([("chamfered", chamfered_and_rounded()), ("chamfered round", round)]).collect()
+}
+
 /// What is near is kept from pose to pose, however far they go and however far is asked: what is visited is what a new search finds.
 #[test]
 fn what_is_kept_is_what_is_found() {
     let mut chance = Pcg64::seed_from_u64(7);
-    let round = Solids::new(solid(&round_peg(0.0125, LENGTH, 1e-3, 60)), solid(&round_block(0.013, DEPTH, 60)));
-    let straight = pairs().into_iter().map(|(name, _, meshes)| (name, meshes));
-    for (name, meshes) in straight.chain([("chamfered", chamfered_and_rounded()), ("chamfered round", round)]) {
+    for (name, meshes) in all_pairs() {
         let (mut visited, mut compared) = (0, 0);
         for _ in 0..40 {
             // Down to the floor, if there is one.
@@ -285,9 +290,7 @@ fn a_corner_in_a_hollow_corner_is_told_of_both() {
 #[test]
 fn overlaps_are_no_deeper_than_the_way_back() {
     let mut chance = Pcg64::seed_from_u64(6);
-    let round = Solids::new(solid(&round_peg(0.0125, LENGTH, 1e-3, 60)), solid(&round_block(0.013, DEPTH, 60)));
-    let straight = pairs().into_iter().map(|(name, _, meshes)| (name, meshes));
-    for (name, meshes) in straight.chain([("chamfered", chamfered_and_rounded()), ("chamfered round", round)]) {
+    for (name, meshes) in all_pairs() {
         let (mut overlaps, mut deepest) = (0, 0.0_f64);
         for k in 0..200 {
             let wide = if k % 2 == 0 { 1.5e-3 } else { 6e-3 };

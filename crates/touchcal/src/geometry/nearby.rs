@@ -76,6 +76,7 @@ fn ordered(mut pairs: Vec<Pair>) -> Box<[Pair]> {
 impl Nearby {
     /// What is nearer than `reach` (m) at a pose, among more: what is kept in `recall`, if that will do.
     pub(super) fn at<'r>(recall: &'r mut Option<Box<Nearby>>, tool: &Beside<'_>, reach: f64) -> &'r Nearby {
+        // A foot may be a little past two sides of a hollow corner: with this much more, of any that is wider than some degrees.
         let (reach, room) = (reach.max(0.0) * (1.0 + PAST_CORNER), ROOM * reach.max(0.0));
         let nearby = match recall.take() {
             Some(before) if before.farthest <= TOO_FAR * reach && before.holds(tool, 0.0, reach) => before,
