@@ -15,7 +15,8 @@ static TARGET: LazyLock<(Reader, PathBuf)> = LazyLock::new(|| {
     let name = std::env::var("TOUCHCAL_READER").unwrap_or_default();
     let known: Vec<&str> = READERS.iter().map(|(known, _)| *known).collect();
     let (_, reader) = READERS.iter().find(|(known, _)| *known == name).unwrap_or_else(|| panic!("TOUCHCAL_READER: one of {known:?}"));
-    // Panics of other crates that the library catches are no finding; one that comes through is, whatever the hook.
+    // Panics of other crates that the library catches are no finding; one that comes through is,
+    // whatever the hook.
     std::panic::set_hook(Box::new(|_| {}));
     let folder = tempfile::tempdir().expect("a temporary folder").keep();
     (*reader, folder.join("hostile"))

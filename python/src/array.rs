@@ -1,4 +1,5 @@
-//! Arrays of numbers, and poses among them: seven numbers `x, y, z` (m), `qw, qx, qy, qz`, as in files, or 4 × 4 matrices.
+//! Arrays of numbers, and poses among them: seven numbers `x, y, z` (m), `qw, qx, qy, qz`, as in
+//! files, or 4 × 4 matrices.
 
 use nalgebra::{Matrix3, Quaternion, Rotation3, Translation3, UnitQuaternion};
 use numpy::ndarray::{ArrayViewD, Axis};
@@ -11,7 +12,8 @@ use crate::error::unexpected;
 /// Anything that numpy takes for an array of numbers; arrays of float64 are not copied.
 pub type Numbers<'py> = PyArrayLikeDyn<'py, f64, AllowTypeChange>;
 
-/// How far a quaternion's norm may be from 1, and a matrix from a rotation, before it is taken for a mistake.
+/// How far a quaternion's norm may be from 1, and a matrix from a rotation, before it is taken for
+/// a mistake.
 const TOLERANCE: f64 = 1e-3;
 
 /// `values` as an array that cannot be written to. They are moved, not copied.

@@ -9,7 +9,7 @@ use numpy::{PyArray1, PyArray2};
 use pyo3::exceptions::PyKeyError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use touchcal::estimate::{self, Identifiability, Status, Verdict, distances, place};
+use touchcal::estimate::{self, Identifiability, Status, Verdict, apply_estimated_places, contact_distances};
 use touchcal::io::calibration_folder::{self, Solved};
 use touchcal::io::estimate_file::{EstimateFile, ParameterEntry, WarningEntry};
 use touchcal::io::urdf::{self, Ends};
@@ -77,7 +77,7 @@ impl NullDirection {
     /// All of them; `name(k)` is that of parameter number `k`.
     pub fn each(found: &Identifiability, name: impl Fn(usize) -> String) -> Vec<NullDirection> {
         let each = found.null_space.iter().map(|null| NullDirection {
-            words: null.words.clone(),
+            words: null.description.clone(),
             direction: null.direction.iter().map(|&(k, part)| (name(k), part)).collect(),
         });
         each.collect()
@@ -268,13 +268,15 @@ impl Calibration {
         Ok(Robot::new(robot.map_err(io)?.with_gravity(*nominal.gravity()), text, &[]))
     }
 
-    /// Pose of the tool on the tip link of the nominal arm where the calibration found it, shape (7,).
+    /// Pose of the tool on the tip link of the nominal arm where the calibration found it, shape
+    /// (7,).
     #[getter]
     fn tip_from_tool<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
         fixed(py, numbers(&self.placed().tool.tip_from_tool).to_vec())
     }
 
-    /// Poses of the fixtures in the base frame where the calibration found them, shape (7,), by name: of those that had a nominal place.
+    /// Poses of the fixtures in the base frame where the calibration found them, shape (7,), by
+    /// name: of those that had a nominal place.
     #[getter]
     fn base_from_fixture<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let places = PyDict::new(py);
@@ -309,12 +311,14 @@ impl Calibration {
             .build()
     }
 
-    /// A row a contact: fixture, file, line, distance from touching (m) with the nominal and the calibrated arm, weight.
+    /// A row a contact: fixture, file, line, distance from touching (m) with the nominal and the
+    /// calibrated arm, weight.
     fn contacts_to_pandas<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let problem = &self.problem.get().loaded.problem;
         let values = self.solved.estimate.values();
-        let (before, after) =
-            py.detach(|| (distances(problem, &DVector::zeros(values.len())), distances(problem, &values)));
+        let (before, after) = py.detach(|| {
+            (contact_distances(problem, &DVector::zeros(values.len())), contact_distances(problem, &values))
+        });
         let log = &problem.contacts;
         let file = |i: usize| log.files().get(log.source(i).file as usize).map_or("", String::as_str);
         Frame::new(py)
@@ -343,7 +347,8 @@ impl Calibration {
         py.detach(|| calibration_folder::page(loaded, &self.solved, &self.file)).map_err(io)
     }
 
-    /// Writes calibrated.urdf, estimate.json and report.html into a folder, as `touchcal calibrate --out` does.
+    /// Writes calibrated.urdf, estimate.json and report.html into a folder, as `touchcal calibrate
+    /// --out` does.
     ///
     /// Returns:
     ///     their paths.
@@ -363,16 +368,18 @@ impl Calibration {
     /// The problem with tool and fixtures where they were found.
     fn placed(&self) -> estimate::Problem {
         let mut problem = self.problem.get().loaded.problem.clone();
-        place(&mut problem, |name| self.solved.estimate.parameter(name).map(|parameter| parameter.value));
+        apply_estimated_places(&mut problem, |name| {
+            self.solved.estimate.parameter(name).map(|parameter| parameter.value)
+        });
         problem
     }
 }
 
-/// Estimates what is wrong with an arm, as `touchcal calibrate` does: the same input gives the same bits.
+/// Estimates what is wrong with an arm, as `touchcal calibrate` does: the same input gives the same
+/// bits.
 ///
-/// Args:
-///     problem: what is to be calibrated.
-///     progress: called with a `Progress` at each step; what it raises ends the work, as Ctrl-C does. See `touchcal.bar`.
+/// Args: problem: what is to be calibrated. progress: called with a `Progress` at each step; what
+/// it raises ends the work, as Ctrl-C does. See `touchcal.bar`.
 ///
 /// Returns:
 ///     The result, which may be not usable: that is no exception, but its `status`.

@@ -22,9 +22,11 @@ const LOOK: Duration = Duration::from_millis(50);
 const MOST_TRIALS: u64 = 100_000_000;
 const MOST_THREADS: usize = 1024;
 
-/// Trials of one scenario, in parts of fifty that are kept in a folder: the one that `touchcal experiment campaign` writes and `merge` takes.
+/// Trials of one scenario, in parts of fifty that are kept in a folder: the one that `touchcal
+/// experiment campaign` writes and `merge` takes.
 ///
-/// Trial k follows from the scenario and `seed` + k alone, so parts may be computed anywhere, in any order. `touchcal.distributed.run_campaign` does so.
+/// Trial k follows from the scenario and `seed` + k alone, so parts may be computed anywhere, in
+/// any order. `touchcal.distributed.run_campaign` does so.
 ///
 /// Args:
 ///     folder: where it is, or is to be; the scenario is written there.
@@ -119,14 +121,15 @@ impl Campaign {
     ///     part: its number.
     ///     content: its Parquet file.
     ///
-    /// Raises:
-    ///     InputError: if it is not whole, or not of this campaign and version of touchcal; nothing is written.
+    /// Raises: InputError: if it is not whole, or not of this campaign and version of touchcal;
+    /// nothing is written.
     fn keep(&self, part: u64, content: &[u8]) -> PyResult<()> {
         self.check(part)?;
         self.parts.keep(part, content).map_err(io)
     }
 
-    /// Writes the rows of all parts to one Parquet file, as `touchcal experiment merge --rows` does.
+    /// Writes the rows of all parts to one Parquet file, as `touchcal experiment merge --rows`
+    /// does.
     ///
     /// Raises:
     ///     InputError: if a part is not there.

@@ -115,7 +115,7 @@ impl Inspection {
             name: expected.parameter.name.clone(),
             unit: expected.parameter.unit.symbol(),
             sigma: expected.sigma,
-            prior_sigma: expected.parameter.prior_sigma,
+            prior_sigma: expected.parameter.prior_sigma(),
             identifiable: expected.identifiable,
         });
         each.collect()
@@ -125,8 +125,13 @@ impl Inspection {
     #[getter]
     fn ranges(&self) -> Vec<JointRange> {
         let each = self.inspection.ranges.iter().cloned();
-        each.map(|estimate::JointRange { joint, least, most, share }| JointRange { joint, least, most, share })
-            .collect()
+        each.map(|estimate::JointRange { joint, least, greatest: most, share }| JointRange {
+            joint,
+            least,
+            most,
+            share,
+        })
+        .collect()
     }
 
     /// Number of contacts by name of the fixture.
@@ -179,9 +184,8 @@ impl Inspection {
 
 /// Says what a problem's contacts can determine, as `touchcal inspect` does.
 ///
-/// Args:
-///     problem: what is to be calibrated.
-///     progress: called with a `Progress` at each step; what it raises ends the work, as Ctrl-C does.
+/// Args: problem: what is to be calibrated. progress: called with a `Progress` at each step; what
+/// it raises ends the work, as Ctrl-C does.
 #[pyfunction]
 #[pyo3(signature = (problem, progress=None))]
 pub fn inspect(py: Python<'_>, problem: Py<Problem>, progress: Option<Py<PyAny>>) -> PyResult<Inspection> {

@@ -1,7 +1,8 @@
 //! The Python package `touchcal`: a thin layer over the library, one file for each idea.
 //!
-//! Arguments become the library's types at the door, with its own error texts; solves run without the interpreter's lock; results are
-//! read-only. What is documented for Python users stands at the classes and in `touchcal/_touchcal.pyi`.
+//! Arguments become the library's types at the door, with its own error texts; solves run without
+//! the interpreter's lock; results are read-only. What is documented for Python users stands at the
+//! classes and in `touchcal/_touchcal.pyi`.
 
 mod array;
 mod calibration;

@@ -18,7 +18,8 @@ const WRENCH: [&str; 6] = ["fx", "fy", "fz", "tx", "ty", "tz"];
 
 /// Joint positions of an arm whose tool touched one fixture, a row a contact.
 ///
-/// Rows are contacts where the force exceeds `force_threshold`, if it is given; else where they are flagged, if there are flags; else all.
+/// Rows are contacts where the force exceeds `force_threshold`, if it is given; else where they are
+/// flagged, if there are flags; else all.
 #[pyclass(frozen, module = "touchcal")]
 #[derive(Debug)]
 pub struct ContactLog {
@@ -26,7 +27,8 @@ pub struct ContactLog {
     pub input: Input,
 }
 
-/// What rows are contacts: threshold and release (N), debounce (rows), and how far apart (rad or m).
+/// What rows are contacts: threshold and release (N), debounce (rows), and how far apart (rad or
+/// m).
 type Chosen = (Option<f64>, Option<f64>, usize, Option<f64>);
 
 fn options(
@@ -110,7 +112,8 @@ pub fn warn(py: Python<'_>, log: &touchcal::contact::ContactLog) -> PyResult<()>
 struct Arrays<'a, 'py>(Vec<(&'a Numbers<'py>, Vec<String>)>);
 
 impl<'a, 'py> Arrays<'a, 'py> {
-    /// Appends an array of so many rows, or of any number if it is the first, with a column for each name.
+    /// Appends an array of so many rows, or of any number if it is the first, with a column for
+    /// each name.
     fn with(mut self, what: &str, array: &'a Numbers<'py>, names: Vec<String>) -> PyResult<Self> {
         let shape = array.shape();
         let rows = self.0.first().map(|(first, _)| first.shape()[0]);
@@ -150,23 +153,22 @@ impl<'a, 'py> Arrays<'a, 'py> {
 impl ContactLog {
     /// A log from arrays; those of float64 are read where they are.
     ///
-    /// Args:
-    ///     robot: whose joints these are.
-    ///     q: joint positions (rad or m), shape (N, dof), columns in the order of `robot.joints` unless `joints` says otherwise.
-    ///     wrench: forces and torques `fx, fy, fz, tx, ty, tz` (N, N m), shape (N, 6).
-    ///     contact: whether a row is a contact, shape (N,).
-    ///     unit: of the revolute joints: "rad" or "deg"; default: radians, but guessed, with a warning, if columns are named as KUKA's recorder does.
-    ///     joints: names of the moving joints in the order of the columns.
-    ///     force_threshold: force (N) above which contact begins; needs `wrench`.
-    ///     release: force (N) below which it ends; default: the threshold.
-    ///     debounce: rows in a row that either takes.
-    ///     apart: how far (rad or m) some joint must have moved since the last contact for a row to be another one; default: every row is.
-    ///     load_on: what the wrench is exerted on, without the tool's weight: "tool" or "fixture"; joints then give way to it as to gravity. Default: they do not.
-    ///     load_frame: the axes along which it is given, about the tip's origin: "tip" or "base"; default: "tip".
-    ///     name: what stands for the file in messages, reports and estimate.json.
+    /// Args: robot: whose joints these are. q: joint positions (rad or m), shape (N, dof), columns
+    /// in the order of `robot.joints` unless `joints` says otherwise. wrench: forces and torques
+    /// `fx, fy, fz, tx, ty, tz` (N, N m), shape (N, 6). contact: whether a row is a contact, shape
+    /// (N,). unit: of the revolute joints: "rad" or "deg"; default: radians, but guessed, with a
+    /// warning, if columns are named as KUKA's recorder does. joints: names of the moving joints in
+    /// the order of the columns. force_threshold: force (N) above which contact begins; needs
+    /// `wrench`. release: force (N) below which it ends; default: the threshold. debounce: rows in
+    /// a row that either takes. apart: how far (rad or m) some joint must have moved since the last
+    /// contact for a row to be another one; default: every row is. load_on: what the wrench is
+    /// exerted on, without the tool's weight: "tool" or "fixture"; joints then give way to it as to
+    /// gravity. Default: they do not. load_frame: the axes along which it is given, about the tip's
+    /// origin: "tip" or "base"; default: "tip". name: what stands for the file in messages, reports
+    /// and estimate.json.
     ///
-    /// Raises:
-    ///     InputError: as for a file: numbers that are not finite, degrees where radians are declared, and so on.
+    /// Raises: InputError: as for a file: numbers that are not finite, degrees where radians are
+    /// declared, and so on.
     #[staticmethod]
     #[pyo3(signature = (robot, q, *, wrench=None, contact=None, unit=None, joints=None, force_threshold=None, release=None, debounce=1, apart=None, load_on=None, load_frame=None, name="array"))]
     fn from_numpy(
@@ -196,12 +198,12 @@ impl ContactLog {
         arrays.read(name, robot, &options)?.told(q.py())
     }
 
-    /// A log from a pandas DataFrame, whose columns are named as in a file: joint names or `q1` to `qn`, `fx` to `tz`, `contact`; others are ignored.
+    /// A log from a pandas DataFrame, whose columns are named as in a file: joint names or `q1` to
+    /// `qn`, `fx` to `tz`, `contact`; others are ignored.
     ///
-    /// Args:
-    ///     robot, unit, joints, force_threshold, release, debounce, apart, load_on, load_frame, name: as for `from_numpy`.
-    ///     frame: the columns; joint positions in rad or m.
-    ///     columns: by usual name, the frame's name for that column.
+    /// Args: robot, unit, joints, force_threshold, release, debounce, apart, load_on, load_frame,
+    /// name: as for `from_numpy`. frame: the columns; joint positions in rad or m. columns: by
+    /// usual name, the frame's name for that column.
     #[staticmethod]
     #[pyo3(signature = (robot, frame, *, unit=None, joints=None, columns=None, force_threshold=None, release=None, debounce=1, apart=None, load_on=None, load_frame=None, name="DataFrame"))]
     fn from_pandas(
@@ -223,7 +225,8 @@ impl ContactLog {
         let labels: Vec<Bound<'_, PyAny>> = frame.getattr("columns")?.try_iter()?.collect::<PyResult<_>>()?;
         let names = labels.iter().map(|label| Ok(label.str()?.to_string())).collect::<PyResult<Vec<String>>>()?;
         let at = frame.getattr("iloc")?;
-        // A column that holds no numbers matters only if it is asked for, and is then refused as not finite.
+        // A column that holds no numbers matters only if it is asked for, and is then refused as
+        // not finite.
         let numbers = (0..names.len()).map(|k| {
             let column = at.get_item((pyo3::types::PySlice::full(frame.py()), k)).ok()?;
             column.call_method1("to_numpy", ("float64",)).ok()?.extract::<Numbers<'_>>().ok()
@@ -237,12 +240,12 @@ impl ContactLog {
 
     /// A log from a file: CSV, plain or gzipped, Parquet, or a ROS 2 bag in MCAP.
     ///
-    /// Args:
-    ///     robot, unit, joints, force_threshold, release, debounce, apart, load_on, load_frame: as for `from_numpy`.
-    ///     path: the file; a header names its columns, as for `from_pandas`; without one they are the joints in order, or what `header` says.
-    ///     header: names of the columns of a CSV file that has no header.
-    ///     columns: by usual name, the file's name for that column, or for that joint in a bag.
-    ///     joint_topic, wrench_topic: topics of a bag; default: the only one of their type.
+    /// Args: robot, unit, joints, force_threshold, release, debounce, apart, load_on, load_frame:
+    /// as for `from_numpy`. path: the file; a header names its columns, as for `from_pandas`;
+    /// without one they are the joints in order, or what `header` says. header: names of the
+    /// columns of a CSV file that has no header. columns: by usual name, the file's name for that
+    /// column, or for that joint in a bag. joint_topic, wrench_topic: topics of a bag; default: the
+    /// only one of their type.
     #[staticmethod]
     #[pyo3(signature = (robot, path, *, unit=None, joints=None, header=None, columns=None, joint_topic=None, wrench_topic=None, force_threshold=None, release=None, debounce=1, apart=None, load_on=None, load_frame=None))]
     fn from_file(
@@ -277,13 +280,15 @@ impl ContactLog {
         contact_positions(py, &self.log)
     }
 
-    /// What the fixture exerted on the tool in each contact, about the tip's origin, along its axes (N, N m), shape (len, 6); zeros without `load_on`.
+    /// What the fixture exerted on the tool in each contact, about the tip's origin, along its axes
+    /// (N, N m), shape (len, 6); zeros without `load_on`.
     #[getter]
     fn loads<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
         fixed_rows(py, (0..self.log.len()).flat_map(|i| self.log.load(i)).collect(), WRENCH.len())
     }
 
-    /// Row of each contact in what was read, 1 for the first line of a file or the first row of an array; shape (len,).
+    /// Row of each contact in what was read, 1 for the first line of a file or the first row of an
+    /// array; shape (len,).
     #[getter]
     fn lines<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<u64>> {
         let lines = PyArray1::from_iter(py, (0..self.log.len()).map(|i| self.log.source(i).line));

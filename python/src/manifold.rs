@@ -70,13 +70,12 @@ impl Manifold {
         Ok(Manifold::of(&Parts::OnPlane { points, radius }))
     }
 
-    /// A straight peg in a straight hole. The peg's frame is at the centre of its tip face, z towards the arm; the hole's at the
-    /// centre of its mouth, z outwards; a seated peg has the hole's axes.
+    /// A straight peg in a straight hole. The peg's frame is at the centre of its tip face, z
+    /// towards the arm; the hole's at the centre of its mouth, z outwards; a seated peg has the
+    /// hole's axes.
     ///
-    /// Args:
-    ///     peg, hole: outlines, vertices x, y (m), shape (N, 2); see `extrusion25` and `offset_outline`.
-    ///     length: of the peg (m).
-    ///     depth: of the hole (m).
+    /// Args: peg, hole: outlines, vertices x, y (m), shape (N, 2); see `extrusion25` and
+    /// `offset_outline`. length: of the peg (m). depth: of the hole (m).
     #[staticmethod]
     #[pyo3(signature = (peg, hole, *, length, depth))]
     fn peg_in_hole(peg: Numbers<'_>, hole: Numbers<'_>, length: f64, depth: f64) -> PyResult<Manifold> {
@@ -104,12 +103,13 @@ impl Manifold {
         Ok(Manifold { shape: shape.into(), projection: None, inputs: vec![of_peg, of_hole] })
     }
 
-    /// Distance from the nearest of recorded poses, or from a mean of the nearest few. No error bars follow from it.
+    /// Distance from the nearest of recorded poses, or from a mean of the nearest few. No error
+    /// bars follow from it.
     ///
-    /// Args:
-    ///     samples: path of a manifold from `touchcal manifold` or of a table of poses; or poses `fixture_from_tool`, shape (N, 7) or (N, 4, 4).
-    ///     neighbours: how many poses a projection is the mean of.
-    ///     metres_per_radian: length that counts as much as a radian; default: that of the file, else 1 mm a degree.
+    /// Args: samples: path of a manifold from `touchcal manifold` or of a table of poses; or poses
+    /// `fixture_from_tool`, shape (N, 7) or (N, 4, 4). neighbours: how many poses a projection is
+    /// the mean of. metres_per_radian: length that counts as much as a radian; default: that of the
+    /// file, else 1 mm a degree.
     #[staticmethod]
     #[pyo3(signature = (samples, *, neighbours=1, metres_per_radian=None))]
     fn nearest(samples: Bound<'_, PyAny>, neighbours: usize, metres_per_radian: Option<f64>) -> PyResult<Manifold> {
@@ -148,7 +148,8 @@ impl Manifold {
         self.shape.name()
     }
 
-    /// How far poses are from touching (m), shape (N,): the size of the residual; 0 on the manifold.
+    /// How far poses are from touching (m), shape (N,): the size of the residual; 0 on the
+    /// manifold.
     ///
     /// Args:
     ///     poses: `fixture_from_tool`, shape (N, 7) or (N, 4, 4).
@@ -220,10 +221,8 @@ pub fn offset_outline<'py>(
 
 /// The outline in a file: vertices as CSV, or a drawing as SVG or DXF.
 ///
-/// Args:
-///     path: of the file.
-///     name: which part of a drawing: an id of the SVG, a layer of the DXF; default: the only closed outline.
-///     unit: length of the drawing's unit (m), where it does not say.
+/// Args: path: of the file. name: which part of a drawing: an id of the SVG, a layer of the DXF;
+/// default: the only closed outline. unit: length of the drawing's unit (m), where it does not say.
 ///
 /// Returns:
 ///     Vertices x, y (m), shape (N, 2).

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use numpy::PyArray2;
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict, PyMapping};
-use touchcal::estimate::{self, Distance, Freedom, contact_poses};
+use touchcal::estimate::{self, Distance, PlacePrior, contact_poses};
 use touchcal::io::mukca::{self, MukcaOptions};
 use touchcal::io::problem_file::{self, DEFAULT_DISTANCE_SIGMA, Settings};
 use touchcal::io::{IoError, Loaded};
@@ -23,10 +23,10 @@ const SETTINGS: &str = "Problem";
 
 /// What touches: its place on the arm's tip link.
 ///
-/// Args:
-///     tip_from_tool: nominal pose of the tool's frame on the tip link, shape (7,) or (4, 4); default: the tip link itself.
-///     sigma, sigma_angle: how uncertain it is: standard deviations of each translation (m) and rotation (rad) component; 0: exactly known.
-///     free: not known at all; the contacts alone decide.
+/// Args: tip_from_tool: nominal pose of the tool's frame on the tip link, shape (7,) or (4, 4);
+/// default: the tip link itself. sigma, sigma_angle: how uncertain it is: standard deviations of
+/// each translation (m) and rotation (rad) component; 0: exactly known. free: not known at all; the
+/// contacts alone decide.
 #[pyclass(frozen, module = "touchcal")]
 #[derive(Clone, Debug)]
 pub struct Tool {
@@ -42,19 +42,18 @@ impl Tool {
             None => Pose::identity(),
             Some(pose) => one_pose(pose, "tip_from_tool")?,
         };
-        Ok(Tool { tool: estimate::Tool { tip_from_tool, freedom: freedom("tool", sigma, sigma_angle, free)? } })
+        Ok(Tool { tool: estimate::Tool { tip_from_tool, prior: freedom("tool", sigma, sigma_angle, free)? } })
     }
 }
 
 /// What is touched: a manifold at a place.
 ///
-/// Args:
-///     name: unique; fixtures "left/0" and "left/1" are of the placement "left".
-///     manifold: how the tool touches it.
-///     base_from_fixture: its nominal pose in the base frame, shape (7,) or (4, 4). A free socket needs none.
-///     sigma, sigma_angle: how uncertain that is: standard deviations of each translation (m) and rotation (rad) component; 0: exactly known.
-///     free: not known at all; the contacts alone decide.
-///     placement: fixtures that were touched in one go share it; default: the name up to its first "/".
+/// Args: name: unique; fixtures "left/0" and "left/1" are of the placement "left". manifold: how
+/// the tool touches it. base_from_fixture: its nominal pose in the base frame, shape (7,) or (4,
+/// 4). A free socket needs none. sigma, sigma_angle: how uncertain that is: standard deviations of
+/// each translation (m) and rotation (rad) component; 0: exactly known. free: not known at all; the
+/// contacts alone decide. placement: fixtures that were touched in one go share it; default: the
+/// name up to its first "/".
 #[pyclass(frozen, module = "touchcal")]
 #[derive(Clone, Debug)]
 pub struct Fixture {
@@ -82,7 +81,7 @@ impl Fixture {
         let fixture = estimate::Fixture {
             manifold: manifold.shape.clone(),
             base_from_fixture: place,
-            freedom: freedom(&title, sigma, sigma_angle, free)?,
+            prior: freedom(&title, sigma, sigma_angle, free)?,
             placement: placement.unwrap_or_else(|| problem_file::placement(&name).to_owned()),
             name,
         };
@@ -100,29 +99,27 @@ impl Fixture {
     }
 }
 
-fn freedom(what: &str, sigma: f64, sigma_angle: f64, free: bool) -> PyResult<Freedom> {
+fn freedom(what: &str, sigma: f64, sigma_angle: f64, free: bool) -> PyResult<PlacePrior> {
     if let Some(bad) = [sigma, sigma_angle].into_iter().find(|sigma| !(*sigma >= 0.0 && sigma.is_finite())) {
         return Err(unexpected(format!("{what}, sigma"), "a number of at least 0", format!("{bad}")));
     }
     match (free, sigma > 0.0 || sigma_angle > 0.0) {
         (true, true) => Err(unexpected(what, "free or sigma and sigma_angle", "both")),
-        (true, false) => Ok(Freedom::Free),
-        (false, true) => Ok(Freedom::Uncertain { sigma, sigma_angle }),
-        (false, false) => Ok(Freedom::Known),
+        (true, false) => Ok(PlacePrior::Flat),
+        (false, true) => Ok(PlacePrior::Gaussian { sigma, sigma_angle }),
+        (false, false) => Ok(PlacePrior::Fixed),
     }
 }
 
 /// What to calibrate, with what, from which contacts.
 ///
-/// Args:
-///     robot: the arm.
-///     tool: what touches.
-///     fixtures: what is touched.
-///     contacts: by name of a fixture, the log of its contacts, or several.
-///     parameters: blocks to estimate: "strain", "segment_strain", "joint_offset", "joint_origin", "joint_compliance", "joint_drift", "tool", "fixture".
-///     distances: known distances between origins of fixtures: (name, name, metres) or (name, name, metres, sigma).
-///     noise: the table [noise] of problem.toml: encoder_deg, contact_mm; default: learned from the data.
-///     estimate: other keys of the table [estimate] of problem.toml: loss, loss_scale, freeze, prior, method, descent.
+/// Args: robot: the arm. tool: what touches. fixtures: what is touched. contacts: by name of a
+/// fixture, the log of its contacts, or several. parameters: blocks to estimate: "strain",
+/// "segment_strain", "joint_offset", "joint_origin", "joint_compliance", "joint_drift", "tool",
+/// "fixture". distances: known distances between origins of fixtures: (name, name, metres) or
+/// (name, name, metres, sigma). noise: the table [noise] of problem.toml: encoder_deg, contact_mm;
+/// default: learned from the data. estimate: other keys of the table [estimate] of problem.toml:
+/// loss, loss_scale, freeze, prior, method, descent.
 ///
 /// Raises:
 ///     InputError: as for a file.
@@ -164,7 +161,7 @@ impl Problem {
             if names.insert(fixture.name.clone(), index).is_some() {
                 return Err(unexpected("fixture, name", "distinct names", format!("{:?} twice", fixture.name)));
             }
-            fixture.freedom = settings.fixture_freedom(fixture.freedom);
+            fixture.prior = settings.fixture_freedom(fixture.prior);
             if let Some(expected) = problem_file::missing_place(&fixture) {
                 return Err(unexpected(format!("fixture `{}`", fixture.name), expected, "none"));
             }
@@ -221,7 +218,8 @@ impl Problem {
         Problem::of(py.detach(|| problem_file::read_file(&path)).map_err(io)?)?.told(py)
     }
 
-    /// Reads a folder PLACEMENT/hole_N.csv of ball-in-socket logs, joint angles in radians, as `touchcal calibrate --mukca` does.
+    /// Reads a folder PLACEMENT/hole_N.csv of ball-in-socket logs, joint angles in radians, as
+    /// `touchcal calibrate --mukca` does.
     ///
     /// Args:
     ///     folder: the folder.
@@ -275,7 +273,8 @@ impl Problem {
         self.loaded.problem.contacts.notes().to_vec()
     }
 
-    /// Where the arm as it is puts its tool in the contacts with a fixture. Of a calibrated arm these are samples of the fixture's manifold.
+    /// Where the arm as it is puts its tool in the contacts with a fixture. Of a calibrated arm
+    /// these are samples of the fixture's manifold.
     ///
     /// Returns:
     ///     `fixture_from_tool`, shape (N, 7), in the order of the log.

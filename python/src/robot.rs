@@ -32,14 +32,13 @@ impl Robot {
 impl Robot {
     /// Reads a robot from a URDF file, or takes a built-in one.
     ///
-    /// Args:
-    ///     source: path of a URDF file; or the name of a built-in arm (see `builtins`): a str without `/` and `.`.
-    ///     base: link where the chain begins; default: the root.
-    ///     tip: link that carries the tool; default: the only leaf, of a built-in arm its flange.
-    ///     gravity: shape (3,), m/s² in the base frame; default: (0, 0, -9.81).
+    /// Args: source: path of a URDF file; or the name of a built-in arm (see `builtins`): a str
+    /// without `/` and `.`. base: link where the chain begins; default: the root. tip: link that
+    /// carries the tool; default: the only leaf, of a built-in arm its flange. gravity: shape (3,),
+    /// m/s² in the base frame; default: (0, 0, -9.81).
     ///
-    /// Raises:
-    ///     FileError, InputError: if there is no such file or arm, or it is not a URDF of a serial chain.
+    /// Raises: FileError, InputError: if there is no such file or arm, or it is not a URDF of a
+    /// serial chain.
     #[staticmethod]
     #[pyo3(signature = (source, *, base=None, tip=None, gravity=None))]
     fn from_urdf(
@@ -100,7 +99,8 @@ impl Robot {
         self.file.robot.moving().map(|joint| joint.name.as_str()).collect()
     }
 
-    /// Least and greatest position of each moving joint (rad or m), shape (dof, 2); infinite where none is declared.
+    /// Least and greatest position of each moving joint (rad or m), shape (dof, 2); infinite where
+    /// none is declared.
     #[getter]
     fn limits<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
         let each = self.file.robot.moving().flat_map(|joint| {

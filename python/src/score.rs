@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use touchcal::estimate::{self, place};
+use touchcal::estimate::{self, apply_estimated_places};
 use touchcal::io::calibration_folder::place_written;
 use touchcal::io::estimate_file::EstimateFile;
 use touchcal::io::urdf;
@@ -45,8 +45,8 @@ impl Spread {
 
 /// How well an arm explains contacts: over all, and over each fixture's.
 ///
-/// A contact's distance is the size of its manifold's residual; for a socket, the distance of the ball's centre from the mean of all
-/// centres computed for that socket.
+/// A contact's distance is the size of its manifold's residual; for a socket, the distance of the
+/// ball's centre from the mean of all centres computed for that socket.
 ///
 /// Attributes:
 ///     all: over all contacts.
@@ -97,11 +97,10 @@ impl Score {
 
 /// Scores an arm on a problem's contacts; nothing is fitted.
 ///
-/// Args:
-///     problem: contacts, best others than those of the fit.
-///     calibration: score the calibrated arm, with tool and fixtures where it found them; default: the problem's arm as it is.
-///     urdf: score this URDF's arm instead, as `touchcal evaluate --urdf` does,
-///     estimate: and with it, with tool and fixtures where this estimate.json found them.
+/// Args: problem: contacts, best others than those of the fit. calibration: score the calibrated
+/// arm, with tool and fixtures where it found them; default: the problem's arm as it is. urdf:
+/// score this URDF's arm instead, as `touchcal evaluate --urdf` does, estimate: and with it, with
+/// tool and fixtures where this estimate.json found them.
 ///
 /// Raises:
 ///     InputError: if the other arm has other moving joints.
@@ -122,7 +121,7 @@ pub fn evaluate(
         let robot = &calibration.solved.estimate.robot;
         urdf::check_like(&problem.robot, robot, robot.name()).map_err(io)?;
         let found = |name: &str| calibration.solved.estimate.parameter(name).map(|parameter| parameter.value);
-        place(&mut problem, found);
+        apply_estimated_places(&mut problem, found);
         problem.robot = robot.clone().with_gravity(*problem.robot.gravity());
     }
     let other = urdf.map(|path| urdf::read_like(&problem.robot, &path)).transpose().map_err(io)?;

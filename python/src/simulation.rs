@@ -65,7 +65,8 @@ impl Simulation {
         py.import("json")?.call_method1("loads", (text,))
     }
 
-    /// The log of a fixture, in contact and before: t (s), shape (N,); q (rad or m), shape (N, dof); wrench (N, N m), shape (N, 6); contact, shape (N,).
+    /// The log of a fixture, in contact and before: t (s), shape (N,); q (rad or m), shape (N,
+    /// dof); wrench (N, N m), shape (N, 6); contact, shape (N,).
     fn log<'py>(&self, py: Python<'py>, fixture: &str) -> PyResult<Bound<'py, PyDict>> {
         let log = self.logged(fixture)?;
         let contact = PyArray1::from_slice(py, &log.contact);
@@ -78,7 +79,8 @@ impl Simulation {
         Ok(arrays)
     }
 
-    /// The log of a fixture as a DataFrame with the columns of a log file: t, joint names, fx to tz, contact.
+    /// The log of a fixture as a DataFrame with the columns of a log file: t, joint names, fx to
+    /// tz, contact.
     fn to_pandas<'py>(&self, py: Python<'py>, fixture: &str) -> PyResult<Bound<'py, PyAny>> {
         let log = self.logged(fixture)?;
         let mut frame = Frame::new(py).column("t", fixed(py, log.time.clone()))?;
@@ -100,8 +102,8 @@ impl Simulation {
 
     /// Writes what `touchcal simulate` writes: the logs, problem.toml, scenario.toml, truth.json.
     ///
-    /// Raises:
-    ///     FileError, InputError: if a file cannot be written, or the folder holds a problem.toml that is not from a simulation.
+    /// Raises: FileError, InputError: if a file cannot be written, or the folder holds a
+    /// problem.toml that is not from a simulation.
     fn save(&self, folder: PathBuf) -> PyResult<()> {
         scenario_file::write_folder(&folder, &self.file, &self.simulated, self.seeds).map_err(io)
     }
@@ -114,12 +116,11 @@ impl Simulation {
 
 /// Simulates an arm with wrong kinematics that explores fixtures, as `touchcal simulate` does.
 ///
-/// Args:
-///     scenario: path of a scenario.toml; or the name of a preset: a str without `/` and `.`.
-///     seed: of errors, noise and exploration; the same seed gives the same logs.
-///     contacts: contacts with each fixture; default: what the scenario says.
-///     noise_seed: of the noise alone: the same arm, recorded once more; default: `seed`.
-///     progress: called with a `Progress` now and then; what it raises ends the work, as Ctrl-C does.
+/// Args: scenario: path of a scenario.toml; or the name of a preset: a str without `/` and `.`.
+/// seed: of errors, noise and exploration; the same seed gives the same logs. contacts: contacts
+/// with each fixture; default: what the scenario says. noise_seed: of the noise alone: the same
+/// arm, recorded once more; default: `seed`. progress: called with a `Progress` now and then; what
+/// it raises ends the work, as Ctrl-C does.
 ///
 /// Raises:
 ///     FileError, InputError, SimulationError: if the scenario is not one, or cannot be simulated.

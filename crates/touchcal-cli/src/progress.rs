@@ -21,7 +21,8 @@ pub fn catch_interrupts() {
             std::process::exit(INTERRUPTED);
         }
     });
-    // Without a handler Ctrl-C ends the process as ever; files are still written whole or not at all.
+    // Without a handler Ctrl-C ends the process as ever; files are still written whole or not at
+    // all.
     drop(caught);
 }
 
@@ -30,7 +31,8 @@ pub fn interrupted() -> bool {
     INTERRUPT.load(Ordering::SeqCst)
 }
 
-/// A line on a terminal's stderr that says how far the work is; nothing where stderr is no terminal.
+/// A line on a terminal's stderr that says how far the work is; nothing where stderr is no
+/// terminal.
 pub struct Spinner {
     bar: ProgressBar,
     since: Instant,
@@ -82,7 +84,8 @@ impl Drop for Spinner {
     }
 }
 
-/// A bar on a terminal's stderr that counts things done, and says how long the rest takes; nothing where stderr is no terminal.
+/// A bar on a terminal's stderr that counts things done, and says how long the rest takes; nothing
+/// where stderr is no terminal.
 pub struct Counter {
     bar: ProgressBar,
 }

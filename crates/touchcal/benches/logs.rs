@@ -1,6 +1,8 @@
-//! How fast logs are read, and in how much memory: bags of a gigabyte, a table of a million rows. The files lie in a temporary folder, and are gone afterwards.
+//! How fast logs are read, and in how much memory: bags of a gigabyte, a table of a million rows.
+//! The files lie in a temporary folder, and are gone afterwards.
 //!
-//! `cargo bench -p touchcal --features mcap,parquet --bench logs --profile dev`, or without `--profile dev` as it is released.
+//! `cargo bench -p touchcal --features mcap,parquet --bench logs --profile dev`, or without
+//! `--profile dev` as it is released.
 // A bench fails by panicking, and reports by printing.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::print_stdout)]
 

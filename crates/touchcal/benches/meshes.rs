@@ -1,5 +1,5 @@
-//! Calibrations with pegs and holes of any shape, as meshes of a thousand triangles, beside the outlines that the contacts were made with; on one core.
-//! `cargo bench -p touchcal --bench meshes`
+//! Calibrations with pegs and holes of any shape, as meshes of a thousand triangles, beside the
+//! outlines that the contacts were made with; on one core. `cargo bench -p touchcal --bench meshes`
 #![allow(
     missing_docs,
     clippy::unwrap_used,
@@ -8,13 +8,11 @@
     reason = "a bench prints its figures"
 )]
 
-#[path = "../tests/common/mod.rs"]
-mod common;
-#[path = "../tests/common/parts.rs"]
-mod parts;
+#[path = "../tests/support/mod.rs"]
+mod support;
 
-use common::{simulated, timed};
-use parts::{block_with, lofted, polygon, rounded, solid};
+use support::parts::{block_with, lofted, polygon, rounded, solid};
+use support::{simulated, timed};
 use touchcal::geometry::extrusion::PegAndHole;
 use touchcal::geometry::profile::Profile;
 use touchcal::geometry::solids::Solids;

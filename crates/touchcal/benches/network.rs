@@ -1,8 +1,10 @@
-//! How long training steps and projections with gradients take, for comparison with other programs in the same session.
+//! How long training steps and projections with gradients take, for comparison with other programs
+//! in the same session.
 //!
-//! `cargo bench -p touchcal --bench network` prints medians. With `-- --serve` it reads names of cases from stdin and answers each with
-//! seconds per repetition: `network_pytorch.py` alternates so between this and PyTorch. Threads: `RAYON_NUM_THREADS`. With `--features cuda`
-//! and `-- cuda`, or `wgpu`, training runs on a GPU; projections, which never do, are left out.
+//! `cargo bench -p touchcal --bench network` prints medians. With `-- --serve` it reads names of
+//! cases from stdin and answers each with seconds per repetition: `network_pytorch.py` alternates
+//! so between this and PyTorch. Threads: `RAYON_NUM_THREADS`. With `--features cuda` and `-- cuda`,
+//! or `wgpu`, training runs on a GPU; projections, which never do, are left out.
 #![allow(
     missing_docs,
     clippy::unwrap_used,
@@ -22,7 +24,8 @@ use touchcal::manifold::coordinates::{Coordinates, Metric};
 use touchcal::manifold::learned::{Device, Lessons, Training, TrainingOptions};
 use touchcal::manifold::{LearnedProjection, NearestSample, PoseSamples, Projection, TrainingPairs};
 
-/// Name, width, batch of a training step or none for a projection with gradient, repetitions timed together.
+/// Name, width, batch of a training step or none for a projection with gradient, repetitions timed
+/// together.
 const CASES: [(&str, usize, Option<usize>, u64); 4] = [
     ("train 4x512 batch 1024", 512, Some(1024), 10),
     ("train 4x4096 batch 256", 4096, Some(256), 1),

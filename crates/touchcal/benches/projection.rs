@@ -1,13 +1,14 @@
-//! How long it takes to find nearest samples among 81,000, and to make training pairs with them. `cargo bench -p touchcal --bench projection`
+//! How long it takes to find nearest samples among 81,000, and to make training pairs with them.
+//! `cargo bench -p touchcal --bench projection`
 #![allow(missing_docs, clippy::unwrap_used, clippy::expect_used, reason = "a bench ends by panicking")]
 
-#[path = "../tests/common/mod.rs"]
-mod common;
+#[path = "../tests/support/mod.rs"]
+mod support;
 
 use std::hint::black_box;
 
-use common::data;
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
+use support::data;
 use touchcal::io::pose_file;
 use touchcal::manifold::coordinates::{Coordinates, Metric};
 use touchcal::manifold::{NearestSample, Projection, TrainingPairs};

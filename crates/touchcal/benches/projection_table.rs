@@ -1,11 +1,13 @@
-//! The claim of Negi et al. (2025, arXiv 2505.19215), that a network projects 95 times faster and 18 % more accurately than a search for nearest
-//! samples, tested: poses a second and accuracy of each projection, in one table.
-//! `cargo bench -p touchcal --bench projection_table -- [WEIGHTS]`, with weights from `touchcal train`; without them, no row of the network.
+//! The claim of Negi et al. (2025, arXiv 2505.19215), that a network projects 95 times faster and
+//! 18 % more accurately than a search for nearest samples, tested: poses a second and accuracy of
+//! each projection, in one table. `cargo bench -p touchcal --bench projection_table -- [WEIGHTS]`,
+//! with weights from `touchcal train`; without them, no row of the network.
 //!
-//! Speed: poses projected a second on one core, median of several runs, the methods in turn. Off the manifold: median |gap| (mm) of the projections, by
-//! exact geometry. Farther: mean distance from poses to
-//! their projections over that to the nearest samples. Hole: error of a hole's place (mm, degrees) found from 200 contacts of a recorded insertion with the true arm, from places up to
-//! 3 mm and 3° off, median.
+//! Speed: poses projected a second on one core, median of several runs, the methods in turn. Off
+//! the manifold: median |gap| (mm) of the projections, by exact geometry. Farther: mean distance
+//! from poses to their projections over that to the nearest samples. Hole: error of a hole's place
+//! (mm, degrees) found from 200 contacts of a recorded insertion with the true arm, from places up
+//! to 3 mm and 3° off, median.
 #![allow(
     missing_docs,
     clippy::unwrap_used,
@@ -14,8 +16,8 @@
     reason = "a bench prints, or ends by panicking"
 )]
 
-#[path = "../tests/common/mod.rs"]
-mod common;
+#[path = "../tests/support/mod.rs"]
+mod support;
 
 use std::fmt::{Debug, Formatter};
 use std::ops::ControlFlow;
@@ -23,14 +25,14 @@ use std::path::Path;
 use std::sync::Arc;
 use std::time::Instant;
 
-use common::data;
 use kiddo::ImmutableKdTree;
 use kiddo::dist::SquaredEuclidean;
 use nalgebra::{Matrix6, Vector6};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
+use support::data;
 use touchcal::contact::{ContactLog, Source};
-use touchcal::estimate::{Freedom, Loss, Method, Noise, Problem, calibrate};
+use touchcal::estimate::{Loss, Method, Noise, PlacePrior, Problem, calibrate};
 use touchcal::experiment::{Search, Trial};
 use touchcal::geometry::extrusion::{Gap, PegAndHole};
 use touchcal::io::urdf::{self, Ends};
@@ -40,13 +42,13 @@ use touchcal::manifold::coordinates::{Coordinates, Metric, coordinates, pose};
 use touchcal::manifold::{
     ContactManifold, NearestSample, PegInHole, PoseSamples, Projected, Projection, TrainingPairs,
 };
-use touchcal::robot::Column;
+use touchcal::parameter::ParameterId;
 use touchcal::se3::{self, Twist};
 use touchcal::sim::{Parts, Preset};
 
 /// Noise of recorded gaps, and of projections (learned), as `touchcal experiment table1` takes it.
-const GAP_NOISE: Noise = Noise { encoder: 3.5e-5, contact: 0.02e-3, learned: false };
-const PROJECTION_NOISE: Noise = Noise { encoder: 0.0, contact: 1e-3, learned: true };
+const GAP_NOISE: Noise = Noise { encoder: 3.5e-5, contact: 0.02e-3, is_estimated: false };
+const PROJECTION_NOISE: Noise = Noise { encoder: 0.0, contact: 1e-3, is_estimated: true };
 /// Newton's method ends here (m), or after this many steps.
 const TOUCHING: f64 = 1e-7;
 const NEWTON_STEPS: usize = 50;
@@ -113,7 +115,8 @@ impl<F: Fn(&Coordinates) -> Coordinates + Send + Sync> Projection for OneByOne<F
     }
 }
 
-/// The nearest sample within the leaf of a k-d tree that the pose falls into: no search of other leaves.
+/// The nearest sample within the leaf of a k-d tree that the pose falls into: no search of other
+/// leaves.
 fn same_leaf(samples: PoseSamples) -> Arc<dyn Projection> {
     let bounds = samples.bounds();
     let points: Vec<[f64; 6]> = samples.coordinates().iter().map(|sample| METRIC.point(sample)).collect();
@@ -138,7 +141,8 @@ fn brute_force(samples: PoseSamples) -> Arc<dyn Projection> {
     Arc::new(OneByOne { name: "every sample looked at", bounds, onto })
 }
 
-/// Gauss–Newton steps, short in the metric: out of all walls that the peg is in, or onto the wall nearest to it.
+/// Gauss–Newton steps, short in the metric: out of all walls that the peg is in, or onto the wall
+/// nearest to it.
 fn exact(parts: PegAndHole, bounds: [(f64, f64); 6]) -> Arc<dyn Projection> {
     let turn = METRIC.metres_per_radian.powi(2);
     let short = Matrix6::from_diagonal(&Vector6::new(1.0, 1.0, 1.0, turn, turn, turn)) * SHORT;
@@ -193,7 +197,8 @@ fn speeds(projections: &[Arc<dyn Projection>], poses: &[Coordinates]) -> Vec<f64
     seconds.into_iter().map(|seconds| poses.len() as f64 / median(seconds)).collect()
 }
 
-/// Median errors (mm, degrees) and seconds of a hole's place found from contacts of the true arm, begun from many guesses.
+/// Median errors (mm, degrees) and seconds of a hole's place found from contacts of the true arm,
+/// begun from many guesses.
 fn hole(trial: &Trial, manifold: impl Fn() -> Box<dyn ContactManifold>, noise: Noise, loss: Loss) -> [f64; 3] {
     let stride = trial.contacts.len() / CONTACTS;
     let mut contacts = ContactLog::new(trial.robot.dof());
@@ -216,13 +221,13 @@ fn hole(trial: &Trial, manifold: impl Fn() -> Box<dyn ContactManifold>, noise: N
         };
         let guess = trial.base_from_hole * se3::exp(&off);
         problem.fixtures[0].base_from_fixture = Some(guess);
-        problem.fixtures[0].freedom = Freedom::Free;
+        problem.fixtures[0].prior = PlacePrior::Flat;
         let start = Instant::now();
         let estimate = calibrate(&problem, &mut |_| ControlFlow::Continue(()));
         found[2].push(start.elapsed().as_secs_f64());
         let mut twist = Twist::zeros();
         for each in &estimate.parameters {
-            if let Column::Fixture(0, k) = each.parameter.column {
+            if let ParameterId::Fixture(0, k) = each.parameter.id {
                 twist[k] = each.value;
             }
         }

@@ -1,4 +1,5 @@
-//! Time and memory against the number of contacts, on one core. `cargo bench -p touchcal --bench scaling`
+//! Time and memory against the number of contacts, on one core. `cargo bench -p touchcal --bench
+//! scaling`
 #![allow(
     missing_docs,
     clippy::unwrap_used,
@@ -7,13 +8,13 @@
     reason = "a bench prints its figures"
 )]
 
-#[path = "../tests/common/mod.rs"]
-mod common;
+#[path = "../tests/support/mod.rs"]
+mod support;
 
 use std::ops::ControlFlow;
 
-use common::{mujoco_trial, solve};
 use rayon::prelude::*;
+use support::{mujoco_trial, solve};
 use touchcal::contact::{ContactLog, Source};
 use touchcal::estimate::Problem;
 use touchcal::sim::{Log, Preset, Scenario, Truth};
@@ -37,7 +38,8 @@ fn processor_seconds() -> f64 {
     times.split_whitespace().next().and_then(|ns| ns.parse::<f64>().ok()).expect("nanoseconds") * 1e-9
 }
 
-/// The exploration that `problem` describes, with elbow motion, by an arm with errors of the published size.
+/// The exploration that `problem` describes, with elbow motion, by an arm with errors of the
+/// published size.
 fn scenario(problem: &Problem) -> (Scenario, Truth) {
     let mut scenario = Preset::Paper.scenario(problem.robot.clone()).expect("parts");
     scenario.touches[0].exploration.swing = 0.2;

@@ -1,18 +1,16 @@
 //! How long the parts of a calibration take, on one core. `cargo bench -p touchcal --bench speed`
 #![allow(missing_docs, clippy::unwrap_used, clippy::expect_used, reason = "a bench ends by panicking")]
 
-#[path = "../tests/common/mod.rs"]
-mod common;
-#[path = "../tests/common/parts.rs"]
-mod parts;
+#[path = "../tests/support/mod.rs"]
+mod support;
 
 use std::hint::black_box;
 use std::sync::Arc;
 
-use common::{data, mujoco_trial, solve};
 use criterion::measurement::WallTime;
 use criterion::{BenchmarkGroup, Criterion, criterion_group, criterion_main};
-use parts::{block, peg, solid};
+use support::parts::{block, peg, solid};
+use support::{data, mujoco_trial, solve};
 use touchcal::estimate::Problem;
 use touchcal::geometry::extrusion::PegAndHole;
 use touchcal::geometry::profile::Profile;
@@ -20,13 +18,14 @@ use touchcal::geometry::solids::Solids;
 use touchcal::io::mukca::{self, MukcaOptions};
 use touchcal::io::urdf::{self, Ends};
 use touchcal::manifold::SolidInHole;
-use touchcal::robot::{Column, Kinematics, Parameter, joint_compliance, joint_offset, strain};
+use touchcal::parameter::{Parameter, joint_compliance, joint_offset, strain};
+use touchcal::robot::{KinematicParameter, Kinematics};
 use touchcal::se3::Pose;
 
 fn kinematics(criterion: &mut Criterion) {
     let robot = urdf::read_builtin("iiwa14", Ends::default()).unwrap().robot;
     let parameters: Vec<Parameter> = std::iter::once(strain()).chain(joint_offset(&robot)).collect();
-    let columns: Vec<Column> = parameters.iter().map(|parameter| parameter.column).collect();
+    let columns: Vec<KinematicParameter> = parameters.iter().filter_map(|parameter| parameter.id.kinematic()).collect();
     let kinematics = Kinematics::new(&robot, &columns, Pose::translation(0.0, 0.0, 0.15));
     let mut scratch = kinematics.scratch();
     let q = [0.1, 0.7, 0.3, -1.6, -0.2, 0.9, 0.05];
@@ -35,7 +34,7 @@ fn kinematics(criterion: &mut Criterion) {
         b.iter(|| kinematics.pose_and_jacobian(black_box(&q), &mut scratch))
     });
     let parameters = [parameters, joint_compliance(&robot)].concat();
-    let columns: Vec<Column> = parameters.iter().map(|parameter| parameter.column).collect();
+    let columns: Vec<KinematicParameter> = parameters.iter().filter_map(|parameter| parameter.id.kinematic()).collect();
     let bending = Kinematics::new(&robot, &columns, Pose::translation(0.0, 0.0, 0.15));
     let mut scratch = bending.scratch();
     criterion.bench_function("forward kinematics and Jacobian of an arm that bends, 15 parameters", |b| {

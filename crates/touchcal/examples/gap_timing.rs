@@ -1,5 +1,5 @@
-//! How long gaps take at contact and at near-seated poses, in microseconds. For a profiler: a number of rounds as the only
-//! argument times contact alone.
+//! How long gaps take at contact and at near-seated poses, in microseconds. For a profiler: a
+//! number of rounds as the only argument times contact alone.
 use nalgebra::{Translation3, Vector3};
 use rand::rngs::StdRng;
 use rand::{RngExt, SeedableRng};

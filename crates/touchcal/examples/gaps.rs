@@ -1,7 +1,9 @@
 //! Gaps between peg and hole, for comparison with other programs.
 //!
-//! `cargo run -p touchcal --example gaps -- extrusion25|square < poses.csv`: rows x,y,z (m), qw,qx,qy,qz of the peg in the hole, no header; prints the gap (m)
-//! of a peg of 25 mm width and 40 mm length in a hole 0.5 mm wider on each side and 30 mm deep, and its six derivatives by a twist of the peg in its frame.
+//! `cargo run -p touchcal --example gaps -- extrusion25|square < poses.csv`: rows x,y,z (m),
+//! qw,qx,qy,qz of the peg in the hole, no header; prints the gap (m) of a peg of 25 mm width and 40
+//! mm length in a hole 0.5 mm wider on each side and 30 mm deep, and its six derivatives by a twist
+//! of the peg in its frame.
 #![allow(
     clippy::unwrap_used,
     clippy::expect_used,

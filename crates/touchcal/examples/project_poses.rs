@@ -1,6 +1,8 @@
-//! Where a learned projection puts poses, for comparison with other programs that run the same network.
+//! Where a learned projection puts poses, for comparison with other programs that run the same
+//! network.
 //!
-//! `cargo run -p touchcal --example project_poses -- weights.safetensors < poses.csv`: rows x,y,z (m), roll,pitch,yaw (rad), no header; prints theirs.
+//! `cargo run -p touchcal --example project_poses -- weights.safetensors < poses.csv`: rows x,y,z
+//! (m), roll,pitch,yaw (rad), no header; prints theirs.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::print_stdout, reason = "an example ends by panicking")]
 
 use std::path::Path;

@@ -1,40 +1,49 @@
-//! Calibrate a robot arm by touch: a robot's description, a log of joint positions in contact, and what was touched go in;
-//! a calibrated description, the uncertainty of every number, and what the data cannot determine come out.
+//! Calibrate a robot arm by touch: a robot's description, a log of joint positions in contact, and
+//! what was touched go in; a calibrated description, the uncertainty of every number, and what the
+//! data cannot determine come out.
 //!
-//! When a tool touches a part of known shape, its pose lies on that part's *contact manifold* `M`. Wrong kinematics put the
-//! computed poses off `M`; calibration finds the parameters `θ` that put them back:
+//! When a tool touches a part of known shape, its pose lies on that part's *contact manifold* `M`.
+//! Wrong kinematics put the computed poses off `M`; calibration finds the parameters `θ` that put
+//! them back. It minimizes
 //!
 //! ```text
-//! robot(θ) + contact log → contact poses → distance to M → θ̂, its covariance, what is not identifiable → calibrated robot
+//! F(θ) = Σᵢ ρ(‖W · M(T_fb · T_bt(qᵢ; θ))‖²)     contacts, two-sided
+//!      − 2 Σᵢ ln L(M(T_fb · T_bt(qᵢ; θ)))        contacts, one-sided: active set latent
+//!      + Σₖ (θₖ / σₖ)²                           priors
+//!      + Σ ((d − d̂) / σ_d)²                      known distances between fixtures
 //! ```
 //!
-//! The modules follow that line:
+//! The symbols are the modules, in the order of the data flow:
 //!
-//! | module | holds |
-//! |---|---|
-//! | [`se3`] | rigid motions and their derivatives |
-//! | [`robot`] | the arm, the parameters that may be wrong in it, kinematics with derivatives |
-//! | [`contact`] | joint positions in contact, and contact from force |
-//! | [`geometry`] | shapes of parts and the exact gap between them |
-//! | [`manifold`] | contact manifolds: peg in hole, ball in socket, tool on plane, or your own |
-//! | [`estimate`] | the estimator, covariance, identifiability, outcomes |
-//! | [`sim`] | simulated touching, for demonstrations and tests |
-//! | [`experiment`] | calibrations of which the truth is known |
-//! | [`report`] | a result as a page to look at |
-//! | [`io`] | files, to and from these types |
+//! | symbol | module | holds |
+//! |---|---|---|
+//! | `T`, `Exp` | [`se3`] | rigid motions and their derivatives |
+//! | `ρ`, `argmin F` | [`solver`] | nonlinear least squares, robust losses |
+//! | `T_bt(q; θ)` | [`robot`] | the arm, its kinematics `base_from_tool` with derivatives |
+//! | `θ`, `σ` | [`parameter`] | what may be wrong: names, units, priors |
+//! | `qᵢ` | [`contact`] | joint positions in contact, and contact from force |
+//! | gap | [`geometry`] | shapes of parts and the exact signed distance between them |
+//! | `M` | [`manifold`] | contact manifolds: peg in hole, ball in socket, tool on plane, or your own |
+//! | `W`, `L`, `F` | [`estimate`] | the estimator, covariance, identifiability, warnings |
+//! | | [`sim`] | simulated touching, for demonstrations and tests |
+//! | | [`experiment`] | calibrations with known truth |
+//! | | [`report`] | a result as a page to look at |
+//! | | [`io`] | files, to and from these types |
 //!
 //! # Example
-//! Simulate an arm with a strain of 1 % and a base encoder off by 2° that explores a square hole, and find both again.
+//! Simulate an arm with a strain of 1 % and a base encoder off by 2° that explores a square hole,
+//! and find both again.
 //!
 //! ```
 //! use std::ops::ControlFlow;
 //! use std::sync::Arc;
 //! use touchcal::contact::{ContactLog, Source};
-//! use touchcal::estimate::{Fixture, Freedom, Loss, Method, Noise, Problem, Status, Tool, calibrate};
+//! use touchcal::estimate::{Fixture, Noise, PlacePrior, Problem, Status, Tool, calibrate};
 //! use touchcal::geometry::{extrusion::PegAndHole, profile::Profile};
 //! use touchcal::io::urdf::{self, Ends};
 //! use touchcal::manifold::PegInHole;
-//! use touchcal::robot::{Column, joint_offset, strain};
+//! use touchcal::parameter::{joint_offset, strain};
+//! use touchcal::robot::KinematicParameter::{JointOffset, Strain};
 //! use touchcal::sim::{Parts, Preset, Truth};
 //! use nalgebra::Point2;
 //!
@@ -48,7 +57,7 @@
 //! let mut scenario = Preset::Paper.scenario(robot.clone())?;
 //! scenario.contacts = 1000;
 //! scenario.touches[0].parts = Parts::PegInHole(Box::new(parts.clone()));
-//! let errors = vec![(Column::Strain, 0.01), (Column::JointOffset(0), 0.035)];
+//! let errors = vec![(Strain.into(), 0.01), (JointOffset(0).into(), 0.035)];
 //! let truth = Truth { errors, ..Truth::default() };
 //! let log = &scenario.run(&truth, 1, &mut |_| ControlFlow::Continue(()))?[0];
 //!
@@ -58,24 +67,16 @@
 //! }
 //! let mut parameters = vec![strain()];
 //! parameters.extend(joint_offset(&robot));
-//! let problem = Problem {
-//!     robot,
-//!     tool: Tool { tip_from_tool: scenario.tip_from_tool, freedom: Freedom::Known },
-//!     fixtures: vec![Fixture {
-//!         name: "hole".to_owned(),
-//!         manifold: Arc::new(PegInHole::new(parts)),
-//!         base_from_fixture: Some(scenario.touches[0].base_from_fixture),
-//!         freedom: Freedom::Known,
-//!         placement: String::new(),
-//!     }],
-//!     distances: Vec::new(),
-//!     contacts,
-//!     noise: Noise { encoder: 3.5e-5, contact: 1e-5, learned: false },
-//!     parameters,
-//!     joint_drift: false,
-//!     method: Method::LevenbergMarquardt,
-//!     loss: Loss::GemanMcClure(3.0),
+//! let tool = Tool { tip_from_tool: scenario.tip_from_tool, prior: PlacePrior::Fixed };
+//! let hole = Fixture {
+//!     name: "hole".to_owned(),
+//!     manifold: Arc::new(PegInHole::new(parts)),
+//!     base_from_fixture: Some(scenario.touches[0].base_from_fixture),
+//!     prior: PlacePrior::Fixed,
+//!     placement: String::new(),
 //! };
+//! let noise = Noise { encoder: 3.5e-5, contact: 1e-5, is_estimated: false };
+//! let problem = Problem::new(robot, tool, vec![hole], contacts).with_parameters(parameters).with_noise(noise);
 //! let estimate = calibrate(&problem, &mut |_| ControlFlow::Continue(()));
 //!
 //! assert_eq!(estimate.status, Status::Converged);
@@ -93,7 +94,9 @@ pub mod experiment;
 pub mod geometry;
 pub mod io;
 pub mod manifold;
+pub mod parameter;
 pub mod report;
 pub mod robot;
 pub mod se3;
 pub mod sim;
+pub mod solver;

@@ -2,12 +2,14 @@
 //!
 //! Conventions, everywhere in this crate:
 //!
-//! - a pose `a_from_b` maps coordinates in frame `b` to coordinates in frame `a`: `p_a = a_from_b * p_b`;
+//! - a pose `a_from_b` maps coordinates in frame `b` to coordinates in frame `a`:
+//!   `p_a = a_from_b * p_b`;
 //! - a twist is `[v; ω]`, translation first;
 //! - perturbations are local (right): `T ⊕ ξ = T · Exp(ξ)`.
 //!
-//! Formulas follow Barfoot, *State Estimation for Robotics* (2017), chapter 7, reordered for right perturbations, and
-//! Solà, Deray & Atchuthan, *A micro Lie theory for state estimation in robotics* (2018), eqs. 143–182.
+//! Formulas follow Barfoot, *State Estimation for Robotics* (2017), chapter 7, reordered for right
+//! perturbations, and Solà, Deray & Atchuthan, *A micro Lie theory for state estimation in
+//! robotics* (2018), eqs. 143–182.
 
 use nalgebra::{Isometry3, Matrix3, Matrix6, Translation3, UnitQuaternion, Vector3, Vector6};
 
@@ -18,8 +20,8 @@ pub type Twist = Vector6<f64>;
 /// A wrench `[f; τ]` (N, N m).
 pub type Wrench = [f64; 6];
 
-/// Below this angle (rad) series replace the closed forms: the first neglected term is then under 1e-14, and so is the
-/// cancellation of the closed forms above it.
+/// Below this angle (rad) series replace the closed forms: the first neglected term is then under
+/// 1e-14, and so is the cancellation of the closed forms above it.
 const SERIES_BELOW: f64 = 0.1;
 
 /// The matrix `[a]×` with `[a]× b = a × b`.
@@ -42,14 +44,16 @@ pub fn twist(v: &Vector3<f64>, w: &Vector3<f64>) -> Twist {
     Vector6::new(v.x, v.y, v.z, w.x, w.y, w.z)
 }
 
-/// `Exp: ℝ⁶ → SE(3)`, the motion of moving along a constant twist for unit time (Solà et al. 2018, eq. 172).
+/// `Exp: ℝ⁶ → SE(3)`, the motion of moving along a constant twist for unit time (Solà et al. 2018,
+/// eq. 172).
 pub fn exp(xi: &Twist) -> Pose {
     let w = angular(xi);
     let translation = so3_left_jacobian(&w) * linear(xi);
     Pose::from_parts(Translation3::from(translation), UnitQuaternion::from_scaled_axis(w))
 }
 
-/// `Log: SE(3) → ℝ⁶`, the inverse of [`exp`] for rotation angles up to π (Solà et al. 2018, eq. 173).
+/// `Log: SE(3) → ℝ⁶`, the inverse of [`exp`] for rotation angles up to π (Solà et al. 2018, eq.
+/// 173).
 pub fn log(pose: &Pose) -> Twist {
     let w = rotation_log(&pose.rotation);
     let v = so3_left_jacobian_inverse(&w) * pose.translation.vector;
@@ -66,7 +70,8 @@ pub fn adjoint(pose: &Pose) -> Matrix6<f64> {
     ad
 }
 
-/// `Jr(ξ)`, with `Exp(ξ + δ) ≈ Exp(ξ) · Exp(Jr(ξ) δ)` (Solà et al. 2018, eqs. 179–182, with `Jr(ξ) = Jl(−ξ)`).
+/// `Jr(ξ)`, with `Exp(ξ + δ) ≈ Exp(ξ) · Exp(Jr(ξ) δ)` (Solà et al. 2018, eqs. 179–182, with
+/// `Jr(ξ) = Jl(−ξ)`).
 pub fn right_jacobian(xi: &Twist) -> Matrix6<f64> {
     let v = -linear(xi);
     let w = -angular(xi);
@@ -89,7 +94,8 @@ pub fn rotation_log(rotation: &UnitQuaternion<f64>) -> Vector3<f64> {
     vector * (2.0 * sine.atan2(scalar) / sine)
 }
 
-/// `∂φ/∂δ` of the rotation vector φ for a local rotation, `Log(Exp(φ) · Exp(δ)) ≈ φ + Jr⁻¹(φ) δ` (Solà et al. 2018, eq. 144).
+/// `∂φ/∂δ` of the rotation vector φ for a local rotation, `Log(Exp(φ) · Exp(δ)) ≈ φ + Jr⁻¹(φ) δ`
+/// (Solà et al. 2018, eq. 144).
 pub fn rotation_log_jacobian(vector: &Vector3<f64>) -> Matrix3<f64> {
     so3_left_jacobian_inverse(&-vector)
 }
@@ -131,7 +137,8 @@ fn series(angle: f64) -> (f64, f64, f64) {
     }
 }
 
-/// The block `Q(v, ω)` of the left Jacobian of SE(3) (Solà et al. 2018, eq. 180; Barfoot 2017, eq. 7.86b).
+/// The block `Q(v, ω)` of the left Jacobian of SE(3) (Solà et al. 2018, eq. 180; Barfoot 2017, eq.
+/// 7.86b).
 fn coupling(v: &Vector3<f64>, w: &Vector3<f64>) -> Matrix3<f64> {
     let angle = w.norm();
     let (_, _, c) = series(angle);

@@ -24,7 +24,8 @@ pub struct ConvertArgs {
     /// Unit of the log's angles; radians if not given, but guessed for KUKA's recorder
     #[arg(long, value_parser = unit())]
     pub unit: Option<AngleUnit>,
-    /// Names of the moving joints in the order of q1 to qn, or of the columns of a log without header
+    /// Names of the moving joints in the order of q1 to qn, or of the columns of a log without
+    /// header
     #[arg(long, value_name = "JOINT,…", value_delimiter = ',')]
     pub joints: Option<Vec<String>>,
     /// Names of the columns of a CSV file that has no header

@@ -10,12 +10,14 @@ use super::ScenarioSource;
 /// The experiments.
 #[derive(Debug, Subcommand)]
 pub enum ExperimentArgs {
-    /// The paper's table: learned, nearest and exact contact manifolds, by gradient descent and Levenberg-Marquardt
+    /// The paper's table: learned, nearest and exact contact manifolds, by gradient descent and
+    /// Levenberg-Marquardt
     Table1(Table1Args),
     /// Simulate and calibrate one scenario many times: are the uncertainties true?
     #[cfg(feature = "parquet")]
     Campaign(CampaignArgs),
-    /// Put parts of a campaign that were computed elsewhere together, checked for gaps and duplicates
+    /// Put parts of a campaign that were computed elsewhere together, checked for gaps and
+    /// duplicates
     #[cfg(feature = "parquet")]
     Merge(MergeArgs),
 }
@@ -27,7 +29,8 @@ pub struct CampaignArgs {
     /// The scenario.
     #[command(flatten)]
     pub source: ScenarioSource,
-    /// Folder to write campaign.json, campaign.svg and parts/ into; parts found there are not computed again
+    /// Folder to write campaign.json, campaign.svg and parts/ into; parts found there are not
+    /// computed again
     #[arg(long, value_name = "DIR")]
     pub out: PathBuf,
     /// Trials
@@ -36,7 +39,8 @@ pub struct CampaignArgs {
     /// Seed of the first trial; the others count on from it
     #[arg(long, default_value_t = 1)]
     pub seed: u64,
-    /// Repeat the campaign with other values of one number, named as in scenario.toml: contacts=300,1000,3000
+    /// Repeat the campaign with other values of one number, named as in scenario.toml:
+    /// contacts=300,1000,3000
     #[arg(long, value_name = "SETTING=A,B,…")]
     pub vary: Option<Vary>,
     /// Only the i-th of n equal shares of the parts, for one of n machines
@@ -118,7 +122,8 @@ impl std::str::FromStr for Shard {
 /// Arguments of `experiment table1`.
 #[derive(Debug, clap::Args)]
 pub struct Table1Args {
-    /// Folder to write table1.csv, table1.json, table1.svg and rows/ into; rows found there are not computed again
+    /// Folder to write table1.csv, table1.json, table1.svg and rows/ into; rows found there are not
+    /// computed again
     #[arg(long, value_name = "DIR")]
     pub out: PathBuf,
     /// Instead of simulating: a folder of trials, each with contact.csv.gz and truth.json

@@ -14,7 +14,8 @@ use touchcal::sim::Preset;
 pub use convert::ConvertArgs;
 pub use experiment::*;
 
-/// Calibrate a robot arm by touch: URDF, joint log and touched parts in, calibrated URDF with honest error bars out.
+/// Calibrate a robot arm by touch: URDF, joint log and touched parts in, calibrated URDF with
+/// honest error bars out.
 #[derive(Debug, Parser)]
 #[command(
     name = "touchcal",
@@ -33,7 +34,8 @@ pub struct Args {
 pub enum Command {
     /// Write a problem.toml to fill in, and a README.md of what to record
     New(NewArgs),
-    /// Simulate an arm with wrong kinematics that explores a hole, calibrate it, and compare with the truth
+    /// Simulate an arm with wrong kinematics that explores a hole, calibrate it, and compare with
+    /// the truth
     Demo(DemoArgs),
     /// Say what a log contains and what it can determine, before solving
     Inspect(InspectArgs),
@@ -47,7 +49,8 @@ pub enum Command {
     Manifold(ManifoldArgs),
     /// Teach a network the projection onto a stored manifold
     Train(TrainArgs),
-    /// Simulate an arm of which it is known what is wrong with it; write logs, problem.toml and truth.json
+    /// Simulate an arm of which it is known what is wrong with it; write logs, problem.toml and
+    /// truth.json
     Simulate(SimulateArgs),
     /// Compare methods on trials of which the truth is known
     #[command(subcommand)]
@@ -125,14 +128,15 @@ pub struct ManArgs {
     pub out: Option<PathBuf>,
 }
 
-/// Where a problem is read from. What `requires` the folder also `conflicts_with` the problem file: clap requires nothing that
-/// conflicts with what is given.
+/// Where a problem is read from. What `requires` the folder also `conflicts_with` the problem file:
+/// clap requires nothing that conflicts with what is given.
 #[derive(Debug, clap::Args)]
 pub struct Source {
     /// What to calibrate, with what, from which contacts; `touchcal new` writes one to fill in
     #[arg(value_name = "PROBLEM.toml", required_unless_present = "mukca", conflicts_with = "mukca")]
     pub problem: Option<PathBuf>,
-    /// Instead of a problem file: a folder PLACEMENT/hole_N.csv of ball-in-socket logs, joint angles in radians
+    /// Instead of a problem file: a folder PLACEMENT/hole_N.csv of ball-in-socket logs, joint
+    /// angles in radians
     #[arg(long, value_name = "DIR", requires = "urdf")]
     pub mukca: Option<PathBuf>,
     /// With --mukca: distance of neighbouring sockets
@@ -155,7 +159,8 @@ pub struct Arm {
     /// With --mukca: the nominal URDF, whose tip link carries the ball
     #[arg(long, value_name = "FILE", requires = "mukca", conflicts_with = "problem")]
     pub urdf: Option<PathBuf>,
-    /// With --mukca: estimate how far the joints give way to gravity too; only touchcal reads that from a URDF
+    /// With --mukca: estimate how far the joints give way to gravity too; only touchcal reads that
+    /// from a URDF
     #[arg(long, requires = "mukca", conflicts_with = "problem")]
     pub joint_compliance: bool,
 }
@@ -172,7 +177,8 @@ pub struct CalibrateArgs {
     /// Folder to write calibrated.urdf, estimate.json and report.html into
     #[arg(long, value_name = "DIR")]
     pub out: PathBuf,
-    /// Write DIR/driver too, for a driver that takes encoder offsets: joint_offsets.yaml, and the robot.urdf that goes with it
+    /// Write DIR/driver too, for a driver that takes encoder offsets: joint_offsets.yaml, and the
+    /// robot.urdf that goes with it
     #[arg(long)]
     pub driver_offsets: bool,
     /// Write DIR/calibration.mcap too, to look at the contacts in Foxglove or Rerun
@@ -196,7 +202,8 @@ pub struct EvaluateArgs {
     /// The URDF to score
     #[arg(long, value_name = "FILE")]
     pub urdf: PathBuf,
-    /// With a problem file: estimate.json of the calibration, to score the URDF with tool and fixtures where it found them
+    /// With a problem file: estimate.json of the calibration, to score the URDF with tool and
+    /// fixtures where it found them
     #[arg(long, value_name = "FILE", conflicts_with = "mukca")]
     pub estimate: Option<PathBuf>,
     /// With --mukca: another URDF to compare with; a problem file names its own
@@ -283,7 +290,8 @@ pub struct TrainArgs {
     /// Different pairs to learn from
     #[arg(long, value_name = "N", default_value_t = 1 << 20, value_parser = clap::value_parser!(u64).range(1..=1 << 26))]
     pub pairs: u64,
-    /// Stop early when this many looks in a row (every 500 steps) find nothing better on held-out pairs; 0: never
+    /// Stop early when this many looks in a row (every 500 steps) find nothing better on held-out
+    /// pairs; 0: never
     #[arg(long, value_name = "LOOKS", default_value_t = 0)]
     pub patience: u64,
     /// Seed of weights and pairs

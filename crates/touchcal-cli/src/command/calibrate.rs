@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use touchcal::estimate::{Freedom, Problem, Status};
+use touchcal::estimate::{PlacePrior, Problem, Status};
 use touchcal::io::Loaded;
 use touchcal::io::calibration_folder::{self, Written};
 
@@ -54,8 +54,8 @@ fn next(loaded: &Loaded, source: &Source, written: &Written) -> String {
     let (Some(folder), None) = (&source.mukca, &source.problem) else {
         let problem = source.problem.as_deref().unwrap_or(Path::new("PROBLEM.toml")).display();
         let Problem { tool, fixtures, .. } = &loaded.problem;
-        let places = fixtures.iter().map(|fixture| fixture.freedom).chain([tool.freedom]);
-        let found = match places.into_iter().any(|freedom| freedom != Freedom::Known) {
+        let places = fixtures.iter().map(|fixture| fixture.prior).chain([tool.prior]);
+        let found = match places.into_iter().any(|freedom| freedom != PlacePrior::Fixed) {
             true => format!(" --estimate {}", written.estimate.display()),
             false => String::new(),
         };

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use serde::Serialize;
-use touchcal::estimate::{Fixture, Freedom, Problem, Score, evaluate};
+use touchcal::estimate::{Fixture, PlacePrior, Problem, Score, evaluate};
 use touchcal::io::calibration_folder::{ESTIMATE, place_written, stats};
 use touchcal::io::estimate_file::{EstimateFile, ResidualStats};
 use touchcal::io::mukca;
@@ -58,12 +58,13 @@ pub fn run(args: &EvaluateArgs) -> Result<Outcome, Failure> {
     Ok(Outcome::Done)
 }
 
-/// What is taken for granted where places are not known for sure; that of a socket without one does not count.
+/// What is taken for granted where places are not known for sure; that of a socket without one does
+/// not count.
 fn uncertain(problem: &Problem) -> Option<String> {
     let placed = problem.fixtures.iter().filter(|fixture| fixture.base_from_fixture.is_some());
-    let fixtures = placed.map(|fixture| (format!("fixture `{}`", fixture.name), fixture.freedom));
-    let mut places = std::iter::once(("the tool".to_owned(), problem.tool.freedom)).chain(fixtures);
-    let (whose, _) = places.find(|(_, freedom)| *freedom != Freedom::Known)?;
+    let fixtures = placed.map(|fixture| (format!("fixture `{}`", fixture.name), fixture.prior));
+    let mut places = std::iter::once(("the tool".to_owned(), problem.tool.prior)).chain(fixtures);
+    let (whose, _) = places.find(|(_, freedom)| *freedom != PlacePrior::Fixed)?;
     Some(format!(
         "places are taken as the problem declares them, though that of {whose} is uncertain; `--estimate {ESTIMATE}` of the calibration takes them as found"
     ))

@@ -63,7 +63,7 @@ fn text(loaded: &Loaded, inspection: &Inspection, detail: Detail) -> String {
 
 fn warnings(inspection: &Inspection) -> String {
     let warnings = inspection.warnings.iter();
-    let text: String = warnings.map(|warning| summary::warning(&warning.words(), warning.advice())).collect();
+    let text: String = warnings.map(|warning| summary::warning(&warning.message(), warning.advice())).collect();
     if text.is_empty() { text } else { format!("\n{text}") }
 }
 
@@ -88,8 +88,8 @@ fn joints(loaded: &Loaded, inspection: &Inspection) -> String {
         table.row([
             range.joint.clone(),
             number(range.least),
-            number(range.most),
-            number(range.most - range.least),
+            number(range.greatest),
+            number(range.greatest - range.least),
             unit.to_owned(),
             range.share.map_or("-".to_owned(), |share| format!("{:.0} %", 100.0 * share)),
         ]);
@@ -151,7 +151,7 @@ fn json(loaded: &Loaded, inspection: &Inspection) -> Result<String, Failure> {
         condition: finite(found.condition),
         singular_values: &found.singular_values,
         observability: inspection.observability,
-        null_space: found.null_space.iter().map(|null| null.words.as_str()).collect(),
+        null_space: found.null_space.iter().map(|null| null.description.as_str()).collect(),
         nominal: calibration_folder::stats(&inspection.nominal, &problem.fixtures),
         warnings: inspection.warnings.iter().map(Into::into).collect(),
         inputs: loaded.inputs.iter().map(Into::into).collect(),
@@ -160,15 +160,15 @@ fn json(loaded: &Loaded, inspection: &Inspection) -> Result<String, Failure> {
 }
 
 fn joint_json(range: &touchcal::estimate::JointRange) -> JointJson<'_> {
-    JointJson { name: &range.joint, least: range.least, most: range.most, share_of_limits: range.share }
+    JointJson { name: &range.joint, least: range.least, most: range.greatest, share_of_limits: range.share }
 }
 
-fn parameter_json(expected: &touchcal::estimate::Expected) -> ParameterJson<'_> {
+fn parameter_json(expected: &touchcal::estimate::ParameterEstimate) -> ParameterJson<'_> {
     ParameterJson {
         name: &expected.parameter.name,
         unit: expected.parameter.unit.symbol(),
         sigma: expected.sigma,
-        prior_sigma: expected.parameter.prior_sigma,
+        prior_sigma: expected.parameter.prior_sigma(),
         identifiable: expected.identifiable,
     }
 }

@@ -156,7 +156,8 @@ impl Told<'_> {
     }
 }
 
-/// What `--json` prints: SI units and radians; of distances and coordinates least, 5 %, median, 95 % and greatest.
+/// What `--json` prints: SI units and radians; of distances and coordinates least, 5 %, median, 95
+/// % and greatest.
 #[derive(Serialize)]
 struct ManifoldJson<'a> {
     schema: u32,

@@ -1,4 +1,5 @@
-//! `touchcal completions`, `touchcal man` and the guide's reference: what the arguments' definition says, for shells and readers.
+//! `touchcal completions`, `touchcal man` and the guide's reference: what the arguments' definition
+//! says, for shells and readers.
 
 use std::fmt::Write;
 

@@ -12,7 +12,8 @@ use crate::output;
 use crate::progress::{Spinner, interrupted};
 use crate::table::Table;
 
-/// Simulates a scenario and writes the logs, the problem that they pose, the scenario with every key, and the truth.
+/// Simulates a scenario and writes the logs, the problem that they pose, the scenario with every
+/// key, and the truth.
 pub fn run(args: &SimulateArgs) -> Result<Outcome, Failure> {
     scenario_file::check_folder(&args.out)?;
     super::check_outputs([args.out.join(scenario_file::SCENARIO)], args.source.scenario.as_deref())?;

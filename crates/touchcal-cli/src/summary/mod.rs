@@ -44,7 +44,7 @@ impl Calibration<'_> {
         });
         let lines: Vec<Line<'_>> = lines.collect();
         let scores = [("before", prefit), ("after", &estimate.postfit)];
-        let whence = if problem.noise.learned { "learned from them" } else { "declared" };
+        let whence = if problem.noise.is_estimated { "learned from them" } else { "declared" };
         [
             format!("{}\n", self.headline()),
             format!("Robot     {}\n", robot(self.loaded)),
@@ -166,7 +166,7 @@ pub fn determined(found: &Identifiability, detail: Detail) -> String {
         return head + "\n";
     }
     let shown = if detail == Detail::Every { null.len() } else { MOST_DIRECTIONS.min(null.len()) };
-    let each: String = null[..shown].iter().map(|null| format!("  - {}\n", null.words)).collect();
+    let each: String = null[..shown].iter().map(|null| format!("  - {}\n", null.description)).collect();
     let more = match null.len() - shown {
         0 => String::new(),
         more => format!("  … and {more} more (--all shows them)\n"),

@@ -1,6 +1,6 @@
 //! The table of parameters.
 
-use touchcal::robot::{Block, Column, Parameter, Unit};
+use touchcal::parameter::{Block, Parameter, ParameterId, Unit};
 
 use crate::table::{Table, signed};
 
@@ -43,23 +43,22 @@ pub fn in_user_units(unit: Unit) -> (f64, &'static str, usize) {
 /// Tables of all parameters.
 pub fn parameters(lines: &[Line<'_>], detail: Detail) -> String {
     let apart = |line: &&Line<'_>| {
-        let block = line.parameter.column.block();
+        let block = line.parameter.id.block();
         let place = matches!(block, Block::JointOrigin | Block::Tool | Block::Fixture);
         detail == Detail::Grouped && (place || block == Block::JointDrift)
     };
-    let is_wall = |line: &&Line<'_>| matches!(line.parameter.column, Column::Wall(..));
+    let is_wall = |line: &&Line<'_>| matches!(line.parameter.id, ParameterId::DirectionalGapBias(..));
     let lines: Vec<&Line<'_>> = lines.iter().filter(|line| detail == Detail::Every || !is_wall(line)).collect();
     let single: Vec<&Line<'_>> = lines.iter().copied().filter(|line| !apart(line)).collect();
     let mut text = scalars(&single);
     if detail == Detail::Grouped {
         for (block, title) in [(Block::JointOrigin, "joint origin"), (Block::Tool, "tool"), (Block::Fixture, "fixture")]
         {
-            let members: Vec<&Line<'_>> =
-                lines.iter().copied().filter(|l| l.parameter.column.block() == block).collect();
+            let members: Vec<&Line<'_>> = lines.iter().copied().filter(|l| l.parameter.id.block() == block).collect();
             text.push_str(&places(&members, title));
         }
         let drifts: Vec<&Line<'_>> =
-            lines.iter().copied().filter(|l| l.parameter.column.block() == Block::JointDrift).collect();
+            lines.iter().copied().filter(|l| l.parameter.id.block() == Block::JointDrift).collect();
         text.push_str(&drift(&drifts));
     }
     if lines.iter().any(|line| !line.identifiable) {
@@ -89,7 +88,7 @@ fn scalars(lines: &[&Line<'_>]) -> String {
             line.parameter.name.clone(),
             line.value.map_or("-".to_owned(), |value| signed(factor * value, decimals)),
             number(line.sigma),
-            number(line.parameter.prior_sigma),
+            number(line.parameter.prior_sigma()),
             unit.to_owned(),
             if line.identifiable { String::new() } else { format!("{MARK} not identifiable") },
         ]));

@@ -1,4 +1,5 @@
-//! `touchcal experiment campaign` and `merge`: the same rows however they are computed, and what is put together wrongly is named.
+//! `touchcal experiment campaign` and `merge`: the same rows however they are computed, and what is
+//! put together wrongly is named.
 
 use std::path::Path;
 

@@ -42,7 +42,8 @@ fn demo_finds_the_truth_and_its_example_gives_the_same_again() {
     assert!(score["mean_mm"].as_f64() < Some(0.05) && score["nominal"]["mean_mm"].as_f64() > Some(10.0));
 }
 
-/// A hole whose declared place is off by what the problem allows is scored where the calibration found it.
+/// A hole whose declared place is off by what the problem allows is scored where the calibration
+/// found it.
 #[test]
 fn a_score_takes_the_places_that_were_found() {
     let folder = tempfile::tempdir().unwrap();

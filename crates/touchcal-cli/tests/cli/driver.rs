@@ -30,7 +30,8 @@ fn offsets_go_to_the_driver_and_leave_the_urdf_as_it_was() {
     assert_eq!((compared, lines.len()), (7, 7));
 }
 
-/// The log with its offsets taken off, as the driver does, scores with the driver's URDF as the raw one with the calibrated URDF.
+/// The log with its offsets taken off, as the driver does, scores with the driver's URDF as the raw
+/// one with the calibrated URDF.
 #[test]
 fn both_exports_are_the_same_arm() {
     let folder = filled_in("sockets", &["--preset", "mukca"]);

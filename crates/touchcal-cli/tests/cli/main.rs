@@ -1,6 +1,7 @@
 //! `touchcal` as a user runs it: arguments in, exit code, texts and files out.
 
-// Helpers of tests fail by panicking too; the exception in clippy.toml covers only the tests themselves.
+// Helpers of tests fail by panicking too; the exception in clippy.toml covers only the tests
+// themselves.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
 #[cfg(feature = "parquet")]

@@ -24,7 +24,8 @@ fn recorded_poses_are_stored_thinned() {
     assert!(told["spacing"][0].as_f64().unwrap() >= 1e-3);
 }
 
-/// The demonstration's problem with its calibrated arm gives a manifold, on which the same contacts calibrate the nominal arm.
+/// The demonstration's problem with its calibrated arm gives a manifold, on which the same contacts
+/// calibrate the nominal arm.
 #[test]
 fn contacts_of_a_calibrated_arm_are_a_manifold() {
     let folder = tempfile::tempdir().unwrap();
@@ -53,7 +54,8 @@ fn contacts_of_a_calibrated_arm_are_a_manifold() {
     assert!(inputs.contains("m.safetensors"), "{inputs}");
 }
 
-/// Contacts with a hole whose outline nobody knows give the same manifold as with it, and calibrate nothing before.
+/// Contacts with a hole whose outline nobody knows give the same manifold as with it, and calibrate
+/// nothing before.
 #[test]
 fn a_hole_of_unknown_shape_can_be_recorded() {
     let folder = tempfile::tempdir().unwrap();

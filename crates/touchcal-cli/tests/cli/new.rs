@@ -1,4 +1,5 @@
-//! `touchcal new`: what it writes is a problem that works once the robot and the logs are there, and nothing is overwritten.
+//! `touchcal new`: what it writes is a problem that works once the robot and the logs are there,
+//! and nothing is overwritten.
 
 use std::path::Path;
 
@@ -142,7 +143,8 @@ fn nothing_is_overwritten() {
     }
 }
 
-/// Who starts twice is told of the problem that was filled in; who names the folder, of the problem in it.
+/// Who starts twice is told of the problem that was filled in; who names the folder, of the problem
+/// in it.
 #[test]
 fn the_problem_is_what_is_named() {
     let folder = tempfile::tempdir().unwrap();

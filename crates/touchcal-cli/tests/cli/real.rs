@@ -22,7 +22,8 @@ fn kuka_fitted_in_front_is_right_on_the_left() {
     assert!(mean(&score) <= 0.15 && mean(&score["nominal"]) > 0.5, "{score}");
 }
 
-/// The fitted placement itself scores through the URDF alone as in the estimate: the tool's place is in it.
+/// The fitted placement itself scores through the URDF alone as in the estimate: the tool's place
+/// is in it.
 #[test]
 fn calibrated_urdf_carries_the_tool() {
     let folder = tempfile::tempdir().unwrap();

@@ -4,8 +4,9 @@ use crate::se3::Wrench;
 
 /// Turns force magnitudes into contact flags, with hysteresis and debounce.
 ///
-/// Contact begins when |F| > `threshold` and ends when |F| < `release`; either takes effect after it has held for `debounce`
-/// rows in a row, and then only from there on, so a spike shorter than that changes nothing.
+/// Contact begins when |F| > `threshold` and ends when |F| < `release`; either takes effect after
+/// it has held for `debounce` rows in a row, and then only from there on, so a spike shorter than
+/// that changes nothing.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Detector {
     threshold: f64,

@@ -56,20 +56,23 @@ impl ContactLog {
         &self.notes
     }
 
-    /// Multiplies the joint positions of all contacts from number `first` on, each joint's by its `scale`.
+    /// Multiplies the joint positions of all contacts from number `first` on, each joint's by its
+    /// `scale`.
     pub(crate) fn rescale(&mut self, first: usize, scale: &[f64]) {
         for q in self.q.chunks_exact_mut(self.dof.max(1)).skip(first) {
             q.iter_mut().zip(scale).for_each(|(q, scale)| *q *= scale);
         }
     }
 
-    /// Changes the loads of all contacts from number `first` on, as far as they are known: `change(q, load)` of measured joint positions and the load so far.
+    /// Changes the loads of all contacts from number `first` on, as far as they are known:
+    /// `change(q, load)` of measured joint positions and the load so far.
     pub(crate) fn change_loads(&mut self, first: usize, change: impl Fn(&[f64], Wrench) -> Wrench) {
         let each = self.loads.iter_mut().zip(self.q.chunks_exact(self.dof.max(1)));
         each.skip(first).for_each(|(load, q)| *load = change(q, *load));
     }
 
-    /// Numbers of the contacts, from number `first` on, at which some joint has moved by more than `apart` (rad or m) since the one before of these.
+    /// Numbers of the contacts, from number `first` on, at which some joint has moved by more than
+    /// `apart` (rad or m) since the one before of these.
     pub(crate) fn apart(&self, first: usize, apart: f64) -> Vec<usize> {
         let mut kept: Vec<usize> = Vec::new();
         for i in first..self.len() {
@@ -98,8 +101,9 @@ impl ContactLog {
         self.loads.truncate(left);
     }
 
-    /// Appends a contact: measured joint positions `q` (rad or m) while touching fixture number `fixture`.
-    /// Positions beyond [`ContactLog::dof`] are ignored; missing ones make the contact ignored as a whole.
+    /// Appends a contact: measured joint positions `q` (rad or m) while touching fixture number
+    /// `fixture`. Positions beyond [`ContactLog::dof`] are ignored; missing ones make the contact
+    /// ignored as a whole.
     pub fn push(&mut self, q: &[f64], fixture: usize, source: Source) {
         if let Some(q) = q.get(..self.dof) {
             self.q.extend_from_slice(q);
@@ -108,7 +112,8 @@ impl ContactLog {
         }
     }
 
-    /// Says what the fixture exerted on the tool in the last contact: a wrench about the tip's origin, in the tip frame.
+    /// Says what the fixture exerted on the tool in the last contact: a wrench about the tip's
+    /// origin, in the tip frame.
     pub fn set_load(&mut self, load: Wrench) {
         if let Some(last) = self.len().checked_sub(1) {
             self.loads.resize(last, [0.0; 6]);
@@ -116,7 +121,8 @@ impl ContactLog {
         }
     }
 
-    /// Appends the contacts of `other`, all made while touching fixture number `fixture`, with its files, notes and counts.
+    /// Appends the contacts of `other`, all made while touching fixture number `fixture`, with its
+    /// files, notes and counts.
     pub fn append(&mut self, other: &ContactLog, fixture: usize) {
         let first = self.files.len() as u32;
         self.files.extend_from_slice(&other.files);
@@ -149,7 +155,8 @@ impl ContactLog {
         &self.q[i * self.dof..(i + 1) * self.dof]
     }
 
-    /// What the fixture exerted on the tool in contact `i`, about the tip's origin, in the tip frame; zero where that is not known.
+    /// What the fixture exerted on the tool in contact `i`, about the tip's origin, in the tip
+    /// frame; zero where that is not known.
     pub fn load(&self, i: usize) -> Wrench {
         self.loads.get(i).copied().unwrap_or([0.0; 6])
     }

@@ -1,46 +1,93 @@
 //! How well an arm explains contacts that it need not have been fitted to.
 
-use nalgebra::DVector;
+use nalgebra::{DVector, Vector3};
+use rayon::prelude::*;
 
-use super::problem::{Freedom, Problem};
-use super::score::{self, Score, score};
-use super::system::System;
-use crate::robot::Column;
-use crate::se3::{self, Twist};
+use super::model::{CalibrationModel, LinearizationPoint};
+use super::problem::{PlacePrior, Problem};
+use super::result::{Score, Spread};
+use crate::manifold::Rows;
+use crate::parameter::ParameterId;
+use crate::robot::KinematicParameter;
+use crate::se3::{self, Pose, Twist};
 
-/// Scores the problem's arm as it is, with tool and fixtures where the problem puts them; nothing is estimated.
+/// Distances of contacts from their manifolds by the problem's arm as it is, with tool and fixtures
+/// at their nominal places; nothing is estimated.
 pub fn evaluate(problem: &Problem) -> Score {
-    let system = System::new(problem);
-    score(problem, &system.at(&DVector::zeros(system.parameters.len())))
+    let model = CalibrationModel::new(problem);
+    score(&LinearizationPoint::new(&model, &DVector::zeros(model.layout.len())))
 }
 
-/// Distance (m) from touching of each contact, in order, at parameters `values` (SI, as [`Estimate::values`](super::Estimate::values) has them; zeros are the
-/// problem's arm as it is): what a [`Score`] is made of.
-pub fn distances(problem: &Problem, values: &DVector<f64>) -> Vec<f64> {
-    score::distances(problem, &System::new(problem).at(values))
+/// Distance (m) of each contact from its manifold, in the order of the log, at parameters `values`
+/// (SI, in the order of [`Estimate::values`](super::Estimate::values); zeros are the problem's arm
+/// as it is). A [`Score`] is made of these.
+pub fn contact_distances(problem: &Problem, values: &DVector<f64>) -> Vec<f64> {
+    distances(&LinearizationPoint::new(&CalibrationModel::new(problem), values))
 }
 
-/// Puts tool and fixtures where a calibration found them: `found(name)` is the value of the parameter of that name (m, rad). What it did not
-/// estimate stays where it is.
+/// `fixture_from_tool` of each contact with fixture number `fixture`, by the problem's arm as it
+/// is, in the order of the log. Of a calibrated arm these are samples of the fixture's contact
+/// manifold.
+pub fn contact_poses(problem: &Problem, fixture: usize) -> Vec<Pose> {
+    let model = CalibrationModel::new(problem);
+    let point = LinearizationPoint::new(&model, &DVector::zeros(model.layout.len()));
+    let contacts = (0..problem.contacts.len()).filter(|&i| problem.contacts.fixture(i) == fixture);
+    contacts.map(|i| point.pose_without_drift(i)).collect()
+}
+
+/// Moves tool and fixtures to the poses that a calibration found: `value(name)` is the estimate of
+/// the parameter of that name (m, rad), none for what was not estimated.
 ///
-/// A fixture without a nominal place has none to count from: it is left as it is, and the score of a socket does not need it.
-pub fn place(problem: &mut Problem, found: impl Fn(&str) -> Option<f64>) {
+/// A fixture without a nominal pose is left as it is: its parameters are relative to contacts of
+/// another log, and the score of a socket does not need its place.
+pub fn apply_estimated_places(problem: &mut Problem, value: impl Fn(&str) -> Option<f64>) {
     let mut tool = Twist::zeros();
     let mut fixtures = vec![Twist::zeros(); problem.fixtures.len()];
-    for parameter in System::new(problem).parameters {
-        let value = found(&parameter.name).unwrap_or(0.0);
-        match parameter.column {
-            Column::Tool(k) => tool[k] = value,
-            Column::Fixture(f, k) => fixtures[f][k] = value,
+    for parameter in CalibrationModel::new(problem).layout.parameters {
+        let value = value(&parameter.name).unwrap_or(0.0);
+        match parameter.id {
+            ParameterId::Kinematic(KinematicParameter::Tool(k)) => tool[k] = value,
+            ParameterId::Fixture(f, k) => fixtures[f][k] = value,
             _ => {}
         }
     }
     problem.tool.tip_from_tool *= se3::exp(&tool);
-    problem.tool.freedom = Freedom::Known;
+    problem.tool.prior = PlacePrior::Fixed;
     for (fixture, twist) in problem.fixtures.iter_mut().zip(&fixtures) {
         if let Some(base_from_fixture) = &mut fixture.base_from_fixture {
             *base_from_fixture *= se3::exp(twist);
-            fixture.freedom = Freedom::Known;
+            fixture.prior = PlacePrior::Fixed;
         }
     }
+}
+
+/// The score of all contacts.
+pub(super) fn score(point: &LinearizationPoint<'_>) -> Score {
+    let problem = point.model.problem;
+    let mut score = Score { all: Spread::default(), per_fixture: vec![Spread::default(); problem.fixtures.len()] };
+    for (i, distance) in distances(point).into_iter().enumerate() {
+        score.all.add(distance);
+        score.per_fixture[problem.contacts.fixture(i)].add(distance);
+    }
+    score
+}
+
+/// Distances (m) of all contacts, in the order of the log.
+fn distances(point: &LinearizationPoint<'_>) -> Vec<f64> {
+    let problem = point.model.problem;
+    let each = (0..problem.contacts.len()).into_par_iter();
+    let values: Vec<Vector3<f64>> = each.map_init(Rows::new, |rows, i| point.residual_vector(i, rows)).collect();
+    let mut mean = vec![(Vector3::zeros(), 0usize); problem.fixtures.len()];
+    for (i, value) in values.iter().enumerate() {
+        let f = problem.contacts.fixture(i);
+        if problem.fixtures[f].manifold.is_point() {
+            mean[f].0 += value;
+            mean[f].1 += 1;
+        }
+    }
+    let centered = values.iter().enumerate().map(|(i, value)| {
+        let (sum, count) = mean[problem.contacts.fixture(i)];
+        (value - sum / count.max(1) as f64).norm()
+    });
+    centered.collect()
 }

@@ -1,101 +1,91 @@
 //! What a problem's contacts can determine, before it is solved.
 
-use std::ops::ControlFlow;
-
-use super::calibrate::coarse;
 use super::evaluate::evaluate;
-use super::identifiability::Identifiability;
-use super::knowledge::Knowledge;
-use super::mistakes::mistakes;
-use super::outcome::{Progress, StopReason, Warning};
+use super::input_checks::input_warnings;
+use super::model::{distance_information, set_resolution, whitened_norms};
 use super::problem::Problem;
-use super::score::Score;
-use crate::robot::Parameter;
+use super::result::{Identifiability, Observer, ParameterEstimate, Score, Warning};
+use super::search::{SearchState, approach_contact_modes, coarse, sandwich};
+use super::uncertainty::Posterior;
+use crate::solver::StopReason;
 
-/// How well a parameter will be known.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Expected {
-    /// Which parameter.
-    pub parameter: Parameter,
-    /// Standard deviation to expect (SI); none where neither data nor prior bound it.
-    pub sigma: Option<f64>,
-    /// Whether the data determine it.
-    pub identifiable: bool,
-}
-
-/// The range of a joint's measured positions (rad or m).
+/// Range of a joint's measured positions.
 #[derive(Clone, Debug, PartialEq)]
 pub struct JointRange {
     /// Name of the joint.
     pub joint: String,
-    /// Least position.
+    /// Least position (rad or m).
     pub least: f64,
-    /// Greatest position.
-    pub most: f64,
-    /// Share of the joint's limits that this covers, where it has limits.
+    /// Greatest position (rad or m).
+    pub greatest: f64,
+    /// Share of the joint's limits that this range covers, if it has limits.
     pub share: Option<f64>,
 }
 
 /// The result of [`inspect`].
 #[derive(Clone, Debug)]
 pub struct Inspection {
-    /// Range of every moving joint, in order; none without contacts.
+    /// Range of every moving joint, in order; empty without contacts.
     pub ranges: Vec<JointRange>,
-    /// Every parameter, in order.
-    pub parameters: Vec<Expected>,
+    /// Every parameter with the standard deviation to expect, in order; values are zero.
+    pub parameters: Vec<ParameterEstimate>,
     /// What the data determine and what they do not.
     pub identifiability: Identifiability,
     /// Observability indices O1 to O5, see [`Identifiability::observability`].
     pub observability: [f64; 5],
     /// What contradicts the problem's declarations.
     pub warnings: Vec<Warning>,
-    /// How far from touching the nominal arm's contacts are.
+    /// Distances of the contacts from their manifolds by the nominal arm.
     pub nominal: Score,
-    /// Why the coarse stage stopped: expectations far from its minimum mean little.
+    /// Why the coarse stage stopped: expectations far from its minimum are unreliable.
     pub reason: StopReason,
 }
 
-/// Says what a problem's contacts can determine, with the declared noise and no outliers.
+/// What a problem's contacts can determine, with the declared noise and no outliers.
 ///
-/// The Jacobian is taken after the coarse stage: a nominal arm may be centimetres off, where a gap's derivative
-/// says nothing about contacts; with one-sided contacts, after a look at a few of them that comes near enough to see their walls. `observe` is called at each step and may end it.
-pub fn inspect(problem: &Problem, observe: &mut dyn FnMut(&Progress) -> ControlFlow<()>) -> Inspection {
-    let mut search = coarse(problem, observe);
-    search.come_near(observe);
-    let system = &search.system;
-    let (contacts, _) = system.statistics(&search.theta);
-    let data = contacts + system.distance_information(&search.theta);
-    let mut known = Knowledge::new(system, &data, &search.scale, &search.held);
-    if let Some((covariance, _)) = search.wall_covariance() {
-        known.covariance = covariance;
+/// The Jacobian is taken after the coarse stage: a nominal arm may be centimetres off, where the
+/// derivative of a gap is not that at contact; with one-sided contacts, at the contact modes of a
+/// subsample. `observe` is called at each step and may end the search.
+pub fn inspect(problem: &Problem, observe: Observer<'_>) -> Inspection {
+    let mut search = SearchState::new(problem);
+    coarse(&mut search, observe);
+    let stride = search.stride();
+    set_resolution(&mut search.model, &search.theta, stride);
+    approach_contact_modes(&mut search, observe);
+    let (contacts, _) = whitened_norms(&search.model, &search.theta, &mut search.caches);
+    let data = contacts + distance_information(&search.model, &search.theta);
+    let mut posterior = Posterior::new(&search.model, &data, &search.free, &search.fixed);
+    if let Some(sandwich) = sandwich(&mut search) {
+        posterior.covariance = sandwich.covariance;
     }
-    let expected = system.parameters.iter().enumerate().map(|(k, parameter)| Expected {
+    let parameters = search.model.layout.parameters.iter().enumerate().map(|(k, parameter)| ParameterEstimate {
         parameter: parameter.clone(),
-        sigma: known.sigma(k),
-        identifiable: known.identifiable[k],
+        value: 0.0,
+        sigma: posterior.sigma(k),
+        identifiable: posterior.identifiable[k],
     });
-    let parameters = expected.collect();
     Inspection {
-        warnings: mistakes(system),
+        parameters: parameters.collect(),
+        warnings: input_warnings(&search.model),
         nominal: evaluate(problem),
-        ranges: ranges(problem),
-        parameters,
-        observability: known.identifiability.observability(problem.contacts.len()),
-        identifiability: known.identifiability,
+        ranges: joint_ranges(problem),
+        observability: posterior.identifiability.observability(problem.contacts.len()),
+        identifiability: posterior.identifiability,
         reason: search.termination.reason,
     }
 }
 
-fn ranges(problem: &Problem) -> Vec<JointRange> {
+fn joint_ranges(problem: &Problem) -> Vec<JointRange> {
     let contacts = &problem.contacts;
     if contacts.is_empty() {
         return Vec::new();
     }
     let each = problem.robot.moving().enumerate().map(|(i, joint)| {
         let positions = (0..contacts.len()).map(|c| contacts.q(c)[i]);
-        let (least, most) = positions.fold((f64::MAX, f64::MIN), |(a, b), q| (a.min(q), b.max(q)));
+        let (least, greatest) = positions.fold((f64::MAX, f64::MIN), |(a, b), q| (a.min(q), b.max(q)));
         let span = joint.limits.map(|limits| limits.upper - limits.lower).filter(|span| *span > 0.0);
-        JointRange { joint: joint.name.clone(), least, most, share: span.map(|span| (most - least) / span) }
+        let share = span.map(|span| (greatest - least) / span);
+        JointRange { joint: joint.name.clone(), least, greatest, share }
     });
     each.collect()
 }

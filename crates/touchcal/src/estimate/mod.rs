@@ -1,41 +1,34 @@
-//! The estimator: from a problem to parameters, their covariance, and what the data cannot determine.
+//! The estimator: from a problem to parameters, their covariance, and what the data cannot
+//! determine.
 
-mod bound;
 mod calibrate;
-mod conclude;
-mod doubt;
+mod contact_mode;
 mod evaluate;
-mod gradient_descent;
-mod identifiability;
+mod input_checks;
 mod inspect;
-mod knowledge;
-mod learn;
-mod levenberg_marquardt;
-mod loss;
-mod mistakes;
-mod normal;
-mod outcome;
-mod poses;
+mod model;
+mod options;
 mod problem;
-mod rows;
-mod score;
-mod statistics;
-mod sums;
-mod system;
-mod walls;
-mod workspace;
+mod result;
+mod result_checks;
+mod search;
+mod summarize;
+mod uncertainty;
 
-pub use bound::cramer_rao;
+pub use crate::solver::{Loss, StopReason, Termination};
 pub use calibrate::calibrate;
-pub use evaluate::{distances, evaluate, place};
-pub use gradient_descent::{Descent, Optimiser};
-pub use identifiability::{Identifiability, NullDirection};
-pub use inspect::{Expected, Inspection, JointRange, inspect};
-pub use loss::Loss;
-pub use outcome::{
-    ContactCount, Estimate, Estimated, Progress, Stage, Status, StopReason, Termination, Verdict, Warning,
+pub use evaluate::{apply_estimated_places, contact_distances, contact_poses, evaluate};
+pub use inspect::{Inspection, JointRange, inspect};
+pub use options::{
+    ContactModeOptions, EstimatorOptions, IdentifiabilityOptions, MultiStartOptions, SearchOptions,
+    VarianceComponentOptions, WarningThresholds,
 };
-pub use poses::contact_poses;
-pub use problem::{Distance, Fixture, Freedom, Method, Noise, Problem, Tool};
-pub use score::{Score, Spread};
-pub use workspace::{ToolUncertainty, distance_uncertainty, tool_uncertainty, workspace_configurations};
+pub use problem::{
+    DEFAULT_CONTACT, DEFAULT_ENCODER, Distance, Fixture, GradientDescent, Method, Noise, Optimizer, PlacePrior,
+    Problem, Tool,
+};
+pub use result::{
+    ContactCount, Estimate, Identifiability, NullDirection, ParameterEstimate, Progress, Score, Severity, Spread,
+    Stage, Status, Verdict, Warning,
+};
+pub use uncertainty::{ToolUncertainty, cramer_rao, distance_uncertainty, tool_uncertainty, workspace_configurations};

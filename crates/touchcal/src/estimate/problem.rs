@@ -1,37 +1,44 @@
-//! What is to be solved: an arm, what touches, what is touched, the contacts, and what may be wrong.
+//! What is to be solved: an arm, what touches, what is touched, the contacts, and what may be
+//! wrong.
 
 use std::sync::Arc;
 
-use super::gradient_descent::Descent;
-use super::loss::Loss;
+use super::options::EstimatorOptions;
 use crate::contact::ContactLog;
 use crate::manifold::ContactManifold;
-use crate::robot::{Parameter, Robot};
+use crate::parameter::Parameter;
+use crate::robot::Robot;
 use crate::se3::Pose;
+use crate::solver::Loss;
 
-/// How well a place is known beforehand.
+/// Start of noise that is estimated: an industrial encoder (rad), machined parts (m).
+pub const DEFAULT_ENCODER: f64 = 0.005 * std::f64::consts::PI / 180.0;
+/// See [`DEFAULT_ENCODER`].
+pub const DEFAULT_CONTACT: f64 = 0.05e-3;
+
+/// Prior of a pose about its nominal value.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Freedom {
-    /// Exactly.
-    Known,
-    /// Up to a Gaussian error of these standard deviations (m, rad); it is estimated with that prior.
-    Uncertain {
-        /// Of each translation component (m).
+pub enum PlacePrior {
+    /// Known exactly: not estimated.
+    Fixed,
+    /// Gaussian, the components of the local twist independent of each other.
+    Gaussian {
+        /// Standard deviation of each translation component (m).
         sigma: f64,
-        /// Of each rotation component (rad).
+        /// Standard deviation of each rotation component (rad).
         sigma_angle: f64,
     },
-    /// Not at all: the contacts alone decide.
-    Free,
+    /// None: the contacts alone decide.
+    Flat,
 }
 
-/// What touches: its place on the arm's tip.
+/// What touches: its place on the arm's tip link.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Tool {
-    /// Nominal pose of the tool frame on the tip link.
+    /// Nominal pose of the tool frame in the tip link's frame.
     pub tip_from_tool: Pose,
-    /// How well that is known.
-    pub freedom: Freedom,
+    /// Prior of that pose.
+    pub prior: PlacePrior,
 }
 
 /// What is touched: a contact manifold at a place in base.
@@ -41,11 +48,12 @@ pub struct Fixture {
     pub name: String,
     /// How the tool touches it.
     pub manifold: Arc<dyn ContactManifold>,
-    /// Nominal pose in base. Without one, the fixture starts where the nominal arm puts the mean of its contacts.
+    /// Nominal pose in base. None: the mean tool position of its contacts by the nominal arm.
     pub base_from_fixture: Option<Pose>,
-    /// How well that is known.
-    pub freedom: Freedom,
-    /// Fixtures that were touched in one go, with the same drifts of the joints, share this name.
+    /// Prior of that pose.
+    pub prior: PlacePrior,
+    /// Fixtures of one placement share this name: they were touched in one go, with the same drift
+    /// of the joints.
     pub placement: String,
 }
 
@@ -60,35 +68,65 @@ pub struct Distance {
     pub sigma: f64,
 }
 
-/// Measurement noise.
+/// Measurement noise, independent from contact to contact.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Noise {
-    /// Standard deviation of each revolute joint's measurement (rad).
+    /// Standard deviation of each revolute joint's measurement (rad); prismatic joints have none.
     pub encoder: f64,
-    /// Standard deviation of what the contact itself adds (m): deflection, form errors, detection.
+    /// Standard deviation of each residual row apart from the encoders (m): deflection, form errors
+    /// of the parts, contact detection.
     pub contact: f64,
-    /// Whether these are only a start, and one factor common to both is learned from the data.
-    pub learned: bool,
+    /// Whether these are a start only, and a factor common to both is estimated from the contacts.
+    pub is_estimated: bool,
 }
 
-/// How the parameters are searched for.
+/// How the cost is minimized.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Method {
-    /// Coarse and fine Levenberg–Marquardt: the method of choice.
+    /// Coarse-to-fine Levenberg–Marquardt with a marginal likelihood for one-sided contacts.
     #[default]
     LevenbergMarquardt,
-    /// Gradient descent on mean absolute distances, to compare with.
-    GradientDescent(Descent),
+    /// Gradient descent on mean absolute distances, for comparison (Negi, Manyar & Gupta 2025).
+    GradientDescent(GradientDescent),
 }
 
-/// A calibration problem.
+/// Steps of gradient descent.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct GradientDescent {
+    /// Rule of the steps.
+    pub optimizer: Optimizer,
+    /// Number of steps.
+    pub steps: usize,
+    /// Length of the first step, in plausible sizes of the parameters.
+    pub rate: f64,
+    /// Maximum number of contacts used, about evenly spread over the log.
+    pub contacts: usize,
+}
+
+impl Default for GradientDescent {
+    /// Adam, 5000 steps, the first of 5 % of a plausible size, on 500 contacts.
+    fn default() -> Self {
+        GradientDescent { optimizer: Optimizer::Adam, steps: 5000, rate: 0.05, contacts: 500 }
+    }
+}
+
+/// Rule of gradient descent's steps.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Optimizer {
+    /// Against the gradient, divided by the length of the first gradient.
+    Plain,
+    /// Adam (Kingma & Ba 2015, algorithm 1).
+    Adam,
+}
+
+/// A calibration problem. [`Problem::new`] has the defaults of everything that is optional.
 #[derive(Clone, Debug)]
 pub struct Problem {
     /// The arm.
     pub robot: Robot,
     /// What touches.
     pub tool: Tool,
-    /// What is touched.
+    /// What is touched; the contacts name fixtures by their index here.
     pub fixtures: Vec<Fixture>,
     /// Known distances between fixtures.
     pub distances: Vec<Distance>,
@@ -96,12 +134,59 @@ pub struct Problem {
     pub contacts: ContactLog,
     /// Measurement noise.
     pub noise: Noise,
-    /// Parameters of the arm to estimate; those of tool and fixtures follow from their [`Freedom`].
+    /// Parameters of the arm to estimate; those of tool and fixtures follow from their
+    /// [`PlacePrior`].
     pub parameters: Vec<Parameter>,
-    /// Whether the joints' zeros may differ a little from placement to placement; takes effect with two placements or more.
+    /// Whether each placement has encoder offsets of its own (`joint_drift`); takes effect with two
+    /// placements or more.
     pub joint_drift: bool,
-    /// How they are searched for.
+    /// How the cost is minimized.
     pub method: Method,
-    /// Loss of the fine stage; gradient descent has its own.
+    /// Robust loss of the residuals; gradient descent has its own.
     pub loss: Loss,
+    /// Tuning of the estimator.
+    pub options: EstimatorOptions,
+}
+
+impl Problem {
+    /// A problem without distances and without parameters of the arm, with noise that is estimated
+    /// from the contacts (starting at 0.005° and 0.05 mm), a Geman–McClure loss of scale 3 and
+    /// default options.
+    pub fn new(robot: Robot, tool: Tool, fixtures: Vec<Fixture>, contacts: ContactLog) -> Self {
+        Problem {
+            robot,
+            tool,
+            fixtures,
+            distances: Vec::new(),
+            contacts,
+            noise: Noise { encoder: DEFAULT_ENCODER, contact: DEFAULT_CONTACT, is_estimated: true },
+            parameters: Vec::new(),
+            joint_drift: false,
+            method: Method::LevenbergMarquardt,
+            loss: Loss::GemanMcClure(3.0),
+            options: EstimatorOptions::default(),
+        }
+    }
+
+    /// The same problem with these parameters of the arm.
+    pub fn with_parameters(self, parameters: Vec<Parameter>) -> Self {
+        Problem { parameters, ..self }
+    }
+
+    /// The same problem with this noise.
+    pub fn with_noise(self, noise: Noise) -> Self {
+        Problem { noise, ..self }
+    }
+
+    /// Whether the tool frame is the tip link's, whose pose the calibrated chain can carry: its
+    /// last joint is fixed.
+    pub fn tool_is_tip(&self) -> bool {
+        self.tool.tip_from_tool == Pose::identity() && self.robot.with_tip_moved(&Pose::identity()).is_some()
+    }
+
+    /// Whether any contact is measured by the distance from a projection, from which no uncertainty
+    /// follows.
+    pub(crate) fn has_projection(&self) -> bool {
+        self.fixtures.iter().any(|fixture| fixture.manifold.is_projection())
+    }
 }

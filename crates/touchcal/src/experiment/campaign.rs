@@ -7,7 +7,8 @@ use nalgebra::{DMatrix, DVector};
 use super::problem;
 use super::transfer::{random_positions, tool_error};
 use crate::estimate::{Estimate, Problem, Status, calibrate, cramer_rao};
-use crate::robot::{Column, Robot};
+use crate::parameter::{Block, kinematic_part};
+use crate::robot::{Robot, calibrated};
 use crate::sim::{Scenario, SimulationError, Truth};
 
 /// Shares of intervals that are counted.
@@ -21,7 +22,8 @@ const WORKSPACE_POSES: usize = 1000;
 /// Their seed.
 const WORKSPACE_SEED: u64 = 1;
 
-/// One trial of a campaign, measured against its truth. Counts and averages are over the arm's parameters that were estimated.
+/// One trial of a campaign, measured against its truth. Counts and averages are over the arm's
+/// parameters that were estimated.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct CampaignRow {
     /// Number in the campaign.
@@ -36,9 +38,11 @@ pub struct CampaignRow {
     pub parameters: u64,
     /// True values within their intervals of each of [`LEVELS`].
     pub inside: [u64; 4],
-    /// Normalised estimation error squared `eᵀ P⁻¹ e`: on average the number of parameters, if uncertainties are true.
+    /// Normalised estimation error squared `eᵀ P⁻¹ e`: on average the number of parameters, if
+    /// uncertainties are true.
     pub nees: f64,
-    /// The same with the Cramér–Rao bound for `P`: on average the number of parameters, if nothing could be better.
+    /// The same with the Cramér–Rao bound for `P`: on average the number of parameters, if nothing
+    /// could be better.
     pub nees_of_bound: f64,
     /// Mean error of strains (none: 0).
     pub strain_error: f64,
@@ -78,11 +82,11 @@ pub fn campaign_trial(scenario: &Scenario, first_seed: u64, trial: u64) -> Resul
 fn measured(row: CampaignRow, problem: &Problem, estimate: &Estimate, truth: &Truth) -> CampaignRow {
     let known = |k: &usize| {
         let parameter = &estimate.parameters[*k];
-        !parameter.parameter.column.block().is_nuisance() && parameter.sigma.is_some_and(|sigma| sigma > 0.0)
+        !parameter.parameter.id.block().is_nuisance() && parameter.sigma.is_some_and(|sigma| sigma > 0.0)
     };
     let which: Vec<usize> = (0..estimate.parameters.len()).filter(known).collect();
-    let column = |k: usize| estimate.parameters[k].parameter.column;
-    let error = |k: usize| estimate.parameters[k].value - truth.value(column(k));
+    let id = |k: usize| estimate.parameters[k].parameter.id;
+    let error = |k: usize| estimate.parameters[k].value - truth.value(id(k));
     let errors = DVector::from_iterator(which.len(), which.iter().map(|&k| error(k)));
     let part = |all: &DMatrix<f64>| DMatrix::from_fn(which.len(), which.len(), |i, j| all[(which[i], which[j])]);
     let nees = |covariance: DMatrix<f64>| match covariance.cholesky() {
@@ -93,10 +97,10 @@ fn measured(row: CampaignRow, problem: &Problem, estimate: &Estimate, truth: &Tr
         let within = |k: &&usize| error(**k).abs() < half_width * estimate.parameters[**k].sigma.unwrap_or(0.0);
         which.iter().filter(within).count() as u64
     });
-    let bound = cramer_rao(problem, |column| truth.value(column));
-    let is_strain = |k: &usize| matches!(column(*k), Column::Strain | Column::SegmentStrain(_));
+    let bound = cramer_rao(problem, |id| truth.value(id));
+    let is_strain = |k: &usize| matches!(id(*k).block(), Block::Strain | Block::SegmentStrain);
     let (strains, others): (Vec<usize>, Vec<usize>) = (0..estimate.parameters.len()).partition(is_strain);
-    let offsets: Vec<usize> = others.into_iter().filter(|&k| matches!(column(k), Column::JointOffset(_))).collect();
+    let offsets: Vec<usize> = others.into_iter().filter(|&k| id(k).block() == Block::JointOffset).collect();
     // An empty sum is −0.
     let mean = |of: &[usize], size: &dyn Fn(usize) -> f64| {
         of.iter().fold(0.0, |sum, &k| sum + size(k)) / of.len().max(1) as f64
@@ -124,7 +128,7 @@ fn measured(row: CampaignRow, problem: &Problem, estimate: &Estimate, truth: &Tr
 }
 
 fn true_robot(robot: &Robot, truth: &Truth) -> Robot {
-    let arm = truth.errors.iter().filter(|(column, _)| !column.block().is_nuisance());
-    let (columns, values): (Vec<Column>, Vec<f64>) = arm.copied().unzip();
-    robot.calibrated(&columns, &values)
+    let arm = truth.errors.iter().filter(|(id, _)| !id.block().is_nuisance());
+    let (parameters, values) = kinematic_part(arm.copied());
+    calibrated(robot, &parameters, &values)
 }

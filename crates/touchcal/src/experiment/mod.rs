@@ -1,4 +1,5 @@
-//! Calibrations of which the truth is known: simulated or recorded trials, and how far an estimate is from what was true.
+//! Calibrations of which the truth is known: simulated or recorded trials, and how far an estimate
+//! is from what was true.
 
 mod campaign;
 mod posed;

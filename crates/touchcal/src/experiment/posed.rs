@@ -1,8 +1,10 @@
-//! The calibration problem that a scenario's logs pose to a user who believes what the scenario says.
+//! The calibration problem that a scenario's logs pose to a user who believes what the scenario
+//! says.
 
 use crate::contact::{ContactLog, Source};
-use crate::estimate::{Distance, Fixture, Freedom, Loss, Method, Noise, Problem, Tool};
-use crate::robot::{Block, Parameter, Robot, joint_compliance, joint_offset, joint_origin, segment_strain, strain};
+use crate::estimate::{Distance, Fixture, Loss, Noise, PlacePrior, Problem, Tool};
+use crate::parameter::{Block, Parameter, joint_compliance, joint_offset, joint_origin, segment_strain, strain};
+use crate::robot::Robot;
 use crate::sim::{PlaceError, Scenario, Simulated, Touch};
 
 use super::manifold_of;
@@ -13,7 +15,8 @@ const LEAST_CONTACT: f64 = 1e-6;
 /// How well the distance of fixtures on one block is declared to be known (m).
 const SPACING_SIGMA: f64 = 1e-5;
 
-/// The problem of one simulated trial: its contacts, all that may be wrong with the arm to be estimated, places as uncertain as they are drawn.
+/// The problem of one simulated trial: its contacts, all that may be wrong with the arm to be
+/// estimated, places as uncertain as they are drawn.
 pub fn problem(scenario: &Scenario, simulated: &Simulated) -> Problem {
     let robot = &scenario.robot;
     let mut contacts = ContactLog::new(robot.dof());
@@ -27,17 +30,14 @@ pub fn problem(scenario: &Scenario, simulated: &Simulated) -> Problem {
             }
         }
     }
+    let tool = Tool { tip_from_tool: scenario.tip_from_tool, prior: place_prior(scenario.tool_error) };
+    let fixtures = scenario.touches.iter().map(fixture).collect();
     Problem {
-        robot: robot.clone(),
-        tool: Tool { tip_from_tool: scenario.tip_from_tool, freedom: freedom(scenario.tool_error) },
-        fixtures: scenario.touches.iter().map(fixture).collect(),
         distances: distances(scenario),
-        contacts,
         noise: noise(scenario),
         parameters: blocks(scenario).into_iter().flat_map(|block| parameters(block, robot)).collect(),
-        joint_drift: false,
-        method: Method::LevenbergMarquardt,
         loss: Loss::GemanMcClure(LOSS_SCALE),
+        ..Problem::new(robot.clone(), tool, fixtures, contacts)
     }
 }
 
@@ -78,7 +78,7 @@ pub(crate) fn noise(scenario: &Scenario) -> Noise {
     Noise {
         encoder: scenario.recorder.encoder_sigma.hypot(rounding).max(LEAST_ENCODER),
         contact: scenario.contact_sigma.max(LEAST_CONTACT),
-        learned: false,
+        is_estimated: false,
     }
 }
 
@@ -99,11 +99,15 @@ fn fixture(touch: &Touch) -> Fixture {
         name: touch.name.clone(),
         manifold: manifold_of(&touch.parts).into(),
         base_from_fixture: (!touch.free).then_some(touch.base_from_fixture),
-        freedom: if touch.free { Freedom::Free } else { freedom(touch.place_error) },
+        prior: if touch.free { PlacePrior::Flat } else { place_prior(touch.place_error) },
         placement: touch.name.split('/').next().unwrap_or_default().to_owned(),
     }
 }
 
-fn freedom(PlaceError { length, angle }: PlaceError) -> Freedom {
-    if length > 0.0 || angle > 0.0 { Freedom::Uncertain { sigma: length, sigma_angle: angle } } else { Freedom::Known }
+fn place_prior(PlaceError { length, angle }: PlaceError) -> PlacePrior {
+    if length > 0.0 || angle > 0.0 {
+        PlacePrior::Gaussian { sigma: length, sigma_angle: angle }
+    } else {
+        PlacePrior::Fixed
+    }
 }

@@ -80,8 +80,9 @@ impl CampaignSummary {
         self.inside.map(|inside| inside as f64 / self.parameters as f64)
     }
 
-    /// The 99 % bounds that chance leaves each share. A trial's parameters err together, so the bounds are as wide as the trials scatter, and at least
-    /// as wide as if each parameter erred by itself (binomial).
+    /// The 99 % bounds that chance leaves each share. A trial's parameters err together, so the
+    /// bounds are as wide as the trials scatter, and at least as wide as if each parameter erred by
+    /// itself (binomial).
     pub fn coverage_bounds(&self) -> [[f64; 2]; 4] {
         let count = self.parameters as f64;
         std::array::from_fn(|k| {
@@ -91,7 +92,8 @@ impl CampaignSummary {
         })
     }
 
-    /// Mean NEES over the number of parameters (1 if uncertainties are true), and the 99 % bounds that chance leaves it (χ², normal approximation).
+    /// Mean NEES over the number of parameters (1 if uncertainties are true), and the 99 % bounds
+    /// that chance leaves it (χ², normal approximation).
     pub fn nees(&self) -> (f64, [f64; 2]) {
         let chance = BOUND * (2.0 / self.parameters as f64).sqrt();
         (self.nees / self.parameters as f64, [1.0 - chance, 1.0 + chance])
@@ -117,7 +119,8 @@ impl CampaignSummary {
         self.strain.quantile(share)
     }
 
-    /// Quantile `share` of the trials' mean error of the tool's place (m) over the workspace, to 1 %.
+    /// Quantile `share` of the trials' mean error of the tool's place (m) over the workspace, to 1
+    /// %.
     pub fn tool_distance(&self, share: f64) -> f64 {
         self.tool.quantile(share)
     }
@@ -133,7 +136,8 @@ impl CampaignSummary {
     }
 }
 
-/// Positive numbers counted in bins of 1 %, so that quantiles of a million need no more memory than those of a thousand.
+/// Positive numbers counted in bins of 1 %, so that quantiles of a million need no more memory than
+/// those of a thousand.
 #[derive(Clone, Debug, PartialEq)]
 struct Histogram {
     counts: Vec<u64>,
@@ -200,7 +204,8 @@ mod tests {
         assert_eq!(summary.coverage_bounds()[3][1], 1.0);
         assert!((summary.nees().0 - 1.0).abs() < 1e-12 && (summary.over_bound() - 2.0).abs() < 1e-12);
     }
-    /// Bounds that are broken once in a hundred campaigns, be a trial's parameters independent or all the same.
+    /// Bounds that are broken once in a hundred campaigns, be a trial's parameters independent or
+    /// all the same.
     #[test]
     fn chance_breaks_bounds_of_coverage_once_in_a_hundred() {
         let mut random = Pcg64::seed_from_u64(1);

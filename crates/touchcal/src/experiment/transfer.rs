@@ -42,7 +42,8 @@ fn mean_and_most(mut values: Vec<f64>) -> (f64, f64) {
     (mean, most)
 }
 
-/// Joint positions (rad or m) drawn evenly between the joint limits, a full turn where there are none: places, elbow angles and all.
+/// Joint positions (rad or m) drawn evenly between the joint limits, a full turn where there are
+/// none: places, elbow angles and all.
 pub fn random_positions(robot: &Robot, count: usize, seed: u64) -> Vec<Vec<f64>> {
     let mut chance = Pcg64::seed_from_u64(seed);
     let mut position = || {

@@ -3,9 +3,10 @@
 use sha2::{Digest, Sha256};
 
 use crate::contact::{ContactLog, Source};
-use crate::estimate::{Fixture, Freedom, Loss, Method, Noise, Problem, Tool};
+use crate::estimate::{Fixture, Loss, Method, Noise, PlacePrior, Problem, Tool};
 use crate::manifold::ContactManifold;
-use crate::robot::{Column, Robot, joint_offset, strain};
+use crate::parameter::{Block, ParameterId, joint_offset, kinematic_part, strain};
+use crate::robot::{Robot, calibrated};
 use crate::se3::Pose;
 use crate::sim::{Scenario, SimulationError};
 
@@ -25,7 +26,7 @@ pub struct Trial {
     /// The contacts, all of fixture 0.
     pub contacts: ContactLog,
     /// What is wrong with the arm: read by [`Trial::error`] and nothing else.
-    pub truth: Vec<(Column, f64)>,
+    pub truth: Vec<(ParameterId, f64)>,
 }
 
 /// How a trial's parameters are searched for.
@@ -77,7 +78,8 @@ impl Trial {
         })
     }
 
-    /// The problem of finding strain and encoder biases, peg and hole known, by what `manifold` makes of a contact.
+    /// The problem of finding strain and encoder biases, peg and hole known, by what `manifold`
+    /// makes of a contact.
     pub fn problem(&self, manifold: Box<dyn ContactManifold>, search: Search) -> Problem {
         let mut parameters = vec![strain()];
         parameters.extend(joint_offset(&self.robot));
@@ -85,38 +87,34 @@ impl Trial {
             name: "hole".to_owned(),
             manifold: manifold.into(),
             base_from_fixture: Some(self.base_from_hole),
-            freedom: Freedom::Known,
+            prior: PlacePrior::Fixed,
             placement: String::new(),
         };
+        let tool = Tool { tip_from_tool: self.tip_from_peg, prior: PlacePrior::Fixed };
         Problem {
-            robot: self.robot.clone(),
-            tool: Tool { tip_from_tool: self.tip_from_peg, freedom: Freedom::Known },
-            fixtures: vec![fixture],
-            distances: Vec::new(),
-            contacts: self.contacts.clone(),
             noise: search.noise,
             parameters,
-            joint_drift: false,
             method: search.method,
             loss: search.loss,
+            ..Problem::new(self.robot.clone(), tool, vec![fixture], self.contacts.clone())
         }
     }
 
     /// The arm as it truly is.
     pub fn true_robot(&self) -> Robot {
-        let (columns, values): (Vec<Column>, Vec<f64>) = self.truth.iter().copied().unzip();
-        self.robot.calibrated(&columns, &values)
+        let (parameters, values) = kinematic_part(self.truth.iter().copied());
+        calibrated(&self.robot, &parameters, &values)
     }
 
     /// How far parameters found are from the true ones.
-    pub fn error(&self, found: impl Fn(Column) -> Option<f64>) -> TrialError {
+    pub fn error(&self, found: impl Fn(ParameterId) -> Option<f64>) -> TrialError {
         let mut error = TrialError::default();
-        let offsets = self.truth.iter().filter(|(column, _)| matches!(column, Column::JointOffset(_))).count();
-        for &(column, truth) in &self.truth {
-            let size = (found(column).unwrap_or(0.0) - truth).abs();
-            match column {
-                Column::Strain => error.strain += size,
-                Column::JointOffset(_) => error.offset += size / offsets.max(1) as f64,
+        let offsets = self.truth.iter().filter(|(id, _)| id.block() == Block::JointOffset).count();
+        for &(id, truth) in &self.truth {
+            let size = (found(id).unwrap_or(0.0) - truth).abs();
+            match id.block() {
+                Block::Strain => error.strain += size,
+                Block::JointOffset => error.offset += size / offsets.max(1) as f64,
                 _ => {}
             }
         }

@@ -62,8 +62,8 @@ impl<'a> Beside<'a> {
         Lines::new((own, own.ends.map(|end| self.vertex(end))), (others, fixture_ends))
     }
 
-    /// Calls `visit` for what of one of this body's trees is nearer than `reach` to what of one of the other's: for all that is `known` to be near, if that was looked for
-    /// before.
+    /// Calls `visit` for what of one of this body's trees is nearer than `reach` to what of one of
+    /// the other's: for all that is `known` to be near, if that was looked for before.
     pub(super) fn near(
         &self,
         known: Option<&[Pair]>,

@@ -1,6 +1,7 @@
 //! Trees of boxes, to find what of two bodies is near each other.
 //!
-//! A tree keeps its boxes while its body moves: a box is moved when it is looked at, and becomes a somewhat larger one.
+//! A tree keeps its boxes while its body moves: a box is moved when it is looked at, and becomes a
+//! somewhat larger one.
 
 use std::cell::Cell;
 
@@ -14,7 +15,8 @@ const ROUNDING: f64 = 1.2e-7;
 /// More than what rounding adds when a box is moved, as a part of its largest coordinate.
 const MOTION_ROUNDING: f32 = 1e-6;
 
-/// A box along the axes, in single precision and rounded outwards: tests of boxes are most of the work. The fourth coordinate is always zero.
+/// A box along the axes, in single precision and rounded outwards: tests of boxes are most of the
+/// work. The fourth coordinate is always zero.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Box3 {
     /// The least corner.
@@ -100,7 +102,8 @@ impl Motion {
     }
 }
 
-/// How things are halved again and again. The root is the first node; children come after their parents.
+/// How things are halved again and again. The root is the first node; children come after their
+/// parents.
 #[derive(Clone, Debug)]
 pub(super) struct Tree {
     nodes: Vec<Node>,
@@ -146,8 +149,9 @@ impl Tree {
     }
 }
 
-/// Orders things so that those before the place returned and those after it have small boxes: of [`BINS`] − 1 cuts across each axis, the one with the least sum of
-/// numbers times surfaces. In the middle if all are at one place.
+/// Orders things so that those before the place returned and those after it have small boxes: of
+/// [`BINS`] − 1 cuts across each axis, the one with the least sum of numbers times surfaces. In the
+/// middle if all are at one place.
 fn cheapest_halves(things: &mut [u32], boxes: &[Box3]) -> usize {
     let middle = |thing: u32| boxes[thing as usize].middle();
     let around = things
@@ -186,8 +190,9 @@ fn cheapest_halves(things: &mut [u32], boxes: &[Box3]) -> usize {
     things.partition_point(|&thing| bin(thing, axis) < cut).clamp(1, things.len() - 1)
 }
 
-/// Calls `visit` for all things of two trees whose boxes come nearer than `reach`, which may be lowered on the way; of the halves of two nodes, nearer ones first. The first tree's body
-/// is turned and moved into the frame of the second.
+/// Calls `visit` for all things of two trees whose boxes come nearer than `reach`, which may be
+/// lowered on the way; of the halves of two nodes, nearer ones first. The first tree's body is
+/// turned and moved into the frame of the second.
 pub(super) fn near_pairs(
     a: &Tree,
     (rotation, translation): (&Matrix3<f64>, &Vector3<f64>),

@@ -45,7 +45,8 @@ impl Scan<'_> {
         }
     }
 
-    /// Most that a longitudinal edge of the peg strays sideways from its aligned place below the top face.
+    /// Most that a longitudinal edge of the peg strays sideways from its aligned place below the
+    /// top face.
     fn strayed(&self) -> f64 {
         let (r, radius) = (&self.rotation, self.pair.peg_radius);
         if r[(2, 2)] <= 0.3 {
@@ -58,7 +59,8 @@ impl Scan<'_> {
         self.translation.xy().norm() + turn.norm() * radius + depth * tilt / r[(2, 2)]
     }
 
-    /// A longitudinal edge against a wall corner, if they are nearest at inner points and face each other.
+    /// A longitudinal edge against a wall corner, if they are nearest at inner points and face each
+    /// other.
     fn crossing(&self, (tip, far): Segment, i: usize, u: usize) -> Option<Candidate> {
         let (peg, hole) = (&self.pair.peg, &self.pair.hole);
         let corner = hole.vertices()[u].coords;
@@ -90,7 +92,8 @@ impl Scan<'_> {
         Some(Candidate { value, point, normal: lift(&normal, 0.0), in_peg: false, feature })
     }
 
-    /// Whether a segment for sure passes no wall, being far to one side of them all: as is all of a peg that is far from where it belongs.
+    /// Whether a segment for sure passes no wall, being far to one side of them all: as is all of a
+    /// peg that is far from where it belongs.
     fn is_beside_hole(&self, (a, b): Segment) -> bool {
         let radius = self.pair.hole_radius;
         (0..2).any(|k| a[k].min(b[k]) > radius || a[k].max(b[k]) < -radius)
@@ -142,8 +145,9 @@ impl Scan<'_> {
         }
     }
 
-    /// An edge of a peg end that passes through the top face: how far to the nearest point of the rim, or to lift its lower end.
-    /// Overlap near the corners of the hole that [`Scan::edge_rim`] does not see, and never more than that where it does.
+    /// An edge of a peg end that passes through the top face: how far to the nearest point of the
+    /// rim, or to lift its lower end. Overlap near the corners of the hole that [`Scan::edge_rim`]
+    /// does not see, and never more than that where it does.
     fn pierced_top<S: Sink>(&self, (a, b): Segment, k: usize, sink: &mut S) {
         let pair = self.pair;
         let e = b - a;
@@ -168,7 +172,8 @@ impl Scan<'_> {
         }
     }
 
-    /// Rim edges that pass through an end face of the peg: the counterpart of [`Scan::pierced_top`].
+    /// Rim edges that pass through an end face of the peg: the counterpart of
+    /// [`Scan::pierced_top`].
     pub(super) fn pierced_end<S: Sink>(&self, end: f64, sink: &mut S) {
         let pair = self.pair;
         let inward: Vector3<f64> =
@@ -211,7 +216,8 @@ impl Scan<'_> {
         }
     }
 
-    /// An edge of a peg end against a rim edge, if they are nearest at inner points and face each other.
+    /// An edge of a peg end against a rim edge, if they are nearest at inner points and face each
+    /// other.
     fn edge_rim(&self, (a, b): Segment, k: usize, j: usize, end: f64) -> Option<Candidate> {
         let pair = self.pair;
         let (r, s) = pair.hole.edge(j);
@@ -239,10 +245,12 @@ impl Scan<'_> {
         let point = a + e * on_peg;
         let value = normal.dot(&(point - r));
         if value < 0.0 {
-            // Overlap only if the edge passes from the cavity into the wall, and no deeper than its end is in the wall.
+            // Overlap only if the edge passes from the cavity into the wall, and no deeper than its
+            // end is in the wall.
             let (behind_a, behind_b) = (-into_cavity.dot(&(a - r)), -into_cavity.dot(&(b - r)));
             if behind_a.min(behind_b) > 0.0 {
-                // In the wall with both ends: out over the rim, unless an end is sooner out by itself.
+                // In the wall with both ends: out over the rim, unless an end is sooner out by
+                // itself.
                 let sooner = behind_a.max(behind_b).min(-a.z.min(b.z));
                 let feature = Feature::EndEdgeRim { peg_edge: k, hole_edge: j };
                 return (-value < sooner).then_some(Candidate { value, point, normal, in_peg: false, feature });
@@ -263,9 +271,9 @@ impl Scan<'_> {
         })
     }
 
-    /// Peg edges that pass through a wall and that the nearer tests may have missed because the peg leans over or into
-    /// the solid by more than an edge's width: how far to draw the edge's end back out, or to slip it over the wall's
-    /// convex borders, whichever is least.
+    /// Peg edges that pass through a wall and that the nearer tests may have missed because the peg
+    /// leans over or into the solid by more than an edge's width: how far to draw the edge's end
+    /// back out, or to slip it over the wall's convex borders, whichever is least.
     pub(super) fn pierced_walls<S: Sink>(&self, sink: &mut S) {
         let pair = self.pair;
         let place = |p: &Vector2<f64>, z: f64| self.rotation * lift(p, z) + self.translation;
@@ -324,7 +332,8 @@ impl Scan<'_> {
     }
 }
 
-/// The points of two segments nearest to each other (Ericson, *Real-Time Collision Detection*, 2005, section 5.1.9).
+/// The points of two segments nearest to each other (Ericson, *Real-Time Collision Detection*,
+/// 2005, section 5.1.9).
 fn nearest_points((a, b): Segment, (r, s): Segment) -> Segment {
     let (e, f, w) = (b - a, s - r, a - r);
     let (ee, ef, ff, ew, fw) = (e.dot(&e), e.dot(&f), f.dot(&f), e.dot(&w), f.dot(&w));

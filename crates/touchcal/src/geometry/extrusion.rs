@@ -22,10 +22,11 @@ pub enum ExtrusionError {
     },
 }
 
-/// The pair of surface elements between which a distance is measured. Indices are those of the profiles.
+/// The pair of surface elements between which a distance is measured. Indices are those of the
+/// profiles.
 ///
-/// A *rim* edge is where a wall meets the top face, a *wall corner* the vertical edge at a hole vertex. The peg has two
-/// end faces, the tip at z = 0 and the other at z = length.
+/// A *rim* edge is where a wall meets the top face, a *wall corner* the vertical edge at a hole
+/// vertex. The peg has two end faces, the tip at z = 0 and the other at z = length.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum Feature {
@@ -93,11 +94,13 @@ pub enum Feature {
 pub struct Gap {
     /// Signed distance (m): positive free, negative penetrating.
     pub value: f64,
-    /// `∂value/∂ξ` for `hole_from_peg · Exp(ξ)`, a twist row `[v; ω]`: `[n; p × n]` in the peg frame.
+    /// `∂value/∂ξ` for `hole_from_peg · Exp(ξ)`, a twist row `[v; ω]`: `[n; p × n]` in the peg
+    /// frame.
     pub gradient: Twist,
     /// The point of the peg at which it is attained, in the hole frame.
     pub point_in_hole: Point3<f64>,
-    /// Unit normal in the hole frame, from the solid around the hole into the peg: moving the peg along it opens the gap.
+    /// Unit normal in the hole frame, from the solid around the hole into the peg: moving the peg
+    /// along it opens the gap.
     pub normal_in_hole: Vector3<f64>,
     /// Between what the distance is.
     pub feature: Feature,
@@ -105,14 +108,16 @@ pub struct Gap {
 
 /// A straight peg and the straight hole it goes into.
 ///
-/// The peg is its outline extruded over `0 ≤ z ≤ length` of the peg frame, its tip face at z = 0. The solid is the half
-/// space z ≤ 0 of the hole frame less the hole's outline extruded over `−depth ≤ z ≤ 0`; it extends sideways without limit.
+/// The peg is its outline extruded over `0 ≤ z ≤ length` of the peg frame, its tip face at z = 0.
+/// The solid is the half space z ≤ 0 of the hole frame less the hole's outline extruded over
+/// `−depth ≤ z ≤ 0`; it extends sideways without limit.
 ///
 /// # Signed gap
-/// The minimum over features of signed distances. Outside contact it is the distance between the two bodies, at any
-/// pose. The distance of each feature that can be in contact (corner against face, edge against edge) passes through
-/// zero with an unchanged slope, so poses scattered about a contact see no kink. Deeper, it measures how far a corner or edge lies
-/// beyond the nearest face or edge; it is negative exactly when the bodies overlap.
+/// The minimum over features of signed distances. Outside contact it is the distance between the
+/// two bodies, at any pose. The distance of each feature that can be in contact (corner against
+/// face, edge against edge) passes through zero with an unchanged slope, so poses scattered about a
+/// contact see no kink. Deeper, it measures how far a corner or edge lies beyond the nearest face
+/// or edge; it is negative exactly when the bodies overlap.
 ///
 /// # Numerics
 /// Edges that are parallel to 1e-12 are left to their end points.
@@ -132,7 +137,8 @@ pub struct PegAndHole {
     pub(super) hole_to_peg: Nearness,
     /// The edges of the peg against those of the hole.
     pub(super) edge_to_edge: Nearness,
-    /// Signed distance (m) of each peg vertex from the walls when aligned, positive inside the hole.
+    /// Signed distance (m) of each peg vertex from the walls when aligned, positive inside the
+    /// hole.
     pub(super) peg_clearance: Vec<f64>,
     /// Signed distance (m) of each hole vertex from the peg when aligned, positive outside the peg.
     pub(super) hole_clearance: Vec<f64>,
@@ -239,12 +245,14 @@ impl PegAndHole {
         scan.gap(&smallest(&scan))
     }
 
-    /// The mean of all features' signed distances `gₖ`, weighted by how near they are to the least one, and its gradient as
-    /// in [`Gap::gradient`].
+    /// The mean of all features' signed distances `gₖ`, weighted by how near they are to the least
+    /// one, and its gradient as in [`Gap::gradient`].
     ///
-    /// `Σ wₖ gₖ / Σ wₖ` with `wₖ = exp(−x) (1 − (x/4)²)²`, `x = (gₖ − min g)/temperature` up to 4. Where the pose is known only to about
-    /// the temperature (m), the least of several nearly equal gaps is too small on average (a minimum of noisy numbers), their
-    /// blend is not; it also changes smoothly where the minimum jumps from feature to feature. At temperature 0 it is the gap.
+    /// `Σ wₖ gₖ / Σ wₖ` with `wₖ = exp(−x) (1 − (x/4)²)²`, `x = (gₖ − min g)/temperature` up to 4.
+    /// Where the pose is known only to about the temperature (m), the least of several nearly equal
+    /// gaps is too small on average (a minimum of noisy numbers), their blend is not; it also
+    /// changes smoothly where the minimum jumps from feature to feature. At temperature 0 it is the
+    /// gap.
     pub fn blended_gap(&self, hole_from_peg: &Pose, temperature: f64) -> (f64, Twist) {
         let scan = Scan::new(self, hole_from_peg);
         if temperature <= 0.0 {
@@ -264,11 +272,11 @@ impl PegAndHole {
         blend.mean()
     }
 
-    /// Calls `visit` for the features whose signed distance exceeds the gap by at most `margin` (m), in no particular
-    /// order, and returns the gap. Allocates nothing.
+    /// Calls `visit` for the features whose signed distance exceeds the gap by at most `margin`
+    /// (m), in no particular order, and returns the gap. Allocates nothing.
     ///
-    /// A corner or edge that penetrates is reported against the nearest face or edge and that one's neighbours in a corner
-    /// of the hole.
+    /// A corner or edge that penetrates is reported against the nearest face or edge and that one's
+    /// neighbours in a corner of the hole.
     pub fn visit_within(&self, hole_from_peg: &Pose, margin: f64, visit: impl FnMut(&Gap)) -> Gap {
         let scan = Scan::new(self, hole_from_peg);
         let gap = scan.gap(&smallest(&scan));
@@ -276,7 +284,8 @@ impl PegAndHole {
         gap
     }
 
-    /// Calls `visit` as [`PegAndHole::visit_within`] does, for the features whose signed distance is below `reach` (m): in one sweep.
+    /// Calls `visit` as [`PegAndHole::visit_within`] does, for the features whose signed distance
+    /// is below `reach` (m): in one sweep.
     pub fn visit_below(&self, hole_from_peg: &Pose, reach: f64, visit: impl FnMut(&Gap)) {
         visit_below(&Scan::new(self, hole_from_peg), reach, visit);
     }

@@ -1,4 +1,5 @@
-//! What of a body can touch another: its faces, the edges and corners that stick out, and trees to find them by place.
+//! What of a body can touch another: its faces, the edges and corners that stick out, and trees to
+//! find them by place.
 
 use std::collections::{HashMap, HashSet};
 
@@ -47,7 +48,8 @@ impl Face {
         self.normal.dot(point) - self.offset
     }
 
-    /// How far beyond sides in hollow corners the foot of a point lies; nothing if it lies beyond another one.
+    /// How far beyond sides in hollow corners the foot of a point lies; nothing if it lies beyond
+    /// another one.
     #[inline]
     pub(super) fn beyond(&self, point: &Vector3<f64>) -> Option<f64> {
         let mut beyond: f64 = 0.0;
@@ -63,13 +65,15 @@ impl Face {
         Some(beyond)
     }
 
-    /// Whether a point within `limit` (m) of the plane may have its foot on the face, or in a hollow corner beyond it, when it moves by `room` (m).
+    /// Whether a point within `limit` (m) of the plane may have its foot on the face, or in a
+    /// hollow corner beyond it, when it moves by `room` (m).
     pub(super) fn may_be_near(&self, point: &Vector3<f64>, room: f64, limit: f64) -> bool {
         let is_near = |side: &Side| side.beyond(point) <= if side.is_hollow { limit } else { room };
         self.height(point).abs() <= limit && self.sides.iter().all(is_near)
     }
 
-    /// Whether a segment may pass through when it moves by `room` (m): a part of it is that near to the plane, and not all of that part is farther beyond one side.
+    /// Whether a segment may pass through when it moves by `room` (m): a part of it is that near to
+    /// the plane, and not all of that part is farther beyond one side.
     pub(super) fn may_be_pierced(&self, [from, to]: [Vector3<f64>; 2], room: f64) -> bool {
         let (above, then) = (self.height(&from), self.height(&to));
         // Places along it between which it is near the plane.
@@ -115,7 +119,8 @@ pub(super) struct Edge {
 }
 
 impl Edge {
-    /// Whether a place along the edge, 0 to 1, is on it, or at most `beyond` (m) past an end where the body goes on.
+    /// Whether a place along the edge, 0 to 1, is on it, or at most `beyond` (m) past an end where
+    /// the body goes on.
     #[inline]
     pub(super) fn reaches(&self, place: f64, length: f64, beyond: f64) -> bool {
         let past = |end: usize| if self.goes_on[end] { beyond } else { 0.0 };

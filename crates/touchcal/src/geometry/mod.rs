@@ -1,7 +1,9 @@
 //! Shapes and exact signed distances between them.
 //!
-//! [`profile`] holds the outlines, [`extrusion`] the gap between a straight peg and a straight hole; [`solid`] holds bodies of any shape as
-//! triangles, [`solids`] the gap between two of them. Bodies that are straight are told from others ([`PegAndHole::of_straight`](extrusion::PegAndHole::of_straight)).
+//! [`profile`] holds the outlines, [`extrusion`] the gap between a straight peg and a straight
+//! hole; [`solid`] holds bodies of any shape as triangles, [`solids`] the gap between two of them.
+//! Bodies that are straight are told from others
+//! ([`PegAndHole::of_straight`](extrusion::PegAndHole::of_straight)).
 
 pub mod extrusion;
 pub mod nearby;

@@ -10,7 +10,8 @@ use super::placed::PAST_CORNER;
 
 /// How far points may move until all is looked for anew, as a part of how far is asked.
 const ROOM: f64 = 0.1;
-/// Most pairs that are kept, so that contacts take no more than 16 KB each: what has more is looked for each time.
+/// Most pairs that are kept, so that contacts take no more than 16 KB each: what has more is looked
+/// for each time.
 const MOST_KEPT: usize = 2000;
 /// Of what reaches farther than so many times what is asked for, what is near enough is taken out.
 const TOO_FAR: f64 = 2.0;
@@ -20,7 +21,8 @@ const ROUNDING: f64 = 1e-9;
 /// A thing of one body, and one of the other.
 pub(super) type Pair = (u32, u32);
 
-/// What of a tool and a fixture is near each other at a pose, and at all poses where no point is far from where it is there.
+/// What of a tool and a fixture is near each other at a pose, and at all poses where no point is
+/// far from where it is there.
 #[derive(Clone, Debug)]
 pub struct Nearby {
     rotation: Matrix3<f64>,
@@ -74,9 +76,11 @@ fn ordered(mut pairs: Vec<Pair>) -> Box<[Pair]> {
 }
 
 impl Nearby {
-    /// What is nearer than `reach` (m) at a pose, among more: what is kept in `recall`, if that will do.
+    /// What is nearer than `reach` (m) at a pose, among more: what is kept in `recall`, if that
+    /// will do.
     pub(super) fn at<'r>(recall: &'r mut Option<Box<Nearby>>, tool: &Beside<'_>, reach: f64) -> &'r Nearby {
-        // A foot may be a little past two sides of a hollow corner: with this much more, of any that is wider than some degrees.
+        // A foot may be a little past two sides of a hollow corner: with this much more, of any
+        // that is wider than some degrees.
         let (reach, room) = (reach.max(0.0) * (1.0 + PAST_CORNER), ROOM * reach.max(0.0));
         let nearby = match recall.take() {
             Some(before) if before.farthest <= TOO_FAR * reach && before.holds(tool, 0.0, reach) => before,
@@ -88,7 +92,8 @@ impl Nearby {
         recall.insert(nearby)
     }
 
-    /// All that is nearer than `farthest` (m), or may pierce within `room` (m); among what is `known`, if that was looked for before.
+    /// All that is nearer than `farthest` (m), or may pierce within `room` (m); among what is
+    /// `known`, if that was looked for before.
     fn new(tool: &Beside<'_>, known: Option<&Nearby>, (room, farthest): (f64, f64)) -> Self {
         let limits = (room + ROUNDING, farthest + ROUNDING);
         let (own, others) = (tool.own(), tool.others());
@@ -116,11 +121,13 @@ impl Nearby {
         of_faces(&self.tool) + of_faces(&self.fixture) + self.edges.len() <= MOST_KEPT
     }
 
-    /// Whether it has all that is nearer than `farthest` (m) beside a tool there, or may pierce within `room` (m).
+    /// Whether it has all that is nearer than `farthest` (m) beside a tool there, or may pierce
+    /// within `room` (m).
     fn holds(&self, tool: &Beside<'_>, room: f64, farthest: f64) -> bool {
         let turned = tool.rotation - self.rotation;
         let (middle, radius) = tool.own().around;
-        // A difference of rotations stretches nothing by more than its norm over √2. What is near the tool is hardly farther out.
+        // A difference of rotations stretches nothing by more than its norm over √2. What is near
+        // the tool is hardly farther out.
         let moved = (turned * middle + tool.translation - self.translation).norm()
             + turned.norm() * FRAC_1_SQRT_2 * (radius + self.farthest);
         moved + room <= self.room && moved + farthest <= self.farthest

@@ -3,7 +3,8 @@
 use super::profile::{Profile, foot_on_segment};
 use nalgebra::{Point2, Vector2};
 
-/// Edges kept for each vertex, at least, and entries of a table up to which it has them all. Beyond those kept a query looks at every edge.
+/// Edges kept for each vertex, at least, and entries of a table up to which it has them all. Beyond
+/// those kept a query looks at every edge.
 const KEPT: usize = 64;
 const ENTRIES: usize = 1 << 17;
 
@@ -18,17 +19,17 @@ const SLACK: f64 = 1e-12;
 pub(super) struct Neighbour {
     /// Distance (m) when aligned.
     pub(super) aligned: f64,
-    /// Unit vector from the edge's nearest point to the vertex when aligned: all of the edge lies at least `aligned`
-    /// behind the vertex along it. Not a number if they touch.
+    /// Unit vector from the edge's nearest point to the vertex when aligned: all of the edge lies
+    /// at least `aligned` behind the vertex along it. Not a number if they touch.
     pub(super) away: Vector2<f64>,
     pub(super) edge: u32,
     /// Ends of the edge.
     pub(super) ends: [Vector2<f64>; 2],
 }
 
-/// For each vertex or edge of one outline, the edges of another in order of their distance, both in the common frame in which
-/// peg and hole are aligned. A vertex moved by `δ` is at least `distance − |δ|` and at least `distance + away · δ` from
-/// an edge.
+/// For each vertex or edge of one outline, the edges of another in order of their distance, both in
+/// the common frame in which peg and hole are aligned. A vertex moved by `δ` is at least `distance
+/// − |δ|` and at least `distance + away · δ` from an edge.
 #[derive(Clone, Debug)]
 pub(super) struct Nearness {
     stride: usize,
@@ -66,7 +67,8 @@ impl Nearness {
         })
     }
 
-    /// Tabulates `count` vertices or edges against the edges of `to`, given the shortest way from the latter to the former.
+    /// Tabulates `count` vertices or edges against the edges of `to`, given the shortest way from
+    /// the latter to the former.
     fn tabulate(count: usize, to: &Profile, way: impl Fn(usize, usize) -> Vector2<f64>) -> Self {
         let stride = to.len().min(KEPT.max(ENTRIES / count));
         let mut near = Vec::with_capacity(count * stride);
@@ -93,7 +95,8 @@ impl Nearness {
         &self.near[vertex * self.stride..(vertex + 1) * self.stride]
     }
 
-    /// The edges whose distance when aligned is below `limit` (m); more if not all distances are tabulated.
+    /// The edges whose distance when aligned is below `limit` (m); more if not all distances are
+    /// tabulated.
     pub(super) fn within(&self, of: usize, limit: f64) -> impl Iterator<Item = usize> {
         let row = self.row(of);
         let all = !self.complete && row[row.len() - 1].aligned < limit;
@@ -106,8 +109,8 @@ impl Nearness {
         self.row(vertex)[0].aligned
     }
 
-    /// Calls `visit(edge)` for every edge that can be closer to `vertex` than `limit`, which each visit returns anew, where `moved`
-    /// and `parted` are those of [`Nearness::bound`].
+    /// Calls `visit(edge)` for every edge that can be closer to `vertex` than `limit`, which each
+    /// visit returns anew, where `moved` and `parted` are those of [`Nearness::bound`].
     #[inline]
     pub(super) fn scan(
         &self,
@@ -131,11 +134,13 @@ impl Nearness {
         }
     }
 
-    /// A lower bound of the distance of `vertex` from all edges, where `parted` returns how much farther along
-    /// [`Neighbour::away`] vertex and edge at least are than when aligned, having moved by at most `moved` together.
+    /// A lower bound of the distance of `vertex` from all edges, where `parted` returns how much
+    /// farther along [`Neighbour::away`] vertex and edge at least are than when aligned, having
+    /// moved by at most `moved` together.
     ///
-    /// While it is positive, no edge passes the vertex on the straight way from the aligned place: the vertex stays on the
-    /// side of the outline where it is when aligned. Negative, it bounds nothing.
+    /// While it is positive, no edge passes the vertex on the straight way from the aligned place:
+    /// the vertex stays on the side of the outline where it is when aligned. Negative, it bounds
+    /// nothing.
     #[inline]
     pub(super) fn bound(&self, vertex: usize, moved: f64, parted: impl Fn(&Neighbour) -> f64) -> f64 {
         let mut bound = f64::INFINITY;

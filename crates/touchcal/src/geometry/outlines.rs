@@ -183,7 +183,8 @@ impl Scan<'_> {
         }
     }
 
-    /// How far a point at least is from an image of the peg's outline, if it is outside of it for sure: a number above zero.
+    /// How far a point at least is from an image of the peg's outline, if it is outside of it for
+    /// sure: a number above zero.
     fn beside_peg(&self, outline: &Loop, x: &Vector2<f64>) -> f64 {
         (x - outline.offset).norm() - self.pair.peg_radius
     }
@@ -240,13 +241,15 @@ impl Scan<'_> {
     }
 }
 
-/// Whether an overlap that a way out of this depth (m, negative) ends is of no interest, nor any distance.
+/// Whether an overlap that a way out of this depth (m, negative) ends is of no interest, nor any
+/// distance.
 fn no_deeper<S: Sink>(depth: f64, sink: &S) -> bool {
     sink.reach() <= depth.min(-TOUCHING)
 }
 
-/// Calls `visit` for the vertices whose distance can be below the sink's reach, the most promising first, and tells it
-/// whether the bound is positive. `bound` is a lower bound of the distance unless it is negative.
+/// Calls `visit` for the vertices whose distance can be below the sink's reach, the most promising
+/// first, and tells it whether the bound is positive. `bound` is a lower bound of the distance
+/// unless it is negative.
 #[inline]
 fn promising<S: Sink>(
     vertices: &[usize],
@@ -274,8 +277,8 @@ fn promising<S: Sink>(
     }
 }
 
-/// Reports the nearest edge of a loop to a point on the free side; all edges within reach if the sink wants them. `foot` is the
-/// nearest point that counts, if that is known.
+/// Reports the nearest edge of a loop to a point on the free side; all edges within reach if the
+/// sink wants them. `foot` is the nearest point that counts, if that is known.
 #[inline]
 fn free_offsets<S: Sink>(
     around: &Loop,

@@ -1,4 +1,5 @@
-//! A body beside another, in the other's frame: which of its edges pierce the other, which corners are inside it, how far the corners are from its faces.
+//! A body beside another, in the other's frame: which of its edges pierce the other, which corners
+//! are inside it, how far the corners are from its faces.
 
 use std::cell::Cell;
 use std::ops::Range;
@@ -10,13 +11,16 @@ use super::boxes::{Box3, Tree};
 use super::facets::{Corner, Edge, Face};
 use super::nearby::OnFaces;
 
-/// Sine of the angle by which a corner or edge may lean over what it is compared with: the nearer one beside it differs by less than noise.
+/// Sine of the angle by which a corner or edge may lean over what it is compared with: the nearer
+/// one beside it differs by less than noise.
 pub(super) const LEANING: f64 = 0.3;
 /// Distances (m) up to this are contact, be the bodies free or overlapping.
 pub(super) const TOUCHING: f64 = 1e-12;
-/// How far beyond a hollow corner a face still counts, as a part of the distance from it: a tilt makes right angles a little obtuse.
+/// How far beyond a hollow corner a face still counts, as a part of the distance from it: a tilt
+/// makes right angles a little obtuse.
 pub(super) const PAST_CORNER: f64 = 0.01;
-/// How far around a corner inside faces are looked for, as a part of its depth: √2 to one that is as high and as far beyond.
+/// How far around a corner inside faces are looked for, as a part of its depth: √2 to one that is
+/// as high and as far beyond.
 const AROUND: f64 = 1.5;
 
 /// A body at a place beside another.
@@ -76,7 +80,8 @@ fn is_end_inside(at: &[Piercing]) -> bool {
 }
 
 impl<'a> Placed<'a> {
-    /// What of a body is inside the other or near it; of what is `known` to be near, if that was looked for before.
+    /// What of a body is inside the other or near it; of what is `known` to be near, if that was
+    /// looked for before.
     pub(super) fn new(beside: Beside<'a>, known: Option<&'a OnFaces>) -> Self {
         let mut placed = Placed {
             beside,
@@ -134,7 +139,8 @@ impl<'a> Placed<'a> {
         self.piercings = piercings;
     }
 
-    /// Finds the corners inside, from the edges that pierce along those that do not, and the edges of which a part is inside.
+    /// Finds the corners inside, from the edges that pierce along those that do not, and the edges
+    /// of which a part is inside.
     fn go_inside(&mut self) {
         let facets = self.beside.own();
         let mut is_known = vec![false; facets.edges.len()];
@@ -184,7 +190,8 @@ impl<'a> Placed<'a> {
         self.beside.own().corner_at.get(&vertex).is_some_and(|&corner| self.is_inside[corner as usize])
     }
 
-    /// Passes on how far corners are from faces of the other body, if less than `limit`, which may be lowered on the way: the distance, the corner's place and the face's normal.
+    /// Passes on how far corners are from faces of the other body, if less than `limit`, which may
+    /// be lowered on the way: the distance, the corner's place and the face's normal.
     pub(super) fn corners_on_faces(&self, limit: &Cell<f64>, emit: &mut impl FnMut(f64, Vector3<f64>, Vector3<f64>)) {
         self.inside.iter().for_each(|inside| self.corner_inside(inside, limit, emit));
         if limit.get() <= 0.0 {

@@ -7,8 +7,9 @@ use nalgebra::Vector3;
 
 use super::solid::WELD;
 
-/// Cosine of the angle by which sides bend at the least where parts are joined. With less, a point beyond a side in a hollow corner would be beyond the line of the next side too, and
-/// be left to a face that is farther from it.
+/// Cosine of the angle by which sides bend at the least where parts are joined. With less, a point
+/// beyond a side in a hollow corner would be beyond the line of the next side too, and be left to a
+/// face that is farther from it.
 const BENT: f64 = FRAC_1_SQRT_2;
 /// Most sides of a polygon.
 const MOST_SIDES: usize = 16;
@@ -61,7 +62,8 @@ impl Polygon {
     }
 }
 
-/// The triangles of a closed surface, joined where what two parts make is flat and convex, along the longest sides first.
+/// The triangles of a closed surface, joined where what two parts make is flat and convex, along
+/// the longest sides first.
 pub(super) fn polygons(vertices: &[Vector3<f64>], triangles: &[[u32; 3]]) -> Vec<Polygon> {
     let at = |i: u32| vertices[i as usize];
     let mut polygons: Vec<Option<Polygon>> =

@@ -108,7 +108,8 @@ impl Profile {
         Ok(Profile { vertices, convex })
     }
 
-    /// The outline of the built-in peg `extrusion25`: a 25 mm T-slot extrusion with four slots, 36 vertices, centred.
+    /// The outline of the built-in peg `extrusion25`: a 25 mm T-slot extrusion with four slots, 36
+    /// vertices, centred.
     pub fn extrusion25() -> Self {
         // One quarter, counter-clockwise from the right-hand slot; the others are its turns by 90°.
         const QUARTER_MM: [(f64, f64); 9] = [
@@ -173,7 +174,8 @@ impl Profile {
         &self.vertices
     }
 
-    /// Whether the interior angle at vertex `i` is below 180°. A straight vertex counts as reflex: it is no corner.
+    /// Whether the interior angle at vertex `i` is below 180°. A straight vertex counts as reflex:
+    /// it is no corner.
     #[inline]
     pub fn is_convex_at(&self, i: usize) -> bool {
         self.convex[i]
@@ -203,7 +205,8 @@ impl Profile {
         self.vertices.iter().map(|p| p.coords.norm()).fold(0.0, f64::max)
     }
 
-    /// Whether `point` lies strictly inside (winding number; points on the outline may go either way).
+    /// Whether `point` lies strictly inside (winding number; points on the outline may go either
+    /// way).
     pub fn contains(&self, point: &Point2<f64>) -> bool {
         let mut winding = 0;
         for i in 0..self.len() {
@@ -323,7 +326,8 @@ mod tests {
         assert_eq!(Profile::new(profile.vertices().to_vec()), Ok(profile.clone()));
         assert_eq!((0..36).filter(|&i| profile.is_convex_at(i)).count(), 20);
         assert!((profile.bounding_radius() - 12.5e-3 * 2f64.sqrt()).abs() < 1e-15);
-        // Centre square 12 × 12, four corner squares 7 × 7 that overlap it by 0.5 × 0.5, eight lips 2 × 2.
+        // Centre square 12 × 12, four corner squares 7 × 7 that overlap it by 0.5 × 0.5, eight lips
+        // 2 × 2.
         assert!((profile.area() - 371e-6).abs() < 1e-15, "{}", profile.area());
     }
 

@@ -7,7 +7,8 @@ use nalgebra::{Point2, Point3};
 use super::profile::{Profile, foot_on_segment};
 use super::solid::Solid;
 
-/// Which of peg and hole is round about its axis z, but for facets: turning about that axis changes no gap.
+/// Which of peg and hole is round about its axis z, but for facets: turning about that axis changes
+/// no gap.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Round {
     /// The peg.
@@ -27,7 +28,8 @@ impl Round {
 const TOLERANCE: f64 = 1e-3;
 /// How far apart heights or radii that are the same may be, over the radius: digits of files.
 const DIGITS: f64 = 1e-5;
-/// Widest turn (rad) of a facet that stands for a piece of a circle: sixteen do, the twelve of a prism do not.
+/// Widest turn (rad) of a facet that stands for a piece of a circle: sixteen do, the twelve of a
+/// prism do not.
 const WIDEST: f64 = TAU / 15.0;
 /// Widest turn over that of most facets: a flat is wider.
 const WIDER: f64 = 2.5;
@@ -41,7 +43,8 @@ pub(crate) fn is_circle(outline: &Profile) -> bool {
     vertices.iter().all(is_on_circle) && are_facets(vertices.iter().zip(next).map(|(a, b)| turn(a, b)).collect())
 }
 
-/// Whether a body's surface within `reach` (m) of the axis z is one of revolution about it: each triangle lies flat or has an edge around the axis.
+/// Whether a body's surface within `reach` (m) of the axis z is one of revolution about it: each
+/// triangle lies flat or has an edge around the axis.
 pub(crate) fn is_turned(body: &Solid, reach: f64) -> bool {
     let vertices: Vec<Point3<f64>> = body.vertices().collect();
     let mut turns = Vec::new();
@@ -79,7 +82,8 @@ fn turn(a: &Point2<f64>, b: &Point2<f64>) -> f64 {
     a.coords.perp(&b.coords).atan2(a.coords.dot(&b.coords)).abs()
 }
 
-/// Whether facets of such turns (rad) stand for a circle, none of them for a flat that is deeper than the tolerance.
+/// Whether facets of such turns (rad) stand for a circle, none of them for a flat that is deeper
+/// than the tolerance.
 fn are_facets(mut turns: Vec<f64>) -> bool {
     turns.sort_unstable_by(f64::total_cmp);
     let (Some(most), Some(widest)) = (turns.get(turns.len() / 2), turns.last()) else { return false };

@@ -5,14 +5,15 @@ use super::silhouette::{Loop, displacement};
 use crate::se3::{Pose, Twist, twist};
 use nalgebra::{Matrix3, Vector2, Vector3};
 
-/// Beyond this depth (m) of a peg end below the top face, its edges are no longer compared with the rim from below: the
-/// walls are nearer.
+/// Beyond this depth (m) of a peg end below the top face, its edges are no longer compared with the
+/// rim from below: the walls are nearer.
 pub(super) const RIM_DEPTH: f64 = 1e-3;
-/// Cosine of the tilt beyond which a peg edge can run right through a wall unseen by the nearer tests.
+/// Cosine of the tilt beyond which a peg edge can run right through a wall unseen by the nearer
+/// tests.
 const LEANING: f64 = 0.99;
 
-/// A signed distance. `normal` points from the solid into the peg, `point` lies on the peg; both are in the peg frame if `in_peg`, else in
-/// the hole frame.
+/// A signed distance. `normal` points from the solid into the peg, `point` lies on the peg; both
+/// are in the peg frame if `in_peg`, else in the hole frame.
 #[derive(Clone, Debug)]
 pub(super) struct Candidate {
     pub(super) value: f64,
@@ -36,7 +37,8 @@ impl Candidate {
 }
 
 impl Candidate {
-    /// This overlap, or the one ended by moving the peg's `point` by `out` (hole frame) if that is shorter.
+    /// This overlap, or the one ended by moving the peg's `point` by `out` (hole frame) if that is
+    /// shorter.
     pub(super) fn or_shallower(self, point: Vector3<f64>, out: Vector3<f64>, feature: Feature) -> Self {
         let distance = out.norm();
         if self.value < 0.0 && distance >= -self.value {
@@ -77,7 +79,8 @@ impl<'a> Scan<'a> {
         Scan { pair, rotation, translation, hole_in_peg: -(rotation.tr_mul(&translation)) }
     }
 
-    /// Reports the features to `sink`. Families that a peg above the top face cannot have are left out: it may be far away, where nothing else tells which are the nearest.
+    /// Reports the features to `sink`. Families that a peg above the top face cannot have are left
+    /// out: it may be far away, where nothing else tells which are the nearest.
     pub(super) fn run<S: Sink>(&self, sink: &mut S) {
         let mut is_above = true;
         for end in [0.0, self.pair.length] {

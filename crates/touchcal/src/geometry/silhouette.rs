@@ -6,8 +6,8 @@ use nalgebra::{Matrix2, Vector2};
 
 /// Distances (m) up to this are contact: the direction from foot to point is left to the edge.
 pub(super) const TOUCHING: f64 = 1e-12;
-/// How far beyond a corner of the free side an edge's line still counts, as a part of the distance from it: a tilt makes
-/// right angles a little obtuse.
+/// How far beyond a corner of the free side an edge's line still counts, as a part of the distance
+/// from it: a tilt makes right angles a little obtuse.
 const PAST_CORNER: f64 = 0.01;
 
 /// An outline seen along an axis: an affine image of the polygon in a plane.
@@ -69,17 +69,19 @@ impl Loop<'_> {
         self.slope.dot(point) + self.height
     }
 
-    /// How much farther a query vertex and an edge at least are than when aligned, see [`Nearness::bound`]; the vertex
-    /// itself moved by `moved`.
+    /// How much farther a query vertex and an edge at least are than when aligned, see
+    /// [`Nearness::bound`]; the vertex itself moved by `moved`.
     #[inline]
     pub(super) fn parted(&self, near: &Neighbour, moved: &Vector2<f64>) -> f64 {
-        // Points p of the edge move by (linear − 1) p + offset; of these only the first depends on p.
+        // Points p of the edge move by (linear − 1) p + offset; of these only the first depends on
+        // p.
         let [a, b] = &near.ends;
         let turned = self.linear.tr_mul(&near.away) - near.away;
         near.away.dot(&(moved - self.offset)) + lesser(-turned.dot(a), -turned.dot(b))
     }
 
-    /// A lower bound of the distance of a query vertex that stays in its place, see [`Nearness::bound`].
+    /// A lower bound of the distance of a query vertex that stays in its place, see
+    /// [`Nearness::bound`].
     #[inline]
     pub(super) fn bound(&self, vertex: usize) -> f64 {
         self.near.bound(vertex, self.moved, |near| self.parted(near, &Vector2::zeros()))
@@ -99,7 +101,8 @@ impl Loop<'_> {
         Foot { edge, t, distance: (x - a - along * t).norm() }
     }
 
-    /// Nearest point of the loop to the query, and nearest point that counts and is closer than `reach`.
+    /// Nearest point of the loop to the query, and nearest point that counts and is closer than
+    /// `reach`.
     #[inline]
     pub(super) fn nearest(&self, query: &Query, reach: f64) -> (Foot, Foot) {
         let (mut any, mut counted) = (Foot::NONE, Foot::NONE);
@@ -140,7 +143,8 @@ impl Loop<'_> {
         ((after + n - 1) % n, after)
     }
 
-    /// Signed distance from an edge's line; `free` is +1 if the free side is the inside of the outline, else −1.
+    /// Signed distance from an edge's line; `free` is +1 if the free side is the inside of the
+    /// outline, else −1.
     #[inline(always)]
     pub(super) fn line_offset(&self, x: &Vector2<f64>, edge: usize, free: f64) -> Offset {
         let (a, along) = self.segment(edge);
@@ -162,9 +166,9 @@ impl Loop<'_> {
         Offset { t: foot.t, value: foot.distance, normal, ..line }
     }
 
-    /// Distance on the free side from an edge, or from an end of it, in which case its place is clamped to 0 or 1. A vertex counts once,
-    /// at the start of its edge, and only if it points to the free side; in a corner of the free side lines count a little
-    /// beyond it.
+    /// Distance on the free side from an edge, or from an end of it, in which case its place is
+    /// clamped to 0 or 1. A vertex counts once, at the start of its edge, and only if it points to
+    /// the free side; in a corner of the free side lines count a little beyond it.
     #[inline(always)]
     pub(super) fn edge_offset(&self, x: &Vector2<f64>, edge: usize, free: f64) -> Option<Offset> {
         let line = self.line_offset(x, edge, free);
@@ -192,8 +196,9 @@ impl Loop<'_> {
         Some(Offset { t, value: distance, normal: away / distance, ..line })
     }
 
-    /// Signed distances on the penetrating side: beyond a vertex both edges continue straight, beyond an edge the
-    /// neighbours that it meets in a corner of the free side count as long as they are not passed too.
+    /// Signed distances on the penetrating side: beyond a vertex both edges continue straight,
+    /// beyond an edge the neighbours that it meets in a corner of the free side count as long as
+    /// they are not passed too.
     pub(super) fn beyond(&self, x: &Vector2<f64>, foot: &Foot, free: f64) -> [Option<Offset>; 3] {
         if foot.at_vertex() {
             let (before, after) = self.edges_at(foot);

@@ -88,7 +88,8 @@ pub enum SolidError {
 
 /// A body as the closed surface of triangles, in metres.
 ///
-/// Vertices nearer to each other than [`WELD`] are one. A surface that is inside out is turned over.
+/// Vertices nearer to each other than [`WELD`] are one. A surface that is inside out is turned
+/// over.
 #[derive(Clone, Debug)]
 pub struct Solid {
     surface: TriMesh,
@@ -167,9 +168,11 @@ impl Solid {
         self.volume
     }
 
-    /// Distance (m) from a point to the surface, negative inside, and the nearest point of the surface.
+    /// Distance (m) from a point to the surface, negative inside, and the nearest point of the
+    /// surface.
     ///
-    /// Inside and outside follow from pseudonormals (Bærentzen & Aanæs, *Signed distance computation using the angle weighted pseudonormal*, 2005).
+    /// Inside and outside follow from pseudonormals (Bærentzen & Aanæs, *Signed distance
+    /// computation using the angle weighted pseudonormal*, 2005).
     pub fn signed_distance(&self, point: &Point3<f64>) -> (f64, Point3<f64>) {
         let projection = self.surface.project_local_point(to_parry(point), false);
         let foot = from_parry(projection.point);

@@ -13,7 +13,8 @@ use super::placed::{LEANING, Placed, TOUCHING, Within};
 use super::solid::Solid;
 use crate::se3::{Pose, Twist, twist};
 
-/// Distance (m) up to which free bodies are looked at for what is nearest; farther where nothing is.
+/// Distance (m) up to which free bodies are looked at for what is nearest; farther where nothing
+/// is.
 const NEAR: f64 = 0.1e-3;
 /// Distance (m) up to which it is sooner to look than to ask how far corners are.
 const NEAR_ENOUGH: f64 = 1e-3;
@@ -30,28 +31,34 @@ const ROUNDING: f64 = 1e-9;
 /// Distance (m) beyond which nothing is looked for.
 const FAR: f64 = 10.0;
 
-/// A signed distance between tool and fixture, where it is attained and how it changes with the pose.
+/// A signed distance between tool and fixture, where it is attained and how it changes with the
+/// pose.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Touch {
     /// Signed distance (m): positive free, negative penetrating.
     pub value: f64,
-    /// `∂value/∂ξ` for `fixture_from_tool · Exp(ξ)`, a twist row `[v; ω]`: `[n; p × n]` in the tool frame.
+    /// `∂value/∂ξ` for `fixture_from_tool · Exp(ξ)`, a twist row `[v; ω]`: `[n; p × n]` in the tool
+    /// frame.
     pub gradient: Twist,
     /// The point of the tool at which it is attained, in the fixture frame.
     pub point_in_fixture: Point3<f64>,
-    /// Unit normal in the fixture frame, from the fixture into the tool: moving the tool along it opens the gap.
+    /// Unit normal in the fixture frame, from the fixture into the tool: moving the tool along it
+    /// opens the gap.
     pub normal_in_fixture: Vector3<f64>,
 }
 
 /// Two bodies, of which one touches the other.
 ///
 /// # Signed gap
-/// The least of signed distances between what can touch: corners of one against faces of the other, edges against edges. Outside contact it is the distance
-/// between the bodies. In contact each distance passes through zero with an unchanged slope, and below measures how far a corner lies beyond the
-/// nearest faces, or an edge beyond an edge.
+/// The least of signed distances between what can touch: corners of one against faces of the other,
+/// edges against edges. Outside contact it is the distance between the bodies. In contact each
+/// distance passes through zero with an unchanged slope, and below measures how far a corner lies
+/// beyond the nearest faces, or an edge beyond an edge.
 ///
-/// What overlaps is found from the edges of one body that pierce the surface of the other: from where they end inside, along edges that do not pierce, to all corners inside, as deep as their signed distance
-/// ([`Solid::signed_distance`]); and between the edges of both bodies of which a part is inside. Where a corner is more than 2 mm inside, edges are left out.
+/// What overlaps is found from the edges of one body that pierce the surface of the other: from
+/// where they end inside, along edges that do not pierce, to all corners inside, as deep as their
+/// signed distance ([`Solid::signed_distance`]); and between the edges of both bodies of which a
+/// part is inside. Where a corner is more than 2 mm inside, edges are left out.
 #[derive(Clone, Debug)]
 pub struct Solids {
     tool: Solid,
@@ -79,7 +86,8 @@ impl Solids {
         Sweep::new(self.tool_beside_fixture(fixture_from_tool), None).gap()
     }
 
-    /// The mean of the distances that are nearly the least, and its gradient, as [`PegAndHole::blended_gap`](super::extrusion::PegAndHole::blended_gap) has it.
+    /// The mean of the distances that are nearly the least, and its gradient, as
+    /// [`PegAndHole::blended_gap`](super::extrusion::PegAndHole::blended_gap) has it.
     pub fn blended_gap(&self, fixture_from_tool: &Pose, temperature: f64) -> (f64, Twist) {
         let sweep = Sweep::new(self.tool_beside_fixture(fixture_from_tool), None);
         let found = if temperature > 0.0 { sweep.nearest(blend::REACH * temperature) } else { Vec::new() };
@@ -93,9 +101,11 @@ impl Solids {
         blend.mean()
     }
 
-    /// Calls `visit` for what is nearer than `reach` (m), in no particular order; for the deepest overlap alone if a corner is more than 2 mm inside.
+    /// Calls `visit` for what is nearer than `reach` (m), in no particular order; for the deepest
+    /// overlap alone if a corner is more than 2 mm inside.
     ///
-    /// What is near is kept in `recall`, of these two bodies: at a pose nearby it is not looked for again. What is visited does not depend on it.
+    /// What is near is kept in `recall`, of these two bodies: at a pose nearby it is not looked for
+    /// again. What is visited does not depend on it.
     pub fn visit_below(
         &self,
         fixture_from_tool: &Pose,
@@ -126,7 +136,8 @@ impl Solids {
     }
 }
 
-/// A signed distance, the tool's point and the normal from the fixture into the tool, in the fixture frame.
+/// A signed distance, the tool's point and the normal from the fixture into the tool, in the
+/// fixture frame.
 #[derive(Clone, Debug)]
 struct Found {
     value: f64,
@@ -194,14 +205,16 @@ impl<'a> Sweep<'a> {
             if least(&found).is_some_and(|least| least.value <= reach) {
                 return found;
             }
-            // Where nothing is near, as far as the nearest corner; but corners that lean do not touch: the nearest may be none of them.
+            // Where nothing is near, as far as the nearest corner; but corners that lean do not
+            // touch: the nearest may be none of them.
             let at_least = if reach < NEAR_ENOUGH { 0.0 } else { self.tool.nearest_corner() * (1.0 + ROUNDING) };
             reach = at_least.max(4.0 * reach);
         }
         Vec::new()
     }
 
-    /// What is nearer than `reach` (m), unless it is more than `margin` (m) farther than the nearest.
+    /// What is nearer than `reach` (m), unless it is more than `margin` (m) farther than the
+    /// nearest.
     fn below(&self, reach: f64, margin: f64) -> Vec<Found> {
         let limit = Cell::new(reach);
         let mut kept: Vec<Found> = Vec::new();
@@ -237,7 +250,8 @@ impl<'a> Sweep<'a> {
         kept
     }
 
-    /// Two edges of which a part is inside the other body, where they have passed each other, if their distance is below `limit` (m).
+    /// Two edges of which a part is inside the other body, where they have passed each other, if
+    /// their distance is below `limit` (m).
     fn overlap(&self, of_tool: &Within<'_, 'a>, of_fixture: &Within<'_, 'a>, limit: f64) -> Option<Found> {
         let lines = self.tool.beside.lines(of_tool.edge, of_fixture.edge);
         let limit = limit.min(-TOUCHING);
@@ -265,7 +279,8 @@ impl<'a> Sweep<'a> {
         (is_overlap && self.is_one_place(&p, &q)).then_some(found)
     }
 
-    /// Whether a point of the tool inside the fixture and one of the fixture inside the tool are of one place in the overlap: not much farther from each other than from the surface.
+    /// Whether a point of the tool inside the fixture and one of the fixture inside the tool are of
+    /// one place in the overlap: not much farther from each other than from the surface.
     fn is_one_place(&self, p: &Vector3<f64>, q: &Vector3<f64>) -> bool {
         let apart = (p - q).norm();
         let is_deep = |body: &Solid, point: Vector3<f64>| apart < -OBLIQUE * body.signed_distance(&point.into()).0;
@@ -274,7 +289,8 @@ impl<'a> Sweep<'a> {
                 && is_deep(self.tool.beside.body, self.in_tool(&(q - self.tool.beside.translation))))
     }
 
-    /// Two edges that have not passed each other, if nearer than `limit` (m), where overlaps are as deep as `deepest` (m).
+    /// Two edges that have not passed each other, if nearer than `limit` (m), where overlaps are as
+    /// deep as `deepest` (m).
     fn free(&self, e: &'a Edge, f: &'a Edge, limit: f64, deepest: f64) -> Option<Found> {
         let lines = self.tool.beside.lines(e, f);
         if lines.are_apart(limit) {
@@ -292,7 +308,8 @@ impl<'a> Sweep<'a> {
         self.end(&lines, lines.nearest_end()).filter(|found| found.value < limit)
     }
 
-    /// Two edges that pass each other at places, along the normal of both, unless a face beside one of them is nearer.
+    /// Two edges that pass each other at places, along the normal of both, unless a face beside one
+    /// of them is nearer.
     fn crossing(&self, lines: &Lines<'_>, places: Places) -> Option<Found> {
         let normal = lines.normal()?;
         let in_tool = self.in_tool(&normal);

@@ -9,16 +9,20 @@ use super::profile::{MAX_VERTICES, Profile, signed_area};
 use super::solid::Solid;
 use super::solids::Solids;
 
-/// How far a point may be off, as a part of the body's largest coordinate: STL rounds to 6e-8 of it, and programs that write STL do so more than once.
+/// How far a point may be off, as a part of the body's largest coordinate: STL rounds to 6e-8 of
+/// it, and programs that write STL do so more than once.
 const ROUNDING: f64 = 4.0 * f32::EPSILON as f64;
 /// Levels of a straight part: two ends of a peg; top, floor and bottom of a body with a hole.
 const MOST_LEVELS: usize = 3;
 
 impl PegAndHole {
-    /// The same parts as outlines, if both are straight along z to the rounding of their files: a peg with two flat ends, its tip at z = 0, and a body with one hole from its top face at
-    /// z = 0 down to a flat floor, or through it if it is thicker than the peg goes in, which is `depth` (m). None otherwise.
+    /// The same parts as outlines, if both are straight along z to the rounding of their files: a
+    /// peg with two flat ends, its tip at z = 0, and a body with one hole from its top face at z =
+    /// 0 down to a flat floor, or through it if it is thicker than the peg goes in, which is
+    /// `depth` (m). None otherwise.
     ///
-    /// The outlines extend the top face sideways without limit, and walls without a floor down to where the peg does not come.
+    /// The outlines extend the top face sideways without limit, and walls without a floor down to
+    /// where the peg does not come.
     pub fn of_straight(parts: &Solids, depth: f64) -> Option<PegAndHole> {
         let (peg, length) = straight_peg(parts.tool())?;
         let (hole, floor) = straight_hole(parts.fixture())?;
@@ -89,7 +93,8 @@ struct Level {
     loops: Vec<Vec<Point2<f64>>>,
 }
 
-/// The levels of a body without other faces than horizontal and upright ones, [`MOST_LEVELS`] at most, the lowest first.
+/// The levels of a body without other faces than horizontal and upright ones, [`MOST_LEVELS`] at
+/// most, the lowest first.
 fn levels(solid: &Solid, rounding: f64) -> Option<Vec<Level>> {
     let vertices: Vec<Point3<f64>> = solid.vertices().collect();
     // Height, direction and triangles of each level.
@@ -128,7 +133,8 @@ fn levels(solid: &Solid, rounding: f64) -> Option<Vec<Level>> {
     levels.iter().map(level).collect()
 }
 
-/// The closed lines of edges that have a triangle on one side only; none if one of them meets itself or another.
+/// The closed lines of edges that have a triangle on one side only; none if one of them meets
+/// itself or another.
 fn borders(triangles: &[[u32; 3]]) -> Option<Vec<Vec<u32>>> {
     let sides = || triangles.iter().flat_map(|&[a, b, c]| [(a, b), (b, c), (c, a)]);
     let inner: HashSet<(u32, u32)> = sides().collect();
@@ -178,7 +184,8 @@ fn outline(border: &[Point2<f64>], rounding: f64) -> Option<Profile> {
     Profile::new(kept).ok()
 }
 
-/// Whether two borders enclose the same area but for rounding. Triangles that lean by less than that may add up to a cone.
+/// Whether two borders enclose the same area but for rounding. Triangles that lean by less than
+/// that may add up to a cone.
 fn is_as_large(a: &[Point2<f64>], b: &[Point2<f64>], rounding: f64) -> bool {
     (signed_area(a).abs() - signed_area(b).abs()).abs() <= rounding * perimeter(b)
 }

@@ -6,8 +6,9 @@ use std::path::Path;
 
 use super::error::IoError;
 
-/// Writes `bytes` to `path`: to a temporary file in the same folder, which then takes the name. Whoever reads `path`
-/// meanwhile sees the old content or the new, never a part. Missing folders are made.
+/// Writes `bytes` to `path`: to a temporary file in the same folder, which then takes the name.
+/// Whoever reads `path` meanwhile sees the old content or the new, never a part. Missing folders
+/// are made.
 ///
 /// # Errors
 /// If the folder cannot be made or the file not written; `path` is then as it was.
@@ -42,7 +43,8 @@ pub fn remove(path: &Path) -> Result<(), IoError> {
     std::fs::remove_file(path).map_err(|source| IoError::file(path, "remove", source))
 }
 
-/// Temporary files are private by default, which the final file should not be: let the user's umask decide.
+/// Temporary files are private by default, which the final file should not be: let the user's umask
+/// decide.
 #[cfg(unix)]
 fn builder() -> tempfile::Builder<'static, 'static> {
     use std::os::unix::fs::PermissionsExt;

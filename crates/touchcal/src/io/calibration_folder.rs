@@ -10,9 +10,9 @@ use super::estimate_file::{
 };
 use super::loaded::Loaded;
 use super::{atomic, offsets_yaml, urdf};
-use crate::estimate::{Estimate, Fixture, Problem, Progress, Score, Spread, Status, place};
+use crate::estimate::{Estimate, Fixture, Problem, Progress, Score, Spread, Status, Warning, apply_estimated_places};
 use crate::report::{Advice, Input, Report};
-use crate::robot::Robot;
+use crate::robot::{Robot, split_offsets};
 use crate::se3::Pose;
 
 /// The calibrated robot's file.
@@ -59,7 +59,8 @@ pub fn paths(folder: &Path) -> Vec<PathBuf> {
     [CALIBRATED, ESTIMATE, REPORT, MCAP].iter().map(|name| folder.join(name)).chain(driver).collect()
 }
 
-/// Writes `calibrated.urdf`, `estimate.json` and `report.html` into `folder`; `file` is what [`estimate_file()`] made of `solved`.
+/// Writes `calibrated.urdf`, `estimate.json` and `report.html` into `folder`; `file` is what
+/// [`estimate_file()`] made of `solved`.
 ///
 /// # Errors
 /// If one of them cannot be made or written.
@@ -80,13 +81,14 @@ pub fn write(folder: &Path, loaded: &Loaded, solved: &Solved, file: &EstimateFil
     Ok(written)
 }
 
-/// Writes what a driver that takes encoder offsets needs instead of `calibrated.urdf`: the offsets, and the URDF without them
-/// ([`Robot::without_offsets`]); nothing where the problem's chain has other joints.
+/// Writes what a driver that takes encoder offsets needs instead of `calibrated.urdf`: the offsets,
+/// and the URDF without them ([`split_offsets`]); nothing where the problem's chain has other
+/// joints.
 ///
 /// # Errors
 /// If one of them cannot be made or written.
 pub fn write_driver(folder: &Path, loaded: &Loaded, estimate: &Estimate) -> Result<Option<[PathBuf; 2]>, IoError> {
-    let Some((robot, offsets)) = calibrated(loaded, estimate).robot.without_offsets(&loaded.problem.robot) else {
+    let Some((robot, offsets)) = split_offsets(&calibrated(loaded, estimate), &loaded.problem.robot) else {
         return Ok(None);
     };
     let paths = DRIVER.map(|name| folder.join("driver").join(name));
@@ -113,7 +115,7 @@ pub fn write_mcap(folder: &Path, loaded: &Loaded, estimate: &Estimate) -> Result
 /// # Errors
 /// If the robot cannot be written into the text it was read from.
 pub fn calibrated_urdf(loaded: &Loaded, estimate: &Estimate) -> Result<String, IoError> {
-    urdf::rewrite(&loaded.urdf, &calibrated(loaded, estimate).robot)
+    urdf::rewrite(&loaded.urdf, &calibrated(loaded, estimate))
 }
 
 /// The text of `report.html`, with the warnings and inputs of `file`.
@@ -134,35 +136,20 @@ pub fn page(loaded: &Loaded, solved: &Solved, file: &EstimateFile) -> Result<Str
     report.html().map_err(|error| IoError::syntax(Place::file(REPORT), error.to_string()))
 }
 
-/// The calibrated arm as it is written.
-struct Calibrated {
-    robot: Robot,
-    /// The tool's place on the tip link, if it was estimated and the robot does not carry it.
-    tool_left_out: Option<Pose>,
-}
-
-/// Puts tool and fixtures where a calibration found them, as [`place`] does, for an arm read from the `calibrated.urdf` that it wrote: a tool that is
-/// the tip link itself is there already.
+/// Puts tool and fixtures where a calibration found them, as [`apply_estimated_places`] does, for
+/// an arm read from the `calibrated.urdf` that it wrote: a tool that is the tip link itself is
+/// there already.
 pub fn place_written(problem: &mut Problem, found: &EstimateFile) {
-    let nominal = Some(problem.tool.tip_from_tool).filter(|_| carries_tool(problem));
+    let nominal = Some(problem.tool.tip_from_tool).filter(|_| problem.tool_is_tip());
     let entry = |name: &str| found.parameters.iter().find(|entry| entry.name == name);
-    place(problem, |name| entry(name).map(|entry| entry.value));
+    apply_estimated_places(problem, |name| entry(name).map(|entry| entry.value));
     problem.tool.tip_from_tool = nominal.unwrap_or(problem.tool.tip_from_tool);
 }
 
-/// Where the tool frame is the tip link itself, its estimated place moves that link.
-fn carries_tool(problem: &Problem) -> bool {
-    let Problem { tool, robot, .. } = problem;
-    tool.tip_from_tool == Pose::identity() && robot.with_tip_moved(&Pose::identity()).is_some()
-}
-
-/// The arm as it is written.
-fn calibrated(loaded: &Loaded, estimate: &Estimate) -> Calibrated {
-    let motion = estimate.tool_motion();
-    let carried = motion.filter(|_| carries_tool(&loaded.problem));
-    let moved = carried.and_then(|motion| estimate.robot.with_tip_moved(&motion));
-    let tool_left_out = motion.filter(|_| moved.is_none()).map(|motion| loaded.problem.tool.tip_from_tool * motion);
-    Calibrated { robot: moved.unwrap_or_else(|| estimate.robot.clone()), tool_left_out }
+/// The calibrated arm as it is written: a tool that is the tip link moves that link.
+fn calibrated(loaded: &Loaded, estimate: &Estimate) -> Robot {
+    let motion = estimate.tool_motion().filter(|_| loaded.problem.tool_is_tip());
+    motion.and_then(|motion| estimate.robot.with_tip_moved(&motion)).unwrap_or_else(|| estimate.robot.clone())
 }
 
 /// A calibration as it is written.
@@ -194,7 +181,7 @@ pub fn estimate_file(loaded: &Loaded, solved: &Solved) -> EstimateFile {
             threshold: finite(estimate.termination.threshold),
             iterations: estimate.termination.iterations,
         },
-        warnings: warnings(loaded, estimate),
+        warnings: warnings(estimate),
         inputs: loaded.inputs.iter().map(Into::into).collect(),
         version: env!("CARGO_PKG_VERSION").to_owned(),
         seconds: *seconds,
@@ -204,11 +191,11 @@ pub fn estimate_file(loaded: &Loaded, solved: &Solved) -> EstimateFile {
 fn parameters(estimate: &Estimate) -> Vec<ParameterEntry> {
     let each = estimate.parameters.iter().map(|entry| ParameterEntry {
         name: entry.parameter.name.clone(),
-        block: entry.parameter.column.block().name().to_owned(),
+        block: entry.parameter.id.block().name().to_owned(),
         unit: entry.parameter.unit.symbol().to_owned(),
         value: entry.value,
         sigma: entry.sigma,
-        prior_sigma: entry.parameter.prior_sigma,
+        prior_sigma: entry.parameter.prior_sigma(),
         identifiable: entry.identifiable,
     });
     each.collect()
@@ -217,32 +204,20 @@ fn parameters(estimate: &Estimate) -> Vec<ParameterEntry> {
 fn null_space(estimate: &Estimate) -> Vec<NullDirection> {
     let name = |k: usize| estimate.parameters[k].parameter.name.clone();
     let each = estimate.identifiability.null_space.iter().map(|null| NullDirection {
-        words: null.words.clone(),
+        words: null.description.clone(),
         direction: null.direction.iter().map(|&(k, part)| (name(k), part)).collect(),
     });
     each.collect()
 }
 
-fn warnings(loaded: &Loaded, estimate: &Estimate) -> Vec<WarningEntry> {
-    let mut warnings: Vec<WarningEntry> = estimate.warnings.iter().map(Into::into).collect();
-    if let Some(tip_from_tool) = calibrated(loaded, estimate).tool_left_out {
-        warnings.push(WarningEntry {
-            kind: "tool_only_in_estimate".to_owned(),
-            words: format!("the tool's estimated place is only in {ESTIMATE}, not in {CALIBRATED}"),
-            advice: format!("it is tip_from_tool = {}", as_declared(&tip_from_tool)),
-        });
-    }
-    if estimate.robot.bends() {
-        warnings.push(WarningEntry {
-            kind: "compliance_needs_driver".to_owned(),
-            words: format!(
-                "only touchcal reads the joints' compliance from {CALIBRATED}, and without it the rest is not the best rigid arm"
-            ),
-            advice: "have the arm's driver apply it (README), or calibrate without joint_compliance"
-                .to_owned(),
-        });
-    }
-    warnings
+fn warnings(estimate: &Estimate) -> Vec<WarningEntry> {
+    let entry = |warning: &Warning| match warning {
+        Warning::ToolNotInRobot { tip_from_tool } => {
+            WarningEntry { advice: format!("it is tip_from_tool = {}", as_declared(tip_from_tool)), ..warning.into() }
+        }
+        _ => warning.into(),
+    };
+    estimate.warnings.iter().map(entry).collect()
 }
 
 /// A tool's place as problem.toml states it.

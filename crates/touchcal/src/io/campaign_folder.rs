@@ -1,4 +1,5 @@
-//! A campaign's folder: the scenario, and a Parquet file of its own name for every [`PART`] trials. Who computes which, where and when, is of no consequence.
+//! A campaign's folder: the scenario, and a Parquet file of its own name for every [`PART`] trials.
+//! Who computes which, where and when, is of no consequence.
 
 use std::io::Write;
 use std::ops::Range;
@@ -28,8 +29,9 @@ pub struct CampaignFolder {
 }
 
 impl CampaignFolder {
-    /// Writes the scenario beside the parts, and reads it from there: what is simulated is what that text says, to the last bit.
-    /// `files` are those of [`scenario_text`](scenario_file::scenario_text).
+    /// Writes the scenario beside the parts, and reads it from there: what is simulated is what
+    /// that text says, to the last bit. `files` are those of
+    /// [`scenario_text`](scenario_file::scenario_text).
     ///
     /// # Errors
     /// If they cannot be written, or are no scenario.
@@ -79,7 +81,8 @@ impl CampaignFolder {
     /// Writes the bytes of a part, wherever it was computed.
     ///
     /// # Errors
-    /// If they are not whole or not of these settings, or cannot be written; the file is then as it was.
+    /// If they are not whole or not of these settings, or cannot be written; the file is then as it
+    /// was.
     pub fn keep(&self, part: u64, content: &[u8]) -> Result<(), IoError> {
         let path = self.path(part);
         atomic::write_by(&path, |file| {

@@ -1,5 +1,6 @@
-//! Rows of a campaign as Parquet, a part of it a file: columns of the names of [`CampaignRow`], counts INT64, measures DOUBLE; in the file's metadata
-//! what the rows depend on (`touchcal`), of how many trials they are (`trials`) and how long they took (`core_seconds`).
+//! Rows of a campaign as Parquet, a part of it a file: columns of the names of [`CampaignRow`],
+//! counts INT64, measures DOUBLE; in the file's metadata what the rows depend on (`touchcal`), of
+//! how many trials they are (`trials`) and how long they took (`core_seconds`).
 
 use std::fs::File;
 use std::io::Write;
@@ -93,7 +94,8 @@ pub fn to_bytes(part: &Part) -> Result<Vec<u8>, IoError> {
     writer.into_inner().map_err(unwritten)
 }
 
-/// Writes the rows of many parts to one file, of which all but the rows is in `about`; only some are in memory at a time.
+/// Writes the rows of many parts to one file, of which all but the rows is in `about`; only some
+/// are in memory at a time.
 ///
 /// # Errors
 /// If a part cannot be read, or the file not written.

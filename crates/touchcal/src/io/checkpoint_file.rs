@@ -1,7 +1,7 @@
 //! `checkpoint.safetensors`: training under way, schema 1.
 //!
-//! As a [weights file](super::weights_file), with tensors `layers`, `first`, `second` (the gradients' means and squares) and `best`, and one entry
-//! of metadata, `touchcal_checkpoint`.
+//! As a [weights file](super::weights_file), with tensors `layers`, `first`, `second` (the
+//! gradients' means and squares) and `best`, and one entry of metadata, `touchcal_checkpoint`.
 
 use std::path::Path;
 
@@ -67,7 +67,8 @@ pub fn to_bytes(checkpoint: &Checkpoint, teacher: &Teacher) -> Result<Vec<u8>, I
 /// Reads a file's bytes; `file` is its name for messages.
 ///
 /// # Errors
-/// If they are no such file, whole and of this schema, or its weights don't fit what it says of them.
+/// If they are no such file, whole and of this schema, or its weights don't fit what it says of
+/// them.
 pub fn from_bytes(bytes: &[u8], file: &str) -> Result<CheckpointFile, IoError> {
     bytes::check_size(bytes.len() as u64, MAX_BYTES, file)?;
     let (tensors, Content { network: entry, step, best }) = network_tensors::read::<Content>(bytes, file, KEY, SCHEMA)?;

@@ -114,8 +114,9 @@ impl IoError {
 
 /// Reads by `read` from a file of that `format`.
 ///
-/// Some damage makes the crates `parquet` (60.1: a negative offset, a page whose dictionary is missing) and `mcap` (0.26: a record that goes on
-/// beyond its chunk, where overflow is checked) panic. That is caught here and is an error as any other, though the panic hook has its say.
+/// Some damage makes the crates `parquet` (60.1: a negative offset, a page whose dictionary is
+/// missing) and `mcap` (0.26: a record that goes on beyond its chunk, where overflow is checked)
+/// panic. That is caught here and is an error as any other, though the panic hook has its say.
 #[cfg(any(feature = "mcap", feature = "parquet"))]
 pub(crate) fn caught<T>(file: &str, format: &str, read: impl FnOnce() -> Result<T, IoError>) -> Result<T, IoError> {
     std::panic::catch_unwind(std::panic::AssertUnwindSafe(read)).unwrap_or_else(|_| {

@@ -1,4 +1,5 @@
-//! `estimate.json`: the result of a calibration, schema 1. Values in SI units and radians unless a key says otherwise.
+//! `estimate.json`: the result of a calibration, schema 1. Values in SI units and radians unless a
+//! key says otherwise.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -168,7 +169,7 @@ pub struct WarningEntry {
 
 impl From<&Warning> for WarningEntry {
     fn from(warning: &Warning) -> Self {
-        WarningEntry { kind: warning.kind().to_owned(), words: warning.words(), advice: warning.advice().to_owned() }
+        WarningEntry { kind: warning.kind().to_owned(), words: warning.message(), advice: warning.advice().to_owned() }
     }
 }
 
@@ -192,7 +193,8 @@ impl EstimateFile {
     /// The file's text, indented, with a final line break.
     ///
     /// # Errors
-    /// If a number is NaN or infinite, which JSON cannot hold, or the covariance does not fit the parameters.
+    /// If a number is NaN or infinite, which JSON cannot hold, or the covariance does not fit the
+    /// parameters.
     pub fn to_json(&self) -> Result<String, IoError> {
         self.check("estimate.json")?;
         let json = serde_json::to_string_pretty(self).map_err(|error| syntax("estimate.json", &error))?;

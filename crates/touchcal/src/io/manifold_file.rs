@@ -1,7 +1,8 @@
 //! `manifold.safetensors`: a contact manifold as samples, with where they came from, schema 1.
 //!
-//! One tensor, `poses`: a row a sample, six numbers of 64 bits, `fixture_from_tool` as x, y, z (m), roll, pitch, yaw (rad). One entry of metadata,
-//! `touchcal_manifold`: JSON with the [`Provenance`], units and names in it.
+//! One tensor, `poses`: a row a sample, six numbers of 64 bits, `fixture_from_tool` as x, y, z (m),
+//! roll, pitch, yaw (rad). One entry of metadata, `touchcal_manifold`: JSON with the
+//! [`Provenance`], units and names in it.
 
 use std::collections::HashMap;
 use std::path::Path;
@@ -146,10 +147,12 @@ impl ManifoldFile {
     }
 }
 
-/// Reads samples from a manifold file, with the metric in which they were thinned, or else from a file of poses.
+/// Reads samples from a manifold file, with the metric in which they were thinned, or else from a
+/// file of poses.
 ///
 /// # Errors
-/// As [`ManifoldFile::read_file`] of a file named `*.safetensors`, and [`pose_file::read_file`] of any other.
+/// As [`ManifoldFile::read_file`] of a file named `*.safetensors`, and [`pose_file::read_file`] of
+/// any other.
 pub fn read_samples(path: &Path) -> Result<(PoseSamples, Option<Metric>, Input), IoError> {
     if path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("safetensors")) {
         let (file, input) = ManifoldFile::read_file(path)?;

@@ -21,8 +21,9 @@
 //! | [`offsets_yaml`] | | writes encoder offsets for a driver |
 //! | [`atomic`] | | writes a file whole or not at all |
 //!
-//! Every failure is an [`IoError`] that names the file, the line or field, what was expected and what was found. Input is
-//! bounded: each format refuses files larger than a documented size, and gzipped ones are bounded by what they unpack to.
+//! Every failure is an [`IoError`] that names the file, the line or field, what was expected and
+//! what was found. Input is bounded: each format refuses files larger than a documented size, and
+//! gzipped ones are bounded by what they unpack to.
 
 pub mod atomic;
 mod bytes;

@@ -1,7 +1,8 @@
 //! Folders of ball-in-socket logs in the layout of the MUKCa project: `DIR/PLACEMENT/hole_N.csv`.
 //!
-//! Each file holds joint angles (rad, a row a contact, no header) of an arm whose ball sits in socket N of a tool that stands
-//! somewhere unknown; neighbouring sockets of one placement are a known distance apart.
+//! Each file holds joint angles (rad, a row a contact, no header) of an arm whose ball sits in
+//! socket N of a tool that stands somewhere unknown; neighbouring sockets of one placement are a
+//! known distance apart.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -15,11 +16,13 @@ use super::loaded::Loaded;
 use super::suggest::{did_you_mean, list};
 use super::urdf::UrdfFile;
 use crate::contact::ContactLog;
-use crate::estimate::{Distance, Fixture, Freedom, Loss, Method, Noise, Problem, Tool};
+use crate::estimate::{Distance, Fixture, Loss, Noise, PlacePrior, Problem, Tool};
 use crate::manifold::BallInSocket;
-use crate::robot::{Robot, joint_compliance, joint_origin};
+use crate::parameter::{joint_compliance, joint_origin};
+use crate::robot::Robot;
 
-/// Scale of the loss in standard deviations: misfits of real arms are no outliers, a ball out of its socket is.
+/// Scale of the loss in standard deviations: misfits of real arms are no outliers, a ball out of
+/// its socket is.
 const LOSS_SCALE: f64 = 8.0;
 /// How far the ball may sit from where the URDF draws it (m).
 const BALL_SIGMA: f64 = 2e-3;
@@ -44,25 +47,27 @@ pub struct MukcaOptions {
 }
 
 impl Default for MukcaOptions {
-    /// All placements, 50 ± 0.05 mm as the tool is printed, 0.2 mm of contact noise, about what a fitted arm leaves, and an arm that does
-    /// not bend.
+    /// All placements, 50 ± 0.05 mm as the tool is printed, 0.2 mm of contact noise, about what a
+    /// fitted arm leaves, and an arm that does not bend.
     fn default() -> Self {
         MukcaOptions {
             only: Vec::new(),
             except: Vec::new(),
             spacing: 50e-3,
             spacing_sigma: 0.05e-3,
-            noise: Noise { encoder: 0.0, contact: 0.2e-3, learned: true },
+            noise: Noise { encoder: 0.0, contact: 0.2e-3, is_estimated: true },
             joint_compliance: false,
         }
     }
 }
 
-/// Reads a folder for the arm of `urdf`, whose tip link carries the ball: its place is estimated, every socket's is too, and
-/// the parameters are those of the full geometric model, and compliances if asked for. Fixtures are named `PLACEMENT/N` and sorted by placement and N.
+/// Reads a folder for the arm of `urdf`, whose tip link carries the ball: its place is estimated,
+/// every socket's is too, and the parameters are those of the full geometric model, and compliances
+/// if asked for. Fixtures are named `PLACEMENT/N` and sorted by placement and N.
 ///
 /// # Errors
-/// If the folder has no such files, a named placement is not there, or a file is no log of this arm.
+/// If the folder has no such files, a named placement is not there, or a file is no log of this
+/// arm.
 pub fn read(folder: &Path, urdf: UrdfFile, options: &MukcaOptions) -> Result<Loaded, IoError> {
     let UrdfFile { robot, text, input } = urdf;
     check(options, folder)?;
@@ -86,24 +91,19 @@ pub fn read(folder: &Path, urdf: UrdfFile, options: &MukcaOptions) -> Result<Loa
     }
     let tool = Tool {
         tip_from_tool: Isometry3::identity(),
-        freedom: Freedom::Uncertain { sigma: BALL_SIGMA, sigma_angle: 0.0 },
+        prior: PlacePrior::Gaussian { sigma: BALL_SIGMA, sigma_angle: 0.0 },
     };
     let mut parameters = joint_origin(&robot);
     if options.joint_compliance {
         parameters.extend(joint_compliance(&robot));
     }
-    let noise = options.noise;
     let problem = Problem {
-        robot,
-        tool,
-        fixtures,
         distances,
-        contacts,
-        noise,
+        noise: options.noise,
         parameters,
         joint_drift: true,
-        method: Method::LevenbergMarquardt,
         loss: Loss::GemanMcClure(LOSS_SCALE),
+        ..Problem::new(robot, tool, fixtures, contacts)
     };
     Ok(Loaded { problem, urdf: text, inputs })
 }
@@ -138,7 +138,7 @@ fn socket(placement: &str, number: u32) -> Fixture {
         name: format!("{placement}/{number}"),
         manifold: Arc::new(BallInSocket),
         base_from_fixture: None,
-        freedom: Freedom::Free,
+        prior: PlacePrior::Flat,
         placement: placement.to_owned(),
     }
 }

@@ -1,4 +1,5 @@
-//! Layers as tensors of a safetensors file, with one entry of metadata: `layers.0.weight` (F32, a row for each output), `layers.0.bias`, …
+//! Layers as tensors of a safetensors file, with one entry of metadata: `layers.0.weight` (F32, a
+//! row for each output), `layers.0.bias`, …
 
 use std::collections::HashMap;
 
@@ -16,12 +17,14 @@ use crate::manifold::learned::Layer;
 #[serde(deny_unknown_fields)]
 struct Entry<T> {
     schema: u32,
-    /// SHA-256 of the tensors' bytes in the order of their names: the format itself does not notice damaged numbers.
+    /// SHA-256 of the tensors' bytes in the order of their names: the format itself does not notice
+    /// damaged numbers.
     sha256: String,
     content: T,
 }
 
-/// A file's bytes: `networks` with the prefixes of their tensors' names, `content` as JSON under `key`.
+/// A file's bytes: `networks` with the prefixes of their tensors' names, `content` as JSON under
+/// `key`.
 pub(super) fn write<T: Serialize>(
     key: &str,
     schema: u32,

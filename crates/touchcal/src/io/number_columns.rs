@@ -64,7 +64,8 @@ impl<'a> NumberColumns<'a> {
         Ok(rows)
     }
 
-    /// The value of column `k`, as it was counted in [`NumberColumns::new`], in row `row` of those present.
+    /// The value of column `k`, as it was counted in [`NumberColumns::new`], in row `row` of those
+    /// present.
     pub(super) fn value(&self, k: usize, row: usize) -> f64 {
         self.columns[k].values[row]
     }

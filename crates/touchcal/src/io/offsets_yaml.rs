@@ -5,7 +5,8 @@ use crate::robot::{JointKind, Robot};
 /// Words that YAML takes for something else than text.
 const RESERVED: [&str; 9] = ["true", "false", "yes", "no", "on", "off", "y", "n", "null"];
 
-/// The map of `robot`'s moving joints, in their order: `joint_a1: 0.012300000000  # rad`. `offsets` are `b` of `true = measured − b` (rad or m).
+/// The map of `robot`'s moving joints, in their order: `joint_a1: 0.012300000000  # rad`. `offsets`
+/// are `b` of `true = measured − b` (rad or m).
 pub fn text(robot: &Robot, offsets: &[f64]) -> String {
     let mut text = "# Encoder offsets: true position = measured position - offset.\n\
                     # For the URDF beside this file alone; any other one has them folded in, or belongs to another calibration.\n"
@@ -18,7 +19,8 @@ pub fn text(robot: &Robot, offsets: &[f64]) -> String {
     text
 }
 
-/// A name as YAML's key: plain where nobody could take it for something else, quoted as in JSON otherwise.
+/// A name as YAML's key: plain where nobody could take it for something else, quoted as in JSON
+/// otherwise.
 fn key(name: &str) -> String {
     let plain = name.starts_with(|c: char| c.is_ascii_alphabetic())
         && name.chars().all(|c| c.is_ascii_alphanumeric() || "_-".contains(c))

@@ -1,8 +1,9 @@
-//! A learned projection as ONNX, opset 13: input `pose`, output `projected`, both `[n, 6]` in single precision, x, y, z in metres, roll, pitch and
-//! yaw in radians.
+//! A learned projection as ONNX, opset 13: input `pose`, output `projected`, both `[n, 6]` in
+//! single precision, x, y, z in metres, roll, pitch and yaw in radians.
 //!
-//! The graph does what [`LearnedProjection`] does, but for turns: angles are to be within half a turn of the scaling's centre. The messages
-//! are those of onnx.proto3 (field numbers of IR version 8), written by hand: they are few.
+//! The graph does what [`LearnedProjection`] does, but for turns: angles are to be within half a
+//! turn of the scaling's centre. The messages are those of onnx.proto3 (field numbers of IR version
+//! 8), written by hand: they are few.
 
 use crate::manifold::learned::{LearnedProjection, Output};
 

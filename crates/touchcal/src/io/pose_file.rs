@@ -1,7 +1,8 @@
-//! Poses of a tool in contact, `fixture_from_tool`, as comma-separated values, plain or gzipped, or (cargo feature `parquet`) as Parquet.
+//! Poses of a tool in contact, `fixture_from_tool`, as comma-separated values, plain or gzipped, or
+//! (cargo feature `parquet`) as Parquet.
 //!
-//! A row is a pose. The header names the columns `x,y,z` (m) and `qw,qx,qy,qz` (a quaternion of norm 1), whatever their case and order; others
-//! are ignored.
+//! A row is a pose. The header names the columns `x,y,z` (m) and `qw,qx,qy,qz` (a quaternion of
+//! norm 1), whatever their case and order; others are ignored.
 
 use std::fs::File;
 use std::io::{Read, Seek};

@@ -1,4 +1,5 @@
-//! Poses of a tool in contact as Parquet: the columns of [`pose_file`](super::pose_file), of numbers, uncompressed, snappy, gzip or zstd.
+//! Poses of a tool in contact as Parquet: the columns of [`pose_file`](super::pose_file), of
+//! numbers, uncompressed, snappy, gzip or zstd.
 
 use parquet::file::reader::{ChunkReader, FileReader, SerializedFileReader};
 

@@ -1,6 +1,7 @@
 //! "Did you mean": the known name nearest to an unknown one.
 
-/// Longest name compared (bytes): the comparison takes time proportional to the product of both lengths.
+/// Longest name compared (bytes): the comparison takes time proportional to the product of both
+/// lengths.
 const LONGEST: usize = 100;
 
 /// `; did you mean "x"?` where a known name is near enough to be a typing error, else nothing.

@@ -1,7 +1,9 @@
-//! Recorded trials with truth: a folder for each, with `contact.csv` or `contact.csv.gz` (joint positions in contact, rad) and `truth.json`.
+//! Recorded trials with truth: a folder for each, with `contact.csv` or `contact.csv.gz` (joint
+//! positions in contact, rad) and `truth.json`.
 //!
-//! Keys of `truth.json` that are read: `r` (strain), `b_rad` (encoder biases), `T_flange_peg` and `T_base_hole` (each with `position_m` and
-//! `quat_wxyz`), `geometry` (must be `"extrusion"`, the 25 mm extrusion in its hole of 1.0 mm clearance).
+//! Keys of `truth.json` that are read: `r` (strain), `b_rad` (encoder biases), `T_flange_peg` and
+//! `T_base_hole` (each with `position_m` and `quat_wxyz`), `geometry` (must be `"extrusion"`, the
+//! 25 mm extrusion in its hole of 1.0 mm clearance).
 
 use std::path::{Path, PathBuf};
 
@@ -13,7 +15,7 @@ use super::contact_log;
 use super::error::{IoError, Place, quoted};
 use crate::contact::ContactLog;
 use crate::experiment::Trial;
-use crate::robot::{Column, Robot};
+use crate::robot::{KinematicParameter, Robot};
 use crate::se3::Pose;
 
 /// Largest `truth.json` read (bytes).
@@ -94,7 +96,7 @@ fn read_trial(folder: &Path, robot: &Robot) -> Result<Trial, IoError> {
     let gzipped = folder.join("contact.csv.gz");
     let log = if gzipped.is_file() { gzipped } else { folder.join("contact.csv") };
     let logged = contact_log::read_file(&log, robot, &contact_log::Options::default(), &mut contacts)?;
-    let offsets = truth.b_rad.iter().enumerate().map(|(i, &b)| (Column::JointOffset(i), b));
+    let offsets = truth.b_rad.iter().enumerate().map(|(i, &b)| (KinematicParameter::JointOffset(i).into(), b));
     Ok(Trial {
         name: folder.file_name().map_or_else(String::new, |name| name.to_string_lossy().into_owned()),
         origin: format!("{} and {}", logged.sha256, input.sha256),
@@ -102,6 +104,6 @@ fn read_trial(folder: &Path, robot: &Robot) -> Result<Trial, IoError> {
         tip_from_peg: truth.flange_from_peg.pose("T_flange_peg", &input.path)?,
         base_from_hole: truth.base_from_hole.pose("T_base_hole", &input.path)?,
         contacts,
-        truth: std::iter::once((Column::Strain, truth.r)).chain(offsets).collect(),
+        truth: std::iter::once((KinematicParameter::Strain.into(), truth.r)).chain(offsets).collect(),
     })
 }

@@ -1,7 +1,8 @@
 //! `weights.safetensors`: a learned projection, schema 1.
 //!
-//! Tensors `layers.K.weight` (F32, a row for each output) and `layers.K.bias`, K from 0, as PyTorch's `Linear` has them. One entry of metadata,
-//! `touchcal_network`: JSON with architecture, scaling, metric and units, how and from which manifold it learned, and the weights' fingerprint.
+//! Tensors `layers.K.weight` (F32, a row for each output) and `layers.K.bias`, K from 0, as
+//! PyTorch's `Linear` has them. One entry of metadata, `touchcal_network`: JSON with architecture,
+//! scaling, metric and units, how and from which manifold it learned, and the weights' fingerprint.
 
 use std::path::Path;
 
@@ -33,7 +34,8 @@ pub struct WeightsFile {
     pub teacher: Teacher,
     /// Steps after which these weights were found.
     pub step: u64,
-    /// Their mean squared error on the held-out pairs, in the network's outputs; none before the first look.
+    /// Their mean squared error on the held-out pairs, in the network's outputs; none before the
+    /// first look.
     pub loss: Option<f64>,
 }
 
@@ -59,7 +61,8 @@ impl WeightsFile {
     /// Reads a file's bytes; `file` is its name for messages.
     ///
     /// # Errors
-    /// If they are no such file, whole and of this schema, or its weights don't fit what it says of them.
+    /// If they are no such file, whole and of this schema, or its weights don't fit what it says of
+    /// them.
     pub fn from_bytes(bytes: &[u8], file: &str) -> Result<WeightsFile, IoError> {
         bytes::check_size(bytes.len() as u64, MAX_BYTES, file)?;
         let (tensors, Content { network: entry, step, loss }) =

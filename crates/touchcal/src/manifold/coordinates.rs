@@ -6,7 +6,8 @@ use nalgebra::{Matrix3, Matrix6, Translation3, UnitQuaternion};
 
 use crate::se3::Pose;
 
-/// `[x, y, z, α, β, γ]`: place (m) and roll, pitch and yaw (rad), with `R = Rz(γ) Ry(β) Rx(α)` as in a URDF.
+/// `[x, y, z, α, β, γ]`: place (m) and roll, pitch and yaw (rad), with `R = Rz(γ) Ry(β) Rx(α)` as
+/// in a URDF.
 pub type Coordinates = [f64; 6];
 
 /// Least `cos β` that derivatives divide by: at a pitch of 90° roll and yaw are one.
@@ -25,8 +26,9 @@ pub fn pose(coordinates: &Coordinates) -> Pose {
     Pose::from_parts(Translation3::new(x, y, z), UnitQuaternion::from_euler_angles(roll, pitch, yaw))
 }
 
-/// `∂c/∂ξ` of the coordinates `c` of `pose · Exp(ξ)`: the place moves with the rotation's columns, the angles as the body's rates of turn
-/// say (Diebel, *Representing attitude* (2006), eq. 76). At a pitch of 90° the derivative is bounded, not exact.
+/// `∂c/∂ξ` of the coordinates `c` of `pose · Exp(ξ)`: the place moves with the rotation's columns,
+/// the angles as the body's rates of turn say (Diebel, *Representing attitude* (2006), eq. 76). At
+/// a pitch of 90° the derivative is bounded, not exact.
 pub fn coordinates_jacobian(pose: &Pose) -> Matrix6<f64> {
     let (roll, pitch, _) = pose.rotation.euler_angles();
     let (sin_roll, cos_roll) = roll.sin_cos();

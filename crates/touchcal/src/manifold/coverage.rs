@@ -33,8 +33,9 @@ pub struct Coverage {
     pub coordinates: [Quantiles; 6],
     /// Distance (m) of each sample from the nearest other one: how densely they lie where they lie.
     pub spacing: Quantiles,
-    /// Distance (m) of each tenth of the record from the nearest sample of the other nine: how far from the samples a contact recorded
-    /// anew would be. Where it is much greater than the spacing, the record has seen only a part of the manifold.
+    /// Distance (m) of each tenth of the record from the nearest sample of the other nine: how far
+    /// from the samples a contact recorded anew would be. Where it is much greater than the
+    /// spacing, the record has seen only a part of the manifold.
     pub unseen: Quantiles,
 }
 

@@ -14,7 +14,8 @@ const AXIS_POINTS: usize = 100;
 /// How peg and hole must lie in their frames.
 pub const FITTING: &str = "a hole that the peg fits into: rim at z = 0 and bottom below, the peg's tip at z = 0 and the rest above, axes and corners in line";
 
-/// A peg that is another one than that of the hole, or lies otherwise in its frame; what is wrong with it at half of the hole's depth, frames together.
+/// A peg that is another one than that of the hole, or lies otherwise in its frame; what is wrong
+/// with it at half of the hole's depth, frames together.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum Misfit {
     /// It overlaps the hole's walls by so much (m).
@@ -25,7 +26,8 @@ pub enum Misfit {
     Blocked,
 }
 
-/// Checks a peg and a hole of `depth` (m) by their gap, the one row of the manifold's residual; manifolds with more rows pass.
+/// Checks a peg and a hole of `depth` (m) by their gap, the one row of the manifold's residual;
+/// manifolds with more rows pass.
 pub fn check(manifold: &dyn ContactManifold, depth: f64) -> Result<(), Misfit> {
     let mut rows = Rows::new();
     manifold.residual(&Pose::translation(0.0, 0.0, -0.5 * depth), 0.0, &mut rows);
@@ -35,7 +37,8 @@ pub fn check(manifold: &dyn ContactManifold, depth: f64) -> Result<(), Misfit> {
     }
 }
 
-/// Checks that nowhere the axis of a peg (the tool) is inside both of it and of the body around a hole of `depth` (m): walls may be far from there.
+/// Checks that nowhere the axis of a peg (the tool) is inside both of it and of the body around a
+/// hole of `depth` (m): walls may be far from there.
 pub(super) fn check_axis(parts: &Solids, depth: f64) -> Result<(), Misfit> {
     let (peg, hole) = (parts.tool(), parts.fixture());
     let heights = || peg.vertices().map(|vertex| vertex.z);

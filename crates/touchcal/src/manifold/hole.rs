@@ -1,4 +1,5 @@
-//! What pegs of every shape have in common in a hole: its walls, near which they are, and the way in.
+//! What pegs of every shape have in common in a hole: its walls, near which they are, and the way
+//! in.
 
 use nalgebra::{Matrix6, Point3, Vector3};
 
@@ -12,28 +13,35 @@ pub const TRANSLATION_SCALE: f64 = 0.5e-3;
 /// Default scale of the envelope's rotation rows (rad): one degree.
 pub const ROTATION_SCALE: f64 = std::f64::consts::PI / 180.0;
 
-/// How near (m) the end of a peg may come to the rim's height before its edges and the rim's take turns in touching.
+/// How near (m) the end of a peg may come to the rim's height before its edges and the rim's take
+/// turns in touching.
 const AT_RIM: f64 = 0.2e-3;
-/// Regions of a hole, by how deep the tip is: a peg that is hardly in leans otherwise than one that is deep in.
+/// Regions of a hole, by how deep the tip is: a peg that is hardly in leans otherwise than one that
+/// is deep in.
 const QUARTERS: usize = 4;
-/// Surfaces of each: those that push in each of six directions, near the peg's tip or at the rim; behind these, farther ones of a direction, at either end.
+/// Surfaces of each: those that push in each of six directions, near the peg's tip or at the rim;
+/// behind these, farther ones of a direction, at either end.
 const SURFACES: usize = FARTHER + 2;
 const FARTHER: usize = 12;
-/// Regions of a hole, and surfaces of each, see [`ContactManifold::surfaces`](super::ContactManifold::surfaces).
+/// Regions of a hole, and surfaces of each, see
+/// [`ContactManifold::surfaces`](super::ContactManifold::surfaces).
 pub(super) const PARTS: (usize, usize) = (QUARTERS, SURFACES);
 
 /// Cosine of the angle between normals from which two features are of one wall.
 const ALIKE: f64 = 0.95;
-/// Two features of a wall whose distances differ by less than `TOGETHER` standard deviations of the noise between them are as near as each other, by more than `APART` they are not.
+/// Two features of a wall whose distances differ by less than `TOGETHER` standard deviations of the
+/// noise between them are as near as each other, by more than `APART` they are not.
 const TOGETHER: f64 = 2.0;
 const APART: f64 = 4.0;
 /// Least squared sine of the angle between two walls that may imply one between them.
 const LEAST_APART: f64 = 0.05;
 /// Share of a wall's standard deviation that counts as none where others imply it.
 const LITTLE: f64 = 0.15;
-/// Cosine of the angle between normals up to which the farther of two walls may be one with the nearer, which is curved.
+/// Cosine of the angle between normals up to which the farther of two walls may be one with the
+/// nearer, which is curved.
 const TURNED: f64 = 0.5;
-/// Cosine of the angle between that turn and the way from one wall to the other: on a circle it is 1.
+/// Cosine of the angle between that turn and the way from one wall to the other: on a circle it is
+/// 1.
 const ALONG: f64 = 0.9;
 /// Largest radius of such a circle, over the peg's.
 const LARGEST: f64 = 1.1;
@@ -41,11 +49,12 @@ const LARGEST: f64 = 1.1;
 const ONE_AXIS: f64 = 1e-9;
 /// Room for as many features near a pose as there mostly are.
 const EXPECTED: usize = 32;
-/// Height of a normal below which it is none of a wall: nothing in a hole faces down by more than the peg is tilted. Edges that cross each other a little the wrong
-/// way have such normals.
+/// Height of a normal below which it is none of a wall: nothing in a hole faces down by more than
+/// the peg is tilted. Edges that cross each other a little the wrong way have such normals.
 const DOWN: f64 = -0.3;
 
-/// A hole and the peg that goes in: frames as in [`PegAndHole`](crate::geometry::extrusion::PegAndHole).
+/// A hole and the peg that goes in: frames as in
+/// [`PegAndHole`](crate::geometry::extrusion::PegAndHole).
 #[derive(Clone, Debug)]
 pub(super) struct Hole {
     /// Depth (m).
@@ -67,8 +76,9 @@ impl Hole {
         }
     }
 
-    /// The derivatives of gaps by twists of the peg in its own frame without what facets of round parts add: turning about their axes changes no gap. Else noise and
-    /// the files' facets would tell how far a round peg has turned.
+    /// The derivatives of gaps by twists of the peg in its own frame without what facets of round
+    /// parts add: turning about their axes changes no gap. Else noise and the files' facets would
+    /// tell how far a round peg has turned.
     pub fn without_turns(&self, hole_from_peg: &Pose) -> impl Fn(Twist) -> Twist + use<> {
         // Lengths in units of the radius, so that a projection is no matter of units.
         let radius = self.peg_radius;
@@ -85,14 +95,16 @@ impl Hole {
         }
     }
 
-    /// Whether the peg's end reaches from below the rim to above it. Edge then rolls over edge, and which features there are depends on the noise.
+    /// Whether the peg's end reaches from below the rim to above it. Edge then rolls over edge, and
+    /// which features there are depends on the noise.
     fn is_at_rim(&self, hole_from_peg: &Pose) -> bool {
         let axis = hole_from_peg.rotation * Vector3::z();
         hole_from_peg.translation.z.abs() < self.peg_radius * axis.xy().norm() + AT_RIM
     }
 
-    /// Number of the surface that a wall is of, where nearer walls have `taken` some. The farther of two walls of one direction and end moves with the nearer one, as alike corners do: that it is free does
-    /// not say how often the nearer one is.
+    /// Number of the surface that a wall is of, where nearer walls have `taken` some. The farther
+    /// of two walls of one direction and end moves with the nearer one, as alike corners do: that
+    /// it is free does not say how often the nearer one is.
     fn surface(&self, wall: &Touch, hole_from_peg: &Pose, taken: &[usize]) -> usize {
         let (normal, point) = (wall.normal_in_fixture, wall.point_in_fixture);
         let axis = normal.iamax();
@@ -104,7 +116,8 @@ impl Hole {
         if taken.contains(&surface) { first + FARTHER + end } else { surface }
     }
 
-    /// Pushes the walls that the peg is near, the nearest first. `visit_below(distance, visit)` calls `visit` for all features nearer than that.
+    /// Pushes the walls that the peg is near, the nearest first. `visit_below(distance, visit)`
+    /// calls `visit` for all features nearer than that.
     pub fn push_walls(
         &self,
         hole_from_peg: &Pose,
@@ -153,8 +166,9 @@ impl Hole {
         }
     }
 
-    /// Whether two walls are one that is curved, as in a round hole or in a corner with more radius than the peg's: a peg touches it in one place at a time. Beside that place it is near in every contact, and
-    /// touched in none, as no wall of its own would be.
+    /// Whether two walls are one that is curved, as in a round hole or in a corner with more radius
+    /// than the peg's: a peg touches it in one place at a time. Beside that place it is near in
+    /// every contact, and touched in none, as no wall of its own would be.
     fn is_one_curve(&self, a: &Wall, b: &Wall, hole_from_peg: &Pose) -> bool {
         let [a, b] = [a, b].map(|wall| &wall.nearest.touch);
         let turn = b.normal_in_fixture - a.normal_in_fixture;
@@ -187,7 +201,8 @@ impl Hole {
         }
     }
 
-    /// Pushes three rows that do not know how far the peg has turned: its axis less that of the hole.
+    /// Pushes three rows that do not know how far the peg has turned: its axis less that of the
+    /// hole.
     fn push_tilt(&self, hole_from_peg: &Pose, scale: f64, rows: &mut Rows) {
         let rotation = hole_from_peg.rotation.to_rotation_matrix();
         for axis in 0..3 {
@@ -211,8 +226,8 @@ struct Feature {
     shaken: Twist,
 }
 
-/// The features that push in one direction: the nearest of them, and the mean of all that are as near but for noise. Noise would choose among those, and the one that it chose
-/// is too near.
+/// The features that push in one direction: the nearest of them, and the mean of all that are as
+/// near but for noise. Noise would choose among those, and the one that it chose is too near.
 struct Wall {
     nearest: Feature,
     weight: f64,
@@ -240,8 +255,10 @@ impl Wall {
     }
 }
 
-/// Whether wall `k` pushes between two others and is passed only where one of them is: `n = α n_a + β n_b` and `d ≥ α d_a + β d_b`, but for little noise, with neither `α` nor `β`
-/// negative. Where peg and hole are rounded alike, a corner's directions are all touched with those of its two sides: as walls of their own they would count the sides again.
+/// Whether wall `k` pushes between two others and is passed only where one of them is: `n = α n_a +
+/// β n_b` and `d ≥ α d_a + β d_b`, but for little noise, with neither `α` nor `β` negative. Where
+/// peg and hole are rounded alike, a corner's directions are all touched with those of its two
+/// sides: as walls of their own they would count the sides again.
 fn is_implied(k: usize, walls: &[Wall], covariance: &Matrix6<f64>, own_variance: f64) -> bool {
     let wall = &walls[k];
     let deviation = (wall.gradient.dot(&(covariance * wall.gradient)) + own_variance).sqrt();
@@ -261,7 +278,8 @@ fn is_implied(k: usize, walls: &[Wall], covariance: &Matrix6<f64>, own_variance:
     others().enumerate().any(|(i, a)| others().skip(i + 1).any(|b| is_between(a, b)))
 }
 
-/// Whether a point of the peg's surface, in the hole's frame, is nearer to the rim than to the peg's tip.
+/// Whether a point of the peg's surface, in the hole's frame, is nearer to the rim than to the
+/// peg's tip.
 fn is_near_rim(point_in_hole: &Point3<f64>, hole_from_peg: &Pose) -> bool {
     point_in_hole.z.abs() < hole_from_peg.inverse_transform_point(point_in_hole).z.abs()
 }
@@ -275,7 +293,8 @@ fn alike(a: &Twist, b: &Twist) -> bool {
 mod tests {
     use super::*;
 
-    /// A wall that pushes in the plane z = 0 along an angle (rad), at a point of the tool's axis at that height (m).
+    /// A wall that pushes in the plane z = 0 along an angle (rad), at a point of the tool's axis at
+    /// that height (m).
     fn wall(angle: f64, distance: f64, height: f64) -> Wall {
         let normal = Vector3::new(angle.cos(), angle.sin(), 0.0);
         let point = Vector3::new(0.0, 0.0, height);

@@ -1,4 +1,5 @@
-//! Contact manifolds: the poses at which a tool can touch a fixture, and how far a pose is from touching.
+//! Contact manifolds: the poses at which a tool can touch a fixture, and how far a pose is from
+//! touching.
 
 mod ball_in_socket;
 pub mod coordinates;
@@ -38,10 +39,13 @@ use crate::se3::{Pose, Twist};
 /// Most rows any manifold's residual or envelope has.
 pub const MAX_ROWS: usize = 6;
 
-/// A residual of up to [`MAX_ROWS`] rows with its derivative, held in place so that evaluating a contact allocates nothing.
+/// A residual of up to [`MAX_ROWS`] rows with its derivative, held in place so that evaluating a
+/// contact allocates nothing.
 ///
-/// `jacobian[k]` is `∂value[k]/∂ξ` for the right perturbation `fixture_from_tool · Exp(ξ)`, ordered `[v; ω]`, but for what facets of round parts add to it; `surface[k]` is which of the manifold's surfaces a
-/// wall is of, region by region, see [`ContactManifold::surfaces`], and 0 for other rows.
+/// `jacobian[k]` is `∂value[k]/∂ξ` for the right perturbation `fixture_from_tool · Exp(ξ)`, ordered
+/// `[v; ω]`, but for what facets of round parts add to it; `surface[k]` is which of the manifold's
+/// surfaces a wall is of, region by region, see [`ContactManifold::surfaces`], and 0 for other
+/// rows.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Rows {
     len: usize,
@@ -72,7 +76,8 @@ impl Rows {
         self.len = 0;
     }
 
-    /// Appends a row. Rows beyond [`MAX_ROWS`] are a mistake of the manifold and are ignored in release builds.
+    /// Appends a row. Rows beyond [`MAX_ROWS`] are a mistake of the manifold and are ignored in
+    /// release builds.
     pub fn push(&mut self, value: f64, jacobian: Twist) {
         self.push_wall(value, jacobian, 0);
     }
@@ -139,7 +144,8 @@ impl Reach {
         distance - self.interference < self.deviations * (variance + self.own_variance).sqrt()
     }
 
-    /// Distance (m) from which on no wall is near that touches the tool within `radius` (m) of its origin.
+    /// Distance (m) from which on no wall is near that touches the tool within `radius` (m) of its
+    /// origin.
     pub fn farthest(&self, radius: f64) -> f64 {
         let size = |k: usize| self.covariance.fixed_view::<3, 3>(k, k).symmetric_eigenvalues().max().max(0.0).sqrt();
         let deviation = (size(0) + radius * size(3)).hypot(self.own_variance.sqrt());
@@ -147,7 +153,8 @@ impl Reach {
     }
 }
 
-/// What the manifolds here keep of a contact of theirs from one look at its walls to the next. How fast they are found depends on it, and nothing else.
+/// What the manifolds here keep of a contact of theirs from one look at its walls to the next. How
+/// fast they are found depends on it, and nothing else.
 #[derive(Clone, Debug, Default)]
 pub struct Recall {
     /// What of tool and fixture was near each other.
@@ -166,12 +173,13 @@ pub trait ContactManifold: Send + Sync + std::fmt::Debug {
 
     /// How far the pose is from touching, appended to `rows`: zero on the manifold.
     ///
-    /// `resolution` (m) is how well the pose is known at the contact: features of the parts whose gaps differ by less cannot be
-    /// told apart, and a manifold of several features may blend them. 0 asks for the exact distance.
+    /// `resolution` (m) is how well the pose is known at the contact: features of the parts whose
+    /// gaps differ by less cannot be told apart, and a manifold of several features may blend them.
+    /// 0 asks for the exact distance.
     fn residual(&self, fixture_from_tool: &Pose, resolution: f64, rows: &mut Rows);
 
-    /// [`residual`](Self::residual) of each pose, in place of what its rows held. Manifolds that answer many poses faster together than one by
-    /// one have their own.
+    /// [`residual`](Self::residual) of each pose, in place of what its rows held. Manifolds that
+    /// answer many poses faster together than one by one have their own.
     fn residuals(&self, poses: &[Pose], resolution: f64, rows: &mut [Rows]) {
         for (pose, rows) in poses.iter().zip(rows) {
             rows.clear();
@@ -179,9 +187,10 @@ pub trait ContactManifold: Send + Sync + std::fmt::Debug {
         }
     }
 
-    /// How far the tool is from each wall that it may touch, the nearest first, appended to `rows`: those within `reach`. A wall is what can push in one
-    /// direction; all that the parts touch at once read zero, on average over the pose's noise. None where it
-    /// cannot be told which walls there are. The residual, for a manifold of one wall.
+    /// How far the tool is from each wall that it may touch, the nearest first, appended to `rows`:
+    /// those within `reach`. A wall is what can push in one direction; all that the parts touch at
+    /// once read zero, on average over the pose's noise. None where it cannot be told which walls
+    /// there are. The residual, for a manifold of one wall.
     ///
     /// A contact is looked at again and again, at poses nearby, with its own recall.
     fn walls(&self, fixture_from_tool: &Pose, reach: &Reach, recall: &mut Recall, rows: &mut Rows) {
@@ -190,13 +199,15 @@ pub trait ContactManifold: Send + Sync + std::fmt::Debug {
         rows.retain(|distance, gradient| reach.holds(distance, gradient.dot(&(reach.covariance * gradient))));
     }
 
-    /// Number of regions of the manifold, and of surfaces that walls of each region are of. How often a surface is touched is learned: where a tool is held, it leans to
-    /// one side, and elsewhere to another.
+    /// Number of regions of the manifold, and of surfaces that walls of each region are of. How
+    /// often a surface is touched is learned: where a tool is held, it leans to one side, and
+    /// elsewhere to another.
     fn surfaces(&self) -> (usize, usize) {
         (1, 1)
     }
 
-    /// Derivatives of a loss by a right twist of each pose, from those by its residual: `Jᵀ cotangent(i, residual)`.
+    /// Derivatives of a loss by a right twist of each pose, from those by its residual: `Jᵀ
+    /// cotangent(i, residual)`.
     fn pull_back(&self, poses: &[Pose], resolution: f64, cotangent: Cotangent<'_>, gradients: &mut [Twist]) {
         let mut rows = Rows::new();
         for (i, (pose, gradient)) in poses.iter().zip(gradients).enumerate() {
@@ -208,13 +219,14 @@ pub trait ContactManifold: Send + Sync + std::fmt::Debug {
         }
     }
 
-    /// How far the pose lies outside the region in which contacts happen, each row divided by that row's scale.
-    /// Nearly convex in the pose, so the coarse stage converges from afar.
+    /// How far the pose lies outside the region in which contacts happen, each row divided by that
+    /// row's scale. Nearly convex in the pose, so the coarse stage converges from afar.
     fn envelope(&self, fixture_from_tool: &Pose, rows: &mut Rows) {
         self.residual(fixture_from_tool, 0.0, rows);
     }
 
-    /// Components of a fixture twist `[v; ω]` that move the manifold: a socket is a point, a plane has no place along itself.
+    /// Components of a fixture twist `[v; ω]` that move the manifold: a socket is a point, a plane
+    /// has no place along itself.
     fn fixture_directions(&self) -> &'static [usize];
 
     /// Components of a tool twist `[v; ω]` that the contact can feel.
@@ -225,14 +237,15 @@ pub trait ContactManifold: Send + Sync + std::fmt::Debug {
         Sketch { tool: Shape::Point, fixture: Shape::Point }
     }
 
-    /// Whether the residual is the least of many gaps. The least of noisy gaps is negative on average even at the true pose, and
-    /// real contacts press parts into each other; the estimator then fits the mean gap at contact as a nuisance.
+    /// Whether the residual is the least of many gaps. The least of noisy gaps is negative on
+    /// average even at the true pose, and real contacts press parts into each other; the estimator
+    /// then fits the mean gap at contact as a nuisance.
     fn has_interference(&self) -> bool {
         false
     }
 
-    /// Whether the manifold is one point, so that its residual is an offset from it and its place may be unknown: contacts are
-    /// then scored by their distance from their mean.
+    /// Whether the manifold is one point, so that its residual is an offset from it and its place
+    /// may be unknown: contacts are then scored by their distance from their mean.
     fn is_point(&self) -> bool {
         false
     }
@@ -242,7 +255,8 @@ pub trait ContactManifold: Send + Sync + std::fmt::Debug {
         false
     }
 
-    /// Whether the residual is the distance from a projection, which also counts motion along the manifold: no covariance follows from it.
+    /// Whether the residual is the distance from a projection, which also counts motion along the
+    /// manifold: no covariance follows from it.
     fn is_projection(&self) -> bool {
         false
     }

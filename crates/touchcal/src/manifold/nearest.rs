@@ -8,18 +8,21 @@ use super::projection::Projection;
 use super::samples::PoseSamples;
 use super::tree::{Point, Tree};
 
-/// Poses that a thread takes at a time, and below which there is but one: a search takes some 20 µs.
+/// Poses that a thread takes at a time, and below which there is but one: a search takes some 20
+/// µs.
 const BATCH: usize = 64;
 
 /// Projects a pose onto the sample nearest to it in a metric, or onto a mean of the nearest few.
 ///
-/// The search is exact: the sample at the least [`Metric::distance`], of equally near ones the first.
+/// The search is exact: the sample at the least [`Metric::distance`], of equally near ones the
+/// first.
 ///
 /// One neighbour: `F` is constant wherever the same sample is the nearest, so `∂F/∂c` is zero.
 ///
-/// `k` neighbours: `F(c) = Σ wᵢ sᵢ / Σ wᵢ` over the nearest `k`, with `wᵢ = (1/dᵢ − 1/d₍ₖ₊₁₎)²` of their distances (Franke & Nielson, *Smooth
-/// interpolation of large sets of scattered data* (1980)). A sample projects onto itself, and `F` is continuous: a neighbour's weight
-/// vanishes where another takes its place. `∂F/∂c` is that of this formula.
+/// `k` neighbours: `F(c) = Σ wᵢ sᵢ / Σ wᵢ` over the nearest `k`, with `wᵢ = (1/dᵢ − 1/d₍ₖ₊₁₎)²` of
+/// their distances (Franke & Nielson, *Smooth interpolation of large sets of scattered data*
+/// (1980)). A sample projects onto itself, and `F` is continuous: a neighbour's weight vanishes
+/// where another takes its place. `∂F/∂c` is that of this formula.
 #[derive(Debug)]
 pub struct NearestSample {
     samples: PoseSamples,

@@ -7,14 +7,17 @@ use crate::geometry::profile::Profile;
 use crate::geometry::solids::Touch;
 use crate::se3::Pose;
 
-/// Contact of a peg with the hole it goes into. Poses are `hole_from_peg`, frames as in [`PegAndHole`].
+/// Contact of a peg with the hole it goes into. Poses are `hole_from_peg`, frames as in
+/// [`PegAndHole`].
 ///
-/// - Residual, one row: the signed gap (m), positive free, negative penetrating; blended over features that the resolution
-///   cannot tell apart, see [`PegAndHole::blended_gap`]. Facets that stand for a circle are none of the parts': the Jacobian, not the gap, is that of a round part.
-/// - Envelope, six rows: place of the tip's origin in the hole — x and y towards zero, z outside `[−depth, 0]` (zero within) —
-///   divided by `translation_scale`, then the rotation vector of `hole_from_peg` divided by `rotation_scale`. Its
-///   Jacobian is exact and regular at every angle up to π, where the rotation vector itself jumps to its negative. If either part is
-///   round, the peg's axis less the hole's instead, which does not know how far the peg has turned.
+/// - Residual, one row: the signed gap (m), positive free, negative penetrating; blended over
+///   features that the resolution cannot tell apart, see [`PegAndHole::blended_gap`]. Facets that
+///   stand for a circle are none of the parts': the Jacobian, not the gap, is that of a round part.
+/// - Envelope, six rows: place of the tip's origin in the hole — x and y towards zero, z outside
+///   `[−depth, 0]` (zero within) — divided by `translation_scale`, then the rotation vector of
+///   `hole_from_peg` divided by `rotation_scale`. Its Jacobian is exact and regular at every angle
+///   up to π, where the rotation vector itself jumps to its negative. If either part is round, the
+///   peg's axis less the hole's instead, which does not know how far the peg has turned.
 #[derive(Clone, Debug)]
 pub struct PegInHole {
     /// Shapes of peg and hole.
@@ -28,7 +31,8 @@ pub struct PegInHole {
 }
 
 impl PegInHole {
-    /// A peg that goes in down to the floor, with an envelope scale of half a millimetre and one degree.
+    /// A peg that goes in down to the floor, with an envelope scale of half a millimetre and one
+    /// degree.
     pub fn new(shapes: PegAndHole) -> Self {
         PegInHole {
             depth: shapes.depth(),

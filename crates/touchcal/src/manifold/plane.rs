@@ -5,11 +5,13 @@ use nalgebra::{Point3, Vector3};
 use super::{ContactManifold, Rows, Shape, Sketch};
 use crate::se3::{self, Pose};
 
-/// Signed distance from a plane to the part of the tool nearest to it (1 row, m): positive free, negative penetrating.
+/// Signed distance from a plane to the part of the tool nearest to it (1 row, m): positive free,
+/// negative penetrating.
 ///
-/// Fixture frame: the plane is z = 0, +z points to the side the tool is on. The tool is the convex hull of `points` (tool
-/// frame) grown by `radius`: one point and a radius is a ball, one point and no radius a stylus, the vertices of a tip face a peg.
-/// Where two points are equally near, the first of them stands for both.
+/// Fixture frame: the plane is z = 0, +z points to the side the tool is on. The tool is the convex
+/// hull of `points` (tool frame) grown by `radius`: one point and a radius is a ball, one point and
+/// no radius a stylus, the vertices of a tip face a peg. Where two points are equally near, the
+/// first of them stands for both.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Plane {
     points: Vec<Point3<f64>>,
@@ -20,7 +22,8 @@ pub struct Plane {
 const ENVELOPE_LENGTH: f64 = 0.5e-3;
 
 impl Plane {
-    /// A tool made of points in the tool frame (m), grown by a radius (m). No points means the tool's origin.
+    /// A tool made of points in the tool frame (m), grown by a radius (m). No points means the
+    /// tool's origin.
     pub fn new(points: Vec<Point3<f64>>, radius: f64) -> Self {
         let points = if points.is_empty() { vec![Point3::origin()] } else { points };
         Plane { points, radius }

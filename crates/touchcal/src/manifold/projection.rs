@@ -11,7 +11,8 @@ use crate::se3::{Pose, Twist};
 
 /// A map from the coordinates of poses to those of poses on a contact manifold.
 ///
-/// All methods take many poses at once: a network answers them much faster together than one by one.
+/// All methods take many poses at once: a network answers them much faster together than one by
+/// one.
 pub trait Projection: Send + Sync + Debug {
     /// What it is, in words for people: "nearest sample".
     fn name(&self) -> &'static str;
@@ -28,8 +29,8 @@ pub trait Projection: Send + Sync + Debug {
     /// `F(c)` and `∂F/∂c` of each pose, in place of what the vectors held.
     fn linearize(&self, poses: &[Coordinates], projected: &mut Vec<Coordinates>, jacobians: &mut Vec<Matrix6<f64>>);
 
-    /// `(∂F/∂c)ᵀ y` of each pose with `y = cotangent(i, F(cᵢ))`, in place of what `pulled` held: reverse mode, for one gradient.
-    /// `cotangent` is called once for each pose.
+    /// `(∂F/∂c)ᵀ y` of each pose with `y = cotangent(i, F(cᵢ))`, in place of what `pulled` held:
+    /// reverse mode, for one gradient. `cotangent` is called once for each pose.
     fn pull_back(
         &self,
         poses: &[Coordinates],
@@ -38,10 +39,12 @@ pub trait Projection: Send + Sync + Debug {
     );
 }
 
-/// The contact manifold of a projection. Residual: `c − F(c)`, six rows in metres, angles times the metric's length, the shorter way round.
+/// The contact manifold of a projection. Residual: `c − F(c)`, six rows in metres, angles times the
+/// metric's length, the shorter way round.
 ///
-/// The residual is from point to point: it also counts motion along the manifold, which contacts do not measure, so that no covariance follows from
-/// it (Bonnabel, Barczyk & Goulette 2016, arXiv 1410.7632).
+/// The residual is from point to point: it also counts motion along the manifold, which contacts do
+/// not measure, so that no covariance follows from it (Bonnabel, Barczyk & Goulette 2016, arXiv
+/// 1410.7632).
 #[derive(Debug)]
 pub struct Projected(pub Arc<dyn Projection>);
 

@@ -4,7 +4,8 @@ use super::coordinates::{Coordinates, Metric, coordinates, wrapped};
 use super::tree::{Point, Tree};
 use crate::se3::Pose;
 
-/// Poses at which the tool touched, `fixture_from_tool`, in the order in which they were recorded; at least two different ones.
+/// Poses at which the tool touched, `fixture_from_tool`, in the order in which they were recorded;
+/// at least two different ones.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PoseSamples {
     coordinates: Vec<Coordinates>,
@@ -82,8 +83,9 @@ impl PoseSamples {
         bounds
     }
 
-    /// Those samples that no kept earlier one is nearer to than `spacing` (m): any two of them are at least that far apart, and each
-    /// sample left out is nearer to a kept one. A spacing of 0 keeps all.
+    /// Those samples that no kept earlier one is nearer to than `spacing` (m): any two of them are
+    /// at least that far apart, and each sample left out is nearer to a kept one. A spacing of 0
+    /// keeps all.
     ///
     /// # Errors
     /// If fewer than two are left.

@@ -11,8 +11,9 @@ use crate::se3::Pose;
 /// What is farther from the axis than so many of the peg's radii is none of the hole.
 const AROUND: f64 = 1.5;
 
-/// Contact of a peg (the tool) with the body around a hole, into which it goes `depth` (m): as outlines, which is faster, if both are straight
-/// ([`PegAndHole::of_straight`]), else as [`SolidInHole`].
+/// Contact of a peg (the tool) with the body around a hole, into which it goes `depth` (m): as
+/// outlines, which is faster, if both are straight ([`PegAndHole::of_straight`]), else as
+/// [`SolidInHole`].
 ///
 /// # Errors
 /// [`Misfit`] if the peg does not go in.
@@ -26,10 +27,12 @@ pub fn peg_in_hole(parts: Solids, depth: f64) -> Result<Box<dyn ContactManifold>
     Ok(manifold)
 }
 
-/// Contact of a peg with the hole it goes into, as [`PegInHole`](super::PegInHole) but for bodies of any shape: chamfers, cones, steps.
+/// Contact of a peg with the hole it goes into, as [`PegInHole`](super::PegInHole) but for bodies
+/// of any shape: chamfers, cones, steps.
 ///
-/// The frames are the same: the peg's at the centre of its tip with +z away from it, the hole's at the centre of its mouth with +z outwards, and a
-/// seated peg has the axes of the hole. The envelope is that of a hole of the given depth.
+/// The frames are the same: the peg's at the centre of its tip with +z away from it, the hole's at
+/// the centre of its mouth with +z outwards, and a seated peg has the axes of the hole. The
+/// envelope is that of a hole of the given depth.
 #[derive(Clone, Debug)]
 pub struct SolidInHole {
     shapes: Solids,

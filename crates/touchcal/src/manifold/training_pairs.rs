@@ -13,10 +13,11 @@ use super::projection::Projection;
 /// Random numbers set aside for a pair, of which it uses seven.
 const DRAWS: u128 = 8;
 
-/// An endless list of pairs (input, target), each of which follows from the seed and its own number alone.
+/// An endless list of pairs (input, target), each of which follows from the seed and its own number
+/// alone.
 ///
-/// Input: a sample, each as likely, composed on the right with an offset, each of whose coordinates is uniform within ± its bound.
-/// Target: the input's projection.
+/// Input: a sample, each as likely, composed on the right with an offset, each of whose coordinates
+/// is uniform within ± its bound. Target: the input's projection.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TrainingPairs {
     /// Greatest offset in each coordinate (m, rad), in the frame of the tool.

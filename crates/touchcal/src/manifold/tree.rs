@@ -1,16 +1,19 @@
-//! Exact search among points of a torus, places on lines and angles on circles: an R*-tree of `rstar`, asked again for the query's
-//! images beyond the seams where something nearer may lie there.
+//! Exact search among points of a torus, places on lines and angles on circles: an R*-tree of
+//! `rstar`, asked again for the query's images beyond the seams where something nearer may lie
+//! there.
 
 use rstar::primitives::GeomWithData;
 use rstar::{PointDistance, RTree};
 
-/// A point: three places, three turns, all in metres, as [`Metric::point`](super::coordinates::Metric::point) says.
+/// A point: three places, three turns, all in metres, as
+/// [`Metric::point`](super::coordinates::Metric::point) says.
 pub(super) type Point = [f64; 6];
 
 /// Dimensions from here on are circles.
 const FIRST_ANGLE: usize = 3;
 
-/// Squared distance (m²) and index of a point found; what is less is nearer, or first where equally near.
+/// Squared distance (m²) and index of a point found; what is less is nearer, or first where equally
+/// near.
 pub(super) type Found = (f64, usize);
 
 /// Points to search among.
@@ -24,7 +27,8 @@ pub(super) struct Tree {
 }
 
 impl Tree {
-    /// A tree of points, each with its index, whose turns lie within half a `circumference` (m) of zero.
+    /// A tree of points, each with its index, whose turns lie within half a `circumference` (m) of
+    /// zero.
     pub(super) fn new(points: impl IntoIterator<Item = (usize, Point)>, circumference: f64) -> Self {
         let points: Vec<_> = points.into_iter().map(|(index, point)| GeomWithData::new(point, index)).collect();
         let reach =
@@ -61,7 +65,8 @@ impl Tree {
         few
     }
 
-    /// The nearest `k` points without looking beyond the seams, and all that are as near as the last.
+    /// The nearest `k` points without looking beyond the seams, and all that are as near as the
+    /// last.
     fn few(&self, query: &Point, k: usize) -> Vec<Found> {
         let mut few: Vec<Found> = Vec::with_capacity(k + 1);
         for point in self.points.nearest_neighbor_iter(query) {
@@ -85,7 +90,8 @@ impl Tree {
         near.map(|(_, index)| index).collect()
     }
 
-    /// The query seen from beyond the seams, as far as points nearer than `distance` (m) may lie there.
+    /// The query seen from beyond the seams, as far as points nearer than `distance` (m) may lie
+    /// there.
     fn images(&self, query: &Point, distance: f64) -> impl Iterator<Item = Point> {
         let turns: [f64; 3] = std::array::from_fn(|k| query[FIRST_ANGLE + k]);
         let reachable: [bool; 3] =

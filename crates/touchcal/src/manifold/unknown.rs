@@ -3,7 +3,8 @@
 use super::{ContactManifold, Rows};
 use crate::se3::Pose;
 
-/// The contacts of parts whose shapes are not known: no rows. They can be recorded as samples of a manifold, and determine nothing before that.
+/// The contacts of parts whose shapes are not known: no rows. They can be recorded as samples of a
+/// manifold, and determine nothing before that.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Unknown;
 

@@ -5,7 +5,7 @@ use serde::Serialize;
 
 use super::Report;
 use crate::contact::ContactLog;
-use crate::estimate::{Verdict, distances};
+use crate::estimate::{Verdict, contact_distances};
 
 /// About this many contacts are drawn one by one.
 pub const MOST_DRAWN: usize = 3000;
@@ -14,7 +14,8 @@ const FARTHEST_DRAWN: usize = 300;
 /// Most rejected contacts listed, and the farthest listed if none was rejected.
 const MOST_LISTED: usize = 100;
 const FARTHEST_LISTED: usize = 10;
-/// Bars of a histogram in a factor of ten, and the distance (m) below which everything is in the first.
+/// Bars of a histogram in a factor of ten, and the distance (m) below which everything is in the
+/// first.
 const BARS_PER_DECADE: f64 = 8.0;
 const LEAST: f64 = 1e-7;
 /// Most stretches of the log whose medians are told, and fewest contacts in one.
@@ -85,8 +86,8 @@ impl<'a> Contacts<'a> {
         let Report { problem, estimate, .. } = *report;
         let log = &problem.contacts;
         let values = estimate.values();
-        let before = distances(problem, &DVector::zeros(values.len()));
-        let after = distances(problem, &values);
+        let before = contact_distances(problem, &DVector::zeros(values.len()));
+        let after = contact_distances(problem, &values);
         let mut rejected_per_fixture = vec![0; problem.fixtures.len()];
         for (i, verdict) in estimate.verdicts.iter().enumerate() {
             if matches!(verdict, Verdict::Rejected { .. }) {
@@ -177,7 +178,8 @@ fn median(values: &[f64]) -> f64 {
     sorted.get(sorted.len() / 2).copied().unwrap_or(0.0)
 }
 
-/// The rejected contacts, the farthest in standard deviations first; if there are none, the farthest that counted.
+/// The rejected contacts, the farthest in standard deviations first; if there are none, the
+/// farthest that counted.
 fn listed(log: &ContactLog, verdicts: &[Verdict], farthest: &[usize], after: &[f64]) -> Vec<Listed> {
     let deviations = |i: usize| match verdicts.get(i) {
         Some(Verdict::Rejected { deviations }) => Some(*deviations),

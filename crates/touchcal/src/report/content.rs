@@ -145,7 +145,7 @@ impl<'a> Content<'a> {
             all: change(Some(&prefit.all), Some(&estimate.postfit.all)),
             fixtures: fixtures.collect(),
             noise_factor: estimate.noise_factor,
-            learned_noise: problem.noise.learned,
+            learned_noise: problem.noise.is_estimated,
             parameters: Parameters::new(estimate),
             uncertainty: uncertainty(report),
             termination: TerminationEntry { reason: reason.name(), measured, threshold, iterations },

@@ -1,10 +1,14 @@
-//! A calibration as a page to look at: one HTML file that needs nothing else, in which numbers become pictures.
+//! A calibration as a page to look at: one HTML file that needs nothing else, in which numbers
+//! become pictures.
 //!
-//! Everything counted is counted here, over all contacts; the page draws and words it, and shows SI as millimetres and degrees. What it draws of single
-//! contacts is thinned to [`MOST_DRAWN`], so the page of a million contacts is as small as that of three thousand. The same calibration gives the same bytes.
+//! Everything counted is counted here, over all contacts; the page draws and words it, and shows SI
+//! as millimetres and degrees. What it draws of single contacts is thinned to [`MOST_DRAWN`], so
+//! the page of a million contacts is as small as that of three thousand. The same calibration gives
+//! the same bytes.
 //!
-//! The data travel as JSON in a script element that is no script, in which `<` is written `\u003c`: no name that was read from a file can end it. The page puts
-//! names into text nodes only, and its policy (`Content-Security-Policy`) lets it load nothing from anywhere.
+//! The data travel as JSON in a script element that is no script, in which `<` is written `\u003c`:
+//! no name that was read from a file can end it. The page puts names into text nodes only, and its
+//! policy (`Content-Security-Policy`) lets it load nothing from anywhere.
 
 mod contacts;
 mod content;
@@ -26,7 +30,8 @@ pub struct Report<'a> {
     pub problem: &'a Problem,
     /// What came out.
     pub estimate: &'a Estimate,
-    /// How well the nominal arm explains the contacts: [`evaluate`](crate::estimate::evaluate) of the problem.
+    /// How well the nominal arm explains the contacts: [`evaluate`](crate::estimate::evaluate) of
+    /// the problem.
     pub prefit: &'a Score,
     /// The estimation's steps, as its observer saw them.
     pub steps: &'a [Progress],
@@ -50,7 +55,8 @@ impl Report<'_> {
     /// The page.
     ///
     /// # Errors
-    /// If the data cannot be said in JSON, which no calibration's are known to do: numbers that are not finite become null.
+    /// If the data cannot be said in JSON, which no calibration's are known to do: numbers that are
+    /// not finite become null.
     pub fn html(&self) -> serde_json::Result<String> {
         let data = serde_json::to_string(&Content::new(self))?.replace('<', "\\u003c");
         let mut page = String::new();

@@ -2,8 +2,8 @@
 
 use serde::Serialize;
 
-use crate::estimate::{Estimate, Estimated, Warning};
-use crate::robot::{Block, Column, Parameter};
+use crate::estimate::{Estimate, ParameterEstimate, Warning};
+use crate::parameter::{Block, Parameter, ParameterId};
 
 /// Most parameters in the correlation matrix.
 const MOST_CORRELATED: usize = 100;
@@ -39,20 +39,20 @@ struct ParameterEntry<'a> {
 impl<'a> Parameters<'a> {
     pub fn new(estimate: &'a Estimate) -> Self {
         let held = estimate.warnings.iter().find_map(|warning| match warning {
-            Warning::Held { names } => Some(names.as_slice()),
+            Warning::Unobservable { names } => Some(names.as_slice()),
             _ => None,
         });
         let held = held.unwrap_or_default();
         let each = estimate.parameters.iter().enumerate().map(|(k, entry)| {
-            let Parameter { name, column, unit, prior_sigma, .. } = &entry.parameter;
+            let Parameter { name, id, unit, .. } = &entry.parameter;
             ParameterEntry {
                 name,
-                words: entry.parameter.words(),
-                block: column.block().name(),
+                words: entry.parameter.description(),
+                block: id.block().name(),
                 unit: unit.symbol(),
                 value: entry.value,
                 sigma: entry.sigma,
-                prior_sigma: *prior_sigma,
+                prior_sigma: entry.parameter.prior_sigma(),
                 undetermined: (!entry.identifiable).then(|| reason(estimate, k, entry, held)),
             }
         });
@@ -68,7 +68,7 @@ impl<'a> Parameters<'a> {
             singular_values: &found.singular_values,
             rank: found.rank,
             condition: found.condition,
-            null_space: found.null_space.iter().map(|null| null.words.as_str()).collect(),
+            null_space: found.null_space.iter().map(|null| null.description.as_str()).collect(),
         }
     }
 }
@@ -81,23 +81,23 @@ fn rounded(value: f64) -> f32 {
 /// Those of arm, tool and fixtures that have an uncertainty.
 fn correlated(estimate: &Estimate) -> Vec<usize> {
     let each = estimate.parameters.iter().enumerate().filter(|(k, entry)| {
-        let passing = matches!(entry.parameter.column.block(), Block::JointDrift | Block::Interference);
+        let passing = matches!(entry.parameter.id.block(), Block::JointDrift | Block::GapBias);
         !passing && entry.sigma.is_some() && estimate.covariance[(*k, *k)] > 0.0
     });
     each.map(|(k, _)| k).take(MOST_CORRELATED).collect()
 }
 
 /// Why the data do not determine parameter `k`.
-fn reason(estimate: &Estimate, k: usize, entry: &Estimated, held: &[String]) -> String {
-    if matches!(entry.parameter.column, Column::Wall(..)) {
+fn reason(estimate: &Estimate, k: usize, entry: &ParameterEstimate, held: &[String]) -> String {
+    if matches!(entry.parameter.id, ParameterId::DirectionalGapBias(..)) {
         return "how walls differ is allowed for, not asked".to_owned();
     }
     let part =
         |direction: &[(usize, f64)]| direction.iter().find(|(of, _)| *of == k).map_or(0.0, |(_, part)| part.abs());
     let null_space = estimate.identifiability.null_space.iter();
-    let directions = null_space.map(|null| (part(&null.direction), &null.words));
+    let directions = null_space.map(|null| (part(&null.direction), &null.description));
     let main = directions.filter(|(part, _)| *part >= TAKES_PART).max_by(|(a, _), (b, _)| a.total_cmp(b));
-    let what = match (held.contains(&entry.parameter.name), entry.parameter.prior_sigma) {
+    let what = match (held.contains(&entry.parameter.name), entry.parameter.prior_sigma()) {
         (true, _) => "held at zero".to_owned(),
         (false, Some(prior)) => {
             let left = entry.sigma.map_or(1.0, |sigma| sigma / prior);

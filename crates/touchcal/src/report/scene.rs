@@ -7,7 +7,8 @@ use super::Report;
 use crate::contact::ContactLog;
 use crate::estimate::{Estimate, Problem};
 use crate::manifold::Shape;
-use crate::robot::{Column, JointKind, Kinematics, Robot};
+use crate::parameter::ParameterId;
+use crate::robot::{JointKind, Kinematics, Robot};
 use crate::se3::{self, Pose, Twist};
 
 /// What the page is told. Poses are `x, y, z, qx, qy, qz, qw`, lengths in m.
@@ -19,7 +20,8 @@ pub(super) struct Scene<'a> {
     tools: Vec<ShapeEntry>,
     /// Joint positions (rad, m) of each contact drawn.
     q: Vec<Vec<f32>>,
-    /// Where the tool was at each contact drawn, in base (m), by the nominal arm and by the calibrated one.
+    /// Where the tool was at each contact drawn, in base (m), by the nominal arm and by the
+    /// calibrated one.
     before: Vec<[f32; 3]>,
     after: Vec<[f32; 3]>,
 }
@@ -102,12 +104,13 @@ pub(crate) fn positions(log: &ContactLog, drawn: &[usize], kinematics: &Kinemati
     drawn.iter().map(position).collect()
 }
 
-/// Where each fixture was found; one without a nominal place is where the tool was on average in its contacts.
+/// Where each fixture was found; one without a nominal place is where the tool was on average in
+/// its contacts.
 pub(crate) fn places(problem: &Problem, estimate: &Estimate, drawn: &[usize], after: &[[f32; 3]]) -> Vec<Pose> {
     let Problem { fixtures, contacts, .. } = problem;
     let mut twists = vec![Twist::zeros(); fixtures.len()];
     for entry in &estimate.parameters {
-        if let Column::Fixture(f, k) = entry.parameter.column {
+        if let ParameterId::Fixture(f, k) = entry.parameter.id {
             twists[f][k] = entry.value;
         }
     }

@@ -1,7 +1,7 @@
 //! Arms that come with the crate, as URDF text with the makers' published kinematics.
 
-/// KUKA LBR iiwa 14 R820: 0.360, 0.420, 0.400 and 0.126 m between base, shoulder, elbow, wrist and media flange
-/// (KUKA Sunrise.OS / LBR iiwa specification, 2015).
+/// KUKA LBR iiwa 14 R820: 0.360, 0.420, 0.400 and 0.126 m between base, shoulder, elbow, wrist and
+/// media flange (KUKA Sunrise.OS / LBR iiwa specification, 2015).
 pub const IIWA14: &str = include_str!("builtin/iiwa14.urdf");
 
 /// Franka Emika Panda (Franka Control Interface documentation, Denavit–Hartenberg parameters).

@@ -9,11 +9,11 @@ use crate::se3::Pose;
 pub enum JointKind {
     /// Does not move.
     Fixed,
-    /// Turns about its axis between limits (rad).
+    /// Rotates about its axis between limits (rad).
     Revolute,
-    /// Turns about its axis without limits (rad).
+    /// Rotates about its axis without limits (rad).
     Continuous,
-    /// Slides along its axis (m).
+    /// Translates along its axis (m).
     Prismatic,
 }
 
@@ -50,7 +50,7 @@ pub struct Joint {
     pub axis: UnitVector<Vector3<f64>>,
     /// Range of positions, where one is declared.
     pub limits: Option<Limits>,
-    /// How far the joint gives way to a torque about it, rad/(N m), beyond what its encoder sees; 0 for a stiff joint.
+    /// Compliance about the axis, on the far side of the encoder (rad/(N m)); 0 for a stiff joint.
     pub compliance: f64,
     /// Mass of the link that it carries, where it is known.
     pub inertia: Option<Inertia>,
@@ -84,7 +84,8 @@ pub enum RobotError {
 /// Acceleration of gravity (m/s²) in the base of an arm that stands upright on Earth.
 pub const GRAVITY: [f64; 3] = [0.0, 0.0, -9.81];
 
-/// A serial chain of joints from a base link to a tip link. Immutable: calibration makes a new one.
+/// A serial chain of joints from a base link to a tip link. Immutable: calibration returns a new
+/// one.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Robot {
     name: String,
@@ -94,7 +95,8 @@ pub struct Robot {
 }
 
 impl Robot {
-    /// A chain from `base` through `joints`, base first; the last joint's child is the tip. It stands upright in [`GRAVITY`].
+    /// A chain from `base` through `joints`, base first; the last joint's child is the tip. It
+    /// stands upright in [`GRAVITY`].
     ///
     /// # Errors
     /// If no joint moves, a name repeats, or a number is not finite.
@@ -160,9 +162,34 @@ impl Robot {
         &self.gravity
     }
 
-    /// Whether any joint gives way to gravity.
-    pub fn bends(&self) -> bool {
+    /// Whether any joint is compliant.
+    pub fn is_compliant(&self) -> bool {
         self.joints.iter().any(|joint| joint.compliance != 0.0)
+    }
+
+    /// Whether every moving joint carries a link of known mass before the next moving one.
+    /// Otherwise other masses stand in, see
+    /// [`joint_compliance`](crate::parameter::joint_compliance).
+    pub fn has_masses(&self) -> bool {
+        let mut carried: Vec<f64> = Vec::new();
+        for joint in &self.joints {
+            if joint.kind != JointKind::Fixed {
+                carried.push(0.0);
+            }
+            if let (Some(mass), Some(inertia)) = (carried.last_mut(), joint.inertia) {
+                *mass += inertia.mass;
+            }
+        }
+        carried.iter().all(|mass| *mass > 0.0)
+    }
+
+    /// The chain with its tip moved: the last joint's origin followed by `tip_from_moved_tip`. None
+    /// if that joint moves: its origin then lies before its motion, not at the tip.
+    pub fn with_tip_moved(&self, tip_from_moved_tip: &Pose) -> Option<Robot> {
+        let mut robot = self.clone();
+        let last = robot.joints.last_mut().filter(|joint| joint.kind == JointKind::Fixed)?;
+        last.parent_from_joint *= *tip_from_moved_tip;
+        Some(robot)
     }
 
     pub(super) fn joints_mut(&mut self) -> &mut [Joint] {

@@ -1,18 +1,17 @@
-//! The arm: a serial chain of joints, the parameters that may be wrong in it, and its kinematics with their derivatives.
+//! The arm: a serial chain of joints, and its kinematics with their derivatives by joint positions
+//! and by the parameters that may be wrong.
 
 pub mod builtin;
+mod calibrated;
 mod chain;
-mod gravity;
+mod gravity_torque;
+mod joint_stage;
+mod kinematic_parameter;
 mod kinematics;
-mod offsets;
-mod parameters;
 mod segments;
-mod stage;
 
+pub use calibrated::{calibrated, split_offsets};
 pub use chain::{GRAVITY, Inertia, Joint, JointKind, Limits, Robot, RobotError};
-pub use kinematics::{Kinematics, Scratch};
-pub use parameters::{
-    Block, Column, Learned, Parameter, Unit, joint_compliance, joint_drift, joint_offset, joint_origin, segment_strain,
-    strain,
-};
+pub use kinematic_parameter::KinematicParameter;
+pub use kinematics::{Kinematics, KinematicsScratch};
 pub use segments::{Segment, segments};

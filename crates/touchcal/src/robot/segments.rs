@@ -5,12 +5,14 @@ use nalgebra::Vector3;
 use super::chain::{JointKind, Robot};
 use crate::se3::Pose;
 
-/// Directions closer than this (sine of the angle between them) count as parallel: 0.06°, below what a link's drawing holds.
+/// Directions closer than this (sine of the angle between them) count as parallel: 0.06°, below
+/// what a link's drawing holds.
 const PARALLEL: f64 = 1e-3;
 /// A translation shorter than this (m) is no length to strain.
 const SHORTEST: f64 = 1e-6;
 
-/// A run of joint origins whose translations lie on one line in every configuration, so that only their sum shows.
+/// A run of joint origins whose translations lie on one line in every configuration, so that only
+/// their sum shows.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Segment {
     /// Names the joints at whose origins the run begins and ends: `joint_a1..joint_a2`.
@@ -23,11 +25,13 @@ pub struct Segment {
 
 /// The segments of a chain, base first.
 ///
-/// Translations merge across a joint exactly when both lie along its axis (an iiwa's 0.1575 + 0.2025 m), or when no joint
-/// moves between them. Joint origins without a translation belong to no segment.
+/// Translations merge across a joint exactly when both lie along its axis (an iiwa's 0.1575 +
+/// 0.2025 m), or when no joint moves between them. Joint origins without a translation belong to no
+/// segment.
 pub fn segments(robot: &Robot) -> Vec<Segment> {
     let mut found: Vec<Segment> = Vec::new();
-    // The open segment's vector in the current frame, while nothing has yet turned it away from what follows.
+    // The open segment's vector in the current frame, while nothing has yet turned it away from
+    // what follows.
     let mut open: Option<Vector3<f64>> = None;
     for (index, joint) in robot.joints().iter().enumerate() {
         let Pose { translation, rotation } = joint.parent_from_joint;
@@ -65,4 +69,16 @@ fn first_name<'r>(robot: &'r Robot, segment: &Segment) -> &'r str {
 
 fn parallel(a: &Vector3<f64>, b: &Vector3<f64>) -> bool {
     a.cross(b).norm() <= PARALLEL * a.norm() * b.norm()
+}
+
+/// The segment that each joint's origin belongs to, indices as in [`segments`]; none for origins
+/// without a translation.
+pub(super) fn segment_of_each_joint(robot: &Robot) -> Vec<Option<usize>> {
+    let mut of = vec![None; robot.joints().len()];
+    for (k, segment) in segments(robot).iter().enumerate() {
+        for &joint in &segment.joints {
+            of[joint] = Some(k);
+        }
+    }
+    of
 }

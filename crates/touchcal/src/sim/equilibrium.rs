@@ -1,8 +1,10 @@
 //! Where a tool held by springs comes to rest against stiff parts.
 //!
-//! `min ½ ξᵀKξ` subject to `gap ≥ 0`, with `ξ` the tool's displacement from its command and the contact forces as multipliers. The constraints are
-//! met by springs of [`CONTACT`] N/m, which 100 N press in by 0.1 µm. Friction is a tangential spring on each pair that touches, whose force stays within
-//! μ times the normal force: it sticks until that is reached and then slides, opposing the motion (Cundall & Strack 1979, without damping).
+//! `min ½ ξᵀKξ` subject to `gap ≥ 0`, with `ξ` the tool's displacement from its command and the
+//! contact forces as multipliers. The constraints are met by springs of [`CONTACT`] N/m, which 100
+//! N press in by 0.1 µm. Friction is a tangential spring on each pair that touches, whose force
+//! stays within μ times the normal force: it sticks until that is reached and then slides, opposing
+//! the motion (Cundall & Strack 1979, without damping).
 
 use nalgebra::{Cholesky, Matrix3, Matrix3x6, Matrix6, Point3, Translation3, UnitQuaternion, Vector3};
 
@@ -22,9 +24,11 @@ pub struct Stiffness {
 const CONTACT: f64 = 1e9;
 /// Tangential stiffness of what sticks (N/m): 10 N shear it by 1 µm.
 const STICKING: f64 = 1e7;
-/// Linearisations of the parts before a search is given up: one that slides along a wall needs three to five, one wedged in a narrow hole up to 150.
+/// Linearisations of the parts before a search is given up: one that slides along a wall needs
+/// three to five, one wedged in a narrow hole up to 150.
 const LINEARISATIONS: usize = 1000;
-/// Of these, the first bound friction anew by the normal forces just found. Where a tool jams they can chase each other: then the bounds stay.
+/// Of these, the first bound friction anew by the normal forces just found. Where a tool jams they
+/// can chase each other: then the bounds stay.
 const BOUNDINGS: usize = 30;
 /// Newton steps within one linearisation.
 const STEPS: usize = 100;
@@ -186,8 +190,8 @@ impl<'a> Equilibrium<'a> {
         Rest { fixture_from_tool: pose, wrench: spring, touching }
     }
 
-    /// Where the tool at `rest` is if each surface that it touches stands out by `form()` (m), and it keeps touching them all. Pairs that push in one
-    /// direction are of one surface.
+    /// Where the tool at `rest` is if each surface that it touches stands out by `form()` (m), and
+    /// it keeps touching them all. Pairs that push in one direction are of one surface.
     pub fn on_forms(&mut self, rest: &Rest, mut form: impl FnMut() -> f64) -> Option<Pose> {
         self.look(&rest.fixture_from_tool);
         let Stiffness { translation, rotation } = self.stiffness;
@@ -208,7 +212,8 @@ impl<'a> Equilibrium<'a> {
         Some(rest.fixture_from_tool * se3::exp(&-Cholesky::new(curvature)?.solve(&gradient)))
     }
 
-    /// Force and torque (tool frame) by which the controller's springs resist: the gradient of their energy.
+    /// Force and torque (tool frame) by which the controller's springs resist: the gradient of
+    /// their energy.
     fn spring(&self, pose: &Pose, command: &Pose) -> Twist {
         let (apart, turned) = apart(pose, command);
         se3::twist(&(pose.rotation.inverse() * apart * self.stiffness.translation), &(turned * self.stiffness.rotation))
@@ -263,7 +268,8 @@ impl<'a> Equilibrium<'a> {
         self.frictions.extend(self.rubbing.iter().map(linear));
     }
 
-    /// Displacement of the tool (a right twist) to the least energy of the linear model: exact where the same pairs stay in touch.
+    /// Displacement of the tool (a right twist) to the least energy of the linear model: exact
+    /// where the same pairs stay in touch.
     fn step(&mut self, spring: &Twist) -> Option<Twist> {
         let Stiffness { translation, rotation } = self.stiffness;
         let stiffness = Twist::new(translation, translation, translation, rotation, rotation, rotation);
@@ -323,7 +329,8 @@ impl<'a> Equilibrium<'a> {
     }
 }
 
-/// How far a pose is from its command: displacement (m, fixture frame) and rotation vector (rad, tool frame).
+/// How far a pose is from its command: displacement (m, fixture frame) and rotation vector (rad,
+/// tool frame).
 fn apart(pose: &Pose, command: &Pose) -> (Vector3<f64>, Vector3<f64>) {
     let turned: UnitQuaternion<f64> = command.rotation.inverse() * pose.rotation;
     let Translation3 { vector } = pose.translation;

@@ -4,7 +4,8 @@ use std::f64::consts::TAU;
 
 use crate::se3::{self, Pose, Twist};
 
-/// An exploration command: a spiral in x and y, rotations out of step about all axes, a press in and out along z, and a swing of the redundant joints.
+/// An exploration command: a spiral in x and y, rotations out of step about all axes, a press in
+/// and out along z, and a swing of the redundant joints.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Exploration {
     /// Radius of the spiral in x and y (m).
@@ -20,7 +21,8 @@ pub struct Exploration {
 }
 
 impl Exploration {
-    /// The commanded pose, `time` seconds after the start, over a fixture that is first touched at one height and goes down to another (m).
+    /// The commanded pose, `time` seconds after the start, over a fixture that is first touched at
+    /// one height and goes down to another (m).
     pub(super) fn command(&self, time: f64, (top, bottom): (f64, f64)) -> Pose {
         let Exploration { radius, tilt, press, .. } = *self;
         let wave = |hertz: f64, phase: f64| self.wave(time, hertz, phase);

@@ -2,7 +2,7 @@
 
 use nalgebra::{Cholesky, DVector, Matrix6};
 
-use crate::robot::{Kinematics, Scratch};
+use crate::robot::{Kinematics, KinematicsScratch};
 use crate::se3::{self, Pose, Twist};
 
 /// Newton steps before a pose counts as out of reach.
@@ -14,10 +14,11 @@ const LONGEST_STEP: f64 = 0.2;
 /// Close enough to the posture (rad or m): the pose is what counts.
 const POSTURE_MET: f64 = 1e-3;
 
-/// Joint positions that put the tool at `base_from_tool`, searched from `q`; redundant joints go towards `posture`.
-/// `None` if the pose is out of reach from there.
+/// Joint positions that put the tool at `base_from_tool`, searched from `q`; redundant joints go
+/// towards `posture`. `None` if the pose is out of reach from there.
 ///
-/// Newton steps `q ← q + J⁺ e + (I − J⁺J)(posture − q)` with `J⁺ = Jᵀ(JJᵀ + λI)⁻¹`, the last ones without the posture; the pose is met to 1e-12.
+/// Newton steps `q ← q + J⁺ e + (I − J⁺J)(posture − q)` with `J⁺ = Jᵀ(JJᵀ + λI)⁻¹`, the last ones
+/// without the posture; the pose is met to 1e-12.
 pub fn follow(kinematics: &Kinematics, base_from_tool: &Pose, q: &[f64], posture: &[f64]) -> Option<Vec<f64>> {
     let mut q = q.to_vec();
     Follower::new(kinematics).follow(base_from_tool, &mut q, posture).then_some(q)
@@ -26,7 +27,7 @@ pub fn follow(kinematics: &Kinematics, base_from_tool: &Pose, q: &[f64], posture
 /// An arm that follows poses.
 pub(super) struct Follower<'a> {
     kinematics: &'a Kinematics,
-    scratch: Scratch,
+    scratch: KinematicsScratch,
     towards: DVector<f64>,
     step: DVector<f64>,
 }
@@ -70,7 +71,8 @@ impl<'a> Follower<'a> {
         error.amax() < 1e-10
     }
 
-    /// Torque or force that `wrench` (tool frame, about its origin) exerts on joint `i` where the arm is.
+    /// Torque or force that `wrench` (tool frame, about its origin) exerts on joint `i` where the
+    /// arm is.
     pub fn torque(&self, i: usize, wrench: &Twist) -> f64 {
         self.scratch.joints[i].dot(wrench)
     }

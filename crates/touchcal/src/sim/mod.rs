@@ -1,7 +1,9 @@
-//! Simulated touching: what a wrong arm would log while it explores fixtures, and what was truly the case.
+//! Simulated touching: what a wrong arm would log while it explores fixtures, and what was truly
+//! the case.
 //!
-//! A [`Scenario`] says what may happen; [`Scenario::simulate`] draws a truth from a seed, lets an arm under impedance control push the tool along an
-//! exploration command, and records it. Quasi-static: at each command the tool rests where the springs' energy is least, gap ≥ 0.
+//! A [`Scenario`] says what may happen; [`Scenario::simulate`] draws a truth from a seed, lets an
+//! arm under impedance control push the tool along an exploration command, and records it.
+//! Quasi-static: at each command the tool rests where the springs' energy is least, gap ≥ 0.
 //!
 //! Nothing here knows the estimator or its manifolds; the parts' geometry is all they share.
 

@@ -10,10 +10,11 @@ use crate::se3::{Pose, Twist, twist};
 pub enum Parts {
     /// A straight peg and a straight hole.
     PegInHole(Box<PegAndHole>),
-    /// A ball, centred at the tool's origin, in a socket of three faces like the inner corner of a cube, which seats the ball's centre at the
-    /// fixture's origin; +z points out of the corner.
+    /// A ball, centred at the tool's origin, in a socket of three faces like the inner corner of a
+    /// cube, which seats the ball's centre at the fixture's origin; +z points out of the corner.
     BallInSocket,
-    /// The convex hull of points in the tool frame (m) grown by a radius (m), over the plane z = 0 of the fixture.
+    /// The convex hull of points in the tool frame (m) grown by a radius (m), over the plane z = 0
+    /// of the fixture.
     OnPlane {
         /// One point is a ball or a stylus, the corners of its tip a peg.
         points: Vec<Point3<f64>>,
@@ -46,7 +47,8 @@ pub(super) struct Near {
 }
 
 impl Parts {
-    /// Heights (m) of the tool's origin over the fixture's where it first touches, upright, and where it can go no deeper.
+    /// Heights (m) of the tool's origin over the fixture's where it first touches, upright, and
+    /// where it can go no deeper.
     pub(super) fn heights(&self) -> (f64, f64) {
         match self {
             Parts::PegInHole(parts) => (0.0, -parts.depth()),
@@ -58,8 +60,9 @@ impl Parts {
         }
     }
 
-    /// Pairs that linearisation must not jump past: a step must keep all points of the tool within this distance (m). None where the fixture is convex
-    /// and linearisation is exact in translation.
+    /// Pairs that linearisation must not jump past: a step must keep all points of the tool within
+    /// this distance (m). None where the fixture is convex and linearisation is exact in
+    /// translation.
     pub(super) fn reach(&self) -> Option<f64> {
         match self {
             Parts::PegInHole(_) => Some(0.3e-3),

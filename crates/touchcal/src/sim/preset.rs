@@ -33,19 +33,23 @@ pub enum PartsError {
     Extrusion(#[from] ExtrusionError),
 }
 
-/// A scenario by name. All are of an iiwa 14, and differ in what may be wrong with it and in what it touches.
+/// A scenario by name. All are of an iiwa 14, and differ in what may be wrong with it and in what
+/// it touches.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Preset {
-    /// The experiment of Negi, Manyar & Gupta (2025, arXiv 2506.17458): strain ±0.05, encoder biases ±5°; a T-slot peg in a known hole.
+    /// The experiment of Negi, Manyar & Gupta (2025, arXiv 2506.17458): strain ±0.05, encoder
+    /// biases ±5°; a T-slot peg in a known hole.
     Paper,
-    /// An aluminium arm in low Earth orbit: strain ±0.003, ±0.001 on top of it for each segment, encoder biases ±0.1°.
+    /// An aluminium arm in low Earth orbit: strain ±0.003, ±0.001 on top of it for each segment,
+    /// encoder biases ±0.1°.
     LeoAluminium,
     /// The same of carbon fibre: strain ±2e-4, encoder biases ±0.02°.
     LeoCfrp,
     /// A cell in a hall: no strain, encoder biases ±0.3°; the hole's place known to 1 mm and 0.2°.
     Workcell,
-    /// The set-up of the MUKCa project (arXiv 2503.12584): a ball in two sockets 50 mm apart, three placements of their block, places unknown; joint
-    /// origins off by 0.5 mm and 0.1°, encoder zeros by 0.5°.
+    /// The set-up of the MUKCa project (arXiv 2503.12584): a ball in two sockets 50 mm apart, three
+    /// placements of their block, places unknown; joint origins off by 0.5 mm and 0.1°, encoder
+    /// zeros by 0.5°.
     Mukca,
 }
 
@@ -107,7 +111,8 @@ impl Preset {
     }
 }
 
-/// A 25 mm T-slot extrusion explores a hole of 1.0 mm clearance, 30 mm deep, at 300 Hz, contact above 3 N, by an arm without errors.
+/// A 25 mm T-slot extrusion explores a hole of 1.0 mm clearance, 30 mm deep, at 300 Hz, contact
+/// above 3 N, by an arm without errors.
 fn in_hole(robot: Robot) -> Result<Scenario, PartsError> {
     let peg = Profile::extrusion25();
     let hole = peg.offset_mitred(0.5 * MM)?;

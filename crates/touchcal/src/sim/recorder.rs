@@ -33,7 +33,8 @@ pub struct Recorder {
 }
 
 impl Recorder {
-    /// A recorder that sees everything as it is, at `rate` rows a second, with contact above `force_threshold` (N).
+    /// A recorder that sees everything as it is, at `rate` rows a second, with contact above
+    /// `force_threshold` (N).
     pub const fn exact(rate: f64, force_threshold: f64) -> Recorder {
         Recorder {
             rate,
@@ -68,7 +69,8 @@ impl Recorder {
         })
     }
 
-    /// Scales the force to one that detection takes for no contact, or for one: what a missed or a spurious contact looks like.
+    /// Scales the force to one that detection takes for no contact, or for one: what a missed or a
+    /// spurious contact looks like.
     pub(super) fn pretend(&self, touching: bool, mut wrench: [f64; 6], chance: &mut Pcg64) -> [f64; 6] {
         let size = force(&wrench);
         let share: f64 = chance.random();
@@ -82,7 +84,8 @@ impl Recorder {
     }
 }
 
-/// Digits after the point to which force sensors are read (N, N m): a log written so says the same as the recorder.
+/// Digits after the point to which force sensors are read (N, N m): a log written so says the same
+/// as the recorder.
 pub const WRENCH_DIGITS: usize = 4;
 
 fn to_last_digit(value: f64) -> f64 {

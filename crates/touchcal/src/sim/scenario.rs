@@ -1,4 +1,5 @@
-//! What is simulated: an arm and what may be wrong with it, what it touches, how it explores, and what records it.
+//! What is simulated: an arm and what may be wrong with it, what it touches, how it explores, and
+//! what records it.
 
 use super::equilibrium::Stiffness;
 use super::exploration::Exploration;
@@ -7,7 +8,8 @@ use super::recorder::Recorder;
 use crate::robot::Robot;
 use crate::se3::Pose;
 
-/// A calibration to be simulated: all but the chance. [`Scenario::simulate`] draws the truth from a seed and runs it.
+/// A calibration to be simulated: all but the chance. [`Scenario::simulate`] draws the truth from a
+/// seed and runs it.
 #[derive(Clone, Debug)]
 pub struct Scenario {
     /// The arm as its maker drew it.
@@ -26,7 +28,8 @@ pub struct Scenario {
     pub stiffness: Stiffness,
     /// Coefficient of friction.
     pub friction: f64,
-    /// Standard deviation of what the contact itself adds (m): each surface that the tool touches stands out by so much.
+    /// Standard deviation of what the contact itself adds (m): each surface that the tool touches
+    /// stands out by so much.
     pub contact_sigma: f64,
     /// What writes it down.
     pub recorder: Recorder,
@@ -39,7 +42,8 @@ pub struct Scenario {
 pub struct Touch {
     /// Its name.
     pub name: String,
-    /// Its place, as the user believes it. Fixtures whose names begin alike up to a `/` stand on one block, which is off as a whole.
+    /// Its place, as the user believes it. Fixtures whose names begin alike up to a `/` stand on
+    /// one block, which is off as a whole.
     pub base_from_fixture: Pose,
     /// How far it may be off.
     pub place_error: PlaceError,
@@ -129,7 +133,8 @@ pub struct ArmErrors {
     pub origin_angle: f64,
     /// Rotation of each joint's origin about its axis (rad).
     pub origin_zero: f64,
-    /// Compliance of each joint (rad/(N m)), not drawn: under gravity, and under what presses on the tool.
+    /// Compliance of each joint (rad/(N m)), not drawn: under gravity, and under what presses on
+    /// the tool.
     pub joint_compliance: f64,
 }
 

@@ -49,9 +49,11 @@ pub struct Log {
     pub time: Vec<f64>,
     /// Measured joint positions, `dof` a row (rad or m).
     pub q: Vec<f64>,
-    /// Measured wrench `[f; τ]` of the fixture on the tool about the tip's origin, in the tip frame (N, N m).
+    /// Measured wrench `[f; τ]` of the fixture on the tool about the tip's origin, in the tip frame
+    /// (N, N m).
     pub wrench: Vec<[f64; 6]>,
-    /// Measured temperature of each segment of the arm (°C), `segments` a row; empty where it is not recorded.
+    /// Measured temperature of each segment of the arm (°C), `segments` a row; empty where it is
+    /// not recorded.
     pub temperature: Vec<f64>,
     /// Whether the recorder takes the row for a contact.
     pub contact: Vec<bool>,
@@ -62,7 +64,8 @@ pub struct Log {
 /// The truth of a row.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TrueRow {
-    /// Where the tool is in the fixture: at rest, where parts overlap by less than 1 µm, but for their form errors.
+    /// Where the tool is in the fixture: at rest, where parts overlap by less than 1 µm, but for
+    /// their form errors.
     pub fixture_from_tool: Pose,
     /// Force of the fixture on the tool (N).
     pub force: f64,
@@ -146,13 +149,15 @@ const PATIENCE: usize = 20;
 /// Height (m) above a fixture at which a tool starts.
 const START: f64 = 1e-3;
 
-/// Chance for one purpose. No purpose disturbs another: more rows leave the truth and the other fixtures as they are.
+/// Chance for one purpose. No purpose disturbs another: more rows leave the truth and the other
+/// fixtures as they are.
 fn chance(seed: u64, purpose: u64) -> Pcg64 {
     Pcg64::seed_from_u64(seed ^ purpose.wrapping_mul(0x9E37_79B9_7F4A_7C15))
 }
 
 impl Scenario {
-    /// Draws the truth and runs it. The same seed gives the same trial, to the last bit where sine and cosine are the same.
+    /// Draws the truth and runs it. The same seed gives the same trial, to the last bit where sine
+    /// and cosine are the same.
     ///
     /// # Errors
     /// As [`Scenario::run`].
@@ -167,7 +172,8 @@ impl Scenario {
         Truth::draw(self, &mut chance(seed, 0))
     }
 
-    /// Runs a truth, with the noise of `seed`: a log for each touch. `watch` is told the number of contacts after each, and may break the run off.
+    /// Runs a truth, with the noise of `seed`: a log for each touch. `watch` is told the number of
+    /// contacts after each, and may break the run off.
     ///
     /// # Errors
     /// If the arm cannot reach a fixture, touches too rarely, or finds no rest; and if broken off.
@@ -177,9 +183,9 @@ impl Scenario {
         seed: u64,
         watch: &mut dyn FnMut(usize) -> ControlFlow<()>,
     ) -> Result<Vec<Log>, SimulationError> {
-        let (columns, values) = truth.of_arm();
+        let (parameters, values) = truth.of_kinematics();
         // The kinematics of the true arm: driven by what its encoders say, as the real one is.
-        let mut arm = Kinematics::new(&self.robot, &columns, self.tip_from_tool);
+        let mut arm = Kinematics::new(&self.robot, &parameters, self.tip_from_tool);
         arm.set(&values);
         let temperature = |thermal: Thermal, k| thermal.reference + truth.strain(k) / thermal.expansion;
         let temperatures: Vec<f64> = match self.thermal {
@@ -296,7 +302,8 @@ impl Run<'_> {
         }
         let bent = self.scenario.errors.joint_compliance;
         for (i, &q) in joints.iter().enumerate() {
-            // The encoder sits on the motor's side of a joint that gives way to the load by compliance × torque.
+            // The encoder sits on the motor's side of a joint that gives way to the load by
+            // compliance × torque.
             let q = if bent == 0.0 { q } else { q - bent * self.follower.torque(i, &load) };
             self.log.q.push(recorder.encoder(q, &mut self.chance));
         }

@@ -7,34 +7,37 @@ use super::parts::Parts;
 use super::recorder::normal;
 use super::scenario::{ArmErrors, Distribution, PlaceError, Scenario};
 use crate::geometry::extrusion::PegAndHole;
-use crate::robot::{
-    Column, JointKind, Parameter, Robot, joint_compliance, joint_offset, joint_origin, segment_strain, segments, strain,
+use crate::parameter::{
+    Parameter, ParameterId, joint_compliance, joint_offset, joint_origin, kinematic_part, segment_strain, strain,
 };
+use crate::robot::{JointKind, KinematicParameter, Robot, segments};
 use crate::se3::{self, Pose, Twist};
 
 /// What is wrong with an arm, its tool and the fixtures: the numbers that a calibration looks for.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Truth {
-    /// Parameters that are not zero. Places are off by `believed · Exp(ξ)`, `ξ` the columns `Tool` or `Fixture`.
-    pub errors: Vec<(Column, f64)>,
+    /// Parameters that are not zero. Places are off by `believed · Exp(ξ)`, `ξ` the columns `Tool`
+    /// or `Fixture`.
+    pub errors: Vec<(ParameterId, f64)>,
     /// How much wider each hole is than believed (m per side).
     pub clearance: Vec<f64>,
 }
 
 impl Truth {
-    /// Draws what `scenario` leaves to chance. Always in the same order: settings that draw nothing leave the rest as it is.
+    /// Draws what `scenario` leaves to chance. Always in the same order: settings that draw nothing
+    /// leave the rest as it is.
     pub(super) fn draw(scenario: &Scenario, chance: &mut Pcg64) -> Truth {
         let mut errors = arm_errors(&scenario.robot, &scenario.errors, chance);
-        errors.extend(place_error(scenario.tool_error, chance, Column::Tool));
+        errors.extend(place_error(scenario.tool_error, chance, ParameterId::tool));
         let mut clearance = Vec::with_capacity(scenario.touches.len());
         let mut blocks: Vec<(&str, Pose)> = Vec::new();
         for (f, touch) in scenario.touches.iter().enumerate() {
-            let drawn = place_error(touch.place_error, chance, |k| Column::Fixture(f, k));
+            let drawn = place_error(touch.place_error, chance, |k| ParameterId::Fixture(f, k));
             // A block is moved by what its first fixture is; the others go with it.
             match blocks.iter().find(|(block, _)| *block == touch.block()) {
                 Some((_, moved)) => {
                     let xi = se3::log(&(touch.base_from_fixture.inverse() * moved * touch.base_from_fixture));
-                    errors.extend((0..6).map(|k| (Column::Fixture(f, k), xi[k])));
+                    errors.extend((0..6).map(|k| (ParameterId::Fixture(f, k), xi[k])));
                 }
                 None => {
                     let xi = sum(&drawn);
@@ -50,29 +53,29 @@ impl Truth {
     }
 
     /// The value of a parameter, 0 if it is right.
-    pub fn value(&self, column: Column) -> f64 {
+    pub fn value(&self, column: ParameterId) -> f64 {
         self.errors.iter().filter(|(c, _)| *c == column).map(|(_, value)| value).sum()
     }
 
     /// Strain of segment `k` of the arm, the common one included.
     pub fn strain(&self, k: usize) -> f64 {
-        self.value(Column::Strain) + self.value(Column::SegmentStrain(k))
+        self.value(KinematicParameter::Strain.into()) + self.value(KinematicParameter::SegmentStrain(k).into())
     }
 
-    /// Columns and values of what is wrong with the arm and its tool.
-    pub fn of_arm(&self) -> (Vec<Column>, Vec<f64>) {
-        self.errors.iter().filter(|(column, _)| !matches!(column, Column::Fixture(..))).copied().unzip()
+    /// True parameters of the kinematics of the arm with its tool, and their values (SI).
+    pub fn of_kinematics(&self) -> (Vec<KinematicParameter>, Vec<f64>) {
+        kinematic_part(self.errors.iter().copied())
     }
 
     /// Where fixture `f` truly is.
     pub fn base_from_fixture(&self, scenario: &Scenario, f: usize) -> Pose {
-        let xi = Twist::from_fn(|k, _| self.value(Column::Fixture(f, k)));
+        let xi = Twist::from_fn(|k, _| self.value(ParameterId::Fixture(f, k)));
         scenario.touches[f].base_from_fixture * se3::exp(&xi)
     }
 
     /// Where the tool truly is on the tip.
     pub fn tip_from_tool(&self, scenario: &Scenario) -> Pose {
-        scenario.tip_from_tool * se3::exp(&Twist::from_fn(|k, _| self.value(Column::Tool(k))))
+        scenario.tip_from_tool * se3::exp(&Twist::from_fn(|k, _| self.value(ParameterId::tool(k))))
     }
 
     /// What tool and fixture `f` truly are. None if the outline does not survive its change.
@@ -96,14 +99,14 @@ impl Truth {
         known.extend(joint_offset(robot));
         known.extend(joint_origin(robot));
         known.extend(joint_compliance(robot));
-        known.extend((0..6).map(|k| Parameter::twist("tool", Column::Tool(k), k)));
+        known.extend((0..6).map(|k| Parameter::twist("tool", ParameterId::tool(k), k)));
         for (f, touch) in scenario.touches.iter().enumerate() {
             let prefix = format!("fixture.{}", touch.name);
-            known.extend((0..6).map(|k| Parameter::twist(&prefix, Column::Fixture(f, k), k)));
+            known.extend((0..6).map(|k| Parameter::twist(&prefix, ParameterId::Fixture(f, k), k)));
         }
-        let given = |parameter: &Parameter| self.errors.iter().any(|(column, _)| *column == parameter.column);
+        let given = |parameter: &Parameter| self.errors.iter().any(|(column, _)| *column == parameter.id);
         let value = |parameter: Parameter| {
-            let value = self.value(parameter.column);
+            let value = self.value(parameter.id);
             (parameter, value)
         };
         known.into_iter().filter(given).map(value).collect()
@@ -125,18 +128,19 @@ fn draw(distribution: Distribution, size: f64, chance: &mut Pcg64) -> f64 {
 }
 
 /// A common strain counts as part of each segment's where segments differ.
-fn arm_errors(robot: &Robot, sizes: &ArmErrors, chance: &mut Pcg64) -> Vec<(Column, f64)> {
+fn arm_errors(robot: &Robot, sizes: &ArmErrors, chance: &mut Pcg64) -> Vec<(ParameterId, f64)> {
     let mut one = |size: f64| draw(sizes.distribution, size, chance);
     let common = one(sizes.strain);
     let own: Vec<f64> = segments(robot).iter().map(|_| one(sizes.segment_strain)).collect();
     let mut errors = Vec::new();
     if sizes.segment_strain == 0.0 {
-        errors.push((Column::Strain, common));
+        errors.push((KinematicParameter::Strain.into(), common));
     } else {
-        errors.extend(own.iter().enumerate().map(|(k, own)| (Column::SegmentStrain(k), common + own)));
+        errors
+            .extend(own.iter().enumerate().map(|(k, own)| (KinematicParameter::SegmentStrain(k).into(), common + own)));
     }
     for (i, _) in robot.moving().enumerate() {
-        errors.push((Column::JointOffset(i), one(sizes.joint_offset)));
+        errors.push((KinematicParameter::JointOffset(i).into(), one(sizes.joint_offset)));
     }
     for (i, joint) in robot.moving().enumerate() {
         let turns = joint.kind != JointKind::Prismatic;
@@ -146,17 +150,22 @@ fn arm_errors(robot: &Robot, sizes: &ArmErrors, chance: &mut Pcg64) -> Vec<(Colu
                 _ if turns && joint.axis[k - 3].abs() > 0.5 => sizes.origin_zero,
                 _ => sizes.origin_angle,
             };
-            errors.push((Column::JointOrigin(i, k), one(size)));
+            errors.push((KinematicParameter::JointOrigin(i, k).into(), one(size)));
         }
-        errors.push((Column::JointCompliance(i), if turns { sizes.joint_compliance } else { 0.0 }));
+        let compliance = if turns { sizes.joint_compliance } else { 0.0 };
+        errors.push((KinematicParameter::JointCompliance(i).into(), compliance));
     }
     errors
 }
 
-fn place_error(error: PlaceError, chance: &mut Pcg64, column: impl Fn(usize) -> Column) -> Vec<(Column, f64)> {
+fn place_error(
+    error: PlaceError,
+    chance: &mut Pcg64,
+    column: impl Fn(usize) -> ParameterId,
+) -> Vec<(ParameterId, f64)> {
     (0..6).map(|k| (column(k), normal(chance) * if k < 3 { error.length } else { error.angle })).collect()
 }
 
-fn sum(errors: &[(Column, f64)]) -> Twist {
+fn sum(errors: &[(ParameterId, f64)]) -> Twist {
     Twist::from_fn(|k, _| errors[k].1)
 }

@@ -1,7 +1,9 @@
-//! Readers against hostile files: the corpora in `fuzz/corpus`, and mutations of them drawn from a seed. No reader panics, hangs, or takes
-//! memory that the file does not. `fuzz/` has the same readers for cargo-fuzz, which looks for longer and finds its way.
+//! Readers against hostile files: the corpora in `fuzz/corpus`, and mutations of them drawn from a
+//! seed. No reader panics, hangs, or takes memory that the file does not. `fuzz/` has the same
+//! readers for cargo-fuzz, which looks for longer and finds its way.
 #![cfg(all(feature = "mcap", feature = "parquet"))]
-// Helpers of tests fail by panicking too; the exception in clippy.toml covers only the tests themselves.
+// Helpers of tests fail by panicking too; the exception in clippy.toml covers only the tests
+// themselves.
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
 mod mutate;
@@ -45,7 +47,8 @@ fn readers_answer_whatever_they_are_given() {
     }
 }
 
-/// Reads the corpus and mutations of it; says before each which it is. How many were refused, of how many.
+/// Reads the corpus and mutations of it; says before each which it is. How many were refused, of
+/// how many.
 fn attack(name: &str, read: Reader, told: &Sender<String>) -> (u64, u64) {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("hostile");
@@ -84,7 +87,8 @@ fn files(name: &str) -> Vec<(String, Vec<u8>)> {
     files
 }
 
-/// Of each corpus, one file at least is good: mutations of what is refused at its first byte say nothing.
+/// Of each corpus, one file at least is good: mutations of what is refused at its first byte say
+/// nothing.
 #[test]
 fn corpora_have_good_files_and_broken_ones() {
     for (name, read) in READERS {

@@ -1,4 +1,5 @@
-//! Every reader of files, by the name of its corpus in `fuzz/corpus`. A new one is one line here, and a folder with a file or two there.
+//! Every reader of files, by the name of its corpus in `fuzz/corpus`. A new one is one line here,
+//! and a folder with a file or two there.
 
 use std::path::{Path, PathBuf};
 
@@ -39,7 +40,8 @@ pub const READERS: &[(&str, Reader)] = &[
     ("checkpoint", |path| checkpoint_file::read_file(path).map(drop)),
 ];
 
-/// A log, of whatever format: its contacts by force, in radians, and all its rows, in degrees, with everything else that may be declared.
+/// A log, of whatever format: its contacts by force, in radians, and all its rows, in degrees, with
+/// everything else that may be declared.
 fn read_log(path: &Path) -> Result<(), IoError> {
     let detection = Some(Detection { threshold: 3.0, release: 2.0, debounce: 2 });
     let by_force = Options { detection, ..Options::default() };

@@ -2,7 +2,8 @@
 
 use touchcal::estimate::{Estimate, Problem};
 use touchcal::experiment::{random_positions, tool_error};
-use touchcal::robot::{Block, Robot};
+use touchcal::parameter::Block;
+use touchcal::robot::{Robot, calibrated};
 use touchcal::sim::Truth;
 
 use crate::summary::in_user_units;
@@ -31,7 +32,7 @@ fn parameters(truth: &Truth, estimate: &Estimate) -> String {
     let truth = |column| truth.errors.iter().find(|(c, _)| *c == column).map(|(_, value)| *value);
     let mut table = Table::new(["parameter", "true", "start", "estimate", "± sigma", "error", "unit"]);
     for entry in &estimate.parameters {
-        let Some(truth) = truth(entry.parameter.column) else { continue };
+        let Some(truth) = truth(entry.parameter.id) else { continue };
         let (factor, unit, decimals) = in_user_units(entry.parameter.unit);
         let sigma = entry.sigma.map_or("-".to_owned(), |sigma| format!("{:.decimals$}", factor * sigma));
         table.row([
@@ -44,17 +45,17 @@ fn parameters(truth: &Truth, estimate: &Estimate) -> String {
             unit.to_owned(),
         ]);
     }
-    let errors = estimate.parameters.iter().filter(|entry| entry.parameter.column.block() == Block::JointOffset);
+    let errors = estimate.parameters.iter().filter(|entry| entry.parameter.id.block() == Block::JointOffset);
     let errors: Vec<f64> =
-        errors.filter_map(|entry| Some((entry.value - truth(entry.parameter.column)?).abs().to_degrees())).collect();
+        errors.filter_map(|entry| Some((entry.value - truth(entry.parameter.id)?).abs().to_degrees())).collect();
     let mean = errors.iter().sum::<f64>() / errors.len().max(1) as f64;
     format!("{table}  mean size of the offsets' errors: {mean:.4} deg\n")
 }
 
 /// How far the tool is from where an arm's model puts it, at the same encoder readings.
 fn tool_errors((nominal, truth): (&Robot, &Truth), seed: u64, problem: &Problem, estimate: &Estimate) -> String {
-    let (columns, values) = truth.of_arm();
-    let truth = nominal.calibrated(&columns, &values);
+    let (columns, values) = truth.of_kinematics();
+    let truth = calibrated(nominal, &columns, &values);
     let contacts = &problem.contacts;
     let at_hole: Vec<Vec<f64>> = (0..contacts.len()).map(|i| contacts.q(i).to_vec()).collect();
     let elsewhere = random_positions(nominal, OTHER_POSES, seed.wrapping_add(1));

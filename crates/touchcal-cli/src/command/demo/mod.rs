@@ -12,7 +12,8 @@ use crate::args::DemoArgs;
 use crate::output;
 use crate::summary;
 
-/// Simulates, writes the example, calibrates it as `touchcal calibrate` would, compares with the truth.
+/// Simulates, writes the example, calibrates it as `touchcal calibrate` would, compares with the
+/// truth.
 pub fn run(args: &DemoArgs) -> Result<Outcome, Failure> {
     scenario_file::check_folder(&args.out)?;
     let mut file = scenario_file::preset("paper")?;

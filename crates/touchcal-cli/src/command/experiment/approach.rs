@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use touchcal::estimate::{Descent, Loss, Method, Noise};
+use touchcal::estimate::{GradientDescent, Loss, Method, Noise};
 use touchcal::experiment::Search;
 use touchcal::geometry::extrusion::PegAndHole;
 use touchcal::io::Input;
@@ -11,12 +11,14 @@ use touchcal::manifold::{ContactManifold, PegInHole, Projected, Projection};
 const DEG: f64 = std::f64::consts::PI / 180.0;
 const MM: f64 = 1e-3;
 /// Encoder and contact noise of an exact gap, as the demonstration declares them.
-const GAP_NOISE: Noise = Noise { encoder: 0.002 * DEG, contact: 0.02 * MM, learned: false };
-/// A projection is off by what lies between samples, or by what the network has not learned: of the order of a millimetre, to be learned.
-const PROJECTION_NOISE: Noise = Noise { encoder: 0.0, contact: MM, learned: true };
+const GAP_NOISE: Noise = Noise { encoder: 0.002 * DEG, contact: 0.02 * MM, is_estimated: false };
+/// A projection is off by what lies between samples, or by what the network has not learned: of the
+/// order of a millimetre, to be learned.
+const PROJECTION_NOISE: Noise = Noise { encoder: 0.0, contact: MM, is_estimated: true };
 /// Geman–McClure at three standard deviations, for gaps.
 const GAP_LOSS: Loss = Loss::GemanMcClure(3.0);
-/// Huber at 95 % efficiency (Zhang 1997, table 1): every contact keeps its say, as in a mean of absolute distances.
+/// Huber at 95 % efficiency (Zhang 1997, table 1): every contact keeps its say, as in a mean of
+/// absolute distances.
 const PROJECTION_LOSS: Loss = Loss::Huber(1.345);
 
 /// What a contact says.
@@ -58,7 +60,7 @@ const fn approach(touch: Touch, descends: bool, key: &'static str, label: &'stat
 
 impl Approach {
     /// How it searches, with this descent if it descends.
-    pub fn search(&self, descent: Descent) -> Search {
+    pub fn search(&self, descent: GradientDescent) -> Search {
         let method = if self.descends { Method::GradientDescent(descent) } else { Method::LevenbergMarquardt };
         match self.touch {
             Touch::Exact => Search { method, noise: GAP_NOISE, loss: GAP_LOSS },

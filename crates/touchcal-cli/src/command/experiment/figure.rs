@@ -22,8 +22,8 @@ struct Panel {
     published: f64,
 }
 
-/// SVG of the biases' and the strains' errors on logarithmic scales, columns named by `labels`, each with its rows; the paper's published
-/// figures as lines.
+/// SVG of the biases' and the strains' errors on logarithmic scales, columns named by `labels`,
+/// each with its rows; the paper's published figures as lines.
 pub fn svg(labels: &[&str], rows: &[Vec<&Row>], published: (f64, f64)) -> Result<String, String> {
     let mut text = String::new();
     let panels = [

@@ -17,7 +17,8 @@ const WORKSPACE_SEED: u64 = 1;
 /// Largest row read back (bytes).
 const MAX_BYTES: u64 = 1 << 16;
 
-/// What came out. Errors are mean absolute ones, over the joints for the biases; `_95` is what 95 % of poses stay below.
+/// What came out. Errors are mean absolute ones, over the joints for the biases; `_95` is what 95 %
+/// of poses stay below.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Row {
@@ -60,7 +61,7 @@ impl From<ToolError> for Tool {
 impl Row {
     /// Measures an estimate against the trial's truth.
     pub fn new(settings: String, trial: &Trial, approach: &str, estimate: &Estimate, seconds: f64) -> Row {
-        let found = |column| estimate.parameters.iter().find(|p| p.parameter.column == column).map(|p| p.value);
+        let found = |column| estimate.parameters.iter().find(|p| p.parameter.id == column).map(|p| p.value);
         let error = trial.error(found);
         let before = trial.error(|_| None);
         let (hole, workspace) = tool_errors(trial, &estimate.robot);
@@ -84,7 +85,8 @@ impl Row {
         self.status == Status::Converged.name()
     }
 
-    /// The row kept at `path`, if there is one of these settings; any other is no row of this experiment.
+    /// The row kept at `path`, if there is one of these settings; any other is no row of this
+    /// experiment.
     pub fn kept(path: &Path, settings: &str) -> Option<Row> {
         let size = std::fs::metadata(path).ok()?.len();
         let text = (size <= MAX_BYTES).then(|| std::fs::read_to_string(path).ok()).flatten()?;

@@ -1,4 +1,5 @@
-//! `touchcal experiment table1`: the table of Negi, Manyar & Gupta (2025), and what each part of the method buys.
+//! `touchcal experiment table1`: the table of Negi, Manyar & Gupta (2025), and what each part of
+//! the method buys.
 
 use std::ops::ControlFlow;
 use std::path::Path;
@@ -7,7 +8,7 @@ use std::time::Instant;
 
 use rayon::prelude::*;
 use serde::Serialize;
-use touchcal::estimate::{Descent, StopReason};
+use touchcal::estimate::{GradientDescent, StopReason};
 use touchcal::experiment::Trial;
 use touchcal::io::urdf::{self, Ends};
 use touchcal::io::weights_file::WeightsFile;
@@ -25,7 +26,8 @@ use crate::output;
 use crate::progress::{Counter, interrupted};
 use crate::table::Table;
 
-/// What the paper reports of its own experiment: mean absolute errors of strain and biases (deg), and how much smaller they became.
+/// What the paper reports of its own experiment: mean absolute errors of strain and biases (deg),
+/// and how much smaller they became.
 const PUBLISHED_STRAIN: f64 = 0.019;
 const PUBLISHED_BIAS_DEG: f64 = 1.48;
 const PUBLISHED_REDUCTION: (f64, f64) = (2.6, 3.37);
@@ -36,7 +38,8 @@ enum Source {
     Recorded(Box<Trial>),
 }
 
-/// Runs all approaches on all trials, keeping each row as it is done; then the table, as text, CSV, JSON and figure.
+/// Runs all approaches on all trials, keeping each row as it is done; then the table, as text, CSV,
+/// JSON and figure.
 pub fn run(args: &Table1Args) -> Result<Outcome, Failure> {
     let robot = urdf::read_builtin("iiwa14", Ends::default())?.robot;
     let scenario = Scenario { contacts: args.contacts as usize, ..Preset::Paper.scenario(robot.clone())? };
@@ -78,7 +81,8 @@ pub fn run(args: &Table1Args) -> Result<Outcome, Failure> {
     Ok(Outcome::Done)
 }
 
-/// Rows of all trials and approaches: those kept from before, and the others computed in parallel and kept.
+/// Rows of all trials and approaches: those kept from before, and the others computed in parallel
+/// and kept.
 fn rows(
     args: &Table1Args,
     sources: &[Source],
@@ -119,8 +123,12 @@ fn begin(source: &Source) -> Result<Trial, Failure> {
     }
 }
 
-fn descent(args: &Table1Args) -> Descent {
-    Descent { steps: args.steps as usize, contacts: args.descent_contacts as usize, ..Descent::default() }
+fn descent(args: &Table1Args) -> GradientDescent {
+    GradientDescent {
+        steps: args.steps as usize,
+        contacts: args.descent_contacts as usize,
+        ..GradientDescent::default()
+    }
 }
 
 /// The samples of `path`, in the metric asked for.

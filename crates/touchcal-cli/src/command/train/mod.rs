@@ -73,7 +73,8 @@ pub fn run(args: &TrainArgs) -> Result<Outcome, Failure> {
     watch.learn(training)
 }
 
-/// Before a minute is spent on labels. A driver that panics has its panic told as an error, and not at length as well.
+/// Before a minute is spent on labels. A driver that panics has its panic told as an error, and not
+/// at length as well.
 fn probe(device: Device) -> Result<(), DeviceError> {
     let told = panic::take_hook();
     panic::set_hook(Box::new(|_| {}));

@@ -1,4 +1,5 @@
-//! A calibration as MCAP (cargo feature `mcap`), which Foxglove and Rerun open: ROS 2 messages in CDR.
+//! A calibration as MCAP (cargo feature `mcap`), which Foxglove and Rerun open: ROS 2 messages in
+//! CDR.
 //!
 //! | topic | type | what |
 //! |---|---|---|

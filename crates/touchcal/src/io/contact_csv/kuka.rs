@@ -3,7 +3,8 @@
 /// What its header begins with; fields are then separated by blanks.
 pub(super) const HEADER: &[u8] = b"%";
 
-/// The usual name of a recorder's column: `q1` for `axisQMsr_LBR_iiwa_14_R820_1[0]`, `fx` for `cartForce1_X`, `tx` for `cartTorque1_TauX`.
+/// The usual name of a recorder's column: `q1` for `axisQMsr_LBR_iiwa_14_R820_1[0]`, `fx` for
+/// `cartForce1_X`, `tx` for `cartTorque1_TauX`.
 pub(super) fn usual(column: &str) -> Option<String> {
     let column = column.trim();
     if let Some(joint) = column.strip_prefix("axisQMsr") {

@@ -6,8 +6,8 @@ use std::path::Path;
 use super::{MAX_BYTES, MAX_LINE};
 use crate::io::error::{IoError, Place};
 
-/// The lines of a file with their numbers. Quoted fields may hold commas but no line breaks, so a stray quote costs one line
-/// and not the rest of the file.
+/// The lines of a file with their numbers. Quoted fields may hold commas but no line breaks, so a
+/// stray quote costs one line and not the rest of the file.
 pub(in crate::io) struct Lines<'f, R> {
     input: R,
     file: &'f str,
@@ -97,7 +97,8 @@ impl<'l> Iterator for Fields<'l> {
             return Some(&rest[..end.unwrap_or(rest.len())]);
         }
         let start = rest.iter().position(|byte| !byte.is_ascii_whitespace()).unwrap_or(rest.len());
-        // A quoted field ends at the comma after its closing quote; a doubled quote inside is kept as two.
+        // A quoted field ends at the comma after its closing quote; a doubled quote inside is kept
+        // as two.
         let quoted = rest.get(start) == Some(&b'"');
         let closing = || rest[start + 1..].iter().position(|byte| *byte == b'"').map_or(start, |at| start + 1 + at);
         let from = if quoted { closing() } else { start };

@@ -1,11 +1,13 @@
 //! Contact logs as comma-separated values, plain or gzipped.
 //!
-//! With a header, columns are found by name, whatever their case and order, and others are ignored: the URDF's joint names or
-//! `q1`…`qn`; `fx,fy,fz,tx,ty,tz`; `contact` (0, 1, true or false). Without one, the columns are the joints in order and nothing else,
-//! or what [`Options::header`] declares.
+//! With a header, columns are found by name, whatever their case and order, and others are ignored:
+//! the URDF's joint names or `q1`…`qn`; `fx,fy,fz,tx,ty,tz`; `contact` (0, 1, true or false).
+//! Without one, the columns are the joints in order and nothing else, or what [`Options::header`]
+//! declares.
 //!
-//! Logs of KUKA's Sunrise recorder are read as they are (separated by blanks, their header begun with `%`) or made into CSV: `axisQMsr…[0]`
-//! is `q1`, `cartForce1_X` is `fx`, `cartTorque1_TauX` is `tx`. Angles are radians or degrees there; if that is not declared it is guessed.
+//! Logs of KUKA's Sunrise recorder are read as they are (separated by blanks, their header begun
+//! with `%`) or made into CSV: `axisQMsr…[0]` is `q1`, `cartForce1_X` is `fx`, `cartTorque1_TauX`
+//! is `tx`. Angles are radians or degrees there; if that is not declared it is guessed.
 
 pub(super) mod header;
 mod kuka;
@@ -35,10 +37,12 @@ const CONVERT: &str =
 /// Bytes read from the file at a time.
 const BUFFER: usize = 1 << 18;
 
-/// Adds the contacts of a log, plain or gzipped, to `log`; `file` is its name for messages and provenance.
+/// Adds the contacts of a log, plain or gzipped, to `log`; `file` is its name for messages and
+/// provenance.
 ///
 /// # Errors
-/// If the content is not such a log or too large. `log` then holds a part of it and should be dropped.
+/// If the content is not such a log or too large. `log` then holds a part of it and should be
+/// dropped.
 pub fn read(
     content: impl Read,
     file: &str,

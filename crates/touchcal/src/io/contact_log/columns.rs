@@ -18,8 +18,8 @@ pub struct Columns<'a> {
     pub value: &'a dyn Fn(usize, usize) -> f64,
 }
 
-/// Adds the contacts of columns in memory to `log`, as [`super::read_file`] does those of a file, and returns their fingerprint; `name` stands for
-/// the file in messages, the first row is line 1.
+/// Adds the contacts of columns in memory to `log`, as [`super::read_file`] does those of a file,
+/// and returns their fingerprint; `name` stands for the file in messages, the first row is line 1.
 ///
 /// # Errors
 /// As [`super::read_file`].

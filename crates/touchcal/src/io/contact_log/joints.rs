@@ -42,7 +42,8 @@ pub(in crate::io) fn joint_order(file: &str, robot: &Robot, options: &Options) -
     Ok(order)
 }
 
-/// The name that each moving joint goes by, where it must be the only one: that of [`Options::columns`], else its own.
+/// The name that each moving joint goes by, where it must be the only one: that of
+/// [`Options::columns`], else its own.
 #[cfg(feature = "mcap")]
 pub(in crate::io) fn joint_names(file: &str, robot: &Robot, options: &Options) -> Result<Vec<String>, IoError> {
     let order = joint_order(file, robot, options)?;

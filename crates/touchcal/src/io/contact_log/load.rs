@@ -35,8 +35,9 @@ pub struct Load {
 }
 
 impl Load {
-    /// Makes loads on the tool along the tip's axes of the wrenches of all contacts from number `first` on. The nominal arm says how the tip is turned: what its errors
-    /// of some degrees change in a torque is far less than the torque.
+    /// Makes loads on the tool along the tip's axes of the wrenches of all contacts from number
+    /// `first` on. The nominal arm says how the tip is turned: what its errors of some degrees
+    /// change in a torque is far less than the torque.
     pub(super) fn apply(self, robot: &Robot, log: &mut ContactLog, first: usize) {
         let kinematics = Kinematics::new(robot, &[], Pose::identity());
         let sign = if self.on == LoadOn::Tool { 1.0 } else { -1.0 };

@@ -9,7 +9,8 @@
 //! | Parquet (cargo feature `parquet`) | `parquet` | its first four bytes |
 //! | columns in memory | [`Columns`] | |
 //!
-//! Which rows are contacts: those a force threshold detects, if one is given; else those flagged, if there are flags; else all.
+//! Which rows are contacts: those a force threshold detects, if one is given; else those flagged,
+//! if there are flags; else all.
 
 mod columns;
 pub(super) mod joints;
@@ -82,11 +83,14 @@ pub struct Options {
     pub fixture: usize,
     /// Unit of the revolute joints' columns.
     pub unit: AngleUnit,
-    /// Names of the columns of a file that has no header line; the names of those that are not used do not matter.
+    /// Names of the columns of a file that has no header line; the names of those that are not used
+    /// do not matter.
     pub header: Option<Vec<String>>,
-    /// Names of moving joints in the order of the columns `q1`…`qn` and of a file without header; none: the chain's order.
+    /// Names of moving joints in the order of the columns `q1`…`qn` and of a file without header;
+    /// none: the chain's order.
     pub joints: Option<Vec<String>>,
-    /// By usual name (`q1`, a joint's name, `fx`, `contact`): the file's name for that column, or joint.
+    /// By usual name (`q1`, a joint's name, `fx`, `contact`): the file's name for that column, or
+    /// joint.
     pub columns: BTreeMap<String, String>,
     /// Topic of a bag's joint states; none: the only one of their type.
     pub joint_topic: Option<String>,
@@ -94,9 +98,11 @@ pub struct Options {
     pub wrench_topic: Option<String>,
     /// Detects contact by force; needs columns `fx`, `fy`, `fz`, or wrenches.
     pub detection: Option<Detection>,
-    /// How far (rad or m) some joint must have moved since the last contact for a row to be another one; none: every row is.
+    /// How far (rad or m) some joint must have moved since the last contact for a row to be another
+    /// one; none: every row is.
     pub apart: Option<f64>,
-    /// What the wrench says of the load on the arm; none: nothing. Needs columns `fx` to `tz`, or wrenches.
+    /// What the wrench says of the load on the arm; none: nothing. Needs columns `fx` to `tz`, or
+    /// wrenches.
     pub load: Option<Load>,
 }
 
@@ -113,10 +119,12 @@ impl Options {
     }
 }
 
-/// Adds the contacts of a file, whatever its format, or of a bag's folder, to `log`, and returns the file's fingerprint.
+/// Adds the contacts of a file, whatever its format, or of a bag's folder, to `log`, and returns
+/// the file's fingerprint.
 ///
 /// # Errors
-/// If the file cannot be read, is no such log, or too large. `log` then holds a part of it and should be dropped.
+/// If the file cannot be read, is no such log, or too large. `log` then holds a part of it and
+/// should be dropped.
 pub fn read_file(path: &Path, robot: &Robot, options: &Options, log: &mut ContactLog) -> Result<Input, IoError> {
     read_into(path, robot, options, Keep::Contacts(log))
 }

@@ -1,5 +1,6 @@
-//! Contact logs as Parquet: the columns of [`contact_csv`](crate::io::contact_csv) with a header, of numbers (the contact flag may be BOOLEAN),
-//! uncompressed, snappy, gzip or zstd. A few thousand rows are in memory at a time.
+//! Contact logs as Parquet: the columns of [`contact_csv`](crate::io::contact_csv) with a header,
+//! of numbers (the contact flag may be BOOLEAN), uncompressed, snappy, gzip or zstd. A few thousand
+//! rows are in memory at a time.
 
 use std::fs::File;
 use std::sync::Arc;

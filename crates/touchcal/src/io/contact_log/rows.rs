@@ -43,7 +43,8 @@ impl Keep<'_> {
         }
     }
 
-    /// Multiplies the joint positions of all that is kept from number `first` on, each joint's by its `scale`.
+    /// Multiplies the joint positions of all that is kept from number `first` on, each joint's by
+    /// its `scale`.
     fn rescale(&mut self, first: usize, scale: &[f64]) {
         match self {
             Keep::Contacts(log) => log.rescale(first, scale),
@@ -51,7 +52,8 @@ impl Keep<'_> {
         }
     }
 
-    /// Thins what is kept from number `first` on to contacts that are `apart`; says if most repeat one another otherwise.
+    /// Thins what is kept from number `first` on to contacts that are `apart`; says if most repeat
+    /// one another otherwise.
     fn thin(&mut self, first: usize, apart: Option<f64>) -> Option<String> {
         let Keep::Contacts(log) = self else { return None };
         if let Some(apart) = apart {

@@ -1,4 +1,5 @@
-//! A whole log, of whatever format, to be written in another: joint positions in rad and m under the joints' names, the wrench and the flag.
+//! A whole log, of whatever format, to be written in another: joint positions in rad and m under
+//! the joints' names, the wrench and the flag.
 
 use std::fs::File;
 use std::io::{BufWriter, Write};
@@ -26,7 +27,8 @@ pub struct LogTable {
 }
 
 impl LogTable {
-    /// Reads all rows of a log. [`Options::detection`] says nothing here; the wrenches of a bag are read if [`Options::wrench_topic`] is given.
+    /// Reads all rows of a log. [`Options::detection`] says nothing here; the wrenches of a bag are
+    /// read if [`Options::wrench_topic`] is given.
     ///
     /// # Errors
     /// As [`read_file`](super::read_file).
@@ -38,7 +40,8 @@ impl LogTable {
         Ok(table)
     }
 
-    /// Writes the log, as what the file's name ends in says: `.csv`, `.csv.gz`, or `.parquet` (cargo feature `parquet`).
+    /// Writes the log, as what the file's name ends in says: `.csv`, `.csv.gz`, or `.parquet`
+    /// (cargo feature `parquet`).
     ///
     /// # Errors
     /// If it ends in something else, or cannot be written.
@@ -98,7 +101,8 @@ impl LogTable {
         self.notes.push(note);
     }
 
-    /// Multiplies the joint positions of all rows from number `first` on, each joint's by its `scale`.
+    /// Multiplies the joint positions of all rows from number `first` on, each joint's by its
+    /// `scale`.
     pub(super) fn rescale(&mut self, first: usize, scale: &[f64]) {
         for row in self.values.chunks_exact_mut((self.joints.len() + self.extras.len()).max(1)).skip(first) {
             row.iter_mut().zip(scale).for_each(|(q, scale)| *q *= scale);

@@ -7,8 +7,9 @@ use super::AngleUnit;
 
 /// How far beyond its limit an encoder with a wrong zero may read (rad): 20°.
 const MARGIN: f64 = 0.35;
-/// Within one turn (rad) either way nothing is noticed: arms are driven beyond the limits that their URDF states (a gen3 lite
-/// log of the MUKCa set by 0.6 rad), while an arm in degrees has some joint further than 6.28° from zero.
+/// Within one turn (rad) either way nothing is noticed: arms are driven beyond the limits that
+/// their URDF states (a gen3 lite log of the MUKCa set by 0.6 rad), while an arm in degrees has
+/// some joint further than 6.28° from zero.
 const TURN: f64 = std::f64::consts::TAU;
 /// Share of rows beyond the limits from which the unit is wrong rather than a few rows.
 const SHARE: f64 = 0.05;
@@ -39,7 +40,8 @@ impl UnitCheck {
         UnitCheck { unit, joints: joints.collect(), rows: 0, beyond: 0, first: None }
     }
 
-    /// Takes the joint positions (rad or m) of a row; answers with the joint whose position is absurd, if one is.
+    /// Takes the joint positions (rad or m) of a row; answers with the joint whose position is
+    /// absurd, if one is.
     pub(super) fn row(&mut self, line: u64, q: &[f64]) -> Option<usize> {
         self.rows += 1;
         let outside = |(_, range): &(String, Option<(f64, f64)>), q: f64| {

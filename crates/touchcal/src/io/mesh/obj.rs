@@ -1,5 +1,6 @@
-//! Wavefront OBJ: vertices `v x y z` and faces `f a b c …`, which name them. Faces of more corners are cut into triangles about their first one. Everything else
-//! a file may hold (normals, textures, groups, materials) is passed over.
+//! Wavefront OBJ: vertices `v x y z` and faces `f a b c …`, which name them. Faces of more corners
+//! are cut into triangles about their first one. Everything else a file may hold (normals,
+//! textures, groups, materials) is passed over.
 
 use nalgebra::{Point3, Vector3};
 
@@ -67,7 +68,8 @@ fn turns_one_way(face: &[[u32; 3]], vertices: &[Point3<f64>]) -> bool {
     face.len() == 1 || face.iter().all(|triangle| normal(triangle).dot(&total) >= 0.0)
 }
 
-/// The vertex that the corner of a face names: `7`, `7/1`, `7/1/3` or `7//3`, from 1, or from the last one backwards, −1.
+/// The vertex that the corner of a face names: `7`, `7/1`, `7/1/3` or `7//3`, from 1, or from the
+/// last one backwards, −1.
 fn vertex(word: &str, count: usize) -> Option<u32> {
     let index: i64 = word.split('/').next()?.parse().ok()?;
     let index = if index < 0 { index + count as i64 } else { index - 1 };

@@ -1,4 +1,5 @@
-//! STL: triangles without order, as 50 bytes each or as text. Their normals are not read; the order of corners says which side is outside.
+//! STL: triangles without order, as 50 bytes each or as text. Their normals are not read; the order
+//! of corners says which side is outside.
 
 use nalgebra::Point3;
 
@@ -13,7 +14,8 @@ const HEADER: usize = 84;
 const RECORD: usize = 50;
 
 pub(super) fn read(bytes: &[u8], file: &str) -> Result<Soup, IoError> {
-    // Binary files too may begin with the word; that the size fits their number of triangles is what tells.
+    // Binary files too may begin with the word; that the size fits their number of triangles is
+    // what tells.
     match stated_count(bytes) {
         Some(count) if bytes.len() == HEADER + RECORD * count => binary(bytes, count, file),
         _ if bytes.trim_ascii_start().starts_with(b"solid") => text(bytes::text_from(bytes, file)?, file),
@@ -55,7 +57,8 @@ fn binary(bytes: &[u8], count: usize, file: &str) -> Result<Soup, IoError> {
     Ok(soup)
 }
 
-/// `solid`, then for each triangle `facet normal … outer loop vertex … vertex … vertex … endloop endfacet`, then `endsolid`.
+/// `solid`, then for each triangle `facet normal … outer loop vertex … vertex … vertex … endloop
+/// endfacet`, then `endsolid`.
 fn text(text: &str, file: &str) -> Result<Soup, IoError> {
     let mut soup = Soup::default();
     let mut corners: Vec<Point3<f64>> = Vec::with_capacity(3);

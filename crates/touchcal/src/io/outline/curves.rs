@@ -5,7 +5,8 @@ use kurbo::{Arc, BezPath, PathEl, Point};
 use super::{LARGEST, MAX_VERTICES, TOLERANCE};
 use crate::io::error::{IoError, Place, quoted};
 
-/// Share of the tolerance that is left to the approximation of arcs by cubics; straight pieces have the rest.
+/// Share of the tolerance that is left to the approximation of arcs by cubics; straight pieces have
+/// the rest.
 const SHARE_OF_ARCS: f64 = 0.25;
 /// Points (m) that are nearer to each other are one.
 const SAME: f64 = 1e-9;
@@ -34,7 +35,8 @@ pub(super) struct Curves<'a> {
     points: usize,
 }
 
-/// Appends an arc, which ends at `to`, to a path that is where it begins. Lengths of the path are in units of `unit` (m).
+/// Appends an arc, which ends at `to`, to a path that is where it begins. Lengths of the path are
+/// in units of `unit` (m).
 pub(super) fn append_arc(path: &mut BezPath, arc: &Arc, to: Point, unit: f64) {
     let radius = arc.radii.x.max(arc.radii.y) * unit;
     if radius.is_nan() || radius > STRAIGHT {

@@ -1,6 +1,8 @@
-//! Outlines drawn as DXF, the text form: lines, arcs, circles, ellipses and polylines of the section ENTITIES.
+//! Outlines drawn as DXF, the text form: lines, arcs, circles, ellipses and polylines of the
+//! section ENTITIES.
 //!
-//! Source: Autodesk, *DXF Reference* (2012), group codes of the entities; a bulge is the tangent of a quarter of its arc's angle.
+//! Source: Autodesk, *DXF Reference* (2012), group codes of the entities; a bulge is the tangent of
+//! a quarter of its arc's angle.
 
 use std::f64::consts::TAU;
 
@@ -247,7 +249,8 @@ impl Drawn<'_> {
         self.arc(path, Arc::new(self.point(10)?, Vec2::new(radius, radius), start, sweep, 0.0))
     }
 
-    /// Group 11 is the end of the major axis from the centre; group 41 and 42 are angles of its parameter.
+    /// Group 11 is the end of the major axis from the centre; group 41 and 42 are angles of its
+    /// parameter.
     fn ellipse(&self, path: &mut BezPath) -> Result<(), IoError> {
         let major = self.point(11)?.to_vec2();
         let (ratio, start) = (self.number(40)?, self.number_or(41, 0.0)?);

@@ -1,6 +1,7 @@
 //! Outlines of pegs and holes: vertices as comma-separated values, or drawings as SVG or DXF.
 //!
-//! Curves of drawings become straight pieces, whose vertices lie on the curve and which are nowhere farther from it than [`TOLERANCE`].
+//! Curves of drawings become straight pieces, whose vertices lie on the curve and which are nowhere
+//! farther from it than [`TOLERANCE`].
 
 mod csv;
 mod curves;
@@ -19,7 +20,8 @@ use crate::geometry::profile::{MAX_VERTICES, Profile};
 pub const MAX_BYTES: u64 = 16 << 20;
 /// Largest coordinate (m). A larger one is in another unit.
 const LARGEST: f64 = 10.0;
-/// How far (m) the straight pieces are from a curve, at most, and the ends of pieces that join from each other.
+/// How far (m) the straight pieces are from a curve, at most, and the ends of pieces that join from
+/// each other.
 pub const TOLERANCE: f64 = 1e-6;
 
 /// What is to be said of a drawing beside its file.
@@ -40,7 +42,8 @@ pub fn read_file(path: &Path, choice: Choice<'_>) -> Result<(Profile, Input), Io
     Ok((read(&bytes, &input.path, choice)?, input))
 }
 
-/// Reads an outline. Which format it is follows from the extension of `file`, its name; all but `.svg` and `.dxf` are comma-separated values.
+/// Reads an outline. Which format it is follows from the extension of `file`, its name; all but
+/// `.svg` and `.dxf` are comma-separated values.
 ///
 /// # Errors
 /// If the bytes are no such file, or it has not exactly one closed outline.

@@ -1,6 +1,7 @@
 //! Outlines drawn as SVG.
 //!
-//! The origin is that of the drawing's coordinates, x to the right and y up (an SVG's own y is down). Lengths follow from width, height and viewBox.
+//! The origin is that of the drawing's coordinates, x to the right and y up (an SVG's own y is
+//! down). Lengths follow from width, height and viewBox.
 
 use kurbo::{Affine, Arc, BezPath, Circle, Ellipse, Point, RoundedRect, Shape as _, SvgArc, Vec2};
 use roxmltree::{Document, Node, ParsingOptions};
@@ -21,7 +22,8 @@ const NOWHERE: f64 = 1e-9;
 /// Elements whose content is not drawn where it stands.
 const NOT_DRAWN: [&str; 6] = ["defs", "symbol", "clipPath", "mask", "marker", "pattern"];
 
-/// Reads the vertices (m) of the only closed outline, or of the one in the element with the id asked for.
+/// Reads the vertices (m) of the only closed outline, or of the one in the element with the id
+/// asked for.
 pub(super) fn read(text: &str, file: &str, choice: Choice<'_>) -> Result<Vec<[f64; 2]>, IoError> {
     let options = ParsingOptions { allow_dtd: true, nodes_limit: MAX_NODES, ..ParsingOptions::default() };
     let document = Document::parse_with_options(text, options).map_err(|error| {

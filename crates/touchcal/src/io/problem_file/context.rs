@@ -7,7 +7,7 @@ use nalgebra::{Quaternion, Translation3, UnitQuaternion};
 use toml::Spanned;
 
 use super::schema::{Number, PoseToml, Text};
-use crate::estimate::Freedom;
+use crate::estimate::PlacePrior;
 use crate::io::error::{IoError, Place, quoted};
 use crate::io::suggest::did_you_mean;
 use crate::se3::Pose;
@@ -163,7 +163,7 @@ impl Context<'_> {
         sigma_mm: Option<&Number>,
         sigma_deg: Option<&Number>,
         field: &str,
-    ) -> Result<Freedom, IoError> {
+    ) -> Result<PlacePrior, IoError> {
         if let (true, Some(sigma)) = (free, sigma_mm.or(sigma_deg)) {
             let place = self.place(sigma.span(), field);
             return Err(IoError::unexpected(place, "free = true or sigma_mm and sigma_deg", "both"));
@@ -172,9 +172,9 @@ impl Context<'_> {
         let sigma_angle =
             self.number(sigma_deg, DEG, Allowed::NotNegative, &format!("{field}, sigma_deg"))?.unwrap_or(0.0);
         Ok(match (free, sigma > 0.0 || sigma_angle > 0.0) {
-            (true, _) => Freedom::Free,
-            (false, true) => Freedom::Uncertain { sigma, sigma_angle },
-            (false, false) => Freedom::Known,
+            (true, _) => PlacePrior::Flat,
+            (false, true) => PlacePrior::Gaussian { sigma, sigma_angle },
+            (false, false) => PlacePrior::Fixed,
         })
     }
 }

@@ -1,7 +1,8 @@
 //! `problem.toml`: what to calibrate, with what, from which contacts.
 //!
-//! Lengths in the file are millimetres and angles degrees, as its keys say; paths are relative to its folder. Every key that is
-//! not known, every name that does not resolve and every number out of range is an error with line and column.
+//! Lengths in the file are millimetres and angles degrees, as its keys say; paths are relative to
+//! its folder. Every key that is not known, every name that does not resolve and every number out
+//! of range is an error with line and column.
 
 pub(super) mod context;
 mod parameters;
@@ -23,7 +24,7 @@ use super::loaded::Loaded;
 use super::suggest::{did_you_mean, list};
 use super::urdf::{self, Ends, UrdfFile};
 use crate::contact::ContactLog;
-use crate::estimate::{Distance, Fixture, Freedom, Tool};
+use crate::estimate::{Distance, Fixture, PlacePrior, Tool};
 use crate::robot::Robot;
 use crate::se3::Pose;
 use context::{Allowed, Context, DEG, MM};
@@ -41,7 +42,8 @@ pub const DEFAULT_DISTANCE_SIGMA: f64 = 0.05 * MM;
 /// Most rows that a change of contact may be made to wait for.
 const MAX_DEBOUNCE: i64 = 1_000_000;
 
-/// Reads a problem and all that it refers to. `file` is its name for messages; relative paths begin at `folder`.
+/// Reads a problem and all that it refers to. `file` is its name for messages; relative paths begin
+/// at `folder`.
 ///
 /// # Errors
 /// If the text is no such problem, or a file it refers to cannot be read.
@@ -81,7 +83,7 @@ fn build(toml: &ProblemToml, context: &Context<'_>) -> Result<Loaded, IoError> {
     let tool = toml.tool.get_ref();
     let tool = Tool {
         tip_from_tool: context.pose(tool.tip_from_tool.as_ref(), "tool, tip_from_tool")?.unwrap_or_else(Pose::identity),
-        freedom: context.freedom(tool.free, tool.sigma_mm.as_ref(), tool.sigma_deg.as_ref(), "tool")?,
+        prior: context.freedom(tool.free, tool.sigma_mm.as_ref(), tool.sigma_deg.as_ref(), "tool")?,
     };
     let names = fixture_names(&toml.fixture, context)?;
     let mut fixtures = Vec::with_capacity(toml.fixture.len());
@@ -181,7 +183,7 @@ fn fixture(
         name: table.name.get_ref().clone(),
         manifold: manifold.into(),
         base_from_fixture: context.pose(table.base_from_fixture.as_ref(), &format!("{name}, base_from_fixture"))?,
-        freedom: settings.fixture_freedom(freedom),
+        prior: settings.fixture_freedom(freedom),
         placement: table.placement.clone().unwrap_or_else(|| placement(table.name.get_ref()).to_owned()),
     };
     match missing_place(&fixture) {
@@ -190,10 +192,11 @@ fn fixture(
     }
 }
 
-/// What is to be said of a fixture that lacks a place and needs one: only a socket, a point, is found without.
+/// What is to be said of a fixture that lacks a place and needs one: only a socket, a point, is
+/// found without.
 pub fn missing_place(fixture: &Fixture) -> Option<&'static str> {
-    match (fixture.base_from_fixture, fixture.manifold.is_point(), fixture.freedom) {
-        (Some(_), _, _) | (None, true, Freedom::Free) => None,
+    match (fixture.base_from_fixture, fixture.manifold.is_point(), fixture.prior) {
+        (Some(_), _, _) | (None, true, PlacePrior::Flat) => None,
         (None, true, _) => Some("`base_from_fixture`, or `free = true`"),
         (None, false, _) => Some("`base_from_fixture`, from where its place is looked for"),
     }

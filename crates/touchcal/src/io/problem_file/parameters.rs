@@ -4,12 +4,11 @@ use toml::Spanned;
 
 use super::context::{Allowed, Context, DEG, MM};
 use super::schema::{EstimateToml, LossToml, Number, OptimiserToml, PriorToml, Text};
-use crate::estimate::{Descent, Loss, Method, Optimiser};
+use crate::estimate::{GradientDescent, Loss, Method, Optimizer};
 use crate::io::error::{IoError, Place, quoted};
 use crate::io::suggest::{did_you_mean, list};
-use crate::robot::{
-    Block, Parameter, Robot, Unit, joint_compliance, joint_offset, joint_origin, segment_strain, strain,
-};
+use crate::parameter::{Block, Parameter, Unit, joint_compliance, joint_offset, joint_origin, segment_strain, strain};
+use crate::robot::Robot;
 
 /// Blocks that may be listed.
 const BLOCKS: [Block; 8] = [
@@ -26,8 +25,9 @@ const BLOCKS: [Block; 8] = [
 const METHODS: [&str; 2] = ["levenberg_marquardt", "gradient_descent"];
 /// Most steps, and contacts, of a gradient descent.
 const MOST_STEPS: f64 = 1e7;
-/// Scales of the losses where none is given, in standard deviations. Huber and Cauchy: 95 % efficiency on Gaussian noise
-/// (Zhang 1997, table 1). Geman–McClure: a contact at 3σ keeps a quarter of its weight.
+/// Scales of the losses where none is given, in standard deviations. Huber and Cauchy: 95 %
+/// efficiency on Gaussian noise (Zhang 1997, table 1). Geman–McClure: a contact at 3σ keeps a
+/// quarter of its weight.
 const HUBER: f64 = 1.345;
 const CAUCHY: f64 = 2.385;
 const GEMAN_MCCLURE: f64 = 3.0;
@@ -76,7 +76,7 @@ pub(super) fn wanted(estimate: &EstimateToml, robot: &Robot, context: &Context<'
                 wanted.joint_compliance = Some(context.place(name.span(), "estimate, parameters"));
                 joint_compliance(robot)
             }
-            Block::JointDrift | Block::Tool | Block::Fixture | Block::Interference => Vec::new(),
+            Block::JointDrift | Block::Tool | Block::Fixture | Block::GapBias => Vec::new(),
         };
         wanted.tool |= block == Block::Tool;
         wanted.joint_drift |= block == Block::JointDrift;
@@ -147,13 +147,13 @@ fn method(estimate: &EstimateToml, context: &Context<'_>) -> Result<Method, IoEr
         let place = context.place(table.span(), "estimate, descent");
         return Err(IoError::unexpected(place, format!("`method = \"{}\"`", METHODS[1]), quoted(name)));
     }
-    let mut descent = Descent::default();
+    let mut descent = GradientDescent::default();
     let Some(table) = &estimate.descent else { return Ok(Method::GradientDescent(descent)) };
     let table = table.get_ref();
     if let Some(optimiser) = table.optimiser {
-        descent.optimiser = match optimiser {
-            OptimiserToml::Adam => Optimiser::Adam,
-            OptimiserToml::Plain => Optimiser::Plain,
+        descent.optimizer = match optimiser {
+            OptimiserToml::Adam => Optimizer::Adam,
+            OptimiserToml::Plain => Optimizer::Plain,
         };
     }
     if let Some(rate) = context.number(table.rate.as_ref(), 1.0, Allowed::Positive, "estimate.descent, rate")? {
@@ -196,7 +196,7 @@ impl Priors {
     }
 
     fn on(&self, parameter: Parameter) -> Parameter {
-        let sigma = match (parameter.column.block(), parameter.unit) {
+        let sigma = match (parameter.id.block(), parameter.unit) {
             (Block::Strain, _) => self.strain,
             (Block::SegmentStrain, _) => self.segment_strain,
             (Block::JointOffset, Unit::Meter) => self.offset_length,
@@ -207,7 +207,7 @@ impl Priors {
             _ => None,
         };
         match sigma {
-            Some(sigma) => parameter.with_prior(sigma),
+            Some(sigma) => parameter.with_sigma(sigma),
             None => parameter,
         }
     }

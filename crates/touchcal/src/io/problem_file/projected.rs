@@ -1,4 +1,5 @@
-//! The contact manifold of a hole as a projection: onto recorded poses, or by a network that learned it.
+//! The contact manifold of a hole as a projection: onto recorded poses, or by a network that
+//! learned it.
 
 use std::sync::Arc;
 

@@ -8,7 +8,7 @@ use super::context::{Allowed, Context, DEG, MM};
 use super::parameters::{self, Wanted};
 use super::schema::{EstimateToml, NoiseToml};
 use crate::contact::ContactLog;
-use crate::estimate::{Distance, Fixture, Freedom, Noise, Problem, Tool};
+use crate::estimate::{Distance, Fixture, Noise, PlacePrior, Problem, Tool};
 use crate::io::bytes;
 use crate::io::error::{IoError, Place};
 use crate::robot::Robot;
@@ -34,7 +34,8 @@ struct SettingsToml {
 }
 
 impl Settings {
-    /// Reads a text of these two tables alone, for `robot`, as those of a problem file. `file` is its name for messages.
+    /// Reads a text of these two tables alone, for `robot`, as those of a problem file. `file` is
+    /// its name for messages.
     ///
     /// # Errors
     /// If the text is not such.
@@ -55,15 +56,18 @@ impl Settings {
         Ok(Settings { noise: self::noise(noise, context)?, wanted })
     }
 
-    /// How well a fixture's place is taken to be known: if those of all are to be estimated, one that is given is where to begin.
-    pub fn fixture_freedom(&self, given: Freedom) -> Freedom {
-        if self.wanted.fixtures && given == Freedom::Known { Freedom::Free } else { given }
+    /// How well a fixture's place is taken to be known: if those of all are to be estimated, one
+    /// that is given is where to begin.
+    pub fn fixture_freedom(&self, given: PlacePrior) -> PlacePrior {
+        if self.wanted.fixtures && given == PlacePrior::Fixed { PlacePrior::Flat } else { given }
     }
 
-    /// The problem with these settings; a known tool is freed if its place is to be estimated, fixtures are as they are.
+    /// The problem with these settings; a known tool is freed if its place is to be estimated,
+    /// fixtures are as they are.
     ///
     /// # Errors
-    /// If joints are to give way and nothing pulls on them, neither gravity nor a load: no contact could tell by how much.
+    /// If joints are to give way and nothing pulls on them, neither gravity nor a load: no contact
+    /// could tell by how much.
     pub fn problem(
         self,
         robot: Robot,
@@ -77,7 +81,7 @@ impl Settings {
                 let expected = "gravity or a load (`load_on` in [[contacts]]) under which joints give way";
                 return Err(IoError::unexpected(place, expected, "\"joint_compliance\" with `gravity` of 0"));
             }
-            None if loaded && !robot.bends() => contacts.note(
+            None if loaded && !robot.is_compliant() => contacts.note(
                 "load_on: no joint gives way, so that the load changes nothing; ask for joint_compliance, or name a URDF that was calibrated with it",
             ),
             _ if !weightless && loaded && !robot.has_masses() => contacts.note(
@@ -86,20 +90,17 @@ impl Settings {
             ),
             _ => {}
         }
-        if wanted.tool && tool.freedom == Freedom::Known {
-            tool.freedom = Freedom::Free;
+        if wanted.tool && tool.prior == PlacePrior::Fixed {
+            tool.prior = PlacePrior::Flat;
         }
         Ok(Problem {
-            robot,
-            tool,
-            fixtures,
             distances,
-            contacts,
             noise,
             parameters: wanted.parameters,
             joint_drift: wanted.joint_drift,
             method: wanted.method,
             loss: wanted.loss,
+            ..Problem::new(robot, tool, fixtures, contacts)
         })
     }
 }
@@ -110,7 +111,7 @@ fn noise(table: &NoiseToml, context: &Context<'_>) -> Result<Noise, IoError> {
     let noise = Noise {
         encoder: encoder.unwrap_or(DEFAULT_ENCODER),
         contact: contact.unwrap_or(DEFAULT_CONTACT),
-        learned: encoder.is_none() && contact.is_none(),
+        is_estimated: encoder.is_none() && contact.is_none(),
     };
     if noise.encoder == 0.0 && noise.contact == 0.0 {
         let place = Place::file(context.file).field("noise");

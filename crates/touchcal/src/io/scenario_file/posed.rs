@@ -1,4 +1,5 @@
-//! What a simulation leaves behind: the logs, the problem that they pose, and the truth beside them.
+//! What a simulation leaves behind: the logs, the problem that they pose, and the truth beside
+//! them.
 
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -12,7 +13,8 @@ use crate::estimate::Distance;
 use crate::experiment;
 use crate::io::atomic;
 use crate::io::error::{IoError, Place};
-use crate::robot::{Block, segments};
+use crate::parameter::Block;
+use crate::robot::segments;
 use crate::sim::{Log, Scenario, Seeds, Simulated, Touch, WRENCH_DIGITS};
 
 /// Name of the problem file.
@@ -20,7 +22,8 @@ pub const PROBLEM: &str = "problem.toml";
 /// Name of the file that tells the truth.
 pub const TRUTH: &str = "truth.json";
 
-/// Refuses a folder whose problem file is a user's own; that of an earlier simulation may be overwritten.
+/// Refuses a folder whose problem file is a user's own; that of an earlier simulation may be
+/// overwritten.
 ///
 /// # Errors
 /// If it is.
@@ -55,7 +58,8 @@ pub fn write_folder(
     Ok(())
 }
 
-/// `problem.toml`, which `touchcal calibrate` takes, and the files that it refers to but for the logs.
+/// `problem.toml`, which `touchcal calibrate` takes, and the files that it refers to but for the
+/// logs.
 pub fn problem_text(file: &ScenarioFile) -> Vec<TextFile> {
     let scenario = &file.scenario;
     let mut files = Vec::new();
@@ -110,8 +114,9 @@ fn log_name(scenario: &Scenario, touch: &Touch) -> String {
     format!("{}.csv", file_name(scenario, touch))
 }
 
-/// The logs as an arm's recorder would write them: seconds, joint positions (rad or m), the wrench on the tool about the tip (N, N m), whether the
-/// recorder took it for contact, and the temperature of each segment (°C) where that is recorded.
+/// The logs as an arm's recorder would write them: seconds, joint positions (rad or m), the wrench
+/// on the tool about the tip (N, N m), whether the recorder took it for contact, and the
+/// temperature of each segment (°C) where that is recorded.
 pub fn log_texts(scenario: &Scenario, simulated: &Simulated) -> Vec<TextFile> {
     let each = scenario.touches.iter().zip(&simulated.logs);
     each.map(|(touch, log)| TextFile::new(log_name(scenario, touch), log_text(scenario, log))).collect()
@@ -167,7 +172,8 @@ struct RowsJson {
     spurious: usize,
 }
 
-/// `truth.json`: what is wrong with arm, tool and fixtures, by the names that `estimate.json` gives them.
+/// `truth.json`: what is wrong with arm, tool and fixtures, by the names that `estimate.json` gives
+/// them.
 ///
 /// # Errors
 /// If a number cannot be written, which does not happen.

@@ -1,4 +1,5 @@
-//! The tables and keys of `scenario.toml`, as written. Robot and tool are described as in `problem.toml`.
+//! The tables and keys of `scenario.toml`, as written. Robot and tool are described as in
+//! `problem.toml`.
 
 use serde::Deserialize;
 use toml::Spanned;

@@ -13,10 +13,12 @@ use crate::io::suggest::{did_you_mean, list};
 
 /// The files of [`scenario_text`] with the number `name` replaced, in every table that has it.
 ///
-/// A name is a key, with as many of its tables before it as tell it from others: `spurious`, `tool.sigma_mm`.
+/// A name is a key, with as many of its tables before it as tell it from others: `spurious`,
+/// `tool.sigma_mm`.
 ///
 /// # Errors
-/// If no number has that name, or numbers of different tables have. What it may be says [`read_file`](super::read_file).
+/// If no number has that name, or numbers of different tables have. What it may be says
+/// [`read_file`](super::read_file).
 pub fn varied_text(file: &ScenarioFile, name: &str, value: f64) -> Result<Vec<TextFile>, IoError> {
     let mut files = scenario_text(file);
     for file in files.iter_mut().filter(|file| file.name == SCENARIO) {
@@ -48,7 +50,8 @@ fn places(text: &str, name: &str) -> Result<Vec<Range<usize>>, IoError> {
     }
 }
 
-/// The numbers of a table by their full names, and where they are; the tables of an array share their names.
+/// The numbers of a table by their full names, and where they are; the tables of an array share
+/// their names.
 fn collect(table: &DeTable<'_>, before: &str, numbers: &mut Vec<(String, Range<usize>)>) {
     for (key, value) in table {
         let name = format!("{before}{}", key.get_ref());

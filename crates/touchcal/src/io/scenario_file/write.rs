@@ -31,7 +31,8 @@ const URDF: &str = "robot.urdf";
 /// Name of the tool's outline.
 const PEG: &str = "peg.csv";
 
-/// `scenario.toml` with every key, as [`read`](super::read) takes it, and the files that it refers to.
+/// `scenario.toml` with every key, as [`read`](super::read) takes it, and the files that it refers
+/// to.
 pub fn scenario_text(file: &ScenarioFile) -> Vec<TextFile> {
     let scenario = &file.scenario;
     let mut files = Vec::new();

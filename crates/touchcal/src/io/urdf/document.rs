@@ -4,7 +4,8 @@ use roxmltree::{Document, Error, Node, ParsingOptions};
 
 use crate::io::error::{IoError, Place, quoted};
 
-/// Most XML nodes accepted. A large robot has tens of thousands; each takes some 100 bytes of memory.
+/// Most XML nodes accepted. A large robot has tens of thousands; each takes some 100 bytes of
+/// memory.
 const MAX_NODES: u32 = 10_000_000;
 /// Namespaces of xacro, old and new, begin so.
 const XACRO: &str = "http://www.ros.org/wiki/xacro";

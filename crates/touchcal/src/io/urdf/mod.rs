@@ -1,8 +1,10 @@
-//! URDF: the robot's kinematics, read into a [`Robot`], and a calibrated robot written back into the same text.
+//! URDF: the robot's kinematics, read into a [`Robot`], and a calibrated robot written back into
+//! the same text.
 //!
-//! Only what a serial chain needs is read: joints with their kind, origin, axis and limits, their links' masses, and the joints'
-//! compliance, `<touchcal_compliance rad_per_nm="…"/>`, an element of our own that other readers of URDF pass over. Meshes, transmissions
-//! and vendor elements are left alone, when reading and when writing.
+//! Only what a serial chain needs is read: joints with their kind, origin, axis and limits, their
+//! links' masses, and the joints' compliance, `<touchcal_compliance rad_per_nm="…"/>`, an element
+//! of our own that other readers of URDF pass over. Meshes, transmissions and vendor elements are
+//! left alone, when reading and when writing.
 
 mod document;
 mod numbers;
@@ -45,7 +47,8 @@ pub struct UrdfFile {
 /// Reads the chain between `ends` from URDF text; `file` is its name for messages.
 ///
 /// # Errors
-/// If the text is no URDF, the chain cannot be found, or a joint in it is of an unsupported kind or malformed.
+/// If the text is no URDF, the chain cannot be found, or a joint in it is of an unsupported kind or
+/// malformed.
 pub fn read(text: &str, file: &str, ends: Ends<'_>) -> Result<Robot, IoError> {
     read::robot(text, file, ends)
 }

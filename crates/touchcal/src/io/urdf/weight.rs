@@ -6,7 +6,8 @@ use super::document::{attribute, child, numbers, place};
 use crate::io::error::{IoError, Place};
 use crate::robot::{Inertia, JointKind};
 
-/// The child element of a joint that holds its compliance. URDF does not know it: other readers pass it over.
+/// The child element of a joint that holds its compliance. URDF does not know it: other readers
+/// pass it over.
 pub(super) const COMPLIANCE: &str = "touchcal_compliance";
 /// Its attribute, rad/(N m).
 pub(super) const RAD_PER_NM: &str = "rad_per_nm";

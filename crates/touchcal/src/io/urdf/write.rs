@@ -26,8 +26,9 @@ struct Edit {
 
 /// The URDF `text` with the joint origins and compliances of `calibrated`.
 ///
-/// Of every joint whose origin differs from what the text says, the values of `xyz` and `rpy` are replaced, or added where
-/// absent, and so is `<touchcal_compliance rad_per_nm="…"/>`; every other byte stays as it is. Numbers are written with all their digits.
+/// Of every joint whose origin differs from what the text says, the values of `xyz` and `rpy` are
+/// replaced, or added where absent, and so is `<touchcal_compliance rad_per_nm="…"/>`; every other
+/// byte stays as it is. Numbers are written with all their digits.
 ///
 /// # Errors
 /// If the text is no URDF, or a joint of the chain is not in it.
@@ -111,7 +112,8 @@ fn set_attribute(element: &Node<'_, '_>, name: &str, value: String, text: &str) 
         let end = rest.find(|c: char| c.is_ascii_whitespace() || c == '/' || c == '>').unwrap_or(0);
         return Ok(Edit { range: start + end..start + end, with: format!(" {name}=\"{value}\"") });
     };
-    // Not `range_value`: it is documented to be off where very many blanks surround the equals sign.
+    // Not `range_value`: it is documented to be off where very many blanks surround the equals
+    // sign.
     let range = attribute.range();
     let whole = slice(text, range.clone());
     let quote = whole.find(['"', '\'']).filter(|quote| quote + 2 <= whole.len());
@@ -133,7 +135,8 @@ fn insert_first(parent: &Node<'_, '_>, element: &str) -> Result<Edit, IoError> {
     Ok(Edit { range: start..start, with: format!("{element}{indent}") })
 }
 
-/// Byte ranges of the parser lie on characters of the text; an empty string stands for one that does not.
+/// Byte ranges of the parser lie on characters of the text; an empty string stands for one that
+/// does not.
 fn slice(text: &str, range: Range<usize>) -> &str {
     text.get(range).unwrap_or_default()
 }

@@ -6,7 +6,8 @@ use super::Lessons;
 use crate::manifold::coordinates::{Coordinates, pose};
 use crate::manifold::{Projection, TrainingPairs};
 
-/// Offsets of each region as shares of those learned from: four inside, four outside, where an estimate begins.
+/// Offsets of each region as shares of those learned from: four inside, four outside, where an
+/// estimate begins.
 const REGIONS: [f64; 8] = [0.1, 0.25, 0.5, 1.0, 2.0, 3.0, 5.0, 10.0];
 /// Greatest turn (rad) of a region outside: beyond it the nearest sample says little.
 const MOST_TURN: f64 = std::f64::consts::PI / 6.0;
@@ -46,7 +47,8 @@ pub struct Accuracy {
     pub to_target: Apart,
 }
 
-/// The accuracy of `learned` for offsets of growing size, `count` poses each, none of which it learned from.
+/// The accuracy of `learned` for offsets of growing size, `count` poses each, none of which it
+/// learned from.
 pub fn accuracy(learned: &dyn Projection, lessons: &Lessons<'_>, count: u64) -> Vec<Accuracy> {
     let regions = REGIONS.iter().map(|share| {
         let offset = std::array::from_fn(|k| {

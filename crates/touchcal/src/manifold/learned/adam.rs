@@ -1,4 +1,5 @@
-//! Adam, fused with the gradient: a block of weights moves as soon as its gradient is known, while both are in the cache.
+//! Adam, fused with the gradient: a block of weights moves as soon as its gradient is known, while
+//! both are in the cache.
 
 use rayon::prelude::*;
 

@@ -15,7 +15,8 @@ pub enum Device {
     Cpu,
     /// The first NVIDIA GPU, through CUDA; with the cargo feature `cuda`.
     Cuda,
-    /// The fastest GPU there is, through Vulkan, Metal or DirectX 12; with the cargo feature `wgpu`.
+    /// The fastest GPU there is, through Vulkan, Metal or DirectX 12; with the cargo feature
+    /// `wgpu`.
     Wgpu,
 }
 

@@ -9,7 +9,8 @@ use super::network::{Back, Tape};
 use super::pair_set::Batch;
 use super::training::Checkpoint;
 
-/// Weights and gradients' means that move. They may be held elsewhere than in the checkpoint until they are read back.
+/// Weights and gradients' means that move. They may be held elsewhere than in the checkpoint until
+/// they are read back.
 pub(super) trait Engine: Debug + Send {
     /// One step of Adam at this rate; the loss before it.
     fn step(&mut self, state: &mut Checkpoint, batch: &Batch<'_>, rate: f64) -> Result<f64, DeviceError>;

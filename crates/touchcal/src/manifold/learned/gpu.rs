@@ -1,4 +1,5 @@
-//! Training on a GPU, through burn: the same steps as [`Cpu`](super::engine::Cpu)'s, as operations on whole matrices.
+//! Training on a GPU, through burn: the same steps as [`Cpu`](super::engine::Cpu)'s, as operations
+//! on whole matrices.
 
 use std::fmt::Debug;
 use std::panic::catch_unwind;
@@ -61,8 +62,9 @@ pub(super) fn engine(device: Device, state: &Checkpoint) -> Result<Box<dyn Engin
 
 /// The first device of a backend, once it has added two numbers.
 fn open<B: Backend>(device: Device) -> Result<B::Device, DeviceError> {
-    // Where a library, a device or CUDA's headers are missing, burn panics in its first operation, and cannot be asked before. It does so on a
-    // thread of its own; what reaches this one does not say why.
+    // Where a library, a device or CUDA's headers are missing, burn panics in its first operation,
+    // and cannot be asked before. It does so on a thread of its own; what reaches this one does not
+    // say why.
     let added = catch_unwind(|| {
         let burn = B::Device::default();
         let one = || Tensor::<B, 1>::from_floats([1.0], &burn);

@@ -1,8 +1,11 @@
-//! Projection by a network that learned it from pairs (Negi, Manyar & Gupta 2025, arXiv 2506.17458).
+//! Projection by a network that learned it from pairs (Negi, Manyar & Gupta 2025, arXiv
+//! 2506.17458).
 //!
-//! `network` is the perceptron and its derivatives, `adam` moves its weights, `scaling` stands between it and poses, `training` is the loop,
-//! `engine` its arithmetic, `device` where that is done, `gpu` the same on one, `accuracy` says how good the result is. Results are the same bits for every number of threads on one kind of processor; between kinds, products
-//! of matrices may be summed in another order.
+//! `network` is the perceptron and its derivatives, `adam` moves its weights, `scaling` stands
+//! between it and poses, `training` is the loop, `engine` its arithmetic, `device` where that is
+//! done, `gpu` the same on one, `accuracy` says how good the result is. Results are the same bits
+//! for every number of threads on one kind of processor; between kinds, products of matrices may be
+//! summed in another order.
 
 mod accuracy;
 mod adam;
@@ -32,7 +35,8 @@ pub use training::{Best, Checkpoint, Ending, Lessons, Observer, Progress, Traini
 
 use network::{Back, CHUNK, Stack};
 
-/// Bytes of values that reverse mode holds at a time, if a chunk for each thread is not more. New memory costs time too.
+/// Bytes of values that reverse mode holds at a time, if a chunk for each thread is not more. New
+/// memory costs time too.
 const MEMORY: usize = 8 << 20;
 /// Width above which a layer's weights fill a core's cache.
 const WIDE: usize = 1024;
@@ -84,7 +88,8 @@ impl LearnedProjection {
         poses.iter().zip(values.last().chunks_exact(6)).map(|(pose, y)| self.scaling.projected(pose, y))
     }
 
-    /// Derivatives by coordinates from those by the network's inputs; `direct` is what reaches them past the network.
+    /// Derivatives by coordinates from those by the network's inputs; `direct` is what reaches them
+    /// past the network.
     fn by_coordinates(&self, by_input: &[f32], direct: &Coordinates) -> Coordinates {
         let past = if self.scaling.output == Output::Correction { 1.0 } else { 0.0 };
         std::array::from_fn(|k| f64::from(by_input[k]) / self.scaling.input_scale[k] + past * direct[k])
@@ -107,12 +112,14 @@ impl LearnedProjection {
         }
     }
 
-    /// Poses that one thread takes at a time. Each time wide layers are packed anew, which pays only for many.
+    /// Poses that one thread takes at a time. Each time wide layers are packed anew, which pays
+    /// only for many.
     fn chunk(&self) -> usize {
         if self.network.widths().any(|width| width > WIDE) { 4 * CHUNK } else { CHUNK }
     }
 
-    /// Poses whose values are held at a time: a chunk for each thread, or more where little memory is needed.
+    /// Poses whose values are held at a time: a chunk for each thread, or more where little memory
+    /// is needed.
     fn held(&self) -> usize {
         let share = rayon::current_num_threads() * self.chunk();
         let bytes = size_of::<f32>() * self.network.widths().sum::<usize>() * share;

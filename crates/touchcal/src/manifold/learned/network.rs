@@ -1,24 +1,30 @@
 //! A perceptron of many layers in single precision, and its derivatives.
 
-use faer::linalg::matmul::matmul;
-use faer::{Accum, MatMut, MatRef, Par};
+use nalgebra::{DMatrixView, DMatrixViewMut, Dyn};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
 
-/// Rows of a batch that are worked on together, and rows of weights that are. Work is divided by these and not by the number of
-/// threads, so that results don't depend on it; 128 is where the product of matrices comes near its best speed.
+/// Rows of a batch that are worked on together, and rows of weights that are. Work is divided by
+/// these and not by the number of threads, so that results don't depend on it; 128 is where the
+/// product of matrices comes near its best speed.
 pub(super) const CHUNK: usize = 128;
 
-/// Columns of a product that are worked on together: with more, faer 0.24 takes up to twice as long.
-const TILE: usize = 256;
+/// A view of a matrix with arbitrary strides.
+type View<'v> = DMatrixView<'v, f32, Dyn, Dyn>;
+type ViewMut<'v> = DMatrixViewMut<'v, f32, Dyn, Dyn>;
 
-/// `into = a b`, or that added to it, on one thread.
-fn product(mut into: MatMut<'_, f32>, accum: Accum, a: MatRef<'_, f32>, b: MatRef<'_, f32>) {
-    for first in (0..b.ncols()).step_by(TILE) {
-        let count = TILE.min(b.ncols() - first);
-        let part = into.as_mut().subcols_mut(first, count);
-        matmul(part, accum, a, b.subcols(first, count), 1.0, Par::Seq);
-    }
+/// nalgebra multiplies matrices of which a dimension is at most this without blocking. There
+/// nalgebra 0.35 takes a left factor whose columns are not contiguous for a longer one.
+const UNBLOCKED: usize = 5;
+
+/// The transpose of a row-major matrix: `rows × columns`, its columns contiguous.
+fn transposed(values: &[f32], rows: usize, columns: usize) -> View<'_> {
+    View::from_slice_with_strides(values, rows, columns, 1, rows)
+}
+
+/// The same, to be written to.
+fn transposed_mut(values: &mut [f32], rows: usize, columns: usize) -> ViewMut<'_> {
+    ViewMut::from_slice_with_strides_mut(values, rows, columns, 1, rows)
 }
 
 /// `y = W x + b`.
@@ -112,14 +118,14 @@ impl Layer {
         }
     }
 
-    fn matrix(&self) -> MatRef<'_, f32> {
-        MatRef::from_row_major_slice(&self.weights, self.outputs(), self.inputs)
-    }
-
     fn forward(&self, rows: usize, x: &[f32], y: &mut [f32], rectify: bool) {
-        let x = MatRef::from_row_major_slice(x, rows, self.inputs);
-        let sum = MatMut::from_row_major_slice_mut(y, rows, self.outputs());
-        product(sum, Accum::Replace, x, self.matrix().transpose());
+        let (inputs, outputs) = (self.inputs, self.outputs());
+        let (x, mut sum) = (transposed(x, inputs, rows), transposed_mut(y, outputs, rows));
+        if rows.min(inputs).min(outputs) > UNBLOCKED {
+            sum.gemm(1.0, &View::from_slice_with_strides(&self.weights, outputs, inputs, inputs, 1), &x, 0.0);
+        } else {
+            sum.gemm_tr(1.0, &transposed(&self.weights, inputs, outputs), &x, 0.0);
+        }
         let least = if rectify { 0.0 } else { f32::NEG_INFINITY };
         for row in y.chunks_exact_mut(self.outputs()) {
             for (y, b) in row.iter_mut().zip(&self.bias) {
@@ -132,13 +138,14 @@ impl Layer {
 
     /// `∂/∂x` from `∂/∂y`.
     fn backward(&self, rows: usize, by_y: &[f32], by_x: &mut [f32]) {
-        let by_y = MatRef::from_row_major_slice(by_y, rows, self.outputs());
-        let by_x = MatMut::from_row_major_slice_mut(by_x, rows, self.inputs);
-        product(by_x, Accum::Replace, by_y, self.matrix());
+        let (inputs, outputs) = (self.inputs, self.outputs());
+        let weights = transposed(&self.weights, inputs, outputs);
+        transposed_mut(by_x, inputs, rows).gemm(1.0, &weights, &transposed(by_y, outputs, rows), 0.0);
     }
 }
 
-/// Matrices of some rows, one for the input and one for the output of each layer: values, or derivatives by them.
+/// Matrices of some rows, one for the input and one for the output of each layer: values, or
+/// derivatives by them.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Stack {
     rows: usize,
@@ -155,8 +162,9 @@ impl Stack {
         }
     }
 
-    fn matrix(&self, l: usize) -> MatRef<'_, f32> {
-        MatRef::from_row_major_slice(&self.at[l], self.rows, self.at[l].len() / self.rows.max(1))
+    /// Number of values in a row of layer `l`.
+    fn width(&self, l: usize) -> usize {
+        self.at[l].len() / self.rows.max(1)
     }
 
     pub fn first_mut(&mut self) -> &mut [f32] {
@@ -209,8 +217,9 @@ impl Network {
         Ok(Network { layers })
     }
 
-    /// Random layers between these widths, at least two. Weights are uniform with variance `2 / inputs`, which keeps the size of values from
-    /// layer to layer, in the last one `1 / inputs`; biases are zero (He et al. 2015, arXiv 1502.01852).
+    /// Random layers between these widths, at least two. Weights are uniform with variance `2 /
+    /// inputs`, which keeps the size of values from layer to layer, in the last one `1 / inputs`;
+    /// biases are zero (He et al. 2015, arXiv 1502.01852).
     ///
     /// # Errors
     /// If there are fewer than two widths, or one is zero.
@@ -261,7 +270,8 @@ impl Network {
         }
     }
 
-    /// Reverse mode: from derivatives by the outputs, in the last of `deltas`, to those by what comes before.
+    /// Reverse mode: from derivatives by the outputs, in the last of `deltas`, to those by what
+    /// comes before.
     pub(super) fn run_back(&self, values: &Stack, deltas: &mut Stack, back: Back) {
         let first = if back == Back::ToInput { 0 } else { 1 };
         for l in (first..self.layers.len()).rev() {
@@ -275,21 +285,22 @@ impl Network {
     }
 }
 
-/// The derivative by rows `first_row..` of the weights of layer `l`, as many as fit into `gradient`.
+/// The derivative by rows `first_row..` of the weights of layer `l`, as many as fit into
+/// `gradient`.
 pub(super) fn weight_gradient(tapes: &[Tape], l: usize, first_row: usize, gradient: &mut [f32]) {
-    for (k, tape) in tapes.iter().enumerate() {
-        let by_y = tape.deltas.matrix(l + 1);
-        let x = tape.values.matrix(l);
-        let rows = gradient.len() / x.ncols();
-        let accum = if k == 0 { Accum::Replace } else { Accum::Add };
-        let into = MatMut::from_row_major_slice_mut(&mut *gradient, rows, x.ncols());
-        product(into, accum, by_y.subcols(first_row, rows).transpose(), x);
+    for (k, Tape { values, deltas }) in tapes.iter().enumerate() {
+        let (inputs, outputs, batch) = (values.width(l), deltas.width(l + 1), values.rows);
+        let rows = gradient.len() / inputs;
+        let by_y = View::from_slice_with_strides(&deltas.at[l + 1][first_row..], rows, batch, 1, outputs);
+        let x = View::from_slice_with_strides(&values.at[l], batch, inputs, inputs, 1);
+        let mut sum = ViewMut::from_slice_with_strides_mut(gradient, rows, inputs, inputs, 1);
+        sum.gemm(1.0, &by_y, &x, if k == 0 { 0.0 } else { 1.0 });
     }
 }
 
 /// The derivative by the biases of layer `l`.
 pub(super) fn bias_gradient(tapes: &[Tape], l: usize) -> Vec<f32> {
-    let width = tapes.first().map_or(1, |tape| tape.deltas.matrix(l + 1).ncols());
+    let width = tapes.first().map_or(1, |tape| tape.deltas.width(l + 1));
     let mut gradient = vec![0.0; width];
     for row in tapes.iter().flat_map(|tape| tape.deltas.at[l + 1].chunks_exact(width)) {
         gradient.iter_mut().zip(row).for_each(|(sum, d)| *sum += d);

@@ -62,7 +62,8 @@ impl Batch<'_> {
         2.0 / self.inputs.len() as f32
     }
 
-    /// Mean square of the outputs' errors; `tapes` then hold the values and the derivatives by the outputs.
+    /// Mean square of the outputs' errors; `tapes` then hold the values and the derivatives by the
+    /// outputs.
     pub fn loss(&self, network: &Network, tapes: &mut Vec<Tape>) -> f64 {
         tapes.resize(self.len().div_ceil(CHUNK), Tape::default());
         let slope = self.slope();

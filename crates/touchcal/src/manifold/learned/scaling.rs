@@ -11,10 +11,12 @@ pub enum Output {
     Correction,
 }
 
-/// `x = (c − centre) / scale` of the network's input, angles the shorter way round; of its output `y`, `F(c) = from + y · length / metric`
-/// where `from` is the centre of the targets or the pose itself.
+/// `x = (c − centre) / scale` of the network's input, angles the shorter way round; of its output
+/// `y`, `F(c) = from + y · length / metric` where `from` is the centre of the targets or the pose
+/// itself.
 ///
-/// One length for all outputs, so that the mean square of an error of `y` is that of the metric's distance.
+/// One length for all outputs, so that the mean square of an error of `y` is that of the metric's
+/// distance.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Scaling {
     /// What outputs stand for.

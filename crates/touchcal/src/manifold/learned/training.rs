@@ -8,7 +8,8 @@ use super::pair_set::{PORTION, PairSet};
 use super::{Adam, Device, DeviceError, LearnedProjection, Network, NetworkError, Output, Scaling};
 use crate::manifold::{NearestSample, Projection, TrainingPairs};
 
-/// Number of the first held-out pair: far beyond those learned from, each of which is a pose of its own.
+/// Number of the first held-out pair: far beyond those learned from, each of which is a pose of its
+/// own.
 const HELD_OUT: u64 = 1 << 48;
 /// Share of the steps in which the rate rises from zero.
 const WARM_UP: f64 = 0.02;
@@ -35,16 +36,18 @@ pub struct TrainingOptions {
     pub batch: usize,
     /// Steps in all.
     pub steps: u64,
-    /// Greatest learning rate. It rises linearly in the first 2 % of the steps and then falls to a thousandth along a cosine
-    /// (Loshchilov & Hutter 2017, arXiv 1608.03983).
+    /// Greatest learning rate. It rises linearly in the first 2 % of the steps and then falls to a
+    /// thousandth along a cosine (Loshchilov & Hutter 2017, arXiv 1608.03983).
     pub rate: f64,
-    /// Different pairs to learn from, rounded up to whole batches; they are taken in turn, again and again.
+    /// Different pairs to learn from, rounded up to whole batches; they are taken in turn, again
+    /// and again.
     pub pairs: u64,
     /// Held-out pairs on which the best weights are chosen.
     pub held_out: usize,
     /// Steps between two looks at them.
     pub check_every: u64,
-    /// Looks in a row that may find no better weights before training stops early; 0 to go on always.
+    /// Looks in a row that may find no better weights before training stops early; 0 to go on
+    /// always.
     pub patience: u64,
     /// Seed of the first weights; the pairs have their own.
     pub seed: u64,
@@ -142,7 +145,8 @@ pub struct Progress {
     pub step: u64,
     /// Steps in all.
     pub steps: u64,
-    /// Mean square of the outputs' errors in this step's batch, before the step; [`Scaling::distance`] makes it a length.
+    /// Mean square of the outputs' errors in this step's batch, before the step;
+    /// [`Scaling::distance`] makes it a length.
     pub loss: f64,
     /// Of the held-out pairs, where this step looked at them.
     pub held_out: Option<f64>,
@@ -159,8 +163,8 @@ pub enum Ending {
     Interrupted,
 }
 
-/// Who watches, and may break off. On the processor the checkpoint is that of the step; elsewhere it is that of the last look at held-out
-/// pairs, which is as good to go on from.
+/// Who watches, and may break off. On the processor the checkpoint is that of the step; elsewhere
+/// it is that of the last look at held-out pairs, which is as good to go on from.
 pub type Observer<'o> = &'o mut dyn FnMut(&Progress, &Checkpoint) -> ControlFlow<()>;
 
 /// Training under way.
@@ -211,7 +215,8 @@ impl Training {
         })
     }
 
-    /// The same from here on another device. Its sums are rounded in another order than the processor's, and may be from run to run.
+    /// The same from here on another device. Its sums are rounded in another order than the
+    /// processor's, and may be from run to run.
     ///
     /// # Errors
     /// If this build or this machine lacks the device.
@@ -254,7 +259,8 @@ impl Training {
     /// The best weights so far as a projection.
     ///
     /// # Errors
-    /// If the network has not six inputs and outputs, which only a changed checkpoint can bring about.
+    /// If the network has not six inputs and outputs, which only a changed checkpoint can bring
+    /// about.
     pub fn learned(&self) -> Result<LearnedProjection, NetworkError> {
         let network = self.state.best.as_ref().map_or(&self.state.network, |best| &best.network);
         LearnedProjection::new(network.clone(), self.state.scaling, self.bounds)

@@ -35,7 +35,8 @@ fn svg(panels: &[&dyn Fn(&Area<'_>) -> Drawn]) -> Result<String, String> {
     Ok(text)
 }
 
-/// Found less nominal share of true values within the intervals of each level, on what chance leaves of it.
+/// Found less nominal share of true values within the intervals of each level, on what chance
+/// leaves of it.
 pub fn coverage(told: &Told) -> Result<String, String> {
     let [least, most] = told.nees_bounds_99;
     let title = format!(

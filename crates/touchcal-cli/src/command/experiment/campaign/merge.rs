@@ -54,7 +54,8 @@ impl Found {
     }
 }
 
-/// All parts in the order of their trials, of equal first trials the longest first, and the settings that they share.
+/// All parts in the order of their trials, of equal first trials the longest first, and the
+/// settings that they share.
 fn find(folders: &[PathBuf]) -> Result<(String, Vec<Found>), Failure> {
     let mut shared: Option<(String, PathBuf)> = None;
     let mut found = Vec::new();
@@ -107,7 +108,8 @@ fn difference<'a>(one: &'a str, other: &'a str) -> (&'a str, &'a str) {
     lines.find(|(one, other)| one != other).unwrap_or(("the same scenario", "a longer or shorter one"))
 }
 
-/// Parts of which no trial is there twice, and in words which were. Trials that are not the same to the last bit are an error.
+/// Parts of which no trial is there twice, and in words which were. Trials that are not the same to
+/// the last bit are an error.
 fn without_duplicates(found: Vec<Found>) -> Result<(Vec<Found>, String), Failure> {
     let mut kept: Vec<Found> = Vec::new();
     let mut words = String::new();

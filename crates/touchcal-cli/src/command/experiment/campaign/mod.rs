@@ -1,4 +1,5 @@
-//! `touchcal experiment campaign`: one scenario, many seeds; whether uncertainties are true. And the same for several values of one of its numbers.
+//! `touchcal experiment campaign`: one scenario, many seeds; whether uncertainties are true. And
+//! the same for several values of one of its numbers.
 
 mod figure;
 mod kept;

@@ -28,7 +28,8 @@ pub struct Told {
     pub nees: f64,
     pub nees_bounds_99: [f64; 2],
     pub error_over_cramer_rao: f64,
-    /// Median and 95 % of the trials' mean errors, and what they would be on average at the Cramér–Rao bound.
+    /// Median and 95 % of the trials' mean errors, and what they would be on average at the
+    /// Cramér–Rao bound.
     pub offset_error_deg: [f64; 2],
     pub offset_cramer_rao_deg: f64,
     pub strain_error: [f64; 2],

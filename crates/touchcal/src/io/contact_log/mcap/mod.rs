@@ -1,8 +1,10 @@
-//! Contact logs in ROS 2 bags (MCAP, cargo feature `mcap`): `sensor_msgs/msg/JointState`, and where contact is detected by force, or the load counts,
-//! `geometry_msgs/msg/WrenchStamped`, both in CDR; chunks as they are or packed by lz4 or zstd.
+//! Contact logs in ROS 2 bags (MCAP, cargo feature `mcap`): `sensor_msgs/msg/JointState`, and where
+//! contact is detected by force, or the load counts, `geometry_msgs/msg/WrenchStamped`, both in
+//! CDR; chunks as they are or packed by lz4 or zstd.
 //!
-//! A row is a joint state; the wrench at its time is on the line between the wrenches before and after it. Times are those of the headers,
-//! where they are set, else when a message was recorded. The file is read once, from its beginning to its end, message by message.
+//! A row is a joint state; the wrench at its time is on the line between the wrenches before and
+//! after it. Times are those of the headers, where they are set, else when a message was recorded.
+//! The file is read once, from its beginning to its end, message by message.
 
 mod cdr;
 mod records;

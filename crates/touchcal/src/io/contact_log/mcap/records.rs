@@ -1,4 +1,5 @@
-//! The records of an MCAP file, one after the other, those within chunks too. <https://mcap.dev/spec>
+//! The records of an MCAP file, one after the other, those within chunks too.
+//! <https://mcap.dev/spec>
 
 use std::io::{BufReader, Read};
 use std::path::Path;
@@ -11,7 +12,8 @@ use crate::io::error::{IoError, Place};
 
 /// Largest record (bytes): two of them are in memory at a time.
 pub(super) const MAX_RECORD: usize = 48 << 20;
-/// Most bytes that come out of one byte of the file, on average; images of nothing pack to less, but bags are not made of them.
+/// Most bytes that come out of one byte of the file, on average; images of nothing pack to less,
+/// but bags are not made of them.
 const MAX_RATIO: u64 = 1000;
 /// Unpacked bytes from which on that holds.
 const FEW: u64 = 256 << 20;

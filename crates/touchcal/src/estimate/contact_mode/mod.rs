@@ -1,0 +1,18 @@
+//! The likelihood of a one-sided contact whose active constraints are not known.
+//!
+//! A peg in a hole rests against one or several of the surfaces near it; which, is not measured.
+//! The *contact mode* (the set of active constraints) is a latent variable, marginalized in the
+//! likelihood of the contact; how often each surface is touched is estimated by
+//! expectation–maximisation.
+
+mod active_set;
+mod candidates;
+mod counts;
+mod likelihood;
+mod prior;
+mod soft_gate;
+
+pub(crate) use candidates::{CandidateContacts, CandidateMatrix, CandidateVector};
+pub(crate) use counts::ContactCounts;
+pub(crate) use likelihood::{MarginalLikelihood, marginal_likelihood};
+pub(crate) use prior::ContactModePrior;

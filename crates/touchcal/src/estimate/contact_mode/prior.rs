@@ -1,0 +1,29 @@
+//! How often the surfaces of a region are touched.
+
+use crate::estimate::options::ContactModeOptions;
+
+/// Prior of the contact mode in one region of a manifold, estimated from the contacts.
+///
+/// The odds `κⱼ` (m) of surface `j` are the probability that it is touched over the density (1/m)
+/// of its distance where it is free. A tool that is held leans to one side, so each surface has
+/// odds of its own.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct ContactModePrior {
+    /// `κⱼ` (m) of each surface.
+    pub odds: Vec<f64>,
+    /// `η`, odds (1) that a contact touches nothing.
+    pub no_contact: f64,
+    /// Share of each surface's candidates within the gate that are active.
+    pub active_share: Vec<f64>,
+}
+
+impl ContactModePrior {
+    /// Before anything is known of so many surfaces.
+    pub fn initial(surfaces: usize, options: &ContactModeOptions) -> Self {
+        ContactModePrior {
+            odds: vec![options.initial_odds; surfaces],
+            no_contact: options.initial_no_contact,
+            active_share: vec![0.5; surfaces],
+        }
+    }
+}

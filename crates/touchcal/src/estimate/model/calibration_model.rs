@@ -1,0 +1,92 @@
+//! A problem with the parameters in order and what was estimated of its noise and contact modes.
+
+use nalgebra::Vector3;
+
+use super::layout::ParameterLayout;
+use super::noise::NoiseModel;
+use crate::estimate::contact_mode::ContactModePrior;
+use crate::estimate::problem::Problem;
+use crate::manifold::Rows;
+use crate::robot::Kinematics;
+use crate::se3::Pose;
+
+/// A problem with the parameters in order and what was estimated of its noise and contact modes.
+pub(crate) struct CalibrationModel<'p> {
+    pub problem: &'p Problem,
+    pub layout: ParameterLayout,
+    /// Nominal pose of every fixture.
+    pub base_from_fixture: Vec<Pose>,
+    /// At parameters zero.
+    pub kinematics: Kinematics,
+    pub noise: NoiseModel,
+    /// For each fixture and region of its manifold.
+    pub mode_priors: Vec<Vec<ContactModePrior>>,
+}
+
+impl<'p> CalibrationModel<'p> {
+    pub fn new(problem: &'p Problem) -> Self {
+        let layout = ParameterLayout::new(problem);
+        let kinematics = Kinematics::new(&problem.robot, &layout.kinematic(), problem.tool.tip_from_tool);
+        let mode_priors = problem.fixtures.iter().map(|fixture| {
+            let (regions, surfaces) = fixture.manifold.surfaces();
+            vec![ContactModePrior::initial(surfaces, &problem.options.contact_mode); regions]
+        });
+        CalibrationModel {
+            problem,
+            base_from_fixture: nominal_places(problem, &kinematics),
+            noise: NoiseModel::new(&problem.robot, &problem.noise),
+            mode_priors: mode_priors.collect(),
+            kinematics,
+            layout,
+        }
+    }
+
+    /// Distance between contacts of a subsample of about `count` contacts.
+    pub fn stride(&self, count: usize) -> usize {
+        (self.problem.contacts.len() / count).max(1)
+    }
+
+    /// Whether any contact is one-sided, so that its contact mode is latent.
+    pub fn has_one_sided_contacts(&self) -> bool {
+        let one_sided = self.problem.fixtures.iter().any(|fixture| fixture.manifold.has_interference());
+        one_sided && self.problem.noise.encoder > 0.0 && !self.problem.contacts.is_empty()
+    }
+
+    /// Whether contact `i` is one-sided.
+    pub fn is_one_sided(&self, i: usize) -> bool {
+        self.problem.fixtures[self.problem.contacts.fixture(i)].manifold.has_interference()
+    }
+
+    /// The region that candidate contacts with fixture `f` are of, and its number of surfaces.
+    pub fn region(&self, f: usize, candidates: &Rows) -> (usize, usize) {
+        let surfaces = self.mode_priors[f].first().map_or(1, |prior| prior.odds.len());
+        (candidates.surfaces().first().map_or(0, |surface| surface / surfaces), surfaces)
+    }
+
+    /// Column of the first `ln κⱼ` of a region of fixture `f` where the odds count as parameters
+    /// too, all behind the parameters.
+    pub fn odds_column(&self, f: usize, region: usize) -> usize {
+        let before = self.mode_priors[..f].iter().flatten().chain(&self.mode_priors[f][..region]);
+        self.layout.len() + before.map(|prior| prior.odds.len()).sum::<usize>()
+    }
+}
+
+/// Declared poses, and for fixtures without one the mean tool position of their contacts by the
+/// nominal arm.
+fn nominal_places(problem: &Problem, kinematics: &Kinematics) -> Vec<Pose> {
+    let mut sums = vec![(Vector3::zeros(), 0usize); problem.fixtures.len()];
+    for i in 0..problem.contacts.len() {
+        let (sum, count) = &mut sums[problem.contacts.fixture(i)];
+        if problem.fixtures[problem.contacts.fixture(i)].base_from_fixture.is_none() {
+            *sum += kinematics.pose_under(problem.contacts.q(i), &problem.contacts.load(i)).translation.vector;
+            *count += 1;
+        }
+    }
+    let declared = problem.fixtures.iter().zip(sums);
+    declared
+        .map(|(fixture, (sum, count))| {
+            let mean = || Pose::from_parts((sum / count.max(1) as f64).into(), nalgebra::UnitQuaternion::identity());
+            fixture.base_from_fixture.unwrap_or_else(mean)
+        })
+        .collect()
+}

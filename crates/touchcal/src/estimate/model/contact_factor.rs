@@ -1,0 +1,210 @@
+//! The factor of one contact: its residual or likelihood, with derivatives by the parameters.
+
+use nalgebra::Vector3;
+
+use super::linearization::LinearizationPoint;
+use super::objective::Objective;
+use super::whitening::{pose_covariance, row_covariance, whiten};
+use crate::estimate::contact_mode::{CandidateContacts, CandidateVector, MarginalLikelihood, marginal_likelihood};
+use crate::manifold::{MAX_ROWS, Reach, Recall, Rows};
+use crate::parameter::ParameterId;
+use crate::robot::KinematicsScratch;
+use crate::se3::{self, Pose};
+
+/// The factor of one contact, evaluated in place.
+pub(crate) struct ContactFactor {
+    q: Vec<f64>,
+    kinematics: KinematicsScratch,
+    rows: Rows,
+    /// Derivatives of the rows, row by row, by the parameters that the contact depends on.
+    jacobian: Vec<f64>,
+    residual: [f64; MAX_ROWS],
+    /// Standard deviation (m) of the first row before whitening.
+    sigma: f64,
+    likelihood: Option<MarginalLikelihood>,
+    /// Whether derivatives by the odds of contact modes are needed.
+    with_odds_derivatives: bool,
+}
+
+impl ContactFactor {
+    /// Scratch for the contacts of a model.
+    pub fn new(point: &LinearizationPoint<'_>, with_odds_derivatives: bool) -> Self {
+        ContactFactor {
+            q: vec![0.0; point.dof()],
+            kinematics: point.scratch(),
+            rows: Rows::new(),
+            jacobian: vec![0.0; MAX_ROWS * point.model.layout.len()],
+            residual: [0.0; MAX_ROWS],
+            sigma: 0.0,
+            likelihood: None,
+            with_odds_derivatives,
+        }
+    }
+
+    /// Residual rows, whitened unless they are of candidate contacts.
+    pub fn residual(&self) -> &[f64] {
+        &self.residual[..self.rows.len()]
+    }
+
+    /// Their derivatives by the parameters that the contact depends on, row by row, `width`
+    /// columns.
+    pub fn jacobian(&self, width: usize) -> &[f64] {
+        &self.jacobian[..self.rows.len() * width]
+    }
+
+    /// Squared norm of the residual.
+    pub fn squared_norm(&self) -> f64 {
+        self.residual().iter().map(|r| r * r).sum()
+    }
+
+    /// Standard deviation (m) of the first row before whitening.
+    pub fn sigma(&self) -> f64 {
+        self.sigma
+    }
+
+    /// The marginal likelihood of a one-sided contact, with the candidate contacts it is of.
+    pub fn likelihood(&self) -> Option<(&MarginalLikelihood, &Rows)> {
+        self.likelihood.as_ref().map(|likelihood| (likelihood, &self.rows))
+    }
+
+    /// Scratch for joint positions.
+    pub fn joint_positions(&mut self) -> &mut [f64] {
+        &mut self.q
+    }
+
+    /// Evaluates the residual of contact `i` for an envelope or residual objective.
+    pub fn evaluate(&mut self, point: &LinearizationPoint<'_>, i: usize, objective: Objective) {
+        let f = point.model.problem.contacts.fixture(i);
+        let pose = point.pose_and_jacobian(i, &mut self.q, &mut self.kinematics);
+        residual_rows(point, f, std::slice::from_ref(&pose), objective, std::slice::from_mut(&mut self.rows));
+        self.finish_residual(point, i, &pose, objective);
+    }
+
+    /// The same from the manifold's rows at the contact's pose, see [`residual_rows`].
+    pub fn evaluate_rows(&mut self, point: &LinearizationPoint<'_>, i: usize, objective: Objective, rows: Rows) {
+        let pose = point.pose_and_jacobian(i, &mut self.q, &mut self.kinematics);
+        self.rows = rows;
+        self.finish_residual(point, i, &pose, objective);
+    }
+
+    fn finish_residual(&mut self, point: &LinearizationPoint<'_>, i: usize, pose: &Pose, objective: Objective) {
+        let f = point.model.problem.contacts.fixture(i);
+        let is_whitened = objective != Objective::Envelope;
+        let bias_derivative = if is_whitened { -1.0 } else { 0.0 };
+        let bias = if is_whitened { point.fixtures[f].gap_bias } else { 0.0 };
+        self.differentiate(point, f, pose, |id, _| match id {
+            ParameterId::GapBias(_) => Some(bias_derivative),
+            _ => None,
+        });
+        for (residual, value) in self.residual.iter_mut().zip(self.rows.values()) {
+            *residual = value - bias;
+        }
+        self.likelihood = None;
+        if is_whitened {
+            let (len, width) = (self.rows.len(), point.model.layout.dependencies[f].len());
+            let noise = &point.model.noise;
+            let variance_factor = noise.residual_variance_factor();
+            let of_pose = pose_covariance(&self.kinematics.joints, &noise.joint_variance, variance_factor);
+            let own_variance = variance_factor * noise.contact.powi(2);
+            let covariance = row_covariance(self.rows.jacobian(), &of_pose, own_variance);
+            let (residual, jacobian) = (&mut self.residual[..len], &mut self.jacobian[..len * width]);
+            self.sigma = whiten(covariance, residual, jacobian, width);
+        }
+    }
+
+    /// Evaluates the marginal likelihood of contact `i`, which is one-sided; `cache` is that of the
+    /// contact.
+    pub fn evaluate_modes(&mut self, point: &LinearizationPoint<'_>, i: usize, cache: &mut Recall) {
+        let model = point.model;
+        let f = model.problem.contacts.fixture(i);
+        let pose = point.pose_and_jacobian(i, &mut self.q, &mut self.kinematics);
+        let (noise, variance_factor) = (&model.noise, model.noise.mode_variance_factor());
+        let gate = Reach {
+            covariance: pose_covariance(&self.kinematics.joints, &noise.joint_variance, variance_factor),
+            own_variance: variance_factor * noise.contact.powi(2),
+            interference: point.fixtures[f].gap_bias,
+            deviations: model.problem.options.contact_mode.gate,
+        };
+        self.rows.clear();
+        model.problem.fixtures[f].manifold.walls(&pose, &gate, cache, &mut self.rows);
+        let directions: [usize; MAX_ROWS] = std::array::from_fn(|r| {
+            self.rows.jacobian().get(r).map_or(0, |row| axis_direction(&(pose.rotation * se3::linear(row))))
+        });
+        self.differentiate(point, f, &pose, |id, r| match id {
+            ParameterId::GapBias(_) => Some(-1.0),
+            ParameterId::DirectionalGapBias(_, k) => Some(-f64::from(u8::from(directions[r] == k))),
+            _ => None,
+        });
+        let fixture = &point.fixtures[f];
+        for (r, value) in self.rows.values().iter().enumerate() {
+            self.residual[r] = value - fixture.gap_bias - fixture.directional_gap_bias[directions[r]];
+        }
+        let candidates = self.candidates(point, f, &gate);
+        self.likelihood = Some(marginal_likelihood(&candidates, &model.problem.options.contact_mode));
+    }
+
+    fn candidates(&self, point: &LinearizationPoint<'_>, f: usize, gate: &Reach) -> CandidateContacts {
+        let (region, surfaces) = point.model.region(f, &self.rows);
+        let prior = &point.model.mode_priors[f][region];
+        let (mut distances, mut odds) = (CandidateVector::zeros(), CandidateVector::repeat(1.0));
+        for (k, &surface) in self.rows.surfaces().iter().enumerate() {
+            distances[k] = self.residual[k];
+            odds[k] = prior.odds[surface % surfaces];
+        }
+        CandidateContacts {
+            count: self.rows.len(),
+            distances,
+            covariance: row_covariance(self.rows.jacobian(), &gate.covariance, gate.own_variance),
+            odds,
+            no_contact: prior.no_contact,
+            with_odds_derivatives: self.with_odds_derivatives,
+        }
+    }
+
+    /// Derivatives of the rows by all parameters that the contact depends on; `of_bias(id, row)`
+    /// for those that the pose does not depend on.
+    fn differentiate(
+        &mut self,
+        point: &LinearizationPoint<'_>,
+        f: usize,
+        fixture_from_tool: &Pose,
+        of_bias: impl Fn(ParameterId, usize) -> Option<f64>,
+    ) {
+        let layout = &point.model.layout;
+        let dependencies = &layout.dependencies[f];
+        let fixture_motion = point.fixture_motion(f, fixture_from_tool);
+        for (r, row) in self.rows.jacobian().iter().enumerate() {
+            let jacobian = &mut self.jacobian[r * dependencies.len()..(r + 1) * dependencies.len()];
+            for (entry, &k) in jacobian.iter_mut().zip(dependencies) {
+                let derivative = || point.derivative(k, row, fixture_motion.as_ref(), &self.kinematics);
+                *entry = of_bias(layout.parameters[k].id, r).unwrap_or_else(derivative);
+            }
+        }
+    }
+}
+
+/// The rows of fixture `f`'s manifold at poses of contacts with it, written to `rows`, for an
+/// envelope or residual objective.
+pub(crate) fn residual_rows(
+    point: &LinearizationPoint<'_>,
+    f: usize,
+    fixture_from_tool: &[Pose],
+    objective: Objective,
+    rows: &mut [Rows],
+) {
+    let manifold = &point.model.problem.fixtures[f].manifold;
+    match objective {
+        Objective::Residual(_) | Objective::ContactModes => {
+            manifold.residuals(fixture_from_tool, point.model.noise.resolution, rows);
+        }
+        Objective::Envelope => fixture_from_tool.iter().zip(rows).for_each(|(pose, rows)| {
+            rows.clear();
+            manifold.envelope(pose, rows);
+        }),
+    }
+}
+
+/// Number of the axis direction that a normal is nearest to: +x, −x, +y, −y, +z, −z.
+fn axis_direction(normal: &Vector3<f64>) -> usize {
+    2 * normal.iamax() + usize::from(normal[normal.iamax()] < 0.0)
+}

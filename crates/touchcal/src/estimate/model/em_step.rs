@@ -1,0 +1,104 @@
+//! One iteration of expectation–maximisation for contact modes.
+
+use nalgebra::DVector;
+
+use super::calibration_model::CalibrationModel;
+use super::declared_factors::{add_distances, add_priors, prior_information};
+use super::layout::PriorGroup;
+use super::linearization::LinearizationPoint;
+use super::mode_statistics::{ContactModeStatistics, Curvature, contact_mode_statistics};
+use super::objective::Objective;
+use crate::estimate::contact_mode::{ContactCounts, ContactModePrior};
+use crate::manifold::Recall;
+use crate::solver::FreeParameters;
+
+/// Fixed-point iterations for the width of directional gap biases from one evaluation of the
+/// contacts.
+const WIDTH_ITERATIONS: usize = 20;
+
+/// The outcome of an iteration.
+pub(crate) struct EmStep {
+    /// Share of the one-sided contacts that are informative.
+    pub informative_fraction: f64,
+    /// Mean relative change of the odds, or that of the noise or of a width if it is larger.
+    pub change: f64,
+    /// The cost before the iteration.
+    pub cost: f64,
+    /// The Newton step of the parameters, if it is short enough to be taken without a line search.
+    pub step: Option<DVector<f64>>,
+}
+
+/// Updates the model's contact odds, noise of candidate contacts and widths of directional gap
+/// biases from every `stride`-th contact at `theta`.
+pub(crate) fn em_step(
+    model: &mut CalibrationModel<'_>,
+    theta: &DVector<f64>,
+    free: &FreeParameters,
+    stride: usize,
+    caches: &mut [Recall],
+) -> EmStep {
+    let options = &model.problem.options;
+    let mut statistics = contact_mode_statistics(model, theta, (stride, Curvature::Complete), caches);
+    let informative_fraction = statistics.informative_fraction(model);
+    let priors = maximize_priors(model, &statistics);
+    let noise = maximize_noise(model, &statistics);
+    let mut change =
+        mean_change(&statistics, &model.mode_priors, &priors).max((noise / model.noise.mode_factor).ln().abs());
+    add_distances(&LinearizationPoint::new(model, theta), &mut statistics.derivatives);
+    let data = statistics.derivatives.clone().complete().information;
+    add_priors(model, theta, Objective::ContactModes, &mut statistics.derivatives);
+    let normal = statistics.derivatives.complete();
+    let step = normal.damped(free, 0.0).map(|damped| damped.step(&normal.gradient));
+    let step = step.filter(|step| -normal.gradient.dot(step) < options.contact_mode.em_step_decrement);
+    (model.mode_priors, model.noise.mode_factor) = (priors, noise);
+    for group in PriorGroup::directional_gap_biases(&model.layout, options) {
+        for _ in 0..WIDTH_ITERATIONS {
+            let covariance = free.covariance(&(&data + prior_information(model)));
+            let sigma = group.m_step(theta, &covariance);
+            for &k in &group.members {
+                change = change.max(model.layout.set_prior_sigma(k, sigma));
+            }
+        }
+    }
+    EmStep { informative_fraction, change, cost: normal.cost, step }
+}
+
+/// The contact mode priors with the greatest expected likelihood, over-relaxed.
+fn maximize_priors(model: &CalibrationModel<'_>, statistics: &ContactModeStatistics) -> Vec<Vec<ContactModePrior>> {
+    let options = &model.problem.options.contact_mode;
+    let candidates: f64 = statistics.counts.iter().flatten().map(ContactCounts::candidates).sum();
+    let gate = (options.gate * statistics.sigma_sum / candidates.max(1.0)).max(f64::MIN_POSITIVE);
+    let of_fixture = |(counts, before): (&Vec<ContactCounts>, &Vec<ContactModePrior>)| {
+        let sum = |of: fn((f64, f64)) -> f64| counts.iter().map(|counts| of(counts.contacts())).sum::<f64>();
+        let no_contact = sum(|(_, none)| none).max(1.0) / sum(|(some, _)| some).max(1.0);
+        let regions = counts.iter().zip(before);
+        regions.map(|(counts, before)| counts.m_step(before, gate, no_contact, options)).collect()
+    };
+    statistics.counts.iter().zip(&model.mode_priors).map(of_fixture).collect()
+}
+
+/// The noise factor of candidate contacts with the greatest expected likelihood.
+fn maximize_noise(model: &CalibrationModel<'_>, statistics: &ContactModeStatistics) -> f64 {
+    let strength = model.problem.options.contact_mode.noise_strength;
+    let before = model.noise.mode_factor;
+    let active: f64 = statistics.counts.iter().flatten().flat_map(ContactCounts::active).sum();
+    let degrees_of_freedom = (active - model.layout.len() as f64).max(0.0) + strength;
+    before * ((statistics.squared_distance + strength / before.powi(2)) / degrees_of_freedom).sqrt()
+}
+
+/// Mean relative change of the odds, weighted by active contacts.
+fn mean_change(
+    statistics: &ContactModeStatistics,
+    before: &[Vec<ContactModePrior>],
+    after: &[Vec<ContactModePrior>],
+) -> f64 {
+    let (mut sum, mut count) = (0.0, 1.0);
+    let priors = before.iter().flatten().zip(after.iter().flatten());
+    for (counts, (before, after)) in statistics.counts.iter().flatten().zip(priors) {
+        for (active, (before, after)) in counts.active().iter().zip(before.odds.iter().zip(&after.odds)) {
+            sum += active * (after / before).ln().abs();
+            count += active;
+        }
+    }
+    sum / count
+}

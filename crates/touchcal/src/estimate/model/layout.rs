@@ -1,0 +1,183 @@
+//! The parameters of a problem in order, and which contacts depend on which.
+
+use crate::estimate::options::EstimatorOptions;
+use crate::estimate::problem::{PlacePrior, Problem};
+use crate::parameter::{Parameter, ParameterId, Prior, directional_gap_bias, gap_bias, joint_drift};
+use crate::robot::KinematicParameter;
+use nalgebra::{DMatrix, DVector};
+
+/// Directions that contact normals are sorted into.
+const DIRECTIONS: usize = 6;
+
+/// The parameters of a problem in order, and which contacts depend on which.
+pub(crate) struct ParameterLayout {
+    pub parameters: Vec<Parameter>,
+    /// Index of each parameter among those of the kinematics; 0 for the others.
+    pub kinematic_index: Vec<usize>,
+    /// For each fixture, the indices of all parameters that its contacts depend on, ascending.
+    pub dependencies: Vec<Vec<usize>>,
+    /// Index of each fixture's placement.
+    pub placement: Vec<usize>,
+}
+
+impl ParameterLayout {
+    pub fn new(problem: &Problem) -> Self {
+        let (placement_names, placement) = placements(problem);
+        let parameters = all_parameters(problem, &placement_names);
+        let mut kinematic_count = 0;
+        let kinematic_index = parameters.iter().map(|parameter| {
+            let index = kinematic_count;
+            kinematic_count += usize::from(parameter.id.kinematic().is_some());
+            index
+        });
+        let dependencies = (0..problem.fixtures.len()).map(|f| dependencies(&parameters, f, placement[f]));
+        ParameterLayout {
+            kinematic_index: kinematic_index.collect(),
+            dependencies: dependencies.collect(),
+            placement,
+            parameters,
+        }
+    }
+
+    /// Number of parameters.
+    pub fn len(&self) -> usize {
+        self.parameters.len()
+    }
+
+    /// The parameters of the kinematics, in order.
+    pub fn kinematic(&self) -> Vec<KinematicParameter> {
+        self.parameters.iter().filter_map(|parameter| parameter.id.kinematic()).collect()
+    }
+
+    /// Scale of every parameter: its prior's standard deviation, else its plausible size.
+    pub fn scale(&self) -> DVector<f64> {
+        let each = self.parameters.iter().map(|parameter| parameter.prior_sigma().unwrap_or(parameter.scale));
+        DVector::from_iterator(self.len(), each)
+    }
+
+    /// Sets the standard deviation of a parameter's prior, in its unit; returns the size of the
+    /// change of its logarithm.
+    pub fn set_prior_sigma(&mut self, k: usize, sigma: f64) -> f64 {
+        let prior = &mut self.parameters[k].prior;
+        let before = prior.sigma();
+        *prior = prior.with_sigma(sigma);
+        before.map_or(0.0, |before| (sigma / before).ln().abs())
+    }
+}
+
+/// Parameters whose priors share a standard deviation, a variance component.
+pub(crate) struct PriorGroup {
+    pub members: Vec<usize>,
+    /// Start of the standard deviation, and the number of observed values that it counts as.
+    start: f64,
+    strength: f64,
+}
+
+impl PriorGroup {
+    /// All groups of a layout but the directional gap biases, whose widths follow from contact
+    /// modes.
+    pub fn all(layout: &ParameterLayout) -> Vec<PriorGroup> {
+        let mut names: Vec<&str> = Vec::new();
+        let mut groups: Vec<PriorGroup> = Vec::new();
+        for (k, parameter) in layout.parameters.iter().enumerate() {
+            let Prior::VarianceComponent { sigma, group, strength } = parameter.prior else { continue };
+            if let Some(g) = names.iter().position(|name| *name == group) {
+                groups[g].members.push(k);
+            } else {
+                names.push(group);
+                groups.push(PriorGroup { members: vec![k], start: sigma, strength });
+            }
+        }
+        groups
+    }
+
+    /// The directional gap biases of each fixture that has any.
+    pub fn directional_gap_biases(layout: &ParameterLayout, options: &EstimatorOptions) -> Vec<PriorGroup> {
+        let (start, strength) =
+            (options.contact_mode.directional_bias_sigma, options.contact_mode.directional_bias_strength);
+        let fixtures = 0..layout.dependencies.len();
+        let members = fixtures.map(|f| {
+            let is_of_fixture =
+                |k: &usize| matches!(layout.parameters[*k].id, ParameterId::DirectionalGapBias(of, _) if of == f);
+            (0..layout.len()).filter(is_of_fixture).collect::<Vec<_>>()
+        });
+        let some = members.filter(|members| !members.is_empty());
+        some.map(|members| PriorGroup { members, start, strength }).collect()
+    }
+
+    /// The maximisation step: the standard deviation with the greatest expected likelihood,
+    /// `σ² = (Σ (xᵢ² + Sᵢᵢ) + n₀ b²) / (n + n₀)`, for a posterior with mean `x` and covariance `S`.
+    pub fn m_step(&self, theta: &DVector<f64>, covariance: &DMatrix<f64>) -> f64 {
+        let squares: f64 = self.members.iter().map(|&k| theta[k].powi(2) + covariance[(k, k)].max(0.0)).sum();
+        let count = self.members.len() as f64 + self.strength;
+        ((squares + self.strength * self.start.powi(2)) / count).sqrt()
+    }
+}
+
+/// Names of the placements in the order of their first fixture, and the placement of each fixture.
+fn placements(problem: &Problem) -> (Vec<&str>, Vec<usize>) {
+    let mut names: Vec<&str> = Vec::new();
+    let mut index = Vec::with_capacity(problem.fixtures.len());
+    for fixture in &problem.fixtures {
+        let known = names.iter().position(|name| *name == fixture.placement);
+        index.push(known.unwrap_or(names.len()));
+        if known.is_none() {
+            names.push(&fixture.placement);
+        }
+    }
+    (names, index)
+}
+
+/// The arm's parameters, then the tool's, each fixture's and each gap bias.
+fn all_parameters(problem: &Problem, placements: &[&str]) -> Vec<Parameter> {
+    let mut parameters = problem.parameters.clone();
+    // The drift of a single placement cannot be told from the offsets.
+    if problem.joint_drift && placements.len() > 1 {
+        for (p, name) in placements.iter().enumerate() {
+            parameters.extend(joint_drift(&problem.robot, p, name));
+        }
+    }
+    let mut tool_directions: Vec<usize> =
+        problem.fixtures.iter().flat_map(|fixture| fixture.manifold.tool_directions().iter().copied()).collect();
+    tool_directions.sort_unstable();
+    tool_directions.dedup();
+    let of_tool = |k: usize| Parameter::twist("tool", ParameterId::tool(k), k);
+    parameters.extend(place_parameters(problem.tool.prior, &tool_directions, of_tool));
+    for (f, fixture) in problem.fixtures.iter().enumerate() {
+        let prefix = format!("fixture.{}", fixture.name);
+        let of_fixture = |k: usize| Parameter::twist(&prefix, ParameterId::Fixture(f, k), k);
+        parameters.extend(place_parameters(fixture.prior, fixture.manifold.fixture_directions(), of_fixture));
+    }
+    for (f, fixture) in problem.fixtures.iter().enumerate() {
+        if fixture.manifold.has_interference() {
+            let options = &problem.options;
+            parameters.push(gap_bias(&fixture.name, f).with_sigma(options.search.gap_bias_sigma));
+            let sigma = options.contact_mode.directional_bias_sigma;
+            parameters.extend((0..DIRECTIONS).map(|k| directional_gap_bias(&fixture.name, f, k).with_sigma(sigma)));
+        }
+    }
+    parameters
+}
+
+/// The components of a twist that are to be estimated, with their priors.
+fn place_parameters(prior: PlacePrior, directions: &[usize], parameter: impl Fn(usize) -> Parameter) -> Vec<Parameter> {
+    let each = directions.iter().filter_map(|&k| match prior {
+        PlacePrior::Fixed => None,
+        PlacePrior::Flat => Some(parameter(k)),
+        PlacePrior::Gaussian { sigma, sigma_angle } => {
+            let sigma = if k < 3 { sigma } else { sigma_angle };
+            (sigma > 0.0).then(|| parameter(k).with_sigma(sigma))
+        }
+    });
+    each.collect()
+}
+
+/// Indices of the parameters that contacts with a fixture depend on.
+fn dependencies(parameters: &[Parameter], fixture: usize, placement: usize) -> Vec<usize> {
+    let depends = |id: ParameterId| match id {
+        ParameterId::Fixture(f, _) | ParameterId::GapBias(f) | ParameterId::DirectionalGapBias(f, _) => f == fixture,
+        ParameterId::JointDrift(p, _) => p == placement,
+        ParameterId::Kinematic(_) => true,
+    };
+    (0..parameters.len()).filter(|&k| depends(parameters[k].id)).collect()
+}

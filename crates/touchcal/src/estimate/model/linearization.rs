@@ -1,0 +1,145 @@
+//! Poses at given parameters, and their derivatives.
+
+use nalgebra::{DVector, Matrix6, Vector3};
+
+use super::calibration_model::CalibrationModel;
+use crate::manifold::Rows;
+use crate::parameter::ParameterId;
+use crate::robot::{Kinematics, KinematicsScratch};
+use crate::se3::{self, Pose, Twist};
+
+/// A model at given parameters.
+pub(crate) struct LinearizationPoint<'m> {
+    pub model: &'m CalibrationModel<'m>,
+    kinematics: Kinematics,
+    pub fixtures: Vec<FixtureState>,
+    /// Drift of each joint in each placement (rad), one placement after the other.
+    drift: Vec<f64>,
+}
+
+/// A fixture at given parameters.
+pub(crate) struct FixtureState {
+    fixture_from_base: Pose,
+    pub base_from_fixture: Pose,
+    /// `Jr` of the twist on its pose.
+    pub right_jacobian: Matrix6<f64>,
+    pub gap_bias: f64,
+    /// What is added to it in each direction.
+    pub directional_gap_bias: [f64; 6],
+}
+
+impl<'m> LinearizationPoint<'m> {
+    /// At parameters `theta` (SI).
+    pub fn new(model: &'m CalibrationModel<'m>, theta: &DVector<f64>) -> Self {
+        let mut kinematics = model.kinematics.clone();
+        let mut kinematic_values = Vec::new();
+        let mut twists = vec![Twist::zeros(); model.base_from_fixture.len()];
+        let mut biases = vec![(0.0, [0.0; 6]); model.base_from_fixture.len()];
+        let dof = kinematics.dof();
+        let placements = 1 + model.layout.placement.iter().max().copied().unwrap_or(0);
+        let mut drift = vec![0.0; dof * placements];
+        for (parameter, &value) in model.layout.parameters.iter().zip(theta.iter()) {
+            match parameter.id {
+                ParameterId::Kinematic(_) => kinematic_values.push(value),
+                ParameterId::JointDrift(placement, i) => drift[placement * dof + i] = value,
+                ParameterId::Fixture(f, k) => twists[f][k] = value,
+                ParameterId::GapBias(f) => biases[f].0 = value,
+                ParameterId::DirectionalGapBias(f, k) => biases[f].1[k] = value,
+            }
+        }
+        kinematics.set(&kinematic_values);
+        let fixtures = model.base_from_fixture.iter().zip(twists).zip(biases);
+        let fixtures = fixtures.map(|((nominal, twist), (gap_bias, directional_gap_bias))| {
+            let base_from_fixture = nominal * se3::exp(&twist);
+            FixtureState {
+                fixture_from_base: base_from_fixture.inverse(),
+                base_from_fixture,
+                right_jacobian: se3::right_jacobian(&twist),
+                gap_bias,
+                directional_gap_bias,
+            }
+        });
+        LinearizationPoint { model, kinematics, fixtures: fixtures.collect(), drift }
+    }
+
+    /// Number of moving joints.
+    pub fn dof(&self) -> usize {
+        self.kinematics.dof()
+    }
+
+    /// Scratch for [`LinearizationPoint::pose_and_jacobian`].
+    pub fn scratch(&self) -> KinematicsScratch {
+        self.kinematics.scratch()
+    }
+
+    /// `fixture_from_tool` of contact `i` without the drift of its placement.
+    pub fn pose_without_drift(&self, i: usize) -> Pose {
+        let contacts = &self.model.problem.contacts;
+        self.fixtures[contacts.fixture(i)].fixture_from_base
+            * self.kinematics.pose_under(contacts.q(i), &contacts.load(i))
+    }
+
+    /// `fixture_from_tool` of contact `i`; `q` is scratch for joint positions.
+    pub fn pose(&self, i: usize, q: &mut [f64]) -> Pose {
+        let contacts = &self.model.problem.contacts;
+        self.subtract_drift(i, q);
+        self.fixtures[contacts.fixture(i)].fixture_from_base * self.kinematics.pose_under(q, &contacts.load(i))
+    }
+
+    /// The same pose, with its derivatives written to `scratch`.
+    pub fn pose_and_jacobian(&self, i: usize, q: &mut [f64], scratch: &mut KinematicsScratch) -> Pose {
+        let contacts = &self.model.problem.contacts;
+        self.subtract_drift(i, q);
+        let base_from_tool = self.kinematics.pose_and_jacobian_under(q, &contacts.load(i), scratch);
+        self.fixtures[contacts.fixture(i)].fixture_from_base * base_from_tool
+    }
+
+    /// Writes the joint positions of contact `i` less the drift of its placement to `q`.
+    fn subtract_drift(&self, i: usize, q: &mut [f64]) {
+        let contacts = &self.model.problem.contacts;
+        let (f, measured) = (contacts.fixture(i), contacts.q(i));
+        let drift = &self.drift[self.model.layout.placement[f] * measured.len()..];
+        for (q, (measured, drift)) in q.iter_mut().zip(measured.iter().zip(drift)) {
+            *q = measured - drift;
+        }
+    }
+
+    /// `∂ξ/∂ζ` of the tool's twist ξ in its own frame by the twist ζ on fixture `f`'s pose; none if
+    /// that pose is fixed.
+    ///
+    /// `T_ft = T_bf⁻¹ T_bt`: moving the fixture by `Exp(ζ)` moves the tool by `−Ad(T_ft⁻¹) ζ`.
+    pub fn fixture_motion(&self, f: usize, fixture_from_tool: &Pose) -> Option<Matrix6<f64>> {
+        let is_pose = |k: &usize| matches!(self.model.layout.parameters[*k].id, ParameterId::Fixture(..));
+        let motion = || -(se3::adjoint(&fixture_from_tool.inverse()) * self.fixtures[f].right_jacobian);
+        self.model.layout.dependencies[f].iter().any(is_pose).then(motion)
+    }
+
+    /// Derivative by parameter `k` of a quantity that changes by `row · ξ` for a twist ξ of the
+    /// tool in its own frame, given [`fixture_motion`](LinearizationPoint::fixture_motion).
+    pub fn derivative(
+        &self,
+        k: usize,
+        row: &Twist,
+        fixture_motion: Option<&Matrix6<f64>>,
+        scratch: &KinematicsScratch,
+    ) -> f64 {
+        match self.model.layout.parameters[k].id {
+            ParameterId::Kinematic(_) => row.dot(&scratch.parameters[self.model.layout.kinematic_index[k]]),
+            ParameterId::Fixture(_, component) => {
+                fixture_motion.map_or(0.0, |motion| row.dot(&motion.column(component)))
+            }
+            ParameterId::JointDrift(_, joint) => -row.dot(&scratch.joints[joint]),
+            ParameterId::GapBias(_) | ParameterId::DirectionalGapBias(..) => 0.0,
+        }
+    }
+
+    /// Exact residual of contact `i` (m), at most three rows of it, without drift; `rows` is
+    /// scratch.
+    pub fn residual_vector(&self, i: usize, rows: &mut Rows) -> Vector3<f64> {
+        let f = self.model.problem.contacts.fixture(i);
+        rows.clear();
+        self.model.problem.fixtures[f].manifold.residual(&self.pose_without_drift(i), 0.0, rows);
+        let value = |k: usize| rows.values().get(k).copied().unwrap_or(0.0);
+        Vector3::new(value(0), value(1), value(2))
+    }
+}

@@ -1,0 +1,26 @@
+//! A problem as a function of its parameters: residuals, derivatives and weights of every factor of
+//! the cost, and their sums.
+
+mod assembly;
+mod calibration_model;
+mod contact_factor;
+mod declared_factors;
+mod em_step;
+mod layout;
+mod linearization;
+mod mode_statistics;
+mod noise;
+mod objective;
+mod resolution;
+mod whitening;
+
+pub(crate) use assembly::{contact_caches, contact_equations, normal_equations, whitened_norms};
+pub(crate) use calibration_model::CalibrationModel;
+pub(crate) use contact_factor::ContactFactor;
+pub(crate) use declared_factors::{add_distances, add_priors, distance_information, prior_information};
+pub(crate) use em_step::em_step;
+pub(crate) use layout::PriorGroup;
+pub(crate) use linearization::LinearizationPoint;
+pub(crate) use mode_statistics::{ContactModeStatistics, Curvature, contact_mode_statistics};
+pub(crate) use objective::Objective;
+pub(crate) use resolution::set_resolution;

@@ -1,0 +1,39 @@
+//! How well an arm explains contacts, as distances.
+
+/// Number, mean, root mean square and maximum of distances (m).
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Spread {
+    /// Number of distances.
+    pub count: usize,
+    /// Mean.
+    pub mean: f64,
+    /// Root mean square.
+    pub rms: f64,
+    /// Maximum.
+    pub max: f64,
+}
+
+/// Distances (m) of contacts from their manifolds, over all contacts and for each fixture.
+///
+/// A contact's distance is the norm of its manifold's residual. For a point manifold (ball in
+/// socket) it is the distance from the mean of all centres computed for that socket, so that
+/// neither the socket's place nor its spacing is needed.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Score {
+    /// Over all contacts.
+    pub all: Spread,
+    /// For each fixture of the problem, in order.
+    pub per_fixture: Vec<Spread>,
+}
+
+impl Spread {
+    /// Adds a distance (m).
+    pub(crate) fn add(&mut self, distance: f64) {
+        let before = self.count as f64;
+        self.count += 1;
+        let after = self.count as f64;
+        self.mean += (distance - self.mean) / after;
+        self.rms = ((self.rms * self.rms * before + distance * distance) / after).sqrt();
+        self.max = self.max.max(distance);
+    }
+}

@@ -1,0 +1,322 @@
+//! Warnings with their severity, message and advice.
+
+use crate::se3::Pose;
+
+/// What a warning means for the use of a result.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Severity {
+    /// The result must not be used.
+    Unusable,
+    /// The result may be used, with care.
+    Caution,
+}
+
+impl Severity {
+    /// Name in files: `unusable`, `caution`.
+    pub fn name(self) -> &'static str {
+        match self {
+            Severity::Unusable => "unusable",
+            Severity::Caution => "caution",
+        }
+    }
+}
+
+/// Something a user should know about a problem or a result.
+#[derive(Clone, Debug, PartialEq)]
+#[non_exhaustive]
+pub enum Warning {
+    /// Fewer measured rows than parameters without a prior.
+    TooFewContacts {
+        /// Number of residual rows.
+        rows: usize,
+        /// Number of parameters without a prior.
+        parameters: usize,
+    },
+    /// A fixture without contacts.
+    FixtureWithoutContacts {
+        /// Its name.
+        fixture: String,
+    },
+    /// The tool's outline does not enclose the origin of the tool's frame, as where the origin of a
+    /// drawing is a corner of the sheet.
+    OriginOutsideTool {
+        /// Middle of the outline in the tool's frame (m).
+        middle: [f64; 2],
+    },
+    /// Even by the nominal arm two sockets are at another distance than declared.
+    DistanceContradicted {
+        /// Names of the fixtures.
+        between: [String; 2],
+        /// Distance declared (m).
+        declared: f64,
+        /// Distance by the nominal arm (m).
+        measured: f64,
+    },
+    /// Parameters that neither data nor priors determine were fixed at zero.
+    Unobservable {
+        /// Their names.
+        names: Vec<String>,
+    },
+    /// Even together with their priors the data leave the arm's geometry about as uncertain as it
+    /// was.
+    ArmUndetermined {
+        /// Uncertainty of distances between tool positions after over before, 0 to 1.
+        remaining: f64,
+    },
+    /// Contacts scatter more than the declared noise explains, or the assumed one where none is
+    /// declared; standard deviations are scaled accordingly.
+    NoiseExceeded {
+        /// Measured over declared or assumed standard deviation.
+        factor: f64,
+        /// Whether the noise was declared.
+        declared: bool,
+    },
+    /// One-sided contacts scatter so much more than declared that it is no noise.
+    NoiseContradicted {
+        /// Measured over declared standard deviation.
+        factor: f64,
+    },
+    /// Errors of contacts close in the log are correlated; standard deviations are scaled
+    /// accordingly.
+    CorrelatedErrors {
+        /// Design effect: number of contacts that carry the information of an independent one.
+        design_effect: f64,
+        /// Whether the result may be used.
+        usable: bool,
+    },
+    /// The mean gap at contact is larger than of parts that touch.
+    NotTouching {
+        /// Name of the gap bias.
+        name: String,
+        /// Mean gap (m), negative if parts penetrate.
+        gap: f64,
+    },
+    /// Too few one-sided contacts are informative about which constraints are active; the least gap
+    /// of each was used, whose bias exceeds the standard deviations.
+    FewInformativeContacts {
+        /// Share of one-sided contacts that are informative, 0 to 1.
+        informative_fraction: f64,
+        /// Factor on the standard deviations.
+        inflation: f64,
+    },
+    /// Searches from other starts ended in another minimum that fits about as well.
+    CompetingMinimum,
+    /// Many contacts do not lie on their manifold.
+    ManyRejected {
+        /// Share of contacts, 0 to 1.
+        share: f64,
+        /// Whether the result may be used.
+        usable: bool,
+    },
+    /// A joint hardly moved, so errors on both sides of it have similar effects.
+    LittleJointMotion {
+        /// Name of the joint.
+        joint: String,
+        /// Range of its positions (rad or m).
+        range: f64,
+    },
+    /// A parameter of the arm ended beyond anything that a calibration corrects.
+    Implausible {
+        /// Name of the parameter.
+        name: String,
+        /// Its value (SI).
+        value: f64,
+    },
+    /// Contacts were measured by their distance from a projection, from which no uncertainty
+    /// follows.
+    NoUncertainty,
+    /// A parameter ended far outside its prior.
+    FarFromPrior {
+        /// Name of the parameter.
+        name: String,
+        /// Distance from zero in prior standard deviations.
+        deviations: f64,
+    },
+    /// The tool's pose was estimated, and the calibrated chain ends before the tool.
+    ToolNotInRobot {
+        /// Estimated pose of the tool frame in the tip link's frame.
+        tip_from_tool: Pose,
+    },
+    /// The calibrated arm is compliant, which a URDF reader that ignores compliance cannot
+    /// reproduce.
+    ComplianceInRobot,
+}
+
+impl Warning {
+    /// Whether a result with this warning may be used.
+    pub fn severity(&self) -> Severity {
+        let usable = match self {
+            Warning::TooFewContacts { .. }
+            | Warning::ArmUndetermined { .. }
+            | Warning::DistanceContradicted { .. }
+            | Warning::Implausible { .. }
+            | Warning::NoiseContradicted { .. }
+            | Warning::NotTouching { .. }
+            | Warning::CompetingMinimum => false,
+            Warning::CorrelatedErrors { usable, .. } | Warning::ManyRejected { usable, .. } => *usable,
+            _ => true,
+        };
+        if usable { Severity::Caution } else { Severity::Unusable }
+    }
+
+    /// Name in files: `too_few_contacts`, …
+    pub fn kind(&self) -> &'static str {
+        match self {
+            Warning::TooFewContacts { .. } => "too_few_contacts",
+            Warning::FixtureWithoutContacts { .. } => "fixture_without_contacts",
+            Warning::OriginOutsideTool { .. } => "origin_outside_tool",
+            Warning::DistanceContradicted { .. } => "distance_contradicted",
+            Warning::Unobservable { .. } => "unobservable",
+            Warning::ArmUndetermined { .. } => "arm_undetermined",
+            Warning::NoiseExceeded { .. } => "noise_exceeded",
+            Warning::NoiseContradicted { .. } => "noise_contradicted",
+            Warning::CorrelatedErrors { .. } => "correlated_errors",
+            Warning::NotTouching { .. } => "not_touching",
+            Warning::FewInformativeContacts { .. } => "few_informative_contacts",
+            Warning::CompetingMinimum => "competing_minimum",
+            Warning::ManyRejected { .. } => "many_rejected",
+            Warning::LittleJointMotion { .. } => "little_joint_motion",
+            Warning::Implausible { .. } => "implausible",
+            Warning::NoUncertainty => "no_uncertainty",
+            Warning::FarFromPrior { .. } => "far_from_prior",
+            Warning::ToolNotInRobot { .. } => "tool_not_in_robot",
+            Warning::ComplianceInRobot => "compliance_in_robot",
+        }
+    }
+
+    /// What is the matter, in one sentence without a full stop.
+    pub fn message(&self) -> String {
+        let percent = |share: &f64| format!("{:.0} %", 100.0 * share);
+        let mm = |metres: &f64| 1e3 * metres;
+        match self {
+            Warning::TooFewContacts { rows, parameters } => {
+                format!("{rows} measured rows cannot determine {parameters} parameters")
+            }
+            Warning::FixtureWithoutContacts { fixture } => format!("fixture `{fixture}` has no contacts"),
+            Warning::OriginOutsideTool { middle: [x, y] } => {
+                let (x, y) = (mm(x), mm(y));
+                format!(
+                    "the tool's outline does not enclose the origin of its frame: its middle is at ({x:.1}, {y:.1}) mm"
+                )
+            }
+            Warning::DistanceContradicted { between: [a, b], declared, measured } => {
+                let (declared, measured) = (mm(declared), mm(measured));
+                format!(
+                    "`{a}` and `{b}` are declared {declared} mm apart; by the nominal arm they are {measured:.1} mm apart"
+                )
+            }
+            Warning::Unobservable { names } => {
+                format!("the data do not determine these parameters, which are fixed at zero: {}", names.join(", "))
+            }
+            Warning::ArmUndetermined { remaining } => {
+                format!("{} of the arm's prior uncertainty remain", percent(remaining))
+            }
+            Warning::NoiseExceeded { factor, declared } => {
+                let noise = if *declared { "declared" } else { "assumed" };
+                format!(
+                    "contacts scatter {factor:.1} times more than the {noise} noise; standard deviations are scaled by that"
+                )
+            }
+            Warning::NoiseContradicted { factor } => {
+                format!("contacts scatter {factor:.1} times more than the declared noise")
+            }
+            Warning::CorrelatedErrors { design_effect: effect, .. } => {
+                format!(
+                    "contact errors are correlated (design effect {effect:.0}: {effect:.0} contacts carry the information of one)"
+                )
+            }
+            Warning::NotTouching { name, gap } => {
+                let verb = if *gap > 0.0 { "float" } else { "penetrate" };
+                format!("`{name}`: parts {verb} by {:.2} mm on average at contact", mm(&gap.abs()))
+            }
+            Warning::FewInformativeContacts { informative_fraction: share, inflation } => {
+                let share = percent(share);
+                format!(
+                    "only {share} of the one-sided contacts are informative; standard deviations are scaled by {inflation}"
+                )
+            }
+            Warning::CompetingMinimum => "another minimum, found from another start, fits about as well".to_owned(),
+            Warning::ManyRejected { share, .. } => {
+                format!("{} of the contacts do not fit and were rejected", percent(share))
+            }
+            Warning::LittleJointMotion { joint, range } => {
+                format!("joint `{joint}` moved only {:.2}° in all contacts", range.to_degrees())
+            }
+            Warning::Implausible { name, value } => {
+                format!("`{name}` ended at {value:.3}, too large for a calibration")
+            }
+            Warning::NoUncertainty => {
+                "the distance from a projection has no known distribution: there are no standard deviations".to_owned()
+            }
+            Warning::FarFromPrior { name, deviations } => {
+                format!("`{name}` ended {deviations:.1} prior standard deviations from zero")
+            }
+            Warning::ToolNotInRobot { .. } => {
+                "the calibrated robot description does not contain the tool's estimated pose".to_owned()
+            }
+            Warning::ComplianceInRobot => {
+                "only touchcal reads joint compliance from the calibrated robot description".to_owned()
+            }
+        }
+    }
+
+    /// What to do about it.
+    pub fn advice(&self) -> &'static str {
+        match self {
+            Warning::TooFewContacts { .. } => "record more contacts, or estimate fewer parameters",
+            Warning::FixtureWithoutContacts { .. } => "check the force threshold, and which fixture the logs belong to",
+            Warning::OriginOutsideTool { .. } => {
+                "draw outlines about the origin; ignore this if the frame is meant to be there"
+            }
+            Warning::DistanceContradicted { .. } => {
+                "check the unit of the distance, and which log belongs to which fixture"
+            }
+            Warning::Unobservable { .. } => "touch more fixtures or from other elbow positions, or give a prior",
+            Warning::ArmUndetermined { .. } => {
+                "touch more places, other kinds of fixtures, or fixtures whose place or spacing is known"
+            }
+            Warning::NoiseExceeded { .. } => {
+                "check the noise values, the shapes of the parts, and whether more parameters should be free"
+            }
+            Warning::NoiseContradicted { .. } => {
+                "declare the noise as large as it is; else check the shapes of the parts and the nominal places"
+            }
+            Warning::CorrelatedErrors { .. } => {
+                "an effect is not in the model: the tool's length or pose (or its standard deviation), the shapes of the parts, or joints that are compliant under the contact force"
+            }
+            Warning::NotTouching { .. } => {
+                "check the shapes of the parts; or the search ended in a wrong minimum: give the fixture's pose as well as it is known"
+            }
+            Warning::FewInformativeContacts { .. } => "record longer with the tool inside the hole, not at its rim",
+            Warning::CompetingMinimum => "record longer, with more motion of the tool and the elbow, or give priors",
+            Warning::ManyRejected { .. } => {
+                "check the force threshold, the shapes of the parts, and the places of tool and fixtures"
+            }
+            Warning::LittleJointMotion { .. } => "move it more, to separate its errors from its neighbours'",
+            Warning::Implausible { .. } => "check units, the robot description, and where the fixtures are",
+            Warning::NoUncertainty => "use the exact shapes of the parts to get standard deviations",
+            Warning::FarFromPrior { name, .. } if name.starts_with("tool.") => {
+                "check the tool's pose and its unit, or give it a larger standard deviation"
+            }
+            Warning::FarFromPrior { name, .. } if name.starts_with("fixture.") => {
+                "check the fixture's pose and its unit, or give it a larger standard deviation"
+            }
+            Warning::FarFromPrior { .. } => {
+                "check the nominal robot description, or give the parameter a larger standard deviation"
+            }
+            Warning::ToolNotInRobot { .. } => {
+                "declare the tool at its estimated pose where the calibrated robot is used"
+            }
+            Warning::ComplianceInRobot => {
+                "apply the compliance in the arm's driver, or calibrate without joint compliance"
+            }
+        }
+    }
+}
+
+impl std::fmt::Display for Warning {
+    /// The message and the advice.
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{}; {}", self.message(), self.advice())
+    }
+}

@@ -1,0 +1,54 @@
+//! From zero to the minimum of the residuals, with more contacts from stage to stage.
+
+use nalgebra::DVector;
+
+use super::gnc::anneal;
+use super::state::SearchState;
+use crate::estimate::model::Objective;
+use crate::estimate::result::Observer;
+use crate::solver::StopReason;
+
+/// From zero towards the manifolds' envelopes; with parameters fixed that nothing determines there,
+/// once more.
+pub(crate) fn coarse(search: &mut SearchState<'_>, observe: Observer<'_>) {
+    towards_envelopes(search, observe);
+    if search.fix_unobservable() {
+        towards_envelopes(search, observe);
+    }
+}
+
+/// From zero onto the manifolds, again as long as unobservable parameters are found; returns the
+/// parameters after the coarse stage.
+pub(crate) fn coarse_to_fine(search: &mut SearchState<'_>, observe: Observer<'_>) -> DVector<f64> {
+    let mut after_coarse = search.theta.clone();
+    for _ in 0..search.options().max_restarts {
+        coarse(search, observe);
+        after_coarse.copy_from(&search.theta);
+        anneal(search, observe);
+        // One-sided contacts proceed to their contact modes, for which a subsample leads close
+        // enough.
+        if !search.model.has_one_sided_contacts() || search.termination.reason != StopReason::Converged {
+            fine(search, observe);
+        }
+        if !search.fix_unobservable() {
+            break;
+        }
+    }
+    after_coarse
+}
+
+fn towards_envelopes(search: &mut SearchState<'_>, observe: Observer<'_>) {
+    search.theta.fill(0.0);
+    search.minimize(Objective::Envelope, search.stride(), search.options().coarse, observe);
+}
+
+/// Fits the residuals, from few contacts to all.
+pub(crate) fn fine(search: &mut SearchState<'_>, observe: Observer<'_>) {
+    let (objective, options) = (Objective::Residual(search.model.problem.loss), search.options());
+    let mut stride = search.stride() / options.subsample_growth;
+    while stride > 1 {
+        search.minimize(objective, stride, options.anneal, observe);
+        stride /= options.subsample_growth;
+    }
+    search.minimize(objective, 1, options.fine, observe);
+}

@@ -1,0 +1,119 @@
+//! From the least gap of each contact to the marginal likelihood over its contact modes.
+
+use super::coarse_to_fine::fine;
+use super::gnc::anneal;
+use super::state::SearchState;
+use crate::estimate::model::{
+    Curvature, Objective, contact_mode_statistics, distance_information, em_step, prior_information,
+};
+use crate::estimate::result::{Observer, Progress, Stage};
+use crate::estimate::uncertainty::{Sandwich, sandwich_covariance};
+use crate::solver::{LevenbergMarquardtOptions, StopReason};
+
+/// From the coarse stage to the contact modes of a subsample, where contacts are one-sided.
+pub(crate) fn approach_contact_modes(search: &mut SearchState<'_>, observe: Observer<'_>) {
+    if search.model.has_one_sided_contacts() {
+        anneal(search, observe);
+        fit_contact_modes(search, observe);
+    }
+}
+
+/// Whether enough contacts are informative for the marginal likelihood to be used.
+pub(crate) fn uses_contact_modes(search: &SearchState<'_>) -> bool {
+    let least = search.model.problem.options.contact_mode.min_informative_fraction;
+    search.informative_fraction.is_some_and(|fraction| fraction > least)
+}
+
+/// From the minimum of a subsample to that of all contacts, with their marginal likelihood if
+/// enough are informative.
+pub(crate) fn refine(search: &mut SearchState<'_>, observe: Observer<'_>) {
+    fit_contact_modes(search, observe);
+    if uses_contact_modes(search) {
+        let noise = &mut search.model.noise;
+        if search.model.problem.noise.is_estimated {
+            noise.factor *= std::mem::replace(&mut noise.mode_factor, 1.0);
+        }
+        search.minimize(Objective::ContactModes, 1, search.options().fine_contact_modes, observe);
+    } else if search.model.has_one_sided_contacts() {
+        fine(search, observe);
+    }
+}
+
+/// Estimates the odds of contact modes by expectation–maximisation and, with subsamples, finds the
+/// parameters where their likelihood is greatest. Does nothing unless the search has converged.
+pub(crate) fn fit_contact_modes(search: &mut SearchState<'_>, observe: Observer<'_>) {
+    let options = search.model.problem.options.contact_mode;
+    let is_applicable = search.termination.reason == StopReason::Converged && search.model.has_one_sided_contacts();
+    // Noise estimated from least gaps may be far too small: of many candidates the least hardly
+    // scatters.
+    search.model.noise.mode_factor = (1.0 / search.model.noise.factor).max(1.0);
+    search.informative_fraction = is_applicable.then(|| {
+        let subsample = (search.model.stride(options.em_subsample[0]), Curvature::Complete);
+        let statistics = contact_mode_statistics(&search.model, &search.theta, subsample, &mut search.caches);
+        statistics.informative_fraction(&search.model)
+    });
+    if !uses_contact_modes(search) {
+        return;
+    }
+    search.model.noise.mode_factor *= options.em_initial_inflation;
+    let of_least_gaps = search.theta.clone();
+    for subsample in options.em_subsample {
+        // Fewer contacts determine the odds less.
+        let tolerance = options.em_tolerance * options.em_subsample[1] as f64 / subsample as f64;
+        for iteration in 1..=options.em_max_iterations {
+            let change = iterate(search, search.model.stride(subsample), iteration, observe);
+            if !uses_contact_modes(search) {
+                // With noise declared much too small, touching nothing is more likely than any
+                // contact.
+                search.theta = of_least_gaps;
+                return;
+            }
+            if search.is_interrupted() {
+                return;
+            }
+            if change < tolerance {
+                break;
+            }
+        }
+    }
+}
+
+/// One iteration of expectation–maximisation: the odds, then the parameters; returns the change of
+/// the odds.
+fn iterate(search: &mut SearchState<'_>, stride: usize, iteration: usize, observe: Observer<'_>) -> f64 {
+    let em = em_step(&mut search.model, &search.theta, &search.free, stride, &mut search.caches);
+    search.informative_fraction = Some(em.informative_fraction);
+    if !uses_contact_modes(search) {
+        return em.change;
+    }
+    // Short steps of expectation–maximisation descend; longer ones are searched for, because
+    // candidates enter and leave the gate on the way.
+    match em.step {
+        Some(step) => {
+            search.theta += step;
+            search.termination.iterations += 1;
+            if observe(&Progress { stage: Stage::Fine, iteration, cost: em.cost }).is_break() {
+                search.termination.reason = StopReason::Interrupted;
+            }
+        }
+        None => {
+            let decrement = search.model.problem.options.contact_mode.em_step_decrement;
+            let options = LevenbergMarquardtOptions { decrement, ..search.options().fine_contact_modes };
+            search.minimize(Objective::ContactModes, stride, options, observe);
+        }
+    }
+    em.change
+}
+
+/// The parameters' covariance by the marginal likelihood of all contacts, if it was fitted to the
+/// end and enough contacts are informative.
+pub(crate) fn sandwich(search: &mut SearchState<'_>) -> Option<Sandwich> {
+    if !uses_contact_modes(search) || search.is_interrupted() {
+        return None;
+    }
+    let (model, theta) = (&search.model, &search.theta);
+    let known = distance_information(model, theta) + prior_information(model);
+    let statistics = contact_mode_statistics(model, theta, (1, Curvature::Observed), &mut search.caches);
+    let options = &model.problem.options.contact_mode;
+    sandwich_covariance(&statistics, &known, &search.free, &model.mode_priors, options)
+}

@@ -1,0 +1,16 @@
+//! The search for the minimum.
+
+mod coarse_to_fine;
+mod contact_modes;
+mod gnc;
+mod gradient_descent;
+mod multi_start;
+mod state;
+mod variance_components;
+
+pub(crate) use coarse_to_fine::{coarse, coarse_to_fine};
+pub(crate) use contact_modes::{approach_contact_modes, refine, sandwich, uses_contact_modes};
+pub(crate) use gradient_descent::descend;
+pub(crate) use multi_start::find_competing_minimum;
+pub(crate) use state::SearchState;
+pub(crate) use variance_components::estimate_variance_components;

@@ -1,0 +1,115 @@
+//! A search under way.
+
+use nalgebra::DVector;
+
+use crate::estimate::model::{CalibrationModel, LinearizationPoint, Objective, contact_caches, normal_equations};
+use crate::estimate::options::SearchOptions;
+use crate::estimate::problem::Problem;
+use crate::estimate::result::{Observer, Progress, Stage};
+use crate::estimate::uncertainty::{GaugeFix, gauge_fix};
+use crate::manifold::Recall;
+use crate::solver::{
+    FreeParameters, LevenbergMarquardtOptions, Loss, NormalEquations, StopReason, Termination, minimize,
+};
+
+/// A search under way: where it stands, and what it has found out.
+pub(crate) struct SearchState<'p> {
+    pub model: CalibrationModel<'p>,
+    /// What the manifolds keep of each contact between evaluations.
+    pub caches: Vec<Recall>,
+    pub theta: DVector<f64>,
+    pub free: FreeParameters,
+    /// Parameters that were fixed because nothing determines them.
+    pub fixed: GaugeFix,
+    /// Share of the one-sided contacts that are informative, where contact modes were fitted.
+    pub informative_fraction: Option<f64>,
+    /// Whether another start led to another minimum that fits about as well.
+    pub has_competing_minimum: bool,
+    pub termination: Termination,
+}
+
+impl<'p> SearchState<'p> {
+    /// At parameters zero.
+    pub fn new(problem: &'p Problem) -> Self {
+        let model = CalibrationModel::new(problem);
+        let scale = model.layout.scale();
+        let threshold = problem.options.search.fine.decrement;
+        SearchState {
+            caches: contact_caches(&model),
+            theta: DVector::zeros(scale.len()),
+            free: FreeParameters::new(scale),
+            fixed: GaugeFix::default(),
+            informative_fraction: None,
+            has_competing_minimum: false,
+            termination: Termination { reason: StopReason::Converged, measured: 0.0, threshold, iterations: 0 },
+            model,
+        }
+    }
+
+    /// Options of the search.
+    pub fn options(&self) -> &'p SearchOptions {
+        &self.model.problem.options.search
+    }
+
+    /// Distance between contacts of the smallest subsample.
+    pub fn stride(&self) -> usize {
+        self.model.stride(self.options().fit_subsample)
+    }
+
+    pub fn is_interrupted(&self) -> bool {
+        self.termination.reason == StopReason::Interrupted
+    }
+
+    /// The model at the present parameters.
+    pub fn point(&self) -> LinearizationPoint<'_> {
+        LinearizationPoint::new(&self.model, &self.theta)
+    }
+
+    /// Normal equations at `theta` of every `stride`-th contact.
+    pub fn normal_equations(&mut self, theta: &DVector<f64>, objective: Objective, stride: usize) -> NormalEquations {
+        normal_equations(&self.model, theta, (objective, stride), &mut self.caches)
+    }
+
+    /// Minimizes an objective of every `stride`-th contact from the present parameters.
+    pub fn minimize(
+        &mut self,
+        objective: Objective,
+        stride: usize,
+        options: LevenbergMarquardtOptions,
+        observe: Observer<'_>,
+    ) {
+        if self.is_interrupted() {
+            return;
+        }
+        let (stage, tolerance) = match objective {
+            Objective::Envelope => (Stage::Coarse, 1.0),
+            // The minimum of a subsample need be no closer than the subsample determines it.
+            _ => (Stage::Fine, stride as f64),
+        };
+        let options = LevenbergMarquardtOptions { decrement: options.decrement * tolerance, ..options };
+        let (model, caches) = (&self.model, &mut self.caches);
+        let linearize = |theta: &DVector<f64>| normal_equations(model, theta, (objective, stride), caches);
+        let mut observe = |iteration, cost| observe(&Progress { stage, iteration, cost });
+        let minimum = minimize(linearize, self.theta.clone(), &self.free, options, &mut observe);
+        let iterations = self.termination.iterations + minimum.termination.iterations;
+        self.theta = minimum.theta;
+        self.termination = Termination { iterations, ..minimum.termination };
+    }
+
+    /// Fixes the parameters that neither data nor priors determine at zero; returns whether there
+    /// are any more than before, and the search goes on.
+    pub fn fix_unobservable(&mut self) -> bool {
+        let (theta, stride) = (self.theta.clone(), self.stride());
+        let information = self.normal_equations(&theta, Objective::Residual(Loss::Squared), stride).information;
+        let options = &self.model.problem.options.identifiability;
+        let found = gauge_fix(&information, &self.model.layout.parameters, &self.free, options);
+        for &k in &found.pivots {
+            self.free.fix(k);
+            self.theta[k] = 0.0;
+        }
+        let is_new = !found.pivots.is_empty();
+        self.fixed.pivots.extend(found.pivots);
+        self.fixed.participants.extend(found.participants);
+        is_new && !self.is_interrupted()
+    }
+}

@@ -1,0 +1,128 @@
+//! The result at a minimum: verdicts, uncertainty, warnings and a status.
+
+use nalgebra::{DMatrix, DVector};
+
+use super::evaluate::score;
+use super::model::{CalibrationModel, distance_information, whitened_norms};
+use super::result::{ContactCount, Estimate, ParameterEstimate, Severity, Status, Verdict, Warning};
+use super::result_checks::{FitStatistics, result_warnings};
+use super::search::{SearchState, sandwich, uses_contact_modes};
+use super::uncertainty::{Posterior, arm_uncertainty_ratio};
+use crate::manifold::Recall;
+use crate::parameter::kinematic_part;
+use crate::robot;
+use crate::solver::{StopReason, Termination};
+
+/// Smallest mean of ψ′: the loss is then concave for most contacts, and no longer a measure of
+/// information.
+const MIN_MEAN_SLOPE: f64 = 0.05;
+
+/// Statistics of the residuals of all contacts at a minimum.
+struct PostfitStatistics {
+    /// Information `A²/B · Σ JᵀJ` of all contacts, and that of the known distances.
+    information: DMatrix<f64>,
+    /// Robust weight or rejection of each contact.
+    verdicts: Vec<Verdict>,
+    /// Measured over declared standard deviation of the residuals.
+    noise_factor: f64,
+    /// Number of residual rows.
+    rows: usize,
+}
+
+impl PostfitStatistics {
+    fn new(model: &CalibrationModel<'_>, theta: &DVector<f64>, caches: &mut [Recall]) -> Self {
+        let loss = model.problem.loss;
+        let (mut slope, mut square, mut count) = (0.0, 0.0, 0);
+        let mut verdicts = Vec::with_capacity(model.problem.contacts.len());
+        let (information, norms) = whitened_norms(model, theta, caches);
+        for (squared, dimension) in norms {
+            let weight = loss.weight(squared);
+            count += dimension;
+            // ψ(r) = w(s) r with s = ‖r‖²: trace of ψ′ is d·w + 2 s w′.
+            slope += dimension as f64 * weight + 2.0 * squared * loss.weight_slope(squared);
+            square += weight * weight * squared;
+            verdicts.push(if weight < model.problem.options.thresholds.rejected_weight {
+                Verdict::Rejected { deviations: squared.sqrt() }
+            } else {
+                Verdict::Used { weight }
+            });
+        }
+        let contacts = verdicts.len().max(1);
+        let rows = count.max(1) as f64;
+        let expected = loss.gaussian_variance((count + contacts / 2) / contacts);
+        let (slope, square) = ((slope / rows).max(MIN_MEAN_SLOPE), square / rows);
+        let noise_factor = (square / (slope * slope * expected)).max(0.0).sqrt();
+        // The declared noise is a lower bound: a small scatter by chance makes nothing more
+        // certain.
+        let share = 1.0 / (expected * noise_factor.max(1.0).powi(2));
+        let information = information * share + distance_information(model, theta);
+        PostfitStatistics { information, verdicts, noise_factor, rows: count }
+    }
+
+    fn rejected(&self) -> usize {
+        self.verdicts.iter().filter(|verdict| matches!(verdict, Verdict::Rejected { .. })).count()
+    }
+}
+
+/// The result of a search that has ended.
+pub(super) fn summarize(mut search: SearchState<'_>) -> Estimate {
+    let postfit = PostfitStatistics::new(&search.model, &search.theta, &mut search.caches);
+    let mut posterior = Posterior::new(&search.model, &postfit.information, &search.free, &search.fixed);
+    let sandwich = sandwich(&mut search);
+    let (model, theta, problem) = (&search.model, &search.theta, search.model.problem);
+    let design_effect = sandwich.as_ref().map(|sandwich| sandwich.design_effect);
+    if let Some(sandwich) = sandwich {
+        posterior.covariance = sandwich.covariance;
+    } else if search.informative_fraction.is_some() {
+        posterior.covariance *= problem.options.contact_mode.least_gap_inflation.powi(2);
+    }
+    // The least of several gaps scatters otherwise than each of them.
+    let noise_factor = if uses_contact_modes(&search) { model.noise.mode_factor } else { postfit.noise_factor };
+    let has_uncertainty = !problem.has_projection();
+    let parameters = model.layout.parameters.iter().enumerate().map(|(k, parameter)| ParameterEstimate {
+        parameter: parameter.clone(),
+        value: theta[k],
+        sigma: posterior.sigma(k).filter(|_| has_uncertainty),
+        identifiable: posterior.identifiable[k],
+    });
+    let scales = model.layout.scale();
+    let remaining =
+        arm_uncertainty_ratio(problem, &model.layout.parameters, &posterior.covariance_from_scales, &scales);
+    let statistics = FitStatistics {
+        rows: postfit.rows + problem.distances.len(),
+        rejected_share: postfit.rejected() as f64 / postfit.verdicts.len().max(1) as f64,
+        noise_factor,
+        design_effect,
+        arm_uncertainty: remaining,
+    };
+    let parameters: Vec<ParameterEstimate> = parameters.collect();
+    let (columns, values) = kinematic_part(parameters.iter().map(|entry| (entry.parameter.id, entry.value)));
+    let mut estimate = Estimate {
+        status: Status::Converged,
+        covariance: posterior.covariance,
+        identifiability: posterior.identifiability,
+        postfit: score(&search.point()),
+        contacts: ContactCount {
+            read: problem.contacts.rows_read(),
+            used: postfit.verdicts.len() - postfit.rejected(),
+            rejected: postfit.rejected(),
+        },
+        verdicts: postfit.verdicts,
+        termination: search.termination,
+        warnings: Vec::new(),
+        noise_factor,
+        robot: robot::calibrated(&problem.robot, &columns, &values),
+        parameters,
+    };
+    estimate.warnings = result_warnings(&search, &estimate, &statistics);
+    estimate.status = status(&estimate.termination, &estimate.warnings);
+    estimate
+}
+
+fn status(termination: &Termination, warnings: &[Warning]) -> Status {
+    match termination.reason {
+        _ if warnings.iter().any(|warning| warning.severity() == Severity::Unusable) => Status::NotUsable,
+        StopReason::Converged => Status::Converged,
+        _ => Status::NotConverged,
+    }
+}

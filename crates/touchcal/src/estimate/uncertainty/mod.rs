@@ -1,0 +1,15 @@
+//! What is known at the minimum: covariance, identifiability, and the uncertainty of the tool.
+
+mod cramer_rao;
+mod design_effect;
+mod identifiability;
+mod posterior;
+mod sandwich;
+mod workspace;
+
+pub use cramer_rao::cramer_rao;
+pub(crate) use identifiability::{GaugeFix, gauge_fix};
+pub(crate) use posterior::Posterior;
+pub(crate) use sandwich::{Sandwich, sandwich_covariance};
+pub(crate) use workspace::arm_uncertainty_ratio;
+pub use workspace::{ToolUncertainty, distance_uncertainty, tool_uncertainty, workspace_configurations};

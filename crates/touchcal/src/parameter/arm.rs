@@ -1,0 +1,106 @@
+//! Parameters of the arm, block by block.
+
+use super::definition::{Parameter, Prior, Unit};
+use super::parameter_id::ParameterId;
+use crate::robot::{JointKind, KinematicParameter, Robot, segments};
+
+/// Plausible sizes: 5 % strain, a joint of 1e3 N m/rad.
+const STRAIN_SCALE: f64 = 0.05;
+const COMPLIANCE_SCALE: f64 = 1e-3;
+
+/// Standard deviations of the full geometric model, see [`joint_origin`].
+const ORIGIN_LENGTH_SIGMA: f64 = 0.5e-3;
+const ORIGIN_ANGLE_SIGMA: f64 = 0.1 * std::f64::consts::PI / 180.0;
+const ORIGIN_ZERO_SIGMA: f64 = 0.5 * std::f64::consts::PI / 180.0;
+/// A variance component's start counts as one observed value.
+pub(super) const VARIANCE_COMPONENT_STRENGTH: f64 = 1.0;
+/// Start of the compliances' variance component: harmonic drives of an arm's size have about 1e4 N
+/// m/rad.
+const COMPLIANCE_SIGMA: f64 = 1e-4;
+/// Arms differ in stiffness by orders of magnitude, so that start counts little: the compliances of
+/// a stiff arm must go to zero.
+const COMPLIANCE_STRENGTH: f64 = 0.01;
+
+fn ratio(name: String, id: KinematicParameter) -> Parameter {
+    Parameter { name, id: id.into(), unit: Unit::One, prior: Prior::Flat, scale: STRAIN_SCALE }
+}
+
+/// The strain common to all links (1), without prior.
+pub fn strain() -> Parameter {
+    ratio("strain".to_owned(), KinematicParameter::Strain)
+}
+
+/// A strain for each of the arm's [`segments`](segments()) (1), without prior.
+pub fn segment_strain(robot: &Robot) -> Vec<Parameter> {
+    let each = segments(robot).into_iter().enumerate();
+    each.map(|(k, segment)| ratio(format!("segment_strain.{}", segment.name), KinematicParameter::SegmentStrain(k)))
+        .collect()
+}
+
+/// An encoder offset for each moving joint (rad, or m for a prismatic one), without prior.
+pub fn joint_offset(robot: &Robot) -> Vec<Parameter> {
+    let each = robot.moving().enumerate();
+    each.map(|(i, joint)| {
+        let name = format!("joint_offset.{}", joint.name);
+        let id = KinematicParameter::JointOffset(i).into();
+        match joint.kind {
+            JointKind::Prismatic => Parameter::length(name, id),
+            _ => Parameter::angle(name, id),
+        }
+    })
+    .collect()
+}
+
+/// A twist on each moving joint's origin, six numbers (m, rad): the full geometric model.
+///
+/// The priors hold what is common to arms: links are made to about half a millimetre and a tenth of
+/// a degree; the zero of an encoder (the rotation about the joint's own axis) is off by about half
+/// a degree, a variance component estimated from the data. Without priors about half of the
+/// directions would be undetermined: displacements of neighbouring origins compensate each other.
+pub fn joint_origin(robot: &Robot) -> Vec<Parameter> {
+    let each = robot.moving().enumerate();
+    each.flat_map(|(i, joint)| {
+        let prefix = format!("joint_origin.{}", joint.name);
+        let along = |k: usize| if joint.kind == JointKind::Prismatic { 0.0 } else { joint.axis[k % 3].abs() };
+        (0..6).map(move |k| {
+            let id = ParameterId::Kinematic(KinematicParameter::JointOrigin(i, k));
+            let parameter = Parameter::twist(&prefix, id, k);
+            match k {
+                0..3 => parameter.with_sigma(ORIGIN_LENGTH_SIGMA),
+                _ if along(k) > 0.5 => parameter.with_prior(Prior::VarianceComponent {
+                    sigma: ORIGIN_ZERO_SIGMA,
+                    group: "joint_origin about the axis",
+                    strength: VARIANCE_COMPONENT_STRENGTH,
+                }),
+                _ => parameter.with_sigma(ORIGIN_ANGLE_SIGMA),
+            }
+        })
+    })
+    .collect()
+}
+
+/// A compliance `c` for each revolute joint (rad/(N m)), its prior a variance component: gravity
+/// and the load on the tool deflect the joints on the far side of their encoders.
+///
+/// The true angle is `q − b + c τ(q)`, with `τ` the torque (N m) about the joint's axis of gravity
+/// on all that it carries, and of the contact's [load](crate::contact::ContactLog::load) where that
+/// is known. Masses are those of the links' [`Inertia`](crate::robot::Inertia)s if every moving
+/// joint carries one before the next; links beside the chain do not count. Otherwise a kilogram in
+/// the middle of each moving link, between its joint's origin and the next, and one at the tip
+/// stand in for them: then `c` carries the arm's unknown mass and is a compliance only together
+/// with these masses, not with a load.
+pub fn joint_compliance(robot: &Robot) -> Vec<Parameter> {
+    let revolute = robot.moving().enumerate().filter(|(_, joint)| joint.kind != JointKind::Prismatic);
+    let each = revolute.map(|(i, joint)| Parameter {
+        name: format!("joint_compliance.{}", joint.name),
+        id: KinematicParameter::JointCompliance(i).into(),
+        unit: Unit::RadianPerNewtonMeter,
+        prior: Prior::VarianceComponent {
+            sigma: COMPLIANCE_SIGMA,
+            group: "joint_compliance",
+            strength: COMPLIANCE_STRENGTH,
+        },
+        scale: COMPLIANCE_SCALE,
+    });
+    each.collect()
+}

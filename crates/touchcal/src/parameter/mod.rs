@@ -1,0 +1,13 @@
+//! What may be wrong: the parameters of a calibration, their names, units and priors.
+
+mod arm;
+mod block;
+mod definition;
+mod nuisance;
+mod parameter_id;
+
+pub use arm::{joint_compliance, joint_offset, joint_origin, segment_strain, strain};
+pub use block::Block;
+pub use definition::{Parameter, Prior, Unit};
+pub use nuisance::{directional_gap_bias, gap_bias, joint_drift};
+pub use parameter_id::{ParameterId, TWIST_NAMES, kinematic_part};

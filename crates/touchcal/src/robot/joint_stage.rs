@@ -1,0 +1,124 @@
+//! The chain as stages, one for each moving joint with the fixed joints before it, and the
+//! recursion of link poses along them.
+
+use nalgebra::{Matrix3, Matrix6, Vector3};
+
+use super::chain::{Joint, JointKind};
+use crate::se3::{self, Pose, Twist};
+
+/// One moving joint with the fixed joints before it, the current parameters applied.
+#[derive(Clone, Debug)]
+pub(super) struct JointStage {
+    /// Merged origin without parameters.
+    pub nominal: Pose,
+    /// Merged origin, strained and twisted.
+    origin_rotation: Matrix3<f64>,
+    origin_translation: Vector3<f64>,
+    pub axis: Vector3<f64>,
+    pub prismatic: bool,
+    /// Encoder offset (rad or m).
+    pub offset: f64,
+    /// Compliance without parameters (rad/(N m)).
+    pub nominal_compliance: f64,
+    /// Compliance (rad/(N m)).
+    pub compliance: f64,
+    /// Local twist on the origin.
+    pub twist: Twist,
+    /// `Jr` of that twist.
+    pub right_jacobian: Matrix6<f64>,
+    /// For each segment with a part here: its index and its share of the translation, in the
+    /// previous stage's frame.
+    pub shares: Vec<(usize, Vector3<f64>)>,
+}
+
+impl JointStage {
+    /// The stage of `joint`, whose origin together with the fixed ones before it is `nominal`.
+    pub fn moving(nominal: Pose, joint: &Joint, shares: Vec<(usize, Vector3<f64>)>) -> JointStage {
+        JointStage {
+            axis: joint.axis.into_inner(),
+            prismatic: joint.kind == JointKind::Prismatic,
+            nominal_compliance: joint.compliance,
+            compliance: joint.compliance,
+            ..JointStage::tip(nominal, shares)
+        }
+    }
+
+    /// What follows the last moving joint.
+    pub fn tip(nominal: Pose, shares: Vec<(usize, Vector3<f64>)>) -> JointStage {
+        JointStage {
+            origin_rotation: *nominal.rotation.to_rotation_matrix().matrix(),
+            origin_translation: nominal.translation.vector,
+            nominal,
+            axis: Vector3::z(),
+            prismatic: false,
+            offset: 0.0,
+            nominal_compliance: 0.0,
+            compliance: 0.0,
+            twist: Twist::zeros(),
+            right_jacobian: Matrix6::identity(),
+            shares,
+        }
+    }
+
+    /// Updates the origin for strains and the stage's own twist.
+    pub fn update_origin(&mut self, strain: f64, segment_strain: &[f64]) {
+        let mut origin = self.nominal;
+        origin.translation.vector *= 1.0 + strain;
+        for (segment, share) in &self.shares {
+            origin.translation.vector += share * segment_strain.get(*segment).copied().unwrap_or(0.0);
+        }
+        let origin = origin * se3::exp(&self.twist);
+        self.origin_rotation = *origin.rotation.to_rotation_matrix().matrix();
+        self.origin_translation = origin.translation.vector;
+        self.right_jacobian = se3::right_jacobian(&self.twist);
+    }
+}
+
+/// Pose of a frame along the chain in base.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct LinkPose {
+    pub rotation: Matrix3<f64>,
+    pub position: Vector3<f64>,
+}
+
+impl LinkPose {
+    pub fn base() -> LinkPose {
+        LinkPose { rotation: Matrix3::identity(), position: Vector3::zeros() }
+    }
+
+    /// Advances from the previous link's frame to the stage's joint frame before its motion.
+    #[inline]
+    pub fn advance_to_joint(&mut self, stage: &JointStage) {
+        self.position += self.rotation * stage.origin_translation;
+        self.rotation *= stage.origin_rotation;
+    }
+
+    /// Advances through the joint's motion (rad or m) to the frame of the link that it moves.
+    #[inline]
+    pub fn advance_through_joint(&mut self, stage: &JointStage, motion: f64) {
+        if stage.prismatic {
+            self.position += self.rotation * stage.axis * motion;
+        } else {
+            self.rotation *= rotation_about(&stage.axis, motion);
+        }
+    }
+}
+
+/// Rodrigues' formula for a unit axis.
+#[inline]
+fn rotation_about(axis: &Vector3<f64>, angle: f64) -> Matrix3<f64> {
+    let (sin, cos) = angle.sin_cos();
+    let t = 1.0 - cos;
+    let (x, y, z) = (axis.x, axis.y, axis.z);
+    Matrix3::new(
+        t * x * x + cos,
+        t * x * y - sin * z,
+        t * x * z + sin * y,
+        t * x * y + sin * z,
+        t * y * y + cos,
+        t * y * z - sin * x,
+        t * x * z - sin * y,
+        t * y * z + sin * x,
+        t * z * z + cos,
+    )
+}

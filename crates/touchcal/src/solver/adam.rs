@@ -1,0 +1,58 @@
+//! Adam (Kingma & Ba, *Adam: a method for stochastic optimization* (2015), algorithm 1).
+
+use nalgebra::DVector;
+
+/// Decay rates of Adam's running means, and the constant that bounds steps where gradients vanish.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Adam {
+    /// Decay rate β₁ of the mean gradient.
+    pub beta1: f64,
+    /// Decay rate β₂ of the mean squared gradient.
+    pub beta2: f64,
+    /// ε, added to the root of the mean square, in units of the gradient.
+    pub epsilon: f64,
+}
+
+/// The step `θ ← θ − rate · m / (√v + epsilon)` with the means' bias corrections folded into both
+/// numbers (Kingma & Ba 2015, end of section 2).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct AdamStep {
+    /// Learning rate times `√(1 − β₂ᵗ) / (1 − β₁ᵗ)`.
+    pub rate: f64,
+    /// ε times `√(1 − β₂ᵗ)`.
+    pub epsilon: f64,
+}
+
+impl Adam {
+    /// Step number `t` (from 1) with this learning rate.
+    pub fn step(&self, rate: f64, t: u64) -> AdamStep {
+        let t = t as f64;
+        let root = (1.0 - self.beta2.powf(t)).sqrt();
+        AdamStep { rate: rate * root / (1.0 - self.beta1.powf(t)), epsilon: self.epsilon * root }
+    }
+}
+
+/// Running means of a gradient and of its square, element by element.
+#[derive(Clone, Debug)]
+pub(crate) struct AdamMoments {
+    adam: Adam,
+    steps: u64,
+    mean: DVector<f64>,
+    square: DVector<f64>,
+}
+
+impl AdamMoments {
+    pub fn new(adam: Adam, size: usize) -> Self {
+        AdamMoments { adam, steps: 0, mean: DVector::zeros(size), square: DVector::zeros(size) }
+    }
+
+    /// The next step's direction for a learning rate of one, of about unit entries.
+    pub fn direction(&mut self, gradient: &DVector<f64>) -> DVector<f64> {
+        let Adam { beta1, beta2, .. } = self.adam;
+        self.steps += 1;
+        self.mean = &self.mean * beta1 + gradient * (1.0 - beta1);
+        self.square = &self.square * beta2 + gradient.component_mul(gradient) * (1.0 - beta2);
+        let step = self.adam.step(1.0, self.steps);
+        self.mean.zip_map(&self.square, |mean, square| step.rate * mean / (square.sqrt() + step.epsilon))
+    }
+}

@@ -1,0 +1,15 @@
+//! Whether reported uncertainties are those of the errors, over many trials.
+#![allow(
+    clippy::expect_used,
+    clippy::unwrap_used,
+    clippy::panic,
+    clippy::print_stdout,
+    reason = "a test fails by panicking and reports by printing"
+)]
+
+#[path = "../support/mod.rs"]
+mod support;
+
+mod campaign;
+mod coverage;
+mod simulator;

@@ -1,0 +1,33 @@
+//! Files read, refused and written back.
+#![allow(
+    clippy::expect_used,
+    clippy::unwrap_used,
+    clippy::panic,
+    clippy::print_stdout,
+    reason = "a test fails by panicking and reports by printing"
+)]
+
+#[path = "../support/mod.rs"]
+mod support;
+
+#[cfg(feature = "mcap")]
+mod calibration_mcap;
+mod contact_csv;
+#[cfg(feature = "mcap")]
+mod contact_mcap;
+#[cfg(feature = "parquet")]
+mod contact_parquet;
+mod data;
+mod folders;
+mod manifold;
+mod mesh;
+mod mukca;
+mod network;
+mod outline;
+#[cfg(feature = "parquet")]
+mod parquet;
+mod problem_file;
+mod report;
+mod results;
+mod scenario_file;
+mod urdf;

@@ -1,0 +1,284 @@
+//! The report: whole, harmless, small, and true to the calibration. What a browser makes of it is
+//! tested by scripts/check_report.py.
+
+use std::ops::ControlFlow;
+
+use crate::support::{data, mujoco_trial};
+use nalgebra::{Cholesky, DMatrix, DVector};
+use rand::SeedableRng;
+use rand_distr::{Distribution, StandardNormal};
+use rand_pcg::Pcg64;
+use serde_json::Value;
+use touchcal::contact::{ContactLog, Source};
+use touchcal::estimate::{
+    Estimate, PlacePrior, Problem, Progress, calibrate, distance_uncertainty, evaluate, tool_uncertainty,
+    workspace_configurations,
+};
+use touchcal::io::mukca::{self, MukcaOptions};
+use touchcal::io::urdf::{self, Ends};
+use touchcal::parameter::{ParameterId, joint_offset, kinematic_part};
+use touchcal::report::{Advice, Input, MOST_DRAWN, Report};
+use touchcal::robot::{Kinematics, Robot};
+
+const MOST_BYTES: usize = 6_000_000;
+
+fn sockets() -> Problem {
+    let folder = data().join("mukca");
+    let file = urdf::read_file(&folder.join("iiwa14.urdf"), Ends::default()).expect("a URDF");
+    mukca::read(&folder.join("kuka_14"), file, &MukcaOptions::default()).expect("contacts").problem
+}
+
+/// The same contacts over and over.
+fn repeated(problem: &mut Problem, times: usize) {
+    let log = &problem.contacts;
+    let mut longer = ContactLog::new(log.dof());
+    log.files().iter().for_each(|name| {
+        longer.add_file(name.clone());
+    });
+    for _ in 0..times {
+        (0..log.len()).for_each(|i| longer.push(log.q(i), log.fixture(i), log.source(i)));
+    }
+    problem.contacts = longer;
+}
+
+fn solve(problem: &Problem) -> (Estimate, Vec<Progress>) {
+    let mut steps = Vec::new();
+    let estimate = calibrate(problem, &mut |progress| {
+        steps.push(*progress);
+        ControlFlow::Continue(())
+    });
+    (estimate, steps)
+}
+
+fn page(problem: &Problem, estimate: &Estimate, steps: &[Progress]) -> String {
+    let warnings = estimate.warnings.iter();
+    let warnings: Vec<Advice> =
+        warnings.map(|w| Advice { words: w.message(), advice: w.advice().to_owned() }).collect();
+    let inputs = [Input { path: problem.contacts.files()[0].clone(), sha256: "0".repeat(64) }];
+    let prefit = &evaluate(problem);
+    Report { problem, estimate, prefit, steps, warnings: &warnings, inputs: &inputs }.html().expect("a page")
+}
+
+/// What the page was told.
+fn told(page: &str) -> Value {
+    let data = page.split("id=\"data\">").nth(1).and_then(|rest| rest.split("</script").next()).expect("data");
+    serde_json::from_str(data).expect("JSON")
+}
+
+fn floats(value: &Value) -> Vec<f64> {
+    value.as_array().expect("an array").iter().map(|v| v.as_f64().expect("a number")).collect()
+}
+
+#[test]
+fn the_page_is_whole_and_loads_nothing() {
+    let problem = sockets();
+    let (estimate, steps) = solve(&problem);
+    let page = page(&problem, &estimate, &steps);
+    assert!(page.starts_with("<!doctype html>") && page.trim_end().ends_with("</html>"));
+    assert!(page.contains(
+        "content=\"default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data: blob:\""
+    ));
+    for mark in
+        ["/*data*/", "/*page.css*/", "/*text.js*/", "/*charts.js*/", "/*arm.js*/", "/*plot.js*/", "/*three.js*/"]
+    {
+        assert!(!page.contains(mark), "{mark} was not filled in");
+    }
+    for loads in [" src=", " href=", "<link", "<iframe", "@import", "url("] {
+        let mark = |part: &str| part.contains(loads);
+        let skeleton = page.split("<script").filter_map(|part| part.split_once("</script>")).map(|(_, after)| after);
+        assert!(!skeleton.chain(page.split("<script").take(1)).any(mark), "{loads}");
+    }
+    // Names of namespaces and of a licence; nothing else looks like an address.
+    for address in page.split("http").skip(1).filter(|rest| rest.starts_with("://") || rest.starts_with("s://")) {
+        let host = address.trim_start_matches('s').trim_start_matches("://").split('/').next().unwrap_or("");
+        assert!(["www.w3.org", "www.apache.org"].contains(&host), "{host}");
+    }
+}
+
+#[test]
+fn hostile_names_are_harmless() {
+    let tame = sockets();
+    let (estimate, steps) = solve(&tame);
+    let usual = page(&tame, &estimate, &steps).matches("</script").count();
+
+    let nasty = "</script><script>alert(1)</script><!--<script>&amp;\"'\\u003c\u{2028}`${x}/*data*/";
+    let mut problem = sockets();
+    let mut joints = problem.robot.joints().to_vec();
+    for (i, joint) in joints.iter_mut().enumerate() {
+        joint.name = format!("{i}{nasty}");
+    }
+    problem.robot = Robot::new(nasty, nasty, joints).expect("a robot");
+    problem.parameters = joint_offset(&problem.robot);
+    for (f, fixture) in problem.fixtures.iter_mut().enumerate() {
+        fixture.name = format!("{f}{nasty}");
+    }
+    let mut log = ContactLog::new(problem.contacts.dof());
+    log.add_file(nasty);
+    for i in 0..problem.contacts.len() {
+        log.push(problem.contacts.q(i), problem.contacts.fixture(i), Source { file: 0, line: i as u64 + 1 });
+    }
+    problem.contacts = log;
+    let (estimate, steps) = solve(&problem);
+    let page = page(&problem, &estimate, &steps);
+    assert_eq!(page.matches("</script").count(), usual, "no name ends a script");
+    assert_eq!(page.matches("<!--").count(), 0, "nor begins a comment");
+    let told = told(&page);
+    assert_eq!(told["robot"]["name"], nasty);
+    assert_eq!(told["fixtures"][1]["name"], format!("1{nasty}"));
+    assert_eq!(told["contacts"]["files"][0], nasty);
+    assert_eq!(told["inputs"][0]["path"], nasty);
+    assert!(told["parameters"]["each"][0]["name"].as_str().unwrap().ends_with(nasty));
+}
+
+#[test]
+fn it_tells_what_the_estimate_says() {
+    let (mut problem, _) = mujoco_trial("extrusion/paper/trial_00");
+    problem.fixtures[0].prior = PlacePrior::Flat;
+    let (estimate, steps) = solve(&problem);
+    let told = told(&page(&problem, &estimate, &steps));
+    assert_eq!(told["status"], estimate.status.name());
+    assert_eq!(told["contacts"]["used"], estimate.contacts.used);
+    assert_eq!(told["all"]["after"]["rms"].as_f64(), Some(estimate.postfit.all.rms));
+    let bars = told["contacts"]["histogram"].as_array().unwrap();
+    for key in ["before", "after"] {
+        let sum: u64 = bars.iter().map(|bar| bar[key].as_u64().unwrap()).sum();
+        assert_eq!(sum, problem.contacts.len() as u64, "{key}: every contact is in one bar");
+    }
+    // All contacts of this log are drawn, so their distances make the scores.
+    let after = floats(&told["contacts"]["drawn"]["after"]);
+    assert_eq!(after.len(), problem.contacts.len());
+    let rms = (after.iter().map(|d| d * d).sum::<f64>() / after.len() as f64).sqrt();
+    assert!((rms / estimate.postfit.all.rms - 1.0).abs() < 1e-6);
+    let before = floats(&told["contacts"]["drawn"]["before"]);
+    let mean = before.iter().sum::<f64>() / before.len() as f64;
+    assert!((mean / evaluate(&problem).all.mean - 1.0).abs() < 1e-6);
+    let listed = &told["contacts"]["listed"][0];
+    let i = listed["index"].as_u64().unwrap() as usize;
+    assert_eq!(listed["line"], problem.contacts.source(i).line);
+    assert!((listed["after"].as_f64().unwrap() / after[i] - 1.0).abs() < 1e-6);
+
+    let of = |name: &str| {
+        let each = told["parameters"]["each"].as_array().unwrap();
+        each.iter().find(|entry| entry["name"] == name).unwrap().clone()
+    };
+    let held = of("joint_offset.joint_a1")["undetermined"].as_str().unwrap().to_owned();
+    assert!(held.starts_with("held at zero: the offset of joint_a1 cannot be told from"), "{held}");
+    assert!(of("joint_offset.joint_a2")["undetermined"].is_null());
+    let correlation = told["parameters"]["correlation"].as_array().unwrap();
+    assert!(correlation.iter().enumerate().all(|(i, row)| floats(row).len() == i));
+    assert!(correlation.iter().flat_map(floats).all(|value| value.abs() <= 1.0));
+    let steps_told: usize =
+        told["pieces"].as_array().unwrap().iter().map(|p| p["steps"].as_array().unwrap().len()).sum();
+    assert_eq!(steps_told, steps.len());
+}
+
+#[test]
+fn many_contacts_make_no_large_page() {
+    let mut problem = sockets();
+    let (estimate, steps) = solve(&problem);
+    // The page of many contacts needs their estimate only for its verdicts.
+    let long = |problem: &mut Problem, times: usize| {
+        repeated(problem, times);
+        let estimate = Estimate { verdicts: estimate.verdicts.repeat(times), ..estimate.clone() };
+        page(problem, &estimate, &steps)
+    };
+    let page = long(&mut problem, 81);
+    println!("{} contacts: {:.2} MB", problem.contacts.len(), page.len() as f64 / 1e6);
+    assert!(problem.contacts.len() > 10_000 && page.len() < MOST_BYTES);
+    let page_of_10000 = page.len();
+
+    let mut problem = sockets();
+    let page = long(&mut problem, 2000);
+    println!("{} contacts: {:.2} MB", problem.contacts.len(), page.len() as f64 / 1e6);
+    assert!(page.len() < page_of_10000 * 11 / 10);
+    let told = told(&page);
+    let drawn = floats(&told["contacts"]["drawn"]["index"]);
+    assert!(drawn.len() <= MOST_DRAWN && drawn.len() > MOST_DRAWN / 2, "{}", drawn.len());
+    assert!(drawn.windows(2).all(|pair| pair[0] < pair[1]));
+    let most = floats(&told["contacts"]["drawn"]["after"]).into_iter().fold(0.0, f64::max);
+    assert!((most / estimate.postfit.all.max - 1.0).abs() < 1e-6, "the farthest is among them");
+    let bars = told["contacts"]["histogram"].as_array().unwrap();
+    let counted: u64 = bars.iter().map(|bar| bar["after"].as_u64().unwrap()).sum();
+    assert_eq!(counted, problem.contacts.len() as u64, "counted are all");
+    assert_eq!(page, long(&mut sockets(), 2000), "the same bytes again");
+}
+
+#[test]
+fn a_problem_without_contacts_has_a_page() {
+    let mut problem = sockets();
+    problem.contacts = problem.contacts.filtered(|_| false);
+    let (estimate, steps) = solve(&problem);
+    let told = told(&page(&problem, &estimate, &steps));
+    assert_eq!(told["status"], "not_usable");
+    assert_eq!(told["contacts"]["drawn"]["index"].as_array().map(Vec::len), Some(0));
+}
+
+/// What was held is not known: with nothing in reach of the base joint's zero, the arm turns by
+/// five degrees as a whole, and distances stay.
+#[test]
+fn uncertainty_of_the_tool_knows_what_was_held() {
+    let (mut problem, _) = mujoco_trial("extrusion/rich/trial_00");
+    problem.fixtures[0].prior = PlacePrior::Flat;
+    let (estimate, _) = solve(&problem);
+    assert_eq!(estimate.parameter("joint_offset.joint_a1").map(|entry| entry.value), Some(0.0), "held");
+    let poses = workspace_configurations(&problem.robot, 50);
+    let places = tool_uncertainty(&problem, &estimate, poses.iter().map(Vec::as_slice)).expect("an uncertainty");
+    let kinematics = Kinematics::new(&estimate.robot, &[], problem.tool.tip_from_tool);
+    for (q, found) in poses.iter().zip(&places) {
+        let reach = kinematics.pose(q).translation.vector.xy().norm();
+        let turned = reach * 5f64.to_radians();
+        assert!(found.position >= 0.999 * turned, "{} m at a reach of {reach} m", found.position);
+        assert!(found.angle >= 0.999 * 5f64.to_radians());
+    }
+    let distances = distance_uncertainty(&problem, &estimate, &poses).expect("an uncertainty");
+    assert!(distances.iter().all(|sigma| *sigma < 1e-3), "{distances:?}");
+}
+
+/// Against parameters drawn from the covariance and put into the arm.
+#[test]
+fn uncertainty_of_the_tool_is_the_scatter_of_drawn_arms() {
+    const DRAWS: usize = 4000;
+    let problem = sockets();
+    let (estimate, _) = solve(&problem);
+    let poses = workspace_configurations(&problem.robot, 4);
+    let found = tool_uncertainty(&problem, &estimate, poses.iter().map(Vec::as_slice)).expect("an uncertainty");
+    let distances = distance_uncertainty(&problem, &estimate, &poses).expect("an uncertainty");
+
+    let columns: Vec<ParameterId> = estimate.parameters.iter().map(|entry| entry.parameter.id).collect();
+    let of_kinematics = |theta: &DVector<f64>| kinematic_part(columns.iter().copied().zip(theta.iter().copied()));
+    let (parameters, values) = of_kinematics(&estimate.values());
+    let mut kinematics = Kinematics::new(&problem.robot, &parameters, problem.tool.tip_from_tool);
+    let scale =
+        DVector::from_iterator(columns.len(), estimate.covariance.diagonal().iter().map(|v| v.sqrt().max(1e-12)));
+    let scaled = DMatrix::from_fn(columns.len(), columns.len(), |i, j| {
+        estimate.covariance[(i, j)] / (scale[i] * scale[j]) + if i == j { 1e-9 } else { 0.0 }
+    });
+    let factor = Cholesky::new(scaled).expect("a covariance").l();
+    let mut chance = Pcg64::seed_from_u64(1);
+    kinematics.set(&values);
+    let middle: Vec<_> = poses.iter().map(|q| kinematics.pose(q)).collect();
+    let (mut place, mut angle, mut between) = (vec![0.0; 4], vec![0.0; 4], vec![0.0; 3]);
+    for _ in 0..DRAWS {
+        let normal = DVector::from_fn(columns.len(), |_, _| StandardNormal.sample(&mut chance));
+        let theta = estimate.values() + (&factor * normal).component_mul(&scale);
+        kinematics.set(&of_kinematics(&theta).1);
+        let drawn: Vec<_> = poses.iter().map(|q| kinematics.pose(q)).collect();
+        for k in 0..4 {
+            place[k] += (drawn[k].translation.vector - middle[k].translation.vector).norm_squared();
+            angle[k] += middle[k].rotation.angle_to(&drawn[k].rotation).powi(2);
+        }
+        for k in 0..3 {
+            let apart = |of: &[touchcal::se3::Pose]| (of[k + 1].translation.vector - of[k].translation.vector).norm();
+            between[k] += (apart(&drawn) - apart(&middle)).powi(2);
+        }
+    }
+    let close = |sum: f64, sigma: f64| {
+        let ratio = (sum / DRAWS as f64).sqrt() / sigma;
+        assert!((ratio - 1.0).abs() < 0.05, "{ratio}");
+    };
+    for k in 0..4 {
+        close(place[k], found[k].position);
+        close(angle[k], found[k].angle);
+    }
+    (0..3).for_each(|k| close(between[k], distances[k]));
+}

@@ -1,0 +1,254 @@
+//! Simulated logs against what they must be: poses, wrenches, bending, the recorder's faults.
+
+use nalgebra::{Point2, Point3};
+use touchcal::geometry::extrusion::PegAndHole;
+use touchcal::geometry::profile::Profile;
+use touchcal::io::urdf::{self, Ends};
+use touchcal::parameter::{Block, ParameterId};
+use touchcal::robot::{Kinematics, Robot, calibrated, segments};
+use touchcal::se3::{self, Pose, Twist};
+use touchcal::sim::{ArmErrors, Distribution, Log, Parts, PlaceError, Preset, Scenario, Truth};
+
+fn iiwa() -> Robot {
+    urdf::read_builtin("iiwa14", Ends::default()).expect("built in").robot
+}
+
+fn paper(contacts: usize) -> Scenario {
+    Scenario { contacts, ..Preset::Paper.scenario(iiwa()).expect("parts") }
+}
+
+/// A ball of 10 mm radius that wanders over a table.
+fn table(contacts: usize) -> Scenario {
+    let mut scenario = paper(contacts);
+    scenario.touches[0].parts = Parts::OnPlane { points: vec![Point3::origin()], radius: 0.01 };
+    scenario.touches[0].exploration.radius = 0.03;
+    scenario
+}
+
+/// A hole so narrow that the tilted peg is wedged.
+fn narrow(contacts: usize) -> Scenario {
+    let mut scenario = paper(contacts);
+    let parts = hole(&scenario);
+    let outline = parts.peg().offset_mitred(0.25e-3).unwrap();
+    let parts = PegAndHole::new(parts.peg().clone(), parts.length(), outline, parts.depth()).unwrap();
+    scenario.touches[0].parts = Parts::PegInHole(Box::new(parts));
+    scenario
+}
+
+/// A shaft of 48 sides with a key. Edges of its end come to lie over the rim with both of their own
+/// ends in the solid.
+fn keyed(contacts: usize) -> Scenario {
+    let outline = |radius: f64, half_key: f64, tip: f64| {
+        let shoulder = (half_key / radius).asin();
+        let round = (0..=48).map(|k| {
+            let (sin, cos) = (shoulder + (std::f64::consts::TAU - 2.0 * shoulder) * f64::from(k) / 48.0).sin_cos();
+            Point2::new(radius * cos, radius * sin)
+        });
+        let key = [Point2::new(tip, -half_key), Point2::new(tip, half_key)];
+        Profile::new(key.into_iter().chain(round).collect()).unwrap()
+    };
+    let mut scenario = paper(contacts);
+    let parts = hole(&scenario);
+    let (peg, wall) = (outline(12e-3, 3e-3, 15e-3), outline(12.5e-3, 3.5e-3, 15.5e-3));
+    let parts = PegAndHole::new(peg, parts.length(), wall, parts.depth()).unwrap();
+    scenario.touches[0].parts = Parts::PegInHole(Box::new(parts));
+    scenario
+}
+
+fn hole(scenario: &Scenario) -> &PegAndHole {
+    match &scenario.touches[0].parts {
+        Parts::PegInHole(parts) => parts,
+        _ => panic!("a hole"),
+    }
+}
+
+fn only_log(scenario: &Scenario, seed: u64) -> Log {
+    scenario.simulate(seed).expect("contacts").logs.remove(0)
+}
+
+#[test]
+fn parts_overlap_by_less_than_a_micrometre_and_touch_where_there_is_force() {
+    let free = |friction: f64, seed: u64| (Scenario { friction, ..paper(1500) }, seed);
+    let others = [(narrow(2500), 1), (keyed(1500), 1), (keyed(1500), 2)];
+    for (scenario, seed) in [free(0.0, 1), free(0.2, 1), free(0.2, 2), free(0.4, 1)].into_iter().chain(others) {
+        let scenario = Scenario { contact_sigma: 0.0, ..scenario };
+        let log = only_log(&scenario, seed);
+        for row in &log.truth {
+            let gap = hole(&scenario).gap(&row.fixture_from_tool).value;
+            assert!(gap > -1e-6, "{gap:e}");
+            if row.force > 1e-2 {
+                assert!(row.touching && gap < 1e-7, "{gap:e} at {} N", row.force);
+            }
+        }
+    }
+}
+
+#[test]
+fn a_seed_gives_the_same_log_and_more_contacts_only_a_longer_one() {
+    let short = paper(200).simulate(7).unwrap();
+    assert_eq!(short, paper(200).simulate(7).unwrap());
+    assert_ne!(short.truth, paper(200).simulate(8).unwrap().truth);
+    let long = paper(300).simulate(7).unwrap();
+    assert_eq!(short.truth, long.truth);
+    assert_eq!(short.logs[0].q[..], long.logs[0].q[..short.logs[0].q.len()]);
+}
+
+/// The arm, errors folded into it, puts the tool where the simulation says it is, whatever is off.
+#[test]
+fn joint_positions_reach_the_true_pose() {
+    let mut scenario = paper(200);
+    scenario.errors = ArmErrors {
+        distribution: Distribution::Uniform,
+        strain: 0.003,
+        segment_strain: 0.001,
+        joint_offset: 0.02,
+        origin_length: 5e-4,
+        origin_angle: 2e-3,
+        origin_zero: 1e-2,
+        ..ArmErrors::NONE
+    };
+    scenario.recorder.encoder_sigma = 0.0;
+    scenario.tool_error = PlaceError { length: 1e-3, angle: 5e-3 };
+    scenario.touches[0].place_error = PlaceError { length: 2e-3, angle: 4e-3 };
+    let simulated = scenario.simulate(5).unwrap();
+    let truth = &simulated.truth;
+    let twist = |column: fn(usize) -> ParameterId| Twist::from_fn(|k, _| truth.value(column(k)));
+    let (columns, values) = truth.of_kinematics();
+    let tip_from_tool = scenario.tip_from_tool * se3::exp(&twist(ParameterId::tool));
+    let arm = Kinematics::new(&calibrated(&scenario.robot, &columns, &values), &[], tip_from_tool);
+    let base_from_fixture = scenario.touches[0].base_from_fixture * se3::exp(&twist(|k| ParameterId::Fixture(0, k)));
+    let log = &simulated.logs[0];
+    for row in 0..log.len() {
+        let pose = base_from_fixture * log.truth[row].fixture_from_tool;
+        let apart = se3::log(&(arm.pose(log.q(row)).inverse() * pose)).amax();
+        assert!(apart < 1e-10, "{apart:e}");
+    }
+    let blocks = |block| truth.errors.iter().filter(|(column, _)| column.block() == block).count();
+    assert_eq!((blocks(Block::Fixture), blocks(Block::Tool), blocks(Block::JointOrigin)), (6, 6, 42));
+}
+
+/// Without weight, an encoder on the motor's side reads less than the true angle by compliance
+/// times the torque of what presses on the tool.
+#[test]
+fn a_joint_gives_way_to_the_load_by_compliance_times_torque() {
+    const COMPLIANCE: f64 = 2e-4;
+    let mut scenario = table(60);
+    scenario.robot = iiwa().with_gravity(nalgebra::Vector3::zeros());
+    scenario.errors = ArmErrors::NONE;
+    scenario.recorder.encoder_sigma = 0.0;
+    let stiff = only_log(&scenario, 2);
+    scenario.errors.joint_compliance = COMPLIANCE;
+    let bent = only_log(&scenario, 2);
+    let arm = Kinematics::new(&scenario.robot, &[], Pose::identity());
+    let mut most = 0f64;
+    for row in (0..stiff.len()).step_by(7) {
+        let q = stiff.q(row);
+        let wrench = Twist::from_row_slice(&stiff.wrench[row]);
+        for i in 0..7 {
+            // Power of the wrench at the tip for a unit of joint speed, by central differences.
+            let at = |by: f64| {
+                arm.pose(&q.iter().enumerate().map(|(j, q)| if i == j { q + by } else { *q }).collect::<Vec<_>>())
+            };
+            let speed = se3::log(&(at(-1e-6).inverse() * at(1e-6))) / 2e-6;
+            let torque = speed.dot(&wrench);
+            let read = stiff.q(row)[i] - bent.q(row)[i];
+            assert!((read - COMPLIANCE * torque).abs() < 2e-7, "joint {i}: {read:e}, torque {torque}");
+            most = most.max(torque.abs());
+        }
+    }
+    assert!(most > 2.0, "torques of {most} N m");
+}
+
+#[test]
+fn wrenches_balance_the_springs_at_the_tip() {
+    let mut scenario = table(200);
+    scenario.touches[0].exploration.tilt = 0.0;
+    scenario.touches[0].exploration.radius = 0.0;
+    let log = only_log(&scenario, 1);
+    for row in log.contacts() {
+        let [fx, fy, fz, tx, ty, tz] = log.wrench[row];
+        // The tool points down: what presses it up is −z of the tip, and has no lever about it.
+        assert!((fz + log.truth[row].force).abs() < 1e-3 && log.truth[row].force > 3.0);
+        assert!([fx, fy, tx, ty, tz].iter().all(|part| part.abs() < 1e-3), "{:?}", log.wrench[row]);
+    }
+}
+
+#[test]
+fn the_recorder_counts_misses_and_invents() {
+    let mut scenario = paper(2000);
+    let step = 1e-4;
+    scenario.recorder.encoder_step = step;
+    scenario.recorder.missed = 0.1;
+    scenario.recorder.spurious = 0.3;
+    let log = only_log(&scenario, 3);
+    assert!(log.q.iter().all(|q| (q / step - (q / step).round()).abs() < 1e-6));
+    let threshold = scenario.recorder.force_threshold;
+    let free = log.contacts().filter(|&row| log.truth[row].force == 0.0).count() as f64 / 2000.0;
+    assert!((free - 0.3 / (0.3 + 0.7 * 0.9)).abs() < 0.04, "{free}");
+    let touching = |row: &usize| log.truth[*row].force > threshold;
+    let touched = (0..log.len()).filter(touching).count() as f64;
+    let missed = (0..log.len()).filter(touching).filter(|&row| !log.contact[row]).count() as f64 / touched;
+    assert!((missed - 0.1).abs() < 0.03, "{missed}");
+    let parts = hole(&scenario);
+    for row in log.contacts().filter(|&row| !log.truth[row].touching) {
+        let pose = log.truth[row].fixture_from_tool;
+        assert!(parts.gap(&pose).value > 0.0 && pose.translation.z < 0.0 && pose.translation.z > -parts.depth());
+    }
+}
+
+#[test]
+fn force_sensors_are_noisy_and_biased() {
+    let mut scenario = Scenario { contact_sigma: 0.0, ..table(1500) };
+    let exact = only_log(&scenario, 4);
+    scenario.recorder.force_sigma = 0.5;
+    scenario.recorder.torque_sigma = 0.02;
+    scenario.recorder.force_bias = 2.0;
+    let noisy = only_log(&scenario, 4);
+    let rows = exact.len().min(noisy.len());
+    for (part, sigma) in [(0, 0.5), (2, 0.5), (4, 0.02)] {
+        let off: Vec<f64> = (0..rows).map(|row| noisy.wrench[row][part] - exact.wrench[row][part]).collect();
+        let mean = off.iter().sum::<f64>() / rows as f64;
+        let spread = (off.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / rows as f64).sqrt();
+        assert!((spread / sigma - 1.0).abs() < 0.1, "part {part}: {spread}");
+        // The bias stays through the log: far from 0 for a force, none for a torque.
+        assert_eq!(mean.abs() > 0.1, part < 3, "part {part}: {mean}");
+    }
+}
+
+#[test]
+fn temperatures_tell_the_strain() {
+    let mut scenario = Preset::LeoAluminium.scenario(iiwa()).unwrap();
+    scenario.contacts = 400;
+    let simulated = scenario.simulate(9).unwrap();
+    let (log, thermal) = (&simulated.logs[0], scenario.thermal.unwrap());
+    let count = segments(&scenario.robot).len();
+    assert_eq!(log.temperature.len(), count * log.len());
+    for k in 0..count {
+        let rows = log.temperature.chunks(count);
+        let celsius = rows.map(|row| row[k]).sum::<f64>() / log.len() as f64;
+        let strain = thermal.expansion * (celsius - thermal.reference);
+        assert!((strain - simulated.truth.strain(k)).abs() < 4.0 * thermal.expansion * thermal.sensor_sigma / 20.0);
+        assert!(simulated.truth.strain(k).abs() < 0.004 && simulated.truth.strain(k) != 0.0);
+    }
+}
+
+#[test]
+fn a_wider_hole_is_felt_as_drawn() {
+    let mut scenario = Scenario { contact_sigma: 0.0, ..paper(300) };
+    scenario.touches[0].clearance_sigma = 0.05e-3;
+    let simulated = scenario.simulate(6).unwrap();
+    let Truth { clearance, .. } = &simulated.truth;
+    let wider = hole(&scenario).hole().offset_mitred(clearance[0]).unwrap();
+    let believed = hole(&scenario);
+    let parts = touchcal::geometry::extrusion::PegAndHole::new(
+        believed.peg().clone(),
+        believed.length(),
+        wider,
+        believed.depth(),
+    );
+    let parts = parts.unwrap();
+    for row in simulated.logs[0].truth.iter().filter(|row| row.force > 1.0) {
+        assert!(parts.gap(&row.fixture_from_tool).value.abs() < 1e-6);
+    }
+    assert!(clearance[0].abs() > 1e-6);
+}

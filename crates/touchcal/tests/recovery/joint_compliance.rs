@@ -1,0 +1,330 @@
+//! Joints that give way to gravity and to what presses on the tool: torques, derivatives, estimates
+//! and files.
+
+use std::sync::Arc;
+
+use crate::support::solve;
+use nalgebra::{Point3, UnitQuaternion, Vector3};
+use touchcal::contact::{ContactLog, Source};
+use touchcal::estimate::{
+    Distance, Estimate, Fixture, Loss, Method, Noise, PlacePrior, Problem, Status, Tool, evaluate,
+};
+use touchcal::io::urdf::{self, Ends};
+use touchcal::manifold::BallInSocket;
+use touchcal::parameter::{Block, Prior, joint_compliance, joint_origin};
+use touchcal::robot::{JointKind, KinematicParameter, Kinematics, Robot, calibrated};
+use touchcal::se3::{self, Pose, Twist, Wrench};
+use touchcal::sim::follow;
+
+/// Turntable, fixed bracket, slide and wrist with skew axes; every moving joint carries a mass, the
+/// bracket one more.
+const WEIGHED: &str = r#"<robot name="weighed">
+<link name="base"/>
+<link name="table"><inertial><origin xyz="0.1 0.02 0.3" rpy="1 2 3"/><mass value="4"/></inertial></link>
+<link name="bracket"><inertial><origin xyz="0 -0.1 0.05"/><mass value="1.5"/></inertial></link>
+<link name="slide"><inertial><mass value="2.5"/></inertial></link>
+<link name="wrist"><inertial><origin xyz="0.2 0.1 0"/><mass value="0.7"/></inertial></link>
+<link name="tool"/>
+<joint name="turn" type="continuous"><origin xyz="0.1 0 0.2" rpy="1.1 0.2 0.3"/><parent link="base"/><child link="table"/>
+<axis xyz="1 2 2"/></joint>
+<joint name="mount" type="fixed"><origin xyz="0 0.1 0.3" rpy="1 0 0"/><parent link="table"/><child link="bracket"/></joint>
+<joint name="lift" type="prismatic"><origin xyz="0.2 0 0.1"/><parent link="bracket"/><child link="slide"/><axis xyz="0 3 4"/></joint>
+<joint name="bend" type="revolute"><origin xyz="0.3 0.1 0" rpy="0.4 -1 0"/><parent link="slide"/><child link="wrist"/><axis xyz="0 1 0"/></joint>
+<joint name="end" type="fixed"><origin xyz="0 0 0.2"/><parent link="wrist"/><child link="tool"/></joint>
+</robot>"#;
+
+fn built_in(name: &str) -> Robot {
+    urdf::read_builtin(name, Ends::default()).expect("built in").robot
+}
+
+fn weighed() -> Robot {
+    urdf::read(WEIGHED, "weighed.urdf", Ends::default()).expect("a valid chain")
+}
+
+/// Numbers spread over (−1, 1), the same for the same seed.
+fn spread(count: usize, seed: u64) -> Vec<f64> {
+    let mut state = seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) | 1;
+    let mut next = || {
+        state ^= state << 13;
+        state ^= state >> 7;
+        state ^= state << 17;
+        (state >> 11) as f64 / (1u64 << 52) as f64 - 1.0
+    };
+    (0..count).map(|_| next()).collect()
+}
+
+fn normal(count: usize, seed: u64) -> Vec<f64> {
+    let sums = spread(12 * count, seed);
+    sums.chunks(12).map(|twelve| twelve.iter().sum::<f64>() / 2.0).collect()
+}
+
+/// Position in base of `point` in the frame that joint number `joint` of the chain carries.
+fn place(robot: &Robot, joint: usize, point: Vector3<f64>, q: &[f64]) -> Vector3<f64> {
+    let part = Robot::new("part", "base", robot.joints()[..=joint].to_vec()).expect("a moving joint");
+    let pose = Kinematics::new(&part, &[], Pose::identity()).pose(q);
+    (pose * Point3::from(point)).coords
+}
+
+/// Masses (kg) and their places: the links' own, or else a kilogram in the middle of each moving
+/// link and one at the tip.
+fn masses(robot: &Robot, q: &[f64]) -> Vec<(f64, Vector3<f64>)> {
+    let joints = robot.joints();
+    let of_link = |(k, joint): (usize, &touchcal::robot::Joint)| {
+        joint.inertia.map(|inertia| (inertia.mass, place(robot, k, inertia.center, q)))
+    };
+    let weighed: Vec<_> = joints.iter().enumerate().filter_map(of_link).collect();
+    if !weighed.is_empty() {
+        return weighed;
+    }
+    let moving = (0..joints.len()).filter(|&k| joints[k].kind != JointKind::Fixed);
+    let ends: Vec<Vector3<f64>> =
+        moving.chain([joints.len() - 1]).map(|k| place(robot, k, Vector3::zeros(), q)).collect();
+    let links = ends.windows(2).map(|ends| (1.0, (ends[0] + ends[1]) / 2.0));
+    links.chain(ends.last().map(|tip| (1.0, *tip))).collect()
+}
+
+#[test]
+fn torque_is_the_slope_of_the_potential_energy_and_the_work_of_the_load() {
+    let tilted = Vector3::new(1.0, -3.0, 9.0);
+    for robot in [built_in("iiwa14"), built_in("panda"), built_in("panda").with_gravity(tilted), weighed()] {
+        let kinematics = Kinematics::new(&robot, &[KinematicParameter::JointCompliance(0)], Pose::identity());
+        let mut scratch = kinematics.scratch();
+        for seed in 1..10 {
+            let q: Vec<f64> = spread(robot.dof(), seed).iter().map(|v| 2.0 * v).collect();
+            let load: Wrench = std::array::from_fn(|k| 20.0 * spread(6, seed + 50)[k]);
+            kinematics.pose_and_jacobian_under(&q, &load, &mut scratch);
+            let energy =
+                |q: &[f64]| -> f64 { masses(&robot, q).iter().map(|(mass, at)| -mass * robot.gravity().dot(at)).sum() };
+            for (i, joint) in robot.moving().enumerate() {
+                let at = |h: f64| {
+                    let mut moved = q.clone();
+                    moved[i] += h;
+                    let motion = se3::log(&(kinematics.pose(&q).inverse() * kinematics.pose(&moved)));
+                    energy(&moved) - motion.dot(&Twist::from(load))
+                };
+                let slope = |h: f64| (at(h) - at(-h)) / (2.0 * h);
+                let torque =
+                    if joint.kind == JointKind::Prismatic { 0.0 } else { (slope(2e-3) - 4.0 * slope(1e-3)) / 3.0 };
+                let found = scratch.torques[i];
+                assert!((found - torque).abs() < 1e-8, "{} {}: {found} {torque}", robot.name(), joint.name);
+            }
+        }
+    }
+}
+
+/// The compliances' columns are exact; others leave out how torques change with them, which is
+/// small.
+#[test]
+fn jacobian_matches_central_differences() {
+    for robot in [built_in("iiwa14"), built_in("panda"), weighed()] {
+        let parameters = [joint_compliance(&robot), joint_origin(&robot)].concat();
+        let columns: Vec<KinematicParameter> =
+            parameters.iter().filter_map(|parameter| parameter.id.kinematic()).collect();
+        let mut kinematics = Kinematics::new(&robot, &columns, Pose::translation(0.1, 0.05, 0.1));
+        let theta: Vec<f64> =
+            spread(columns.len(), 3).iter().zip(&parameters).map(|(v, p)| 0.1 * v * p.scale).collect();
+        let q: Vec<f64> = spread(robot.dof(), 4).iter().map(|v| v * 2.0).collect();
+        kinematics.set(&theta);
+        let mut scratch = kinematics.scratch();
+        let load: Wrench = [5.0, -20.0, 10.0, 1.0, -2.0, 0.5];
+        let pose = kinematics.pose_and_jacobian_under(&q, &load, &mut scratch);
+        assert!((pose.to_homogeneous() - kinematics.pose_under(&q, &load).to_homogeneous()).amax() < 1e-15);
+        for (k, column) in columns.iter().enumerate() {
+            let mut slope = |h: f64| {
+                let mut at = |sign: f64| {
+                    let mut moved = theta.clone();
+                    moved[k] += sign * h;
+                    kinematics.set(&moved);
+                    se3::log(&(pose.inverse() * kinematics.pose_under(&q, &load)))
+                };
+                (at(1.0) - at(-1.0)) / (2.0 * h)
+            };
+            let error = ((slope(5e-4) * 4.0 - slope(1e-3)) / 3.0 - scratch.parameters[k]).amax();
+            let allowed = match column {
+                KinematicParameter::JointCompliance(_) => 1e-7 * scratch.parameters[k].amax().max(1e-3),
+                _ => 1e-2 * scratch.parameters[k].amax(),
+            };
+            assert!(error <= allowed, "{} {column:?}: {error} of {}", robot.name(), scratch.parameters[k].amax());
+        }
+    }
+}
+
+/// The exported chain bends as the parameterised one does, and so does the one read from its URDF.
+#[test]
+fn calibrated_chain_bends_in_memory_and_as_urdf() {
+    let built_in = ["iiwa14", "panda"].map(|name| urdf::read_builtin(name, Ends::default()).expect("built in"));
+    let each = built_in.iter().map(|file| (file.robot.clone(), file.text.as_str()));
+    for (robot, text) in each.chain([(weighed(), WEIGHED)]) {
+        let parameters = [joint_compliance(&robot), joint_origin(&robot)].concat();
+        let columns: Vec<KinematicParameter> =
+            parameters.iter().filter_map(|parameter| parameter.id.kinematic()).collect();
+        let theta: Vec<f64> = spread(columns.len(), 5).iter().zip(&parameters).map(|(v, p)| v * p.scale).collect();
+        let tool = Pose::translation(0.0, 0.1, 0.1);
+        let mut kinematics = Kinematics::new(&robot, &columns, tool);
+        kinematics.set(&theta);
+        let calibrated = calibrated(&robot, &columns, &theta);
+        assert!(calibrated.is_compliant() && !robot.is_compliant());
+        let written = urdf::rewrite(text, &calibrated).expect("the same text");
+        let ends = Ends { base: Some(robot.base()), tip: Some(robot.tip()) };
+        let back = urdf::read(&written, "calibrated.urdf", ends).expect("a URDF");
+        assert_eq!(urdf::rewrite(&written, &back).expect("the same text"), written);
+        for (a, b) in calibrated.joints().iter().zip(back.joints()) {
+            assert_eq!(a.compliance, b.compliance, "{}", a.name);
+        }
+        let [folded, read] = [&calibrated, &back].map(|robot| Kinematics::new(robot, &[], tool));
+        for seed in 0..20 {
+            let q: Vec<f64> = spread(robot.dof(), seed).iter().map(|v| v * 3.0).collect();
+            let pose = kinematics.pose(&q).to_homogeneous();
+            for (bent, within) in [(&folded, 1e-13), (&read, 1e-12)] {
+                let difference = (pose - bent.pose(&q).to_homogeneous()).amax();
+                assert!(difference < within, "{}: {difference:e}", robot.name());
+            }
+        }
+    }
+}
+
+#[test]
+fn malformed_weights_and_compliances_are_refused() {
+    let compliant =
+        WEIGHED.replace("<axis xyz=\"1 2 2\"/>", "<axis xyz=\"1 2 2\"/><touchcal_compliance rad_per_nm='1e-4'/>");
+    let robot = urdf::read(&compliant, "arm.urdf", Ends::default()).expect("a valid chain");
+    assert_eq!(robot.joints()[0].compliance, 1e-4);
+    let stiff = calibrated(&robot, &[KinematicParameter::JointCompliance(0)], &[-1e-4]);
+    assert!(urdf::rewrite(&compliant, &stiff).expect("the same text").contains("rad_per_nm='0e0'"));
+    let cases = [
+        (
+            "rad_per_nm='1e-4'",
+            "rad_per_nm='soft'",
+            ["joint `turn`, touchcal_compliance", "a finite number in `rad_per_nm`", "\"soft\""],
+        ),
+        ("rad_per_nm='1e-4'", "rad_per_nm='inf'", ["arm.urdf:9:", "a finite number", "\"inf\""]),
+        ("rad_per_nm='1e-4'", "", ["arm.urdf:9:", "attribute `rad_per_nm` of <touchcal_compliance>", "none"]),
+        ("continuous", "prismatic", ["joint `turn`, touchcal_compliance", "`revolute` or `continuous`", "`prismatic`"]),
+        ("<mass value=\"4\"/>", "", ["link `table`, inertial", "a <mass value=\"…\"/>", "none"]),
+        ("<mass value=\"4\"/>", "<mass/>", ["arm.urdf:3:", "attribute `value` of <mass>", "none"]),
+        ("value=\"4\"", "value=\"-4\"", ["link `table`, inertial", "a mass of at least 0", "-4"]),
+        ("value=\"4\"", "value=\"4 kg\"", ["link `table`, inertial", "a finite number in `value`", "\"4 kg\""]),
+        ("0.1 0.02 0.3", "0.1 0.02", ["link `table`, inertial", "3 finite numbers in `xyz`", "\"0.1 0.02\""]),
+    ];
+    for (from, to, parts) in cases {
+        assert!(compliant.contains(from), "{from}");
+        let message =
+            urdf::read(&compliant.replacen(from, to, 1), "arm.urdf", Ends::default()).expect_err(to).to_string();
+        assert!(parts.iter().all(|part| message.contains(part)), "{message}");
+    }
+}
+
+const SOCKETS: [[f64; 3]; 4] = [[0.5, 0.2, 0.1], [0.45, -0.25, 0.2], [0.35, 0.3, 0.45], [0.6, 0.0, 0.35]];
+const BALL: [f64; 3] = [0.02, -0.03, 0.1];
+
+/// Noise of joint positions (rad).
+struct Noisy {
+    sigma: f64,
+    seed: u64,
+}
+
+/// A ball held in `sockets` (known places) by an arm of these errors.
+fn touching(errors: &[(KinematicParameter, f64)], sockets: &[[f64; 3]], noise: &Noisy) -> Problem {
+    let robot = built_in("iiwa14");
+    let (columns, theta): (Vec<KinematicParameter>, Vec<f64>) = errors.iter().copied().unzip();
+    let tip_from_tool = Pose::translation(BALL[0], BALL[1], BALL[2]);
+    let mut arm = Kinematics::new(&robot, &columns, tip_from_tool);
+    arm.set(&theta);
+    let posture = [0.1, 0.7, 0.2, -1.5, -0.2, 0.9, 0.1];
+    let down = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI);
+    let mut contacts = ContactLog::new(7);
+    for (f, socket) in sockets.iter().enumerate() {
+        let mut q = posture.to_vec();
+        for i in 0..60u64 {
+            let seed = 1000 * f as u64 + i;
+            let turn = UnitQuaternion::from_scaled_axis(Vector3::from_row_slice(&spread(3, 10_000 + seed)) * 0.6);
+            let bend: Vec<f64> = posture.iter().zip(spread(7, 20_000 + seed)).map(|(q, d)| q + 0.5 * d).collect();
+            q = follow(&arm, &Pose::from_parts((*socket).into(), turn * down), &q, &bend).expect("within reach");
+            let measured: Vec<f64> =
+                q.iter().zip(normal(7, 30_000 * noise.seed + seed)).map(|(q, n)| q + noise.sigma * n).collect();
+            contacts.push(&measured, f, Source { file: 0, line: i + 1 });
+        }
+    }
+    let fixture = |(f, socket): (usize, &[f64; 3])| Fixture {
+        name: format!("socket/{f}"),
+        manifold: Arc::new(BallInSocket),
+        base_from_fixture: Some(Pose::translation(socket[0], socket[1], socket[2])),
+        prior: PlacePrior::Fixed,
+        placement: String::new(),
+    };
+    Problem {
+        parameters: joint_compliance(&robot),
+        robot,
+        tool: Tool { tip_from_tool, prior: PlacePrior::Fixed },
+        fixtures: sockets.iter().enumerate().map(fixture).collect(),
+        distances: Vec::<Distance>::new(),
+        contacts,
+        noise: Noise { encoder: noise.sigma.max(1e-6), contact: 1e-6, is_estimated: false },
+        joint_drift: false,
+        loss: Loss::GemanMcClure(3.0),
+        method: Method::LevenbergMarquardt,
+        options: touchcal::estimate::EstimatorOptions::default(),
+    }
+}
+
+fn compliances(estimate: &Estimate) -> Vec<f64> {
+    let of = |entry: &&touchcal::estimate::ParameterEstimate| entry.parameter.id.block() == Block::JointCompliance;
+    estimate.parameters.iter().filter(of).map(|entry| entry.value).collect()
+}
+
+#[test]
+fn without_noise_compliances_and_offsets_are_found() {
+    let truth: Vec<f64> = spread(7, 7).iter().map(|v| 1e-4 * (1.0 + 0.5 * v)).collect();
+    let offset: Vec<f64> = spread(7, 8).iter().map(|v| 0.02 * v).collect();
+    let softness = truth.iter().enumerate().map(|(i, &c)| (KinematicParameter::JointCompliance(i), c));
+    let biases = offset.iter().enumerate().map(|(i, &b)| (KinematicParameter::JointOffset(i), b));
+    let mut problem = touching(&softness.chain(biases).collect::<Vec<_>>(), &SOCKETS, &Noisy { sigma: 0.0, seed: 1 });
+    let robot = problem.robot.clone();
+    problem.parameters.extend(touchcal::parameter::joint_offset(&robot));
+    // A prior would pull by its share.
+    problem.parameters.iter_mut().for_each(|parameter| parameter.prior = Prior::Flat);
+    let estimate = solve(&problem);
+    assert_eq!(estimate.status, Status::Converged, "{:?}", estimate.warnings);
+    println!("{:?}\n{truth:?}", compliances(&estimate));
+    // The first joint's axis is along gravity, the seventh's goes through all that it carries: no
+    // torque about either.
+    for joint in ["joint_compliance.joint_a1", "joint_compliance.joint_a7"] {
+        let held = estimate.parameter(joint).expect("estimated");
+        assert!(held.value == 0.0 && !held.identifiable, "{held:?}");
+    }
+    for (found, truth) in compliances(&estimate)[1..6].iter().zip(&truth[1..6]) {
+        assert!((found - truth).abs() < 1e-9, "{found} {truth}");
+    }
+    problem.robot = estimate.robot;
+    assert!(evaluate(&problem).all.max < 1e-8, "{:?}", evaluate(&problem).all);
+}
+
+/// Where nothing bends the learned width closes, from 1e-4 rad/(N m), and asking for compliances
+/// hardly costs anything at other sockets.
+#[test]
+fn a_stiff_arm_is_found_stiff() {
+    let (near, far) = SOCKETS.split_at(2);
+    let (mut bent, mut straight) = (0.0, 0.0);
+    for seed in 1..=10 {
+        let noise = Noisy { sigma: 5e-5, seed };
+        let mut rigid = touching(&[], near, &noise);
+        rigid.parameters = joint_origin(&rigid.robot);
+        let mut bending = touching(&[], near, &noise);
+        bending.parameters.extend(rigid.parameters.clone());
+        let scored = |problem: &Problem| {
+            let estimate = solve(problem);
+            assert_eq!(estimate.status, Status::Converged, "{:?}", estimate.warnings);
+            let elsewhere = Problem { robot: estimate.robot.clone(), ..touching(&[], far, &noise) };
+            (evaluate(&elsewhere).all.mean, estimate)
+        };
+        let ((error, estimate), (rigid_error, _)) = (scored(&bending), scored(&rigid));
+        let width = estimate.parameters[0].parameter.prior_sigma().expect("learned");
+        let found = compliances(&estimate);
+        println!("width {width:e}, held out {:.4} mm, rigid {:.4} mm, {found:?}", 1e3 * error, 1e3 * rigid_error);
+        assert!(width < 1.2e-5, "{width:e}");
+        assert!(found.iter().all(|c| c.abs() < 1.2e-5), "{found:?}");
+        bent += error;
+        straight += rigid_error;
+    }
+    assert!(bent < 1.05 * straight, "{bent} {straight}");
+}

@@ -1,0 +1,21 @@
+//! What an estimate recovers from logs of which the truth is known, and what it refuses.
+#![allow(
+    clippy::expect_used,
+    clippy::unwrap_used,
+    clippy::panic,
+    clippy::print_stdout,
+    reason = "a test fails by panicking and reports by printing"
+)]
+
+#[path = "../support/mod.rs"]
+mod support;
+
+mod custom_manifold;
+mod gradient_descent;
+mod joint_compliance;
+mod load;
+mod meshes;
+mod not_identifiable;
+mod not_usable;
+mod recorded_logs;
+mod round_parts;

@@ -1,0 +1,142 @@
+//! Problems whose data cannot answer the question: the answer must say so, and never be a confident
+//! number.
+
+use std::sync::Arc;
+
+use crate::support::{data, mujoco_trial, solve};
+use nalgebra::{UnitQuaternion, Vector3};
+use touchcal::contact::{ContactLog, Source};
+use touchcal::estimate::{Estimate, Fixture, Loss, Method, Noise, PlacePrior, Problem, Status, Tool, Warning};
+use touchcal::io::mukca::{self, MukcaOptions};
+use touchcal::io::urdf::{self, Ends};
+use touchcal::manifold::Plane;
+use touchcal::robot::{self, Kinematics};
+use touchcal::se3::Pose;
+use touchcal::sim::follow;
+
+/// Held at its prior mean without a standard deviation, or with one that says that the data told
+/// nothing.
+fn makes_no_claim(estimate: &Estimate, name: &str) -> bool {
+    let found = estimate.parameter(name).expect("a parameter of that name");
+    let vague = found.sigma.is_none_or(|sigma| {
+        let before = found.parameter.prior_sigma().unwrap_or(found.parameter.scale);
+        sigma > 0.5 * before
+    });
+    !found.identifiable && vague
+}
+
+fn words(estimate: &Estimate) -> String {
+    estimate.identifiability.null_space.iter().map(|null| null.description.clone()).collect::<Vec<_>>().join("\n")
+}
+
+#[test]
+fn one_free_socket_determines_neither_scale_nor_base_joint() {
+    let folder = data().join("mukca");
+    let file = urdf::read_file(&folder.join("iiwa14.urdf"), Ends::default()).expect("a URDF");
+    let options = MukcaOptions { only: vec!["front".to_owned()], ..MukcaOptions::default() };
+    let mut problem = mukca::read(&folder.join("kuka_14"), file, &options).expect("contacts").problem;
+    let first = problem.contacts.filtered(|i| problem.contacts.fixture(i) == 0);
+    problem.contacts = first;
+    problem.fixtures.truncate(1);
+    problem.distances.clear();
+    problem.tool.prior = PlacePrior::Flat;
+    problem.parameters = vec![touchcal::parameter::strain()];
+    problem.parameters.extend(touchcal::parameter::joint_offset(&problem.robot));
+    let estimate = solve(&problem);
+    println!("{:?}\n{}\n{:#?}", estimate.status, words(&estimate), estimate.warnings);
+    for name in ["strain", "joint_offset.joint_a1"] {
+        assert!(makes_no_claim(&estimate, name), "{name}: {:?}", estimate.parameter(name));
+    }
+    assert!(words(&estimate).contains("offset of joint_a1"), "{}", words(&estimate));
+}
+
+#[test]
+fn hole_and_base_joint_cannot_both_be_found() {
+    let (mut problem, truth) = mujoco_trial("extrusion/paper/trial_00");
+    problem.fixtures[0].prior = PlacePrior::Flat;
+    let estimate = solve(&problem);
+    println!("{:?}\n{}\n{:#?}", estimate.status, words(&estimate), estimate.warnings);
+    assert!(makes_no_claim(&estimate, "joint_offset.joint_a1"), "{:?}", estimate.parameter("joint_offset.joint_a1"));
+    assert!(makes_no_claim(&estimate, "fixture.hole.rz"), "{:?}", estimate.parameter("fixture.hole.rz"));
+    assert_eq!(estimate.parameter("joint_offset.joint_a1").map(|p| p.value), Some(0.0), "held at zero");
+    let words = words(&estimate);
+    assert!(words.contains("offset of joint_a1") && words.contains("yaw of fixture hole"), "{words}");
+    assert!(estimate.warnings.iter().any(|warning| matches!(warning, Warning::Unobservable { .. })));
+    // What can be told is still right.
+    for (estimated, truth) in estimate.parameters[2..8].iter().zip(&truth.offset[1..]) {
+        let sigma = estimated.sigma.expect("determined");
+        assert!((estimated.value - truth).abs() < 4.0 * sigma, "{}: {}", estimated.parameter.name, estimated.value);
+        assert!(sigma < 0.2f64.to_radians());
+    }
+}
+
+/// A stylus that touches one horizontal table: nothing is said of the plane's own directions.
+fn table(parameters: fn(&robot::Robot) -> Vec<touchcal::parameter::Parameter>) -> Problem {
+    let robot = urdf::read_builtin("iiwa14", Ends::default()).expect("built in").robot;
+    let tip_from_tool = Pose::translation(0.0, 0.0, 0.1);
+    let kinematics = Kinematics::new(&robot, &[], tip_from_tool);
+    let mut contacts = ContactLog::new(7);
+    let mut q = vec![0.0, 0.5, 0.0, -1.5, 0.0, 1.1, 0.0];
+    let posture = q.clone();
+    for i in 0..400u32 {
+        let phase = f64::from(i);
+        let (x, y) = (0.55 + 0.1 * (phase * 0.7).sin(), 0.15 * (phase * 0.31).cos());
+        let tilt = Vector3::new(0.3 * (phase * 1.3).sin(), 0.3 * (phase * 0.9).cos(), 0.4 * (phase * 0.23).sin());
+        let down = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI);
+        let target = Pose::from_parts(Vector3::new(x, y, 0.1).into(), UnitQuaternion::from_scaled_axis(tilt) * down);
+        q = follow(&kinematics, &target, &q, &posture).expect("within reach");
+        contacts.push(&q, 0, Source { file: 0, line: u64::from(i) + 1 });
+    }
+    Problem {
+        parameters: parameters(&robot),
+        robot,
+        tool: Tool { tip_from_tool, prior: PlacePrior::Fixed },
+        fixtures: vec![Fixture {
+            name: "table".to_owned(),
+            manifold: Arc::new(Plane::ball(0.0)),
+            base_from_fixture: Some(Pose::translation(0.0, 0.0, 0.1)),
+            prior: PlacePrior::Fixed,
+            placement: String::new(),
+        }],
+        distances: Vec::new(),
+        contacts,
+        noise: Noise { encoder: 1e-5, contact: 1e-5, is_estimated: false },
+        joint_drift: false,
+        method: Method::LevenbergMarquardt,
+        loss: Loss::GemanMcClure(3.0),
+        options: touchcal::estimate::EstimatorOptions::default(),
+    }
+}
+
+#[test]
+fn one_plane_does_not_calibrate_an_arm() {
+    let estimate = solve(&table(touchcal::parameter::joint_origin));
+    println!(
+        "{:?} rank {}\n{}\n{:#?}",
+        estimate.status,
+        estimate.identifiability.rank,
+        words(&estimate),
+        estimate.warnings
+    );
+    assert!(!estimate.identifiability.null_space.is_empty());
+    for name in ["joint_origin.joint_a1.x", "joint_origin.joint_a1.y", "joint_origin.joint_a1.rz"] {
+        assert!(makes_no_claim(&estimate, name), "{name}: {:?}", estimate.parameter(name));
+    }
+    let estimate = solve(&table(touchcal::parameter::joint_offset));
+    println!("{:?}\n{}\n{:#?}", estimate.status, words(&estimate), estimate.warnings);
+    assert!(makes_no_claim(&estimate, "joint_offset.joint_a1"));
+}
+
+#[test]
+fn no_contacts_and_too_few_contacts_are_outcomes() {
+    let (mut problem, _) = mujoco_trial("extrusion/paper/trial_00");
+    problem.contacts = problem.contacts.filtered(|i| i < 5);
+    let estimate = solve(&problem);
+    println!("{:?} {:#?}", estimate.status, estimate.warnings);
+    assert_eq!(estimate.status, Status::NotUsable);
+    assert!(matches!(estimate.warnings[0], Warning::TooFewContacts { .. }));
+    problem.contacts = problem.contacts.filtered(|_| false);
+    let estimate = solve(&problem);
+    assert_eq!(estimate.status, Status::NotUsable);
+    assert!(estimate.parameters.iter().all(|p| p.value == 0.0 && !p.identifiable));
+}

@@ -1,0 +1,117 @@
+//! Contacts that contradict what was declared: the result must not be called usable.
+
+use std::sync::Arc;
+
+use crate::support::{mujoco_trial, solve};
+use touchcal::estimate::{Estimate, Loss, Method, Noise, PlacePrior, Status, Warning};
+use touchcal::experiment::{Search, Trial, problem};
+use touchcal::geometry::extrusion::PegAndHole;
+use touchcal::geometry::profile::Profile;
+use touchcal::io::urdf::{self, Ends};
+use touchcal::manifold::PegInHole;
+use touchcal::sim::{Parts, Preset};
+
+fn warned(estimate: &Estimate, kind: &str) -> bool {
+    estimate.warnings.iter().any(|warning: &Warning| warning.kind() == kind)
+}
+
+#[test]
+fn noise_declared_much_too_small_is_contradicted() {
+    let (mut problem, _) = mujoco_trial("extrusion/rich/trial_00");
+    problem.noise.encoder *= 0.1;
+    problem.noise.contact *= 0.1;
+    let estimate = solve(&problem);
+    assert!(warned(&estimate, "noise_contradicted"), "{} {:?}", estimate.noise_factor, estimate.warnings);
+    assert_eq!(estimate.status, Status::NotUsable);
+}
+
+#[test]
+fn noise_declared_a_little_too_small_is_a_warning() {
+    let (mut problem, _) = mujoco_trial("extrusion/rich/trial_00");
+    problem.noise.encoder /= 3.0;
+    problem.noise.contact /= 3.0;
+    let estimate = solve(&problem);
+    assert!(warned(&estimate, "noise_exceeded"), "{} {:?}", estimate.noise_factor, estimate.warnings);
+    assert_eq!(estimate.status, Status::Converged);
+}
+
+#[test]
+fn a_hole_declared_too_wide_is_not_touched() {
+    let (mut problem, _) = mujoco_trial("extrusion/rich/trial_00");
+    let peg = Profile::extrusion25();
+    let hole = peg.offset_mitred(1.3e-3).expect("an outline");
+    let shapes = PegAndHole::new(peg, 0.04, hole, 0.03).expect("parts");
+    problem.fixtures[0].manifold = Arc::new(PegInHole::new(shapes));
+    let estimate = solve(&problem);
+    assert!(warned(&estimate, "not_touching"), "{:?}", estimate.warnings);
+    assert_eq!(estimate.status, Status::NotUsable);
+}
+
+/// With nothing known of the hole's place, little elbow motion can lead into a wrong minimum: it
+/// must not pass for a result.
+#[test]
+fn a_wrong_minimum_is_not_called_usable() {
+    for trial in ["extrusion/paper/trial_25", "square/paper/trial_00"] {
+        let (mut problem, truth) = mujoco_trial(trial);
+        problem.fixtures[0].prior = PlacePrior::Flat;
+        let estimate = solve(&problem);
+        // The first offset cannot be told from the hole's yaw.
+        let errors = estimate.parameters[2..8].iter().zip(&truth.offset[1..]).map(|(p, truth)| (p.value - truth).abs());
+        let worst = errors.fold(0.0, f64::max).to_degrees();
+        println!("{trial}: {:?}, worst offset error {worst:.2}°", estimate.status);
+        assert!(worst < 0.5 || estimate.status == Status::NotUsable, "{trial}: {worst}° {:?}", estimate.warnings);
+    }
+}
+
+/// With a quarter of a millimetre of clearance the peg hardly gets in: at the rim edges take turns,
+/// and only the nearest is known.
+#[test]
+fn a_peg_at_the_rim_is_said_to_tell_little() {
+    let robot = urdf::read_builtin("iiwa14", Ends::default()).expect("an arm").robot;
+    let mut scenario = Preset::Paper.scenario(robot).expect("parts");
+    let wide = solve(&problem(&scenario, &scenario.simulate(5001).expect("contacts")));
+    let peg = Profile::extrusion25();
+    let hole = peg.offset_mitred(0.25e-3).expect("an outline");
+    let parts = PegAndHole::new(peg, 0.04, hole, 0.03).expect("parts");
+    scenario.touches[0].parts = Parts::PegInHole(Box::new(parts));
+    let narrow = solve(&problem(&scenario, &scenario.simulate(5001).expect("contacts")));
+    let share = |estimate: &Estimate| {
+        estimate.warnings.iter().find_map(|warning| match warning {
+            Warning::FewInformativeContacts { informative_fraction: share, .. } => Some(*share),
+            _ => None,
+        })
+    };
+    assert_eq!(share(&wide), None);
+    let share = share(&narrow).expect("few tell");
+    assert!(share > 0.05 && share < 0.3, "{share}");
+}
+
+/// A second's worth of contacts or two hardly ever determines an arm, and searches from elsewhere
+/// end elsewhere.
+#[test]
+fn few_contacts_hardly_ever_give_a_confident_wrong_answer() {
+    let robot = urdf::read_builtin("iiwa14", Ends::default()).expect("an arm").robot;
+    let (mut trials, mut usable, mut wrong) = (0, 0, 0);
+    for contacts in [150, 300, 600] {
+        for seed in 1..=8 {
+            let mut scenario = Preset::Paper.scenario(robot.clone()).expect("parts");
+            scenario.contacts = contacts;
+            let trial = Trial::simulated(&scenario, seed).expect("contacts");
+            let Parts::PegInHole(parts) = &scenario.touches[0].parts else { panic!("a hole") };
+            let noise = Noise { encoder: 0.002f64.to_radians(), contact: 0.02e-3, is_estimated: false };
+            let search = Search { method: Method::LevenbergMarquardt, noise, loss: Loss::GemanMcClure(3.0) };
+            let estimate = solve(&trial.problem(Box::new(PegInHole::new(parts.as_ref().clone())), search));
+            let truth = |column| trial.truth.iter().find(|(c, _)| *c == column).map(|(_, value)| *value);
+            let deviations = estimate
+                .parameters
+                .iter()
+                .filter_map(|p| Some((p.value - truth(p.parameter.id)?).abs() / p.sigma.unwrap_or(f64::INFINITY)));
+            let most = deviations.fold(0.0, f64::max);
+            trials += 1;
+            usable += usize::from(estimate.status == Status::Converged);
+            wrong += usize::from(estimate.status == Status::Converged && most > 5.0);
+        }
+    }
+    println!("{trials} trials, {usable} called usable, {wrong} of these wrong");
+    assert!(wrong <= 2 && usable >= 3, "{usable} usable, {wrong} wrong");
+}
