@@ -1,7 +1,6 @@
 #!/usr/bin/env python3
 """Compares a network that `touchcal train --onnx` exported, as onnxruntime runs it, with touchcal's own outputs on random poses.
 
-    pip install onnxruntime==1.31.1 onnx==1.23.2 numpy==2.4.6
     scripts/check_onnx.py DIR        # with weights.safetensors and weights.onnx; exits with 1 where they differ by more than rounding
 """
 import io
@@ -10,9 +9,13 @@ import subprocess
 import sys
 from pathlib import Path
 
-import numpy as np
-import onnx
-import onnxruntime
+from environment import ROOT, TARGET, enter
+
+enter("onnx")
+
+import numpy as np  # noqa: E402
+import onnx  # noqa: E402
+import onnxruntime  # noqa: E402
 
 POSES = 20_000
 # Single precision of values up to a metre or radian, summed a few thousand times.
@@ -35,7 +38,8 @@ def main(folder: Path) -> int:
 
     text = io.StringIO()
     np.savetxt(text, poses.astype(np.float64), "%.17g", ",")
-    command = ["cargo", "run", "-q", "-p", "touchcal", "--example", "project_poses", "--", folder / "weights.safetensors"]
+    subprocess.run(["cargo", "build", "-q", "--workspace", "--example", "project_poses"], cwd=ROOT, check=True)
+    command = [TARGET / "debug/examples/project_poses", folder / "weights.safetensors"]
     own = subprocess.run(command, input=text.getvalue(), capture_output=True, text=True, check=True).stdout
     own = np.loadtxt(io.StringIO(own), delimiter=",")
 

@@ -1,8 +1,12 @@
 #!/usr/bin/env python3
 """Opens reports in headless Chromium: they draw without complaint, load nothing, fit the window, and look as they did.
 
-Usage: scripts/check_report.py TOUCHCAL, the program; needs chromium and the font DejaVu Sans (Debian: chromium, fonts-dejavu-core), and contact logs in TOUCHCAL_DATA.
-With TOUCHCAL_UPDATE=1 it writes the pictures to compare with anew; then look at them. With --keep FOLDER the reports and full pictures stay there.
+    scripts/check_report.py TOUCHCAL [--keep FOLDER]
+
+TOUCHCAL is the program.
+Chromium and the font DejaVu Sans must be there (Debian: chromium, fonts-dejavu-core).
+TOUCHCAL_UPDATE=1 writes the pictures to compare with; look at them before you commit them.
+With --keep the reports and full pictures stay in FOLDER.
 """
 
 import argparse
@@ -13,14 +17,21 @@ import sys
 import tempfile
 from pathlib import Path
 
-from chromium import Chromium
-from png import decode
+import mukca
+from environment import enter
+
+enter("browser")
+
+from PIL import Image, ImageChops  # noqa: E402
+
+from browser import Browser  # noqa: E402
 
 GOLDEN = Path(__file__).resolve().parent / "report_golden"
 FONT = "DejaVu Sans"
 DESKTOP, PHONE = (1280, 800), (390, 844)
 # Pictures are compared at this share of their size; of their pixels so many may differ, by more than so much in a channel of 255.
 SCALE = {DESKTOP: 0.16, PHONE: 0.23}
+ARM_SCALE = 0.3
 MOST_DIFFERENT, NOTICEABLE = 0.02, 40
 MOST_BYTES = 6_000_000
 FIRST_PAINT_MS = 1000
@@ -50,8 +61,8 @@ def reports(touchcal, folder):
     for name, (text, code) in variants.items():
         (folder / "demo" / f"{name}.toml").write_text(text)
         run("calibrate", f"demo/{name}.toml", "--out", name, code=code)
-    mukca = Path(os.environ.get("TOUCHCAL_DATA", Path(__file__).parents[1] / "../shared/data")).resolve() / "mukca"
-    run("calibrate", "--mukca", mukca / "panda_1", "--urdf", mukca / "panda.urdf", "--out", "sockets")
+    (folder / "sockets.toml").write_text(mukca.problem("panda_1"))
+    run("calibrate", "sockets.toml", "--out", "sockets")
     return {name: folder / name / "report.html" for name in ("demo", "demo_10000", "sockets", *variants)}
 
 
@@ -61,44 +72,52 @@ def check(holds, complaint):
 
 
 def open_report(browser, path, window, dark=False):
-    browser.open(path, *window, dark=dark, mobile=window == PHONE)
+    page = browser.open_report(path, window, dark=dark, mobile=window == PHONE)
     where = f"{path.parent.name} at {window[0]} px, {'dark' if dark else 'light'}"
-    check(not browser.complaints, f"{where}: the console says {browser.complaints}")
+    check(not browser.errors, f"{where}: errors on the console: {browser.errors}")
     loaded = [url for url in browser.loaded if not url.startswith(("data:", "blob:"))]
     check(loaded == [path.resolve().as_uri()], f"{where}: it loaded {loaded}")
-    width = browser.evaluate("document.documentElement.scrollWidth")
+    width = page.evaluate("document.documentElement.scrollWidth")
     check(width <= window[0], f"{where}: it is {width} px wide")
-    empty = browser.evaluate("[...document.querySelectorAll('figure:not([hidden]) .chart')].filter((host) => !host.querySelector('svg')).map((host) => host.id)")
+    empty = page.evaluate("[...document.querySelectorAll('figure:not([hidden]) .chart')].filter((host) => !host.querySelector('svg')).map((host) => host.id)")
     check(not empty, f"{where}: nothing is drawn in {empty}")
+    return page
 
 
 def arm(browser):
-    """The picture in space, small."""
-    box = browser.evaluate("(() => { const b = document.querySelector('#arm canvas').getBoundingClientRect(); return [b.x + scrollX, b.y + scrollY, b.width, b.height]; })()")
-    return decode(browser.picture(box, scale=0.3)), box
+    """The picture in space."""
+    box = browser.page.evaluate("(() => { const b = document.querySelector('#arm canvas').getBoundingClientRect(); return [b.x + scrollX, b.y + scrollY, b.width, b.height]; })()")
+    return scaled(browser.picture(box), ARM_SCALE)
 
 
-def different(one, other, noticeable=NOTICEABLE):
+def scaled(picture, share):
+    return picture.resize([round(share * size) for size in picture.size], Image.Resampling.BOX)
+
+
+def different(one, other):
     """Share of pixels that differ noticeably."""
-    pairs = zip(zip(*[iter(one.pixels)] * 3), zip(*[iter(other.pixels)] * 3))
-    return sum(max(abs(a - b) for a, b in zip(*pair)) > noticeable for pair in pairs) / (one.width * one.height)
+    greatest = ImageChops.difference(one, other).split()
+    greatest = ImageChops.lighter(ImageChops.lighter(*greatest[:2]), greatest[2])
+    return sum(greatest.histogram()[NOTICEABLE + 1 :]) / (one.width * one.height)
 
 
 def arm_is_drawn_and_turns(browser, name):
-    before, box = arm(browser)
-    background = before.pixels[:3]
-    pixels = list(zip(*[iter(before.pixels)] * 3))
-    drawn = sum(max(abs(a - b) for a, b in zip(pixel, background)) > NOTICEABLE for pixel in pixels) / len(pixels)
+    page, before = browser.page, arm(browser)
+    drawn = different(before, Image.new("RGB", before.size, before.getpixel((0, 0))))
     check(drawn > LEAST_DRAWN, f"{name}: the picture in space is empty, {drawn:.3f} of it is drawn")
-    browser.evaluate("document.querySelector('#arm').scrollIntoView({ block: 'center' })")
-    x, y = browser.evaluate("(() => { const b = document.querySelector('#arm canvas').getBoundingClientRect(); return [b.x + b.width / 2, b.y + b.height / 2]; })()")
-    browser.drag((x, y), (x + 120, y + 20))
-    dragged, _ = arm(browser)
+    page.evaluate("document.querySelector('#arm').scrollIntoView({ block: 'center' })")
+    x, y = page.evaluate("(() => { const b = document.querySelector('#arm canvas').getBoundingClientRect(); return [b.x + b.width / 2, b.y + b.height / 2]; })()")
+    page.mouse.move(x, y)
+    page.mouse.down()
+    page.mouse.move(x + 120, y + 20, steps=5)
+    page.mouse.up()
+    dragged = arm(browser)
     check(different(before, dragged) > 0.01, f"{name}: dragging does not turn the arm")
-    browser.key("ArrowLeft", 5)
-    keyed, _ = arm(browser)
+    for _ in range(5):
+        page.keyboard.press("ArrowLeft")
+    keyed = arm(browser)
     check(different(dragged, keyed) > 0.005, f"{name}: the arrow keys do not turn the arm")
-    off = browser.evaluate(
+    off = page.evaluate(
         "Math.max(...data.scene.q.map((q, k) => origin(frames(data.scene.calibrated, q).tool).distanceTo(new three.Vector3(...data.scene.after[k]))))"
     )
     check(off < KINEMATICS_M, f"{name}: the arm is drawn {off} m beside its contacts")
@@ -106,20 +125,18 @@ def arm_is_drawn_and_turns(browser, name):
 
 
 def looks_as_before(browser, path, window, dark, keep):
-    open_report(browser, path, window, dark)
-    browser.evaluate(f"document.head.append(el('style', {{}}, '* {{ font-family: \"{FONT}\" !important; }}'))")
-    browser.rest()
+    open_report(browser, path, window, dark).evaluate(f"document.head.append(el('style', {{}}, '* {{ font-family: \"{FONT}\" !important; }}'))")
+    browser.settle()
     name = f"{path.parent.name}_{window[0]}_{'dark' if dark else 'light'}.png"
+    picture = browser.picture()
     if keep:
-        (keep / name).write_bytes(browser.picture())
-    picture = browser.picture(scale=SCALE[window])
-    golden = GOLDEN / name
+        picture.save(keep / name)
+    found, golden = scaled(picture, SCALE[window]), GOLDEN / name
     if os.environ.get("TOUCHCAL_UPDATE"):
         GOLDEN.mkdir(exist_ok=True)
-        golden.write_bytes(picture)
-    expected, found = decode(golden.read_bytes()), decode(picture)
-    size = lambda of: (of.width, of.height)
-    check(size(expected) == size(found), f"{name}: expected {size(expected)} pixels, found {size(found)}; TOUCHCAL_UPDATE=1 takes the new look over")
+        found.save(golden, optimize=True)
+    expected = Image.open(golden).convert("RGB")
+    check(expected.size == found.size, f"{name}: expected {expected.size} pixels, found {found.size}; TOUCHCAL_UPDATE=1 takes the new look over")
     share = different(expected, found)
     check(share < MOST_DIFFERENT, f"{name}: {100 * share:.1f} % of it looks otherwise; TOUCHCAL_UPDATE=1 takes the new look over")
     print(f"{name}: {100 * share:.2f} % of its pixels differ")
@@ -130,15 +147,15 @@ def first_paint(browser, path):
     check(size < MOST_BYTES, f"{path}: {size} bytes")
     times = []
     for _ in range(5):
-        open_report(browser, path, DESKTOP)
-        times.append(browser.evaluate("performance.getEntriesByName('first-contentful-paint')[0].startTime"))
+        page = open_report(browser, path, DESKTOP)
+        times.append(page.evaluate("performance.getEntriesByName('first-contentful-paint')[0].startTime"))
     median = statistics.median(times)
     print(f"{path.parent.name}: {size / 1e6:.2f} MB, first paint {median:.0f} ms (median of {', '.join(f'{time:.0f}' for time in times)})")
     check(median < FIRST_PAINT_MS, f"first paint takes {median:.0f} ms")
 
 
 def main():
-    parser = argparse.ArgumentParser()
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("touchcal")
     parser.add_argument("--keep", type=Path)
     arguments = parser.parse_args()
@@ -148,22 +165,21 @@ def main():
         folder = arguments.keep or Path(temporary)
         folder.mkdir(exist_ok=True)
         paths = reports(Path(arguments.touchcal).resolve(), folder)
-        with Chromium() as browser:
+        with Browser() as browser:
             first_paint(browser, paths["demo_10000"])
             for name in ("not_usable", "free", "sockets"):
                 for window, dark in ((DESKTOP, False), (PHONE, True)):
                     open_report(browser, paths[name], window, dark)
-            open_report(browser, paths["hostile"], DESKTOP)
-            said = browser.evaluate("[document.title, document.querySelector('#fixture-table td').textContent, document.images.length]")
-            check(said == ["touchcal: iiwa14", HOSTILE, 0], f"a hostile name does something: {said}")
+            page = open_report(browser, paths["hostile"], DESKTOP)
+            shown = page.evaluate("[document.title, document.querySelector('#fixture-table td').textContent, document.images.length]")
+            check(shown == ["touchcal: iiwa14", HOSTILE, 0], f"a hostile name does something: {shown}")
             for name in ("demo", "sockets"):
                 open_report(browser, paths[name], DESKTOP)
                 arm_is_drawn_and_turns(browser, name)
             for window in (DESKTOP, PHONE):
                 for dark in (False, True):
                     looks_as_before(browser, paths["demo"], window, dark, arguments.keep)
-            open_report(browser, paths["demo"], DESKTOP, dark=True)
-            pdf = browser.pdf()
+            pdf = open_report(browser, paths["demo"], DESKTOP, dark=True).pdf(print_background=True)
             check(pdf.startswith(b"%PDF"), "it does not print")
             if arguments.keep:
                 (folder / "demo.pdf").write_bytes(pdf)

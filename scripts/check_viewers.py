@@ -1,8 +1,10 @@
 #!/usr/bin/env python3
 """Opens a calibration.mcap in Foxglove Studio, in headless Chromium, and has Rerun check it: every topic is there and nothing is complained about.
 
-    pip install rerun-sdk==0.41.0
-    scripts/check_viewers.py TOUCHCAL [--picture PNG]    # the program; needs chromium, npm and its registry (180 MB, once, into target/foxglove)
+    scripts/check_viewers.py TOUCHCAL [--picture PNG]
+
+TOUCHCAL is the program.
+Chromium, npm and its registry must be there (180 MB, once, into target/foxglove).
 """
 
 import argparse
@@ -17,8 +19,13 @@ import threading
 import time
 from pathlib import Path
 
-from chromium import Chromium
-from png import decode
+from environment import enter
+
+enter("viewers")
+
+from PIL import Image, ImageChops  # noqa: E402
+
+from browser import Browser  # noqa: E402
 
 ROOT = Path(__file__).resolve().parents[1]
 CONTACTS = 3000
@@ -68,7 +75,8 @@ def check(holds, complaint):
 
 
 def in_rerun(log):
-    done = subprocess.run(["rerun", "mcap", "check", "--full", log], capture_output=True, text=True, check=False)
+    rerun = Path(sys.prefix, "bin/rerun")
+    done = subprocess.run([rerun, "mcap", "check", "--full", log], capture_output=True, text=True, check=False)
     check(done.returncode == 0, f"Rerun: {done.stdout}{done.stderr}")
     print(f"Rerun: {(done.stdout + done.stderr).strip() or 'nothing wrong'}")
 
@@ -77,11 +85,10 @@ def in_foxglove(studio, picture_path):
     server = http.server.ThreadingHTTPServer(("127.0.0.1", 0), functools.partial(Ranges, directory=studio))
     threading.Thread(target=server.serve_forever, daemon=True).start()
     host = f"http://127.0.0.1:{server.server_port}"
-    with Chromium() as browser:
-        browser.ask("Emulation.setDeviceMetricsOverride", width=1280, height=800, deviceScaleFactor=1, mobile=False)
-        browser.ask("Page.navigate", url=f"{host}/index.html?ds=remote-file&ds.url={host}/calibration.mcap")
+    with Browser() as browser:
+        page = browser.open(f"{host}/index.html?ds=remote-file&ds.url={host}/calibration.mcap", (1280, 800))
         until = time.monotonic() + STUDIO_S
-        text = lambda: re.sub(r"\s+", " ", browser.evaluate("document.body?.innerText ?? ''"))
+        text = lambda: re.sub(r"\s+", " ", page.evaluate("document.body?.innerText ?? ''"))
 
         def wait_for(shown, what):
             while not re.search(shown, text()):
@@ -89,20 +96,20 @@ def in_foxglove(studio, picture_path):
                 time.sleep(0.5)
 
         wait_for("/joint_states .* position ", "message of joint positions")
-        for kind in ("keyDown", "keyUp"):
-            browser.ask("Input.dispatchKeyEvent", type=kind, key=" ", code="Space")
+        page.keyboard.press("Space")
         wait_for(r" sec [2-9] ", "second two, playing")
         shown = text()
         for topic, (schema, messages) in TOPICS.items():
             check(f"{topic} {schema} {messages:,} " in shown, f"Foxglove: no {topic} of {messages} {schema} in {shown!r}")
-        complaints = [said for said in browser.complaints if not OF_ITSELF.search(said)]
-        check(not complaints, f"Foxglove says {complaints}")
+        errors = [error for error in browser.errors if not OF_ITSELF.search(error)]
+        check(not errors, f"Foxglove: errors on the console: {errors}")
         picture = browser.picture()
     if picture_path:
-        picture_path.write_bytes(picture)
-    pixels = decode(picture).pixels
+        picture.save(picture_path)
     for name, colour in (("fixture", ORANGE), ("tool", BLUE)):
-        drawn = sum(all(abs(pixels[k + c] - colour[c]) < NEAR for c in range(3)) for k in range(0, len(pixels), 3))
+        channels = ImageChops.difference(picture, Image.new("RGB", picture.size, colour)).split()
+        greatest = ImageChops.lighter(ImageChops.lighter(*channels[:2]), channels[2])
+        drawn = sum(greatest.histogram()[:NEAR])
         check(drawn >= LEAST_PIXELS, f"Foxglove: {drawn} pixels of the {name}'s outline")
     print(f"Foxglove: {', '.join(TOPICS)}; no complaint")
 

@@ -28,7 +28,7 @@ fit, held_out = problem(["front", "left"]), problem(["right"])
 
 # What can these contacts determine? Ask before you trust, or record more.
 inspection = touchcal.inspect(fit)
-print(inspection, *(null.words for null in inspection.null_space[:3]), sep="\n  ")
+print(inspection, *(null.description for null in inspection.null_space[:3]), sep="\n  ")
 
 calibration = touchcal.calibrate(fit)
 before, after = touchcal.evaluate(held_out), touchcal.evaluate(held_out, calibration)

@@ -35,7 +35,7 @@ calibration = touchcal.calibrate(problem)
 print(calibration.to_pandas().to_string(index=False))
 print(f"contacts are {1e3 * calibration.prefit.all.rms:.2f} mm off before, {1e3 * calibration.postfit.all.rms:.3f} mm after")
 for warning in calibration.warnings:
-    print(f"{warning.words}\n  -> {warning.advice}")
+    print(f"{warning.message}\n  -> {warning.advice}")
 print("written:", *calibration.save(out), sep="\n  ")
 
 # The simulator knows the truth.

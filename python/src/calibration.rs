@@ -1,6 +1,5 @@
-//! A calibration, and what came out.
+//! A calibration and its result.
 
-use std::collections::BTreeMap;
 use std::path::PathBuf;
 use std::time::Instant;
 
@@ -9,139 +8,21 @@ use numpy::{PyArray1, PyArray2};
 use pyo3::exceptions::PyKeyError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use touchcal::estimate::{self, Identifiability, Status, Verdict, apply_estimated_places, contact_distances};
+use touchcal::estimate::{self, Status, Verdict, apply_estimated_places, contact_distances};
 use touchcal::io::calibration_folder::{self, Solved};
-use touchcal::io::estimate_file::{EstimateFile, ParameterEntry, WarningEntry};
+use touchcal::io::estimate_file::{EstimateFile, ParameterEntry};
 use touchcal::io::urdf::{self, Ends};
 
 use crate::array::{fixed, fixed_rows, numbers};
 use crate::error::io;
 use crate::frame::Frame;
-use crate::inspection::{python_bool, shown};
 use crate::problem::Problem;
-use crate::progress::{Progress, Watch};
+use crate::progress::{Observer, Progress};
+use crate::result::{NullDirection, Parameter, Termination, Warning};
 use crate::robot::Robot;
 use crate::score::Score;
 
-/// One estimated number.
-///
-/// Attributes:
-///     name: "joint_offset.joint_a1".
-///     block: "joint_offset".
-///     unit: "m", "rad", "1" or "rad/(N m)".
-///     value: the estimate.
-///     sigma: its standard deviation; None where the data do not determine it.
-///     prior_sigma: standard deviation of its prior, where it has one.
-///     identifiable: whether the data determine it.
-#[pyclass(frozen, get_all, eq, module = "touchcal")]
-#[derive(Clone, Debug, PartialEq)]
-pub struct Parameter {
-    name: String,
-    block: String,
-    unit: String,
-    value: f64,
-    sigma: Option<f64>,
-    prior_sigma: Option<f64>,
-    identifiable: bool,
-}
-
-impl From<&ParameterEntry> for Parameter {
-    fn from(entry: &ParameterEntry) -> Self {
-        let ParameterEntry { name, block, unit, value, sigma, prior_sigma, identifiable } = entry.clone();
-        Parameter { name, block, unit, value, sigma, prior_sigma, identifiable }
-    }
-}
-
-#[pymethods]
-impl Parameter {
-    fn __repr__(&self) -> String {
-        let Parameter { name, value, sigma, unit, identifiable, .. } = self;
-        let (sigma, known) = (shown(*sigma), python_bool(*identifiable));
-        format!("Parameter({name:?}, value={value:?}, sigma={sigma}, unit={unit:?}, identifiable={known})")
-    }
-}
-
-/// A direction of the parameters that the data do not determine.
-///
-/// Attributes:
-///     words: what it means.
-///     direction: parts of the parameters by name, in units of their scales; the largest is 1.
-#[pyclass(frozen, get_all, eq, module = "touchcal")]
-#[derive(Clone, Debug, PartialEq)]
-pub struct NullDirection {
-    words: String,
-    direction: BTreeMap<String, f64>,
-}
-
-impl NullDirection {
-    /// All of them; `name(k)` is that of parameter number `k`.
-    pub fn each(found: &Identifiability, name: impl Fn(usize) -> String) -> Vec<NullDirection> {
-        let each = found.null_space.iter().map(|null| NullDirection {
-            words: null.description.clone(),
-            direction: null.direction.iter().map(|&(k, part)| (name(k), part)).collect(),
-        });
-        each.collect()
-    }
-}
-
-#[pymethods]
-impl NullDirection {
-    fn __repr__(&self) -> String {
-        format!("NullDirection({:?})", self.words)
-    }
-}
-
-/// Something to know about a result.
-///
-/// Attributes:
-///     kind: for programs: "too_few_contacts".
-///     words: what is the matter.
-///     advice: what to do about it.
-#[pyclass(frozen, get_all, eq, module = "touchcal")]
-#[derive(Clone, Debug, PartialEq)]
-pub struct Warning {
-    kind: String,
-    words: String,
-    advice: String,
-}
-
-impl From<WarningEntry> for Warning {
-    fn from(WarningEntry { kind, words, advice }: WarningEntry) -> Warning {
-        Warning { kind, words, advice }
-    }
-}
-
-#[pymethods]
-impl Warning {
-    fn __repr__(&self) -> String {
-        format!("Warning({:?}, {:?})", self.kind, self.words)
-    }
-}
-
-/// Why the search stopped.
-///
-/// Attributes:
-///     reason: "converged", "iteration_limit", "no_descent" or "not_finite".
-///     measured: what was measured for it.
-///     threshold: what it had to fall below.
-///     iterations: steps made.
-#[pyclass(frozen, get_all, eq, module = "touchcal")]
-#[derive(Clone, Debug, PartialEq)]
-pub struct Termination {
-    reason: &'static str,
-    measured: f64,
-    threshold: f64,
-    iterations: usize,
-}
-
-#[pymethods]
-impl Termination {
-    fn __repr__(&self) -> String {
-        format!("Termination({:?}, iterations={})", self.reason, self.iterations)
-    }
-}
-
-/// What came out of a calibration. Look at `usable` first.
+/// The result of a calibration. Check `usable` first.
 ///
 /// `calibration["joint_offset.joint_a1"]` is the parameter of that name.
 #[pyclass(frozen, module = "touchcal")]
@@ -154,7 +35,7 @@ pub struct Calibration {
 
 #[pymethods]
 impl Calibration {
-    /// Whether the result may be used: the search ended, and the data carry it.
+    /// Whether the result may be used: the search converged, and no warning forbids it.
     #[getter]
     fn usable(&self) -> bool {
         self.solved.estimate.status == Status::Converged
@@ -166,7 +47,7 @@ impl Calibration {
         self.solved.estimate.status.name()
     }
 
-    /// What was estimated, in order.
+    /// Estimated parameters, in order.
     #[getter]
     fn parameters(&self) -> Vec<Parameter> {
         self.file.parameters.iter().map(Into::into).collect()
@@ -202,13 +83,13 @@ impl Calibration {
         NullDirection::each(&self.solved.estimate.identifiability, |k| self.file.parameters[k].name.clone())
     }
 
-    /// Distances from touching with the nominal arm.
+    /// Distances from contact with the nominal arm.
     #[getter]
     fn prefit(&self) -> Score {
         Score::new(&self.solved.prefit, &self.problem.get().loaded.problem.fixtures)
     }
 
-    /// Distances from touching with the calibrated arm.
+    /// Distances from contact with the calibrated arm.
     #[getter]
     fn postfit(&self) -> Score {
         Score::new(&self.solved.estimate.postfit, &self.problem.get().loaded.problem.fixtures)
@@ -224,7 +105,7 @@ impl Calibration {
         fixed(py, self.solved.estimate.verdicts.iter().map(weight).collect())
     }
 
-    /// What a user should know, with advice.
+    /// Warnings, with advice.
     #[getter]
     fn warnings(&self) -> Vec<Warning> {
         self.file.warnings.iter().cloned().map(Warning::from).collect()
@@ -233,8 +114,7 @@ impl Calibration {
     /// Why the search stopped.
     #[getter]
     fn termination(&self) -> Termination {
-        let estimate::Termination { reason, measured, threshold, iterations } = self.solved.estimate.termination;
-        Termination { reason: reason.name(), measured, threshold, iterations }
+        (&self.solved.estimate.termination).into()
     }
 
     /// The steps of the search.
@@ -249,7 +129,7 @@ impl Calibration {
         self.solved.estimate.noise_factor
     }
 
-    /// What the estimation took (s).
+    /// Duration of the estimation (s).
     #[getter]
     fn seconds(&self) -> f64 {
         self.solved.seconds
@@ -268,19 +148,19 @@ impl Calibration {
         Ok(Robot::new(robot.map_err(io)?.with_gravity(*nominal.gravity()), text, &[]))
     }
 
-    /// Pose of the tool on the tip link of the nominal arm where the calibration found it, shape
+    /// Pose of the tool on the tip link of the nominal arm as estimated, shape
     /// (7,).
     #[getter]
     fn tip_from_tool<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
-        fixed(py, numbers(&self.placed().tool.tip_from_tool).to_vec())
+        fixed(py, numbers(&self.with_estimated_poses().tool.tip_from_tool).to_vec())
     }
 
-    /// Poses of the fixtures in the base frame where the calibration found them, shape (7,), by
-    /// name: of those that had a nominal place.
+    /// Poses of the fixtures in the base frame as estimated, shape (7,), by name; only of
+    /// those with a nominal pose.
     #[getter]
     fn base_from_fixture<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let places = PyDict::new(py);
-        for fixture in self.placed().fixtures {
+        for fixture in self.with_estimated_poses().fixtures {
             if let Some(pose) = &fixture.base_from_fixture {
                 places.set_item(&fixture.name, fixed(py, numbers(pose).to_vec()))?;
             }
@@ -311,7 +191,7 @@ impl Calibration {
             .build()
     }
 
-    /// A row a contact: fixture, file, line, distance from touching (m) with the nominal and the
+    /// A row a contact: fixture, file, line, distance from contact (m) with the nominal and the
     /// calibrated arm, weight.
     fn contacts_to_pandas<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let problem = &self.problem.get().loaded.problem;
@@ -365,8 +245,8 @@ impl Calibration {
 }
 
 impl Calibration {
-    /// The problem with tool and fixtures where they were found.
-    fn placed(&self) -> estimate::Problem {
+    /// The problem with the estimated poses of tool and fixtures.
+    fn with_estimated_poses(&self) -> estimate::Problem {
         let mut problem = self.problem.get().loaded.problem.clone();
         apply_estimated_places(&mut problem, |name| {
             self.solved.estimate.parameter(name).map(|parameter| parameter.value)
@@ -375,29 +255,30 @@ impl Calibration {
     }
 }
 
-/// Estimates what is wrong with an arm, as `touchcal calibrate` does: the same input gives the same
-/// bits.
+/// Estimates an arm's errors, as `touchcal calibrate` does. The same input gives the same bits.
 ///
-/// Args: problem: what is to be calibrated. progress: called with a `Progress` at each step; what
-/// it raises ends the work, as Ctrl-C does. See `touchcal.bar`.
+/// Args:
+///     problem: the problem.
+///     progress: called with a `Progress` at each step; what it raises ends the work, as Ctrl-C
+///         does. See `touchcal.bar`.
 ///
 /// Returns:
 ///     The result, which may be not usable: that is no exception, but its `status`.
 #[pyfunction]
 #[pyo3(signature = (problem, progress=None))]
 pub fn calibrate(py: Python<'_>, problem: Py<Problem>, progress: Option<Py<PyAny>>) -> PyResult<Calibration> {
-    let mut watch = Watch::new(progress);
+    let mut observer = Observer::new(progress);
     let loaded = &problem.get().loaded;
     let mut steps = Vec::new();
     let start = Instant::now();
     let estimate = py.detach(|| {
         estimate::calibrate(&loaded.problem, &mut |progress| {
             steps.push(*progress);
-            watch.step(progress)
+            observer.step(progress)
         })
     });
     let seconds = start.elapsed().as_secs_f64();
-    watch.finish()?;
+    observer.finish()?;
     let prefit = py.detach(|| estimate::evaluate(&loaded.problem));
     let solved = Solved { estimate, prefit, steps, seconds };
     let file = calibration_folder::estimate_file(loaded, &solved);

@@ -121,8 +121,9 @@ impl Campaign {
     ///     part: its number.
     ///     content: its Parquet file.
     ///
-    /// Raises: InputError: if it is not whole, or not of this campaign and version of touchcal;
-    /// nothing is written.
+    /// Raises:
+    ///     InputError: if it is not whole, or not of this campaign and version of touchcal; nothing
+    ///         is written.
     fn keep(&self, part: u64, content: &[u8]) -> PyResult<()> {
         self.check(part)?;
         self.parts.keep(part, content).map_err(io)

@@ -1,4 +1,4 @@
-//! What contacts can determine, before solving.
+//! Expected standard deviations and identifiability before calibration.
 
 use numpy::PyArray1;
 use pyo3::prelude::*;
@@ -7,18 +7,19 @@ use touchcal::estimate::{self, StopReason};
 use touchcal::io::estimate_file::WarningEntry;
 
 use crate::array::fixed;
-use crate::calibration::{NullDirection, Warning};
 use crate::frame::Frame;
 use crate::problem::Problem;
-use crate::progress::Watch;
+use crate::progress::Observer;
+use crate::repr::{python_bool, shown};
+use crate::result::{NullDirection, Warning};
 use crate::score::Score;
 
-/// How well a parameter will be known.
+/// Expected standard deviation of a parameter.
 ///
 /// Attributes:
 ///     name: "joint_offset.joint_a1".
 ///     unit: of sigma: "m", "rad", "1" or "rad/(N m)".
-///     sigma: standard deviation to expect; None where neither data nor prior bound it.
+///     sigma: expected standard deviation; None where neither data nor prior bound it.
 ///     prior_sigma: standard deviation of its prior, where it has one.
 ///     identifiable: whether the data determine it.
 #[pyclass(frozen, get_all, eq, module = "touchcal")]
@@ -66,7 +67,7 @@ impl JointRange {
     }
 }
 
-/// What a problem's contacts can determine, with the noise declared and no outliers.
+/// What a problem's contacts determine, with the assumed noise and without outliers.
 ///
 /// Attributes:
 ///     rank: number of directions of the parameters that the data determine.
@@ -144,13 +145,13 @@ impl Inspection {
         Ok(counts)
     }
 
-    /// Distances from touching with the nominal arm.
+    /// Distances from contact with the nominal arm.
     #[getter]
     fn nominal(&self) -> Score {
         Score::new(&self.inspection.nominal, &self.problem.get().loaded.problem.fixtures)
     }
 
-    /// What contradicts the problem's declarations, with advice.
+    /// Warnings about the problem's declarations, with advice.
     #[getter]
     fn warnings(&self) -> Vec<Warning> {
         self.inspection.warnings.iter().map(|warning| WarningEntry::from(warning).into()).collect()
@@ -177,31 +178,23 @@ impl Inspection {
     }
 
     fn __repr__(&self) -> String {
-        let found = &self.inspection.identifiability;
-        format!("Inspection({} of {} directions determined)", found.rank, self.inspection.parameters.len())
+        let identifiability = &self.inspection.identifiability;
+        format!("Inspection({} of {} directions identifiable)", identifiability.rank, self.inspection.parameters.len())
     }
 }
 
-/// Says what a problem's contacts can determine, as `touchcal inspect` does.
+/// Computes which parameters a problem's contacts determine, as `touchcal inspect` does.
 ///
-/// Args: problem: what is to be calibrated. progress: called with a `Progress` at each step; what
-/// it raises ends the work, as Ctrl-C does.
+/// Args:
+///     problem: the problem.
+///     progress: called with a `Progress` at each step; what it raises ends the work, as Ctrl-C
+///         does.
 #[pyfunction]
 #[pyo3(signature = (problem, progress=None))]
 pub fn inspect(py: Python<'_>, problem: Py<Problem>, progress: Option<Py<PyAny>>) -> PyResult<Inspection> {
-    let mut watch = Watch::new(progress);
+    let mut observer = Observer::new(progress);
     let solved = &problem.get().loaded.problem;
-    let inspection = py.detach(|| estimate::inspect(solved, &mut |step| watch.step(step)));
-    watch.finish()?;
+    let inspection = py.detach(|| estimate::inspect(solved, &mut |step| observer.step(step)));
+    observer.finish()?;
     Ok(Inspection { problem, inspection })
-}
-
-/// A number as Python writes it.
-pub fn shown(value: Option<f64>) -> String {
-    value.map_or("None".to_owned(), |value| format!("{value:?}"))
-}
-
-/// A truth value as Python writes it.
-pub fn python_bool(value: bool) -> &'static str {
-    if value { "True" } else { "False" }
 }

@@ -8,15 +8,19 @@ mod array;
 mod calibration;
 mod campaign;
 mod error;
+mod evaluation;
 mod frame;
 mod inspection;
 mod log;
 mod manifold;
 mod problem;
 mod progress;
+mod repr;
+mod result;
 mod robot;
 mod score;
 mod simulation;
+mod toml_value;
 
 /// Calibrate a robot arm by touch.
 #[pyo3::pymodule]
@@ -24,11 +28,13 @@ mod _touchcal {
     #[pymodule_export]
     use crate::array::pose;
     #[pymodule_export]
-    use crate::calibration::{Calibration, NullDirection, Parameter, Termination, Warning, calibrate};
+    use crate::calibration::{Calibration, calibrate};
     #[pymodule_export]
     use crate::campaign::Campaign;
     #[pymodule_export]
     use crate::error::{Error, FileError, InputError, SimulationError};
+    #[pymodule_export]
+    use crate::evaluation::evaluate;
     #[pymodule_export]
     use crate::inspection::{Expected, Inspection, JointRange, inspect};
     #[pymodule_export]
@@ -40,9 +46,11 @@ mod _touchcal {
     #[pymodule_export]
     use crate::progress::Progress;
     #[pymodule_export]
+    use crate::result::{NullDirection, Parameter, Termination, Warning};
+    #[pymodule_export]
     use crate::robot::Robot;
     #[pymodule_export]
-    use crate::score::{Score, Spread, evaluate};
+    use crate::score::{Score, Spread};
     #[pymodule_export]
     use crate::simulation::{Simulation, simulate};
     use pyo3::prelude::*;

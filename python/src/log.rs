@@ -7,8 +7,9 @@ use std::path::PathBuf;
 use numpy::{PyArray1, PyArray2, PyArrayMethods, PyUntypedArrayMethods};
 use pyo3::exceptions::PyUserWarning;
 use pyo3::prelude::*;
+use touchcal::contact::{AngleUnit, Detection, Load, LoadFrame, LoadOn};
 use touchcal::io::Input;
-use touchcal::io::contact_log::{self, AngleUnit, Columns, Detection, Load, LoadFrame, LoadOn, Options};
+use touchcal::io::contact_log::{self, Columns, Options};
 
 use crate::array::{Numbers, fixed_rows};
 use crate::error::{io, unexpected};
@@ -94,7 +95,7 @@ impl ContactLog {
     }
 
     /// With what was taken for granted said as warnings.
-    fn told(self, py: Python<'_>) -> PyResult<ContactLog> {
+    fn with_warnings(self, py: Python<'_>) -> PyResult<ContactLog> {
         warn(py, &self.log)?;
         Ok(self)
     }
@@ -153,22 +154,29 @@ impl<'a, 'py> Arrays<'a, 'py> {
 impl ContactLog {
     /// A log from arrays; those of float64 are read where they are.
     ///
-    /// Args: robot: whose joints these are. q: joint positions (rad or m), shape (N, dof), columns
-    /// in the order of `robot.joints` unless `joints` says otherwise. wrench: forces and torques
-    /// `fx, fy, fz, tx, ty, tz` (N, N m), shape (N, 6). contact: whether a row is a contact, shape
-    /// (N,). unit: of the revolute joints: "rad" or "deg"; default: radians, but guessed, with a
-    /// warning, if columns are named as KUKA's recorder does. joints: names of the moving joints in
-    /// the order of the columns. force_threshold: force (N) above which contact begins; needs
-    /// `wrench`. release: force (N) below which it ends; default: the threshold. debounce: rows in
-    /// a row that either takes. apart: how far (rad or m) some joint must have moved since the last
-    /// contact for a row to be another one; default: every row is. load_on: what the wrench is
-    /// exerted on, without the tool's weight: "tool" or "fixture"; joints then give way to it as to
-    /// gravity. Default: they do not. load_frame: the axes along which it is given, about the tip's
-    /// origin: "tip" or "base"; default: "tip". name: what stands for the file in messages, reports
-    /// and estimate.json.
+    /// Args:
+    ///     robot: whose joints these are.
+    ///     q: joint positions (rad or m), shape (N, dof), columns in the order of `robot.joints`
+    ///         unless `joints` says otherwise.
+    ///     wrench: forces and torques `fx, fy, fz, tx, ty, tz` (N, N m), shape (N, 6).
+    ///     contact: whether a row is a contact, shape (N,).
+    ///     unit: of the revolute joints: "rad" or "deg"; default: radians, but guessed, with a
+    ///         warning, if columns are named as KUKA's recorder does.
+    ///     joints: names of the moving joints in the order of the columns.
+    ///     force_threshold: force (N) above which contact begins; needs `wrench`.
+    ///     release: force (N) below which it ends; default: the threshold.
+    ///     debounce: rows in a row that either takes.
+    ///     apart: how far (rad or m) some joint must have moved since the last contact for a row to
+    ///         be another one; default: every row is.
+    ///     load_on: what the wrench is exerted on, without the tool's weight: "tool" or "fixture";
+    ///         joints then give way to it as to gravity. Default: they do not.
+    ///     load_frame: the axes along which it is given, about the tip's origin: "tip" or "base";
+    ///         default: "tip".
+    ///     name: what stands for the file in messages, reports and estimate.json.
     ///
-    /// Raises: InputError: as for a file: numbers that are not finite, degrees where radians are
-    /// declared, and so on.
+    /// Raises:
+    ///     InputError: as for a file: numbers that are not finite, degrees where radians are
+    ///         declared, and so on.
     #[staticmethod]
     #[pyo3(signature = (robot, q, *, wrench=None, contact=None, unit=None, joints=None, force_threshold=None, release=None, debounce=1, apart=None, load_on=None, load_frame=None, name="array"))]
     fn from_numpy(
@@ -195,15 +203,17 @@ impl ContactLog {
         if let Some(contact) = &contact {
             arrays = arrays.with("contact", contact, vec!["contact".to_owned()])?;
         }
-        arrays.read(name, robot, &options)?.told(q.py())
+        arrays.read(name, robot, &options)?.with_warnings(q.py())
     }
 
     /// A log from a pandas DataFrame, whose columns are named as in a file: joint names or `q1` to
     /// `qn`, `fx` to `tz`, `contact`; others are ignored.
     ///
-    /// Args: robot, unit, joints, force_threshold, release, debounce, apart, load_on, load_frame,
-    /// name: as for `from_numpy`. frame: the columns; joint positions in rad or m. columns: by
-    /// usual name, the frame's name for that column.
+    /// Args:
+    ///     robot, unit, joints, force_threshold, release, debounce, apart, load_on, load_frame,
+    ///         name: as for `from_numpy`.
+    ///     frame: the columns; joint positions in rad or m.
+    ///     columns: by usual name, the frame's name for that column.
     #[staticmethod]
     #[pyo3(signature = (robot, frame, *, unit=None, joints=None, columns=None, force_threshold=None, release=None, debounce=1, apart=None, load_on=None, load_frame=None, name="DataFrame"))]
     fn from_pandas(
@@ -235,17 +245,19 @@ impl ContactLog {
         let views: Vec<_> = numbers.iter().map(|column| column.as_ref().map(|column| column.as_array())).collect();
         let value = |row: usize, column: usize| views[column].as_ref().map_or(f64::NAN, |column| column[[row]]);
         ContactLog::from_columns(&Columns { names: &names, rows: frame.len()?, value: &value }, name, robot, &options)?
-            .told(frame.py())
+            .with_warnings(frame.py())
     }
 
     /// A log from a file: CSV, plain or gzipped, Parquet, or a ROS 2 bag in MCAP.
     ///
-    /// Args: robot, unit, joints, force_threshold, release, debounce, apart, load_on, load_frame:
-    /// as for `from_numpy`. path: the file; a header names its columns, as for `from_pandas`;
-    /// without one they are the joints in order, or what `header` says. header: names of the
-    /// columns of a CSV file that has no header. columns: by usual name, the file's name for that
-    /// column, or for that joint in a bag. joint_topic, wrench_topic: topics of a bag; default: the
-    /// only one of their type.
+    /// Args:
+    ///     robot, unit, joints, force_threshold, release, debounce, apart, load_on, load_frame: as
+    ///         for `from_numpy`.
+    ///     path: the file; a header names its columns, as for `from_pandas`; without one they are
+    ///         the joints in order, or what `header` says.
+    ///     header: names of the columns of a CSV file that has no header.
+    ///     columns: by usual name, the file's name for that column, or for that joint in a bag.
+    ///     joint_topic, wrench_topic: topics of a bag; default: the only one of their type.
     #[staticmethod]
     #[pyo3(signature = (robot, path, *, unit=None, joints=None, header=None, columns=None, joint_topic=None, wrench_topic=None, force_threshold=None, release=None, debounce=1, apart=None, load_on=None, load_frame=None))]
     fn from_file(
@@ -271,7 +283,7 @@ impl ContactLog {
         let robot = &robot.file.robot;
         let mut log = touchcal::contact::ContactLog::new(robot.dof());
         let input = py.detach(|| contact_log::read_file(&path, robot, &options, &mut log)).map_err(io)?;
-        ContactLog { log, input }.told(py)
+        ContactLog { log, input }.with_warnings(py)
     }
 
     /// Joint positions of the contacts (rad or m), shape (len, dof).

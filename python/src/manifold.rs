@@ -6,8 +6,7 @@ use std::sync::Arc;
 use nalgebra::{Point2, Point3};
 use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
-use touchcal::experiment::manifold_of;
-use touchcal::geometry::{extrusion::PegAndHole, profile::Profile, solids::Solids};
+use touchcal::geometry::{MeshPair, Parts, Polygon, PrismPair};
 use touchcal::io::Input;
 use touchcal::io::IoError;
 use touchcal::io::manifold_file;
@@ -15,10 +14,11 @@ use touchcal::io::mesh;
 use touchcal::io::outline::Choice;
 use touchcal::io::weights_file::WeightsFile;
 use touchcal::manifold::coordinates::{self, Coordinates, Metric};
-use touchcal::manifold::fit::{self, Misfit};
-use touchcal::manifold::{ContactManifold, NearestSample, PoseSamples, Projected, Projection, Rows, peg_in_hole};
+use touchcal::manifold::{
+    ContactManifold, FITTING, Misfit, NearestSample, PoseSamples, Projected, Projection, Residual, check_fit,
+    exact_manifold, peg_in_hole,
+};
 use touchcal::se3::Pose;
-use touchcal::sim::Parts;
 
 use crate::array::{Numbers, fixed, fixed_rows, many_poses, poses_array};
 use crate::error::{io, refused, unexpected};
@@ -35,7 +35,7 @@ pub struct Manifold {
 
 impl Manifold {
     fn of(parts: &Parts) -> Manifold {
-        Manifold { shape: manifold_of(parts).into(), projection: None, inputs: Vec::new() }
+        Manifold { shape: exact_manifold(parts).into(), projection: None, inputs: Vec::new() }
     }
 
     fn projected(projection: Arc<dyn Projection>, inputs: Vec<Input>) -> Manifold {
@@ -74,15 +74,18 @@ impl Manifold {
     /// towards the arm; the hole's at the centre of its mouth, z outwards; a seated peg has the
     /// hole's axes.
     ///
-    /// Args: peg, hole: outlines, vertices x, y (m), shape (N, 2); see `extrusion25` and
-    /// `offset_outline`. length: of the peg (m). depth: of the hole (m).
+    /// Args:
+    ///     peg, hole: outlines, vertices x, y (m), shape (N, 2); see `extrusion25` and
+    ///         `offset_outline`.
+    ///     length: of the peg (m).
+    ///     depth: of the hole (m).
     #[staticmethod]
     #[pyo3(signature = (peg, hole, *, length, depth))]
     fn peg_in_hole(peg: Numbers<'_>, hole: Numbers<'_>, length: f64, depth: f64) -> PyResult<Manifold> {
-        let parts = PegAndHole::new(profile(&peg, "peg")?, length, profile(&hole, "hole")?, depth);
+        let parts = PrismPair::new(profile(&peg, "peg")?, length, profile(&hole, "hole")?, depth);
         let parts = parts.map_err(|error| refused("peg_in_hole", error))?;
         let manifold = Manifold::of(&Parts::PegInHole(Box::new(parts)));
-        fit::check(manifold.shape.as_ref(), depth).map_err(|misfit| unfitting("peg_in_hole", misfit))?;
+        check_fit(manifold.shape.as_ref(), depth).map_err(|misfit| unfitting("peg_in_hole", misfit))?;
         Ok(manifold)
     }
 
@@ -99,17 +102,19 @@ impl Manifold {
         positive("unit", unit)?;
         let (peg, of_peg) = mesh::read_file(&peg, unit).map_err(io)?;
         let (hole, of_hole) = mesh::read_file(&hole, unit).map_err(io)?;
-        let shape = peg_in_hole(Solids::new(peg, hole), depth).map_err(|misfit| unfitting("meshes", misfit))?;
+        let shape = peg_in_hole(MeshPair::new(peg, hole), depth).map_err(|misfit| unfitting("meshes", misfit))?;
         Ok(Manifold { shape: shape.into(), projection: None, inputs: vec![of_peg, of_hole] })
     }
 
     /// Distance from the nearest of recorded poses, or from a mean of the nearest few. No error
     /// bars follow from it.
     ///
-    /// Args: samples: path of a manifold from `touchcal manifold` or of a table of poses; or poses
-    /// `fixture_from_tool`, shape (N, 7) or (N, 4, 4). neighbours: how many poses a projection is
-    /// the mean of. metres_per_radian: length that counts as much as a radian; default: that of the
-    /// file, else 1 mm a degree.
+    /// Args:
+    ///     samples: path of a manifold from `touchcal manifold` or of a table of poses; or poses
+    ///         `fixture_from_tool`, shape (N, 7) or (N, 4, 4).
+    ///     neighbours: how many poses a projection is the mean of.
+    ///     metres_per_radian: length that counts as much as a radian; default: that of the file,
+    ///         else 1 mm a degree.
     #[staticmethod]
     #[pyo3(signature = (samples, *, neighbours=1, metres_per_radian=None))]
     fn nearest(samples: Bound<'_, PyAny>, neighbours: usize, metres_per_radian: Option<f64>) -> PyResult<Manifold> {
@@ -156,9 +161,9 @@ impl Manifold {
     fn distance<'py>(&self, py: Python<'py>, poses: Numbers<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
         let poses = many_poses(&poses, "poses")?;
         let distances = py.detach(|| {
-            let mut rows = vec![Rows::new(); poses.len()];
+            let mut rows = vec![Residual::new(); poses.len()];
             self.shape.residuals(&poses, 0.0, &mut rows);
-            let size = |rows: &Rows| rows.values().iter().map(|value| value * value).sum::<f64>().sqrt();
+            let size = |rows: &Residual| rows.values().iter().map(|value| value * value).sum::<f64>().sqrt();
             rows.iter().map(size).collect()
         });
         Ok(fixed(py, distances))
@@ -200,7 +205,7 @@ pub fn project<'py>(py: Python<'py>, manifold: &Manifold, poses: Numbers<'py>) -
 /// Outline of a T-slot extrusion of 25 mm: vertices x, y (m), shape (N, 2).
 #[pyfunction]
 pub fn extrusion25(py: Python<'_>) -> PyResult<Bound<'_, PyArray2<f64>>> {
-    outline(py, &Profile::extrusion25())
+    outline(py, &Polygon::extrusion25())
 }
 
 /// An outline moved outwards, corners mitred, as of a hole for a peg.
@@ -221,8 +226,11 @@ pub fn offset_outline<'py>(
 
 /// The outline in a file: vertices as CSV, or a drawing as SVG or DXF.
 ///
-/// Args: path: of the file. name: which part of a drawing: an id of the SVG, a layer of the DXF;
-/// default: the only closed outline. unit: length of the drawing's unit (m), where it does not say.
+/// Args:
+///     path: of the file.
+///     name: which part of a drawing: an id of the SVG, a layer of the DXF; default: the only
+///         closed outline.
+///     unit: length of the drawing's unit (m), where it does not say.
 ///
 /// Returns:
 ///     Vertices x, y (m), shape (N, 2).
@@ -252,7 +260,7 @@ fn by_argument(error: IoError) -> IoError {
 }
 
 fn unfitting(what: &str, misfit: Misfit) -> PyErr {
-    unexpected(what, fit::FITTING, misfit.to_string())
+    unexpected(what, FITTING, misfit.to_string())
 }
 
 fn positive(what: &str, length: f64) -> PyResult<()> {
@@ -262,13 +270,13 @@ fn positive(what: &str, length: f64) -> PyResult<()> {
     Err(unexpected(what, "a positive length (m)", format!("{length}")))
 }
 
-fn outline<'py>(py: Python<'py>, profile: &Profile) -> PyResult<Bound<'py, PyArray2<f64>>> {
+fn outline<'py>(py: Python<'py>, profile: &Polygon) -> PyResult<Bound<'py, PyArray2<f64>>> {
     fixed_rows(py, profile.vertices().iter().flat_map(|vertex| [vertex.x, vertex.y]).collect(), 2)
 }
 
-fn profile(outline: &Numbers<'_>, what: &str) -> PyResult<Profile> {
+fn profile(outline: &Numbers<'_>, what: &str) -> PyResult<Polygon> {
     let vertices = rows::<2>(outline, what)?.into_iter().map(Point2::from).collect();
-    Profile::new(vertices).map_err(|error| refused(what, error))
+    Polygon::new(vertices).map_err(|error| refused(what, error))
 }
 
 /// Rows of `N` finite numbers.

@@ -1,15 +1,15 @@
-//! What is to be calibrated: from a file or put together.
+//! A calibration problem: read from a file or built from parts.
 
 use std::collections::HashMap;
 use std::path::PathBuf;
 
 use numpy::PyArray2;
 use pyo3::prelude::*;
-use pyo3::types::{PyBool, PyDict, PyMapping};
+use pyo3::types::PyMapping;
 use touchcal::estimate::{self, Distance, PlacePrior, contact_poses};
 use touchcal::io::mukca::{self, MukcaOptions};
 use touchcal::io::problem_file::{self, DEFAULT_DISTANCE_SIGMA, Settings};
-use touchcal::io::{IoError, Loaded};
+use touchcal::io::{Input, IoError, Loaded};
 use touchcal::se3::Pose;
 
 use crate::array::{Numbers, one_pose, poses_array};
@@ -17,16 +17,19 @@ use crate::error::{io, unexpected};
 use crate::log::{ContactLog, contact_positions, warn};
 use crate::manifold::Manifold;
 use crate::robot::Robot;
+use crate::toml_value::as_table;
 
-/// What messages about settings call the place that they come from.
+/// Name of the source of settings in messages.
 const SETTINGS: &str = "Problem";
 
-/// What touches: its place on the arm's tip link.
+/// The tool: its pose on the arm's tip link.
 ///
-/// Args: tip_from_tool: nominal pose of the tool's frame on the tip link, shape (7,) or (4, 4);
-/// default: the tip link itself. sigma, sigma_angle: how uncertain it is: standard deviations of
-/// each translation (m) and rotation (rad) component; 0: exactly known. free: not known at all; the
-/// contacts alone decide.
+/// Args:
+///     tip_from_tool: nominal pose of the tool's frame on the tip link, shape (7,) or (4, 4);
+///         default: the tip link itself.
+///     sigma, sigma_angle: its prior: standard deviations of each translation (m) and
+///         rotation (rad) component; 0: exactly known.
+///     free: flat prior, instead of sigma and sigma_angle.
 #[pyclass(frozen, module = "touchcal")]
 #[derive(Clone, Debug)]
 pub struct Tool {
@@ -42,18 +45,18 @@ impl Tool {
             None => Pose::identity(),
             Some(pose) => one_pose(pose, "tip_from_tool")?,
         };
-        Ok(Tool { tool: estimate::Tool { tip_from_tool, prior: freedom("tool", sigma, sigma_angle, free)? } })
+        Ok(Tool { tool: estimate::Tool { tip_from_tool, prior: place_prior("tool", sigma, sigma_angle, free)? } })
     }
 }
 
-/// What is touched: a manifold at a place.
+/// A fixture: a contact manifold at a pose.
 ///
-/// Args: name: unique; fixtures "left/0" and "left/1" are of the placement "left". manifold: how
-/// the tool touches it. base_from_fixture: its nominal pose in the base frame, shape (7,) or (4,
-/// 4). A free socket needs none. sigma, sigma_angle: how uncertain that is: standard deviations of
-/// each translation (m) and rotation (rad) component; 0: exactly known. free: not known at all; the
-/// contacts alone decide. placement: fixtures that were touched in one go share it; default: the
-/// name up to its first "/".
+/// Args: name: unique; fixtures "left/0" and "left/1" are of the placement "left". manifold: its
+/// contact manifold. base_from_fixture: its nominal pose in the base frame, shape (7,) or (4, 4). A
+/// free socket needs none. sigma, sigma_angle: its prior: standard deviations of each translation
+/// (m) and rotation (rad) component; 0: exactly known. free: flat prior, instead of sigma and
+/// sigma_angle. placement: fixtures that were recorded in one session share it; default: the name
+/// up to its first "/".
 #[pyclass(frozen, module = "touchcal")]
 #[derive(Clone, Debug)]
 pub struct Fixture {
@@ -81,7 +84,7 @@ impl Fixture {
         let fixture = estimate::Fixture {
             manifold: manifold.shape.clone(),
             base_from_fixture: place,
-            prior: freedom(&title, sigma, sigma_angle, free)?,
+            prior: place_prior(&title, sigma, sigma_angle, free)?,
             placement: placement.unwrap_or_else(|| problem_file::placement(&name).to_owned()),
             name,
         };
@@ -99,7 +102,7 @@ impl Fixture {
     }
 }
 
-fn freedom(what: &str, sigma: f64, sigma_angle: f64, free: bool) -> PyResult<PlacePrior> {
+fn place_prior(what: &str, sigma: f64, sigma_angle: f64, free: bool) -> PyResult<PlacePrior> {
     if let Some(bad) = [sigma, sigma_angle].into_iter().find(|sigma| !(*sigma >= 0.0 && sigma.is_finite())) {
         return Err(unexpected(format!("{what}, sigma"), "a number of at least 0", format!("{bad}")));
     }
@@ -111,15 +114,21 @@ fn freedom(what: &str, sigma: f64, sigma_angle: f64, free: bool) -> PyResult<Pla
     }
 }
 
-/// What to calibrate, with what, from which contacts.
+/// A calibration problem: robot, tool, fixtures and contacts.
 ///
-/// Args: robot: the arm. tool: what touches. fixtures: what is touched. contacts: by name of a
-/// fixture, the log of its contacts, or several. parameters: blocks to estimate: "strain",
-/// "segment_strain", "joint_offset", "joint_origin", "joint_compliance", "joint_drift", "tool",
-/// "fixture". distances: known distances between origins of fixtures: (name, name, metres) or
-/// (name, name, metres, sigma). noise: the table [noise] of problem.toml: encoder_deg, contact_mm;
-/// default: learned from the data. estimate: other keys of the table [estimate] of problem.toml:
-/// loss, loss_scale, freeze, prior, method, descent.
+/// Args:
+///     robot: the arm.
+///     tool: the tool.
+///     fixtures: the fixtures.
+///     contacts: by name of a fixture, the log of its contacts, or several.
+///     parameters: blocks to estimate: "strain", "segment_strain", "joint_offset", "joint_origin",
+///         "joint_compliance", "joint_drift", "tool", "fixture".
+///     distances: known distances between origins of fixtures: (name, name, metres) or (name, name,
+///         metres, sigma).
+///     noise: the table [noise] of problem.toml: encoder_deg, contact_mm; default: learned from the
+///         data.
+///     estimate: other keys of the table [estimate] of problem.toml: loss, loss_scale, freeze,
+///         prior, method, descent.
 ///
 /// Raises:
 ///     InputError: as for a file.
@@ -129,10 +138,80 @@ pub struct Problem {
     pub loaded: Loaded,
 }
 
+/// A known distance (m) between origins of two fixtures, with or without its standard deviation
+/// (m).
 #[derive(FromPyObject)]
-enum Known {
-    Roughly(String, String, f64),
-    Within(String, String, f64, f64),
+enum KnownDistance {
+    Default(String, String, f64),
+    WithSigma(String, String, f64, f64),
+}
+
+impl KnownDistance {
+    fn checked(self, names: &FixtureNames) -> PyResult<Distance> {
+        let (first, second, distance, sigma) = match self {
+            KnownDistance::Default(first, second, distance) => (first, second, distance, DEFAULT_DISTANCE_SIGMA),
+            KnownDistance::WithSigma(first, second, distance, sigma) => (first, second, distance, sigma),
+        };
+        let between = (names.index(&first, "distances")?, names.index(&second, "distances")?);
+        let is_positive = |value: f64| value > 0.0 && value.is_finite();
+        if between.0 == between.1 || !is_positive(distance) || !is_positive(sigma) {
+            let found = format!("({first:?}, {second:?}, {distance}, {sigma})");
+            return Err(unexpected("distances", "two fixtures, a positive distance and its sigma (m)", found));
+        }
+        Ok(Distance { between, distance, sigma })
+    }
+}
+
+/// Names of fixtures, which are distinct, with their indices.
+struct FixtureNames {
+    names: Vec<String>,
+    indices: HashMap<String, usize>,
+}
+
+impl FixtureNames {
+    fn new(fixtures: &[PyRef<'_, Fixture>]) -> PyResult<FixtureNames> {
+        let names: Vec<String> = fixtures.iter().map(|fixture| fixture.fixture.name.clone()).collect();
+        let mut indices = HashMap::new();
+        for (index, name) in names.iter().enumerate() {
+            if indices.insert(name.clone(), index).is_some() {
+                return Err(unexpected("fixture, name", "distinct names", format!("{name:?} twice")));
+            }
+        }
+        Ok(FixtureNames { names, indices })
+    }
+
+    /// Index of a fixture, named in the argument `field`.
+    fn index(&self, name: &str, field: &str) -> PyResult<usize> {
+        let expected = || format!("the name of a fixture ({})", self.names.join(", "));
+        self.indices.get(name).copied().ok_or_else(|| unexpected(field, expected(), format!("{name:?}")))
+    }
+}
+
+/// The logs of all fixtures as one, in the order of `contacts`; appends their inputs.
+fn joined_log(
+    contacts: &Bound<'_, PyMapping>,
+    names: &FixtureNames,
+    dof: usize,
+    inputs: &mut Vec<Input>,
+) -> PyResult<touchcal::contact::ContactLog> {
+    let mut log = touchcal::contact::ContactLog::new(dof);
+    for item in contacts.items()?.try_iter()? {
+        let (name, logs): (String, Bound<'_, PyAny>) = item?.extract()?;
+        let fixture = names.index(&name, "contacts")?;
+        let logs: Vec<PyRef<'_, ContactLog>> = match logs.cast::<ContactLog>() {
+            Ok(one) => vec![one.borrow()],
+            Err(_) => logs.extract()?,
+        };
+        for part in logs {
+            if part.log.dof() != dof {
+                let (expected, found) = (format!("{dof} joints"), format!("{}", part.log.dof()));
+                return Err(unexpected(part.input.path.clone(), expected, found));
+            }
+            log.append(&part.log, fixture);
+            inputs.push(part.input.clone());
+        }
+    }
+    Ok(log)
 }
 
 #[pymethods]
@@ -146,7 +225,7 @@ impl Problem {
         fixtures: Vec<PyRef<'_, Fixture>>,
         contacts: &Bound<'_, PyMapping>,
         parameters: Vec<String>,
-        distances: Option<Vec<Known>>,
+        distances: Option<Vec<KnownDistance>>,
         noise: Option<Bound<'_, PyMapping>>,
         estimate: Option<Bound<'_, PyMapping>>,
     ) -> PyResult<Problem> {
@@ -154,79 +233,43 @@ impl Problem {
         let settings = Settings::read(&settings_text(parameters, noise, estimate)?, SETTINGS, arm);
         let settings = settings.map_err(|error| io(without_lines(error)))?;
         let mut inputs = vec![robot.file.input.clone()];
-        let mut names = HashMap::new();
-        let mut described = Vec::with_capacity(fixtures.len());
-        for (index, given) in fixtures.iter().enumerate() {
+        let names = FixtureNames::new(&fixtures)?;
+        let mut nominal = Vec::with_capacity(fixtures.len());
+        for given in &fixtures {
             let mut fixture = given.fixture.clone();
-            if names.insert(fixture.name.clone(), index).is_some() {
-                return Err(unexpected("fixture, name", "distinct names", format!("{:?} twice", fixture.name)));
-            }
             fixture.prior = settings.fixture_freedom(fixture.prior);
             if let Some(expected) = problem_file::missing_place(&fixture) {
                 return Err(unexpected(format!("fixture `{}`", fixture.name), expected, "none"));
             }
             inputs.extend(given.manifold.inputs.iter().cloned());
-            described.push(fixture);
+            nominal.push(fixture);
         }
-        let index = |name: &str, field: &str| {
-            let known = || fixtures.iter().map(|f| f.fixture.name.as_str()).collect::<Vec<_>>().join(", ");
-            let expected = || format!("the name of a fixture ({})", known());
-            names.get(name).copied().ok_or_else(|| unexpected(field, expected(), format!("{name:?}")))
-        };
-        let mut log = touchcal::contact::ContactLog::new(arm.dof());
-        for item in contacts.items()?.try_iter()? {
-            let (name, logs): (String, Bound<'_, PyAny>) = item?.extract()?;
-            let fixture = index(&name, "contacts")?;
-            let logs: Vec<PyRef<'_, ContactLog>> = match logs.cast::<ContactLog>() {
-                Ok(one) => vec![one.borrow()],
-                Err(_) => logs.extract()?,
-            };
-            for part in logs {
-                if part.log.dof() != arm.dof() {
-                    let (expected, found) = (format!("{} joints", arm.dof()), format!("{}", part.log.dof()));
-                    return Err(unexpected(part.input.path.clone(), expected, found));
-                }
-                log.append(&part.log, fixture);
-                inputs.push(part.input.clone());
-            }
-        }
-        let mut between = Vec::new();
-        for known in distances.unwrap_or_default() {
-            let (first, second, distance, sigma) = match known {
-                Known::Roughly(first, second, distance) => (first, second, distance, DEFAULT_DISTANCE_SIGMA),
-                Known::Within(first, second, distance, sigma) => (first, second, distance, sigma),
-            };
-            let pair = (index(&first, "distances")?, index(&second, "distances")?);
-            let positive = |value: f64| value > 0.0 && value.is_finite();
-            if pair.0 == pair.1 || !positive(distance) || !positive(sigma) {
-                let found = format!("({first:?}, {second:?}, {distance}, {sigma})");
-                return Err(unexpected("distances", "two fixtures, a positive distance and its sigma (m)", found));
-            }
-            between.push(Distance { between: pair, distance, sigma });
-        }
-        let problem = settings.problem(arm.clone(), (tool.tool.clone(), described, between), log);
+        let log = joined_log(contacts, &names, arm.dof(), &mut inputs)?;
+        let distances = distances.unwrap_or_default().into_iter().map(|distance| distance.checked(&names));
+        let distances: Vec<Distance> = distances.collect::<PyResult<_>>()?;
+        let problem = settings.problem(arm.clone(), (tool.tool.clone(), nominal, distances), log);
         let problem = problem.map_err(|error| io(without_lines(error)))?;
         Problem::of(Loaded { problem, urdf: robot.file.text.clone(), inputs })
     }
 
-    /// Reads problem.toml and what it refers to.
+    /// Reads problem.toml and the files it refers to.
     ///
     /// Raises:
     ///     FileError, InputError: with the text that the command line prints.
     #[staticmethod]
     fn from_toml(py: Python<'_>, path: PathBuf) -> PyResult<Problem> {
-        Problem::of(py.detach(|| problem_file::read_file(&path)).map_err(io)?)?.told(py)
+        Problem::of(py.detach(|| problem_file::read_file(&path)).map_err(io)?)?.with_warnings(py)
     }
 
     /// Reads a folder PLACEMENT/hole_N.csv of ball-in-socket logs, joint angles in radians, as
-    /// `touchcal calibrate --mukca` does.
+    /// `touchcal new sockets --from` does.
     ///
     /// Args:
     ///     folder: the folder.
     ///     robot: the nominal arm, whose tip link carries the ball.
     ///     only, leave_out: names of placements to read, and not to read; default: all.
     ///     spacing: distance of neighbouring sockets (m).
-    ///     joint_compliance: whether to estimate how far the joints give way to gravity.
+    ///     joint_compliance: whether to estimate joint compliance under gravity.
     #[staticmethod]
     #[pyo3(signature = (folder, robot, *, only=vec![], leave_out=vec![], spacing=0.05, joint_compliance=false), text_signature = "(folder, robot, *, only=(), leave_out=(), spacing=0.05, joint_compliance=False)")]
     fn from_mukca(
@@ -240,7 +283,7 @@ impl Problem {
     ) -> PyResult<Problem> {
         let options = MukcaOptions { only, except: leave_out, spacing, joint_compliance, ..MukcaOptions::default() };
         let urdf = robot.file.clone();
-        Problem::of(py.detach(|| mukca::read(&folder, urdf, &options)).map_err(io)?)?.told(py)
+        Problem::of(py.detach(|| mukca::read(&folder, urdf, &options)).map_err(io)?)?.with_warnings(py)
     }
 
     /// The nominal arm.
@@ -261,20 +304,20 @@ impl Problem {
         contact_positions(py, &self.loaded.problem.contacts)
     }
 
-    /// What was read: paths and SHA-256 of the content.
+    /// Input files: paths and SHA-256 of the content.
     #[getter]
     fn inputs(&self) -> Vec<(&str, &str)> {
         self.loaded.inputs.iter().map(|input| (input.path.as_str(), input.sha256.as_str())).collect()
     }
 
-    /// What was taken for granted in reading logs, as it was warned of.
+    /// Assumptions made in reading logs, as issued in warnings.
     #[getter]
     fn notes(&self) -> Vec<String> {
         self.loaded.problem.contacts.notes().to_vec()
     }
 
-    /// Where the arm as it is puts its tool in the contacts with a fixture. Of a calibrated arm
-    /// these are samples of the fixture's manifold.
+    /// Tool poses by the problem's arm in the contacts with a fixture. For a calibrated arm these
+    /// are samples of the fixture's manifold.
     ///
     /// Returns:
     ///     `fixture_from_tool`, shape (N, 7), in the order of the log.
@@ -299,13 +342,13 @@ impl Problem {
 }
 
 impl Problem {
-    /// A problem that can be calibrated with.
+    /// A problem all of whose shapes are known.
     pub fn of(loaded: Loaded) -> PyResult<Problem> {
         Ok(Problem { loaded: loaded.with_known_shapes().map_err(io)? })
     }
 
-    /// With what was taken for granted in reading logs said as warnings.
-    fn told(self, py: Python<'_>) -> PyResult<Problem> {
+    /// The problem, after the notes of its logs were issued as Python warnings.
+    fn with_warnings(self, py: Python<'_>) -> PyResult<Problem> {
         warn(py, &self.loaded.problem.contacts)?;
         Ok(self)
     }
@@ -329,35 +372,7 @@ fn settings_text(
     Ok(both.to_string())
 }
 
-fn as_table(mapping: &Bound<'_, PyMapping>) -> PyResult<toml::Table> {
-    let mut table = toml::Table::new();
-    for item in mapping.items()?.try_iter()? {
-        let (key, value): (String, Bound<'_, PyAny>) = item?.extract()?;
-        if !value.is_none() {
-            table.insert(key, as_value(&value)?);
-        }
-    }
-    Ok(table)
-}
-
-fn as_value(value: &Bound<'_, PyAny>) -> PyResult<toml::Value> {
-    if let Ok(mapping) = value.cast::<PyDict>() {
-        return Ok(as_table(mapping.as_mapping())?.into());
-    }
-    if value.is_instance_of::<PyBool>() {
-        return Ok(value.extract::<bool>()?.into());
-    }
-    if let Ok(text) = value.extract::<String>() {
-        return Ok(text.into());
-    }
-    if let Ok(number) = value.extract::<f64>() {
-        return Ok(number.into());
-    }
-    let items = value.try_iter()?.map(|item| as_value(&item?)).collect::<PyResult<Vec<toml::Value>>>()?;
-    Ok(items.into())
-}
-
-/// Lines of a text that nobody wrote say nothing.
+/// The error without line and column, which refer to a generated text.
 fn without_lines(mut error: IoError) -> IoError {
     if let IoError::Unexpected { place, .. } | IoError::Syntax { place, .. } = &mut error {
         place.line = None;

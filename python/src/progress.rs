@@ -1,11 +1,11 @@
-//! What a waiting program sees of work under way, and the way out.
+//! Progress callbacks, and interruption.
 
 use std::ops::ControlFlow;
 
 use pyo3::prelude::*;
 use touchcal::estimate::{self, Stage};
 
-/// Where work stands: what a progress callback is called with.
+/// Progress of a computation: the argument of a progress callback.
 ///
 /// Attributes:
 ///     stage: "coarse", "fine" or "descent" in an estimation, "simulation" in a simulation.
@@ -37,34 +37,34 @@ impl Progress {
     }
 }
 
-/// Calls back, and asks whether Ctrl-C was pressed; either may end the work.
-pub struct Watch {
+/// Calls a callback and checks for Ctrl-C; either may end the work.
+pub struct Observer {
     callback: Option<Py<PyAny>>,
     raised: Option<PyErr>,
 }
 
-impl Watch {
-    /// Calls `callback` at each look, if there is one.
+impl Observer {
+    /// An observer that calls `callback`, if there is one.
     pub fn new(callback: Option<Py<PyAny>>) -> Self {
-        Watch { callback, raised: None }
+        Observer { callback, raised: None }
     }
 
     /// A step of an estimation.
     pub fn step(&mut self, progress: &estimate::Progress) -> ControlFlow<()> {
-        self.look(progress.into())
+        self.notify(progress.into())
     }
 
-    /// So many contacts of a simulation.
+    /// Number of contacts of a simulation so far.
     pub fn contacts(&mut self, count: usize) -> ControlFlow<()> {
-        self.look(Progress { stage: "simulation", iteration: count, cost: 0.0 })
+        self.notify(Progress { stage: "simulation", iteration: count, cost: 0.0 })
     }
 
-    /// What was raised meanwhile.
+    /// The exception raised by callback or Ctrl-C, if any.
     pub fn finish(self) -> PyResult<()> {
         self.raised.map_or(Ok(()), Err)
     }
 
-    fn look(&mut self, progress: Progress) -> ControlFlow<()> {
+    fn notify(&mut self, progress: Progress) -> ControlFlow<()> {
         let seen = Python::attach(|py| {
             py.check_signals()?;
             match &self.callback {

@@ -32,13 +32,16 @@ impl Robot {
 impl Robot {
     /// Reads a robot from a URDF file, or takes a built-in one.
     ///
-    /// Args: source: path of a URDF file; or the name of a built-in arm (see `builtins`): a str
-    /// without `/` and `.`. base: link where the chain begins; default: the root. tip: link that
-    /// carries the tool; default: the only leaf, of a built-in arm its flange. gravity: shape (3,),
-    /// m/s² in the base frame; default: (0, 0, -9.81).
+    /// Args:
+    ///     source: path of a URDF file; or the name of a built-in arm (see `builtins`): a str
+    ///         without `/` and `.`.
+    ///     base: link where the chain begins; default: the root.
+    ///     tip: link that carries the tool; default: the only leaf, of a built-in arm its flange.
+    ///     gravity: shape (3,), m/s² in the base frame; default: (0, 0, -9.81).
     ///
-    /// Raises: FileError, InputError: if there is no such file or arm, or it is not a URDF of a
-    /// serial chain.
+    /// Raises:
+    ///     FileError, InputError: if there is no such file or arm, or it is not a URDF of a serial
+    ///         chain.
     #[staticmethod]
     #[pyo3(signature = (source, *, base=None, tip=None, gravity=None))]
     fn from_urdf(

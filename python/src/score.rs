@@ -1,20 +1,12 @@
-//! How far contacts are from touching.
-
-use std::path::PathBuf;
+//! Distances of contacts from their manifolds.
 
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use touchcal::estimate::{self, apply_estimated_places};
-use touchcal::io::calibration_folder::place_written;
-use touchcal::io::estimate_file::EstimateFile;
-use touchcal::io::urdf;
+use touchcal::estimate;
 
-use crate::calibration::Calibration;
-use crate::error::{io, unexpected};
 use crate::frame::Frame;
-use crate::problem::Problem;
 
-/// Distances from touching, in metres.
+/// Statistics of distances from contact, in metres.
 ///
 /// Attributes:
 ///     count: number of contacts.
@@ -43,7 +35,7 @@ impl Spread {
     }
 }
 
-/// How well an arm explains contacts: over all, and over each fixture's.
+/// Distances from contact by an arm's model: over all contacts, and per fixture.
 ///
 /// A contact's distance is the size of its manifold's residual; for a socket, the distance of the
 /// ball's centre from the mean of all centres computed for that socket.
@@ -93,44 +85,4 @@ impl Score {
     fn __repr__(&self) -> String {
         format!("Score({})", self.all.__repr__())
     }
-}
-
-/// Scores an arm on a problem's contacts; nothing is fitted.
-///
-/// Args: problem: contacts, best others than those of the fit. calibration: score the calibrated
-/// arm, with tool and fixtures where it found them; default: the problem's arm as it is. urdf:
-/// score this URDF's arm instead, as `touchcal evaluate --urdf` does, estimate: and with it, with
-/// tool and fixtures where this estimate.json found them.
-///
-/// Raises:
-///     InputError: if the other arm has other moving joints.
-#[pyfunction]
-#[pyo3(signature = (problem, calibration=None, *, urdf=None, estimate=None))]
-pub fn evaluate(
-    py: Python<'_>,
-    problem: &Problem,
-    calibration: Option<&Calibration>,
-    urdf: Option<PathBuf>,
-    estimate: Option<PathBuf>,
-) -> PyResult<Score> {
-    if calibration.is_some() && (urdf.is_some() || estimate.is_some()) {
-        return Err(unexpected("evaluate", "a calibration, or urdf and estimate", "both"));
-    }
-    let mut problem = problem.loaded.problem.clone();
-    if let Some(calibration) = calibration {
-        let robot = &calibration.solved.estimate.robot;
-        urdf::check_like(&problem.robot, robot, robot.name()).map_err(io)?;
-        let found = |name: &str| calibration.solved.estimate.parameter(name).map(|parameter| parameter.value);
-        apply_estimated_places(&mut problem, found);
-        problem.robot = robot.clone().with_gravity(*problem.robot.gravity());
-    }
-    let other = urdf.map(|path| urdf::read_like(&problem.robot, &path)).transpose().map_err(io)?;
-    if let Some(path) = estimate {
-        place_written(&mut problem, &EstimateFile::read_file(&path).map_err(io)?);
-    }
-    if let Some(other) = other {
-        problem.robot = other.robot;
-    }
-    let score = py.detach(|| estimate::evaluate(&problem));
-    Ok(Score::new(&score, &problem.fixtures))
 }

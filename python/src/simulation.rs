@@ -8,15 +8,15 @@ use pyo3::types::PyDict;
 use touchcal::experiment;
 use touchcal::io::Loaded;
 use touchcal::io::scenario_file::{self, ScenarioFile};
-use touchcal::sim::{Log, Seeds, Simulated, SimulationError as Failure};
+use touchcal::sim::{self, Log, Seeds, SimulatedTrial, SimulationError as Failure};
 
 use crate::array::{fixed, fixed_rows};
 use crate::error::{Error, SimulationError, io, unexpected};
 use crate::frame::Frame;
 use crate::problem::Problem;
-use crate::progress::Watch;
+use crate::progress::Observer;
 
-/// Logs of a simulated arm, and what is wrong with it.
+/// Logs of a simulated arm, and its true errors.
 ///
 /// Attributes:
 ///     seed: what it was drawn from.
@@ -25,7 +25,7 @@ use crate::progress::Watch;
 #[derive(Debug)]
 pub struct Simulation {
     file: ScenarioFile,
-    simulated: Simulated,
+    simulated: SimulatedTrial,
     seeds: Seeds,
 }
 
@@ -102,8 +102,9 @@ impl Simulation {
 
     /// Writes what `touchcal simulate` writes: the logs, problem.toml, scenario.toml, truth.json.
     ///
-    /// Raises: FileError, InputError: if a file cannot be written, or the folder holds a
-    /// problem.toml that is not from a simulation.
+    /// Raises:
+    ///     FileError, InputError: if a file cannot be written, or the folder holds a problem.toml
+    ///         that is not from a simulation.
     fn save(&self, folder: PathBuf) -> PyResult<()> {
         scenario_file::write_folder(&folder, &self.file, &self.simulated, self.seeds).map_err(io)
     }
@@ -116,11 +117,13 @@ impl Simulation {
 
 /// Simulates an arm with wrong kinematics that explores fixtures, as `touchcal simulate` does.
 ///
-/// Args: scenario: path of a scenario.toml; or the name of a preset: a str without `/` and `.`.
-/// seed: of errors, noise and exploration; the same seed gives the same logs. contacts: contacts
-/// with each fixture; default: what the scenario says. noise_seed: of the noise alone: the same
-/// arm, recorded once more; default: `seed`. progress: called with a `Progress` now and then; what
-/// it raises ends the work, as Ctrl-C does.
+/// Args:
+///     scenario: path of a scenario.toml; or the name of a preset: a str without `/` and `.`.
+///     seed: of errors, noise and exploration; the same seed gives the same logs.
+///     contacts: contacts with each fixture; default: what the scenario says.
+///     noise_seed: of the noise alone: the same arm, recorded once more; default: `seed`.
+///     progress: called with a `Progress` now and then; what it raises ends the work, as Ctrl-C
+///         does.
 ///
 /// Raises:
 ///     FileError, InputError, SimulationError: if the scenario is not one, or cannot be simulated.
@@ -136,17 +139,17 @@ pub fn simulate(
     progress: Option<Py<PyAny>>,
 ) -> PyResult<Simulation> {
     let file = scenario_of(&scenario, contacts)?;
-    let mut watch = Watch::new(progress);
+    let mut observer = Observer::new(progress);
     let seeds = Seeds { errors: seed, noise: noise_seed.unwrap_or(seed) };
-    let truth = file.scenario.draw(seeds.errors);
+    let truth = sim::draw_truth(&file.scenario, seeds.errors);
     let scenario = &file.scenario;
-    let logs = py.detach(|| scenario.run(&truth, seeds.noise, &mut |contacts| watch.contacts(contacts)));
-    watch.finish()?;
+    let logs = py.detach(|| sim::run(scenario, &truth, seeds.noise, &mut |contacts| observer.contacts(contacts)));
+    observer.finish()?;
     let logs = logs.map_err(|error| match error {
         Failure::Interrupted => Error::new_err("interrupted"),
         error => SimulationError::new_err(error.to_string()),
     })?;
-    Ok(Simulation { file, simulated: Simulated { truth, logs }, seeds })
+    Ok(Simulation { file, simulated: SimulatedTrial { truth, logs }, seeds })
 }
 
 /// A scenario's file, or the preset of that name.

@@ -143,8 +143,8 @@ def test_too_few_contacts_are_a_status_and_no_exception() -> None:
     assert not calibration.usable
     assert calibration.status == "not_usable"
     assert {"too_few_contacts"} <= {warning.kind for warning in calibration.warnings}
-    assert all(warning.words and warning.advice for warning in calibration.warnings)
-    assert calibration.null_space and calibration.null_space[0].words
+    assert all(warning.message and warning.advice for warning in calibration.warnings)
+    assert calibration.null_space and calibration.null_space[0].description
 
 
 def test_progress_is_told_at_every_step(workcell: Path) -> None:

@@ -32,7 +32,7 @@ def test_parts_computed_elsewhere_are_those_of_the_command_line(
     run("experiment", "campaign", *arguments, "--out", tmp_path / "command")
     folder = repr(campaign).split('"')[1]
     told = run("experiment", "merge", folder, tmp_path / "command", "--out", tmp_path, "--rows")
-    assert told.count("are there twice, alike, and counted once") == 2
+    assert told.count("are identical in two files and counted once") == 2
 
 
 def test_another_part_is_refused(tmp_path: Path) -> None:

@@ -53,8 +53,8 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     shutil.copytree(folder / "workcell", folder / "broken")
     misspell(folder / "broken" / "problem.toml")
     command = [*begin, UP + 'exec "$@"', "sh", sys.executable, Path(__file__).with_name("two_nodes.py"), folder]
-    # Ray's own files: their paths must be short, and no other cluster be found there.
-    with tempfile.TemporaryDirectory(prefix="ray") as own:
+    # Ray's own files: their paths must be short (107 bytes for a socket), and no other cluster be found there.
+    with tempfile.TemporaryDirectory(prefix="ray", dir="/tmp") as own:
         environment = {**os.environ, "RAY_TMPDIR": own, "RAY_USAGE_STATS_ENABLED": "0", "RAY_AUTH_MODE": "disabled"}
         done = subprocess.run(
             command, env=environment, capture_output=True, text=True, timeout=PATIENCE_S, check=False
@@ -91,7 +91,7 @@ def test_every_row_once_though_a_node_died_at_work(folder: Path, said: dict[str,
     assert rows["seed"] == list(range(5, 5 + TRIALS))
     # The command line finds the parts alike too, and takes the folder for its own.
     merged = run("experiment", "merge", folder / "campaign", folder / "whole", "--out", folder / "both")
-    assert merged.count("are there twice, alike, and counted once") == 8
+    assert merged.count("are identical in two files and counted once") == 8
     told = json.loads(run("experiment", "campaign", *arguments, "--out", folder / "campaign", "--json"))
     assert told["trials"] == TRIALS
 

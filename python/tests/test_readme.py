@@ -1,4 +1,4 @@
-"""What the README says to Python runs as it stands."""
+"""The Python programs of the README and of the guide's page run as they stand."""
 
 import re
 import shutil
@@ -9,7 +9,12 @@ import pytest
 import touchcal
 
 ROOT = Path(__file__).parents[2]
-BLOCKS = re.findall(r"^```python\n(.*?)^```", (ROOT / "README.md").read_text(), re.MULTILINE | re.DOTALL)
+PAGES = [ROOT / "README.md", ROOT / "guide/src/from-python.md"]
+BLOCKS = [
+    block
+    for page in PAGES
+    for block in re.findall(r"^```python\n(.*?)^```", page.read_text(), re.MULTILINE | re.DOTALL)
+]
 
 
 def test_the_readme_runs(workcell: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -20,7 +25,7 @@ def test_the_readme_runs(workcell: Path, tmp_path: Path, monkeypatch: pytest.Mon
     monkeypatch.chdir(tmp_path)
     log = touchcal.simulate("workcell", 1, contacts=100).log("hole")
     names: dict[str, object] = {"q": log["q"], "wrench": log["wrench"]}
-    assert len(BLOCKS) == 2
+    assert len(BLOCKS) == 3
     for block in BLOCKS:
         exec(block, names)
     assert (tmp_path / "out" / "report.html").exists()

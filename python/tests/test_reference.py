@@ -28,13 +28,21 @@ def markdown(docstring: str | None) -> str:
     for line in text.splitlines():
         if line in SECTIONS:
             line = f"**{line[:-1]}**\n"
-        elif (entry := re.match(r"    (\S.*)", line)) and lines[-1].startswith("- ") and not lines[-1].endswith("."):
-            line = f"{lines.pop()} {entry[1]}"
+        elif (entry := re.match(r"    ( *)(\S.*)", line)) and lines[-1].startswith("- ") and (entry[1] or lines[-1][-1] != "."):
+            # A continuation line is indented further, or follows one that ends within a sentence.
+            line = f"{lines.pop()} {entry[2]}"
         elif entry:
-            name, colon, meaning = entry[1].partition(": ")
-            line = f"- `{name}`: {meaning}" if colon and re.fullmatch(r"[\w*, ]+", name) else f"- {entry[1]}"
+            name, colon, meaning = entry[2].partition(": ")
+            line = f"- `{name}`: {meaning}" if colon and re.fullmatch(r"[\w*, ]+", name) else f"- {entry[2]}"
         lines.append(line.rstrip())
     return "\n".join(lines).strip()
+
+
+def one_sentence_a_line(text: str) -> str:
+    """Markdown with its sentences on lines of their own; code stays as it is."""
+    blocks = re.split(r"(^```.*?^```$)", text, flags=re.MULTILINE | re.DOTALL)
+    prose = r"(?<=[\w`)\]])([.?]) (?=[A-Z`*\[])"
+    return "".join(block if block.startswith("```") else re.sub(prose, r"\1\n", block) for block in blocks)
 
 
 def signature(function: ast.FunctionDef, owner: str = "") -> str:
@@ -87,7 +95,7 @@ def page() -> str:
         described(distributed, ast.parse(Path(distributed.__file__).read_text())),
     ]
     text = "\n".join(line for part in parts for line in part)
-    return re.sub(r"\n{3,}", "\n\n", text).strip() + "\n"
+    return one_sentence_a_line(re.sub(r"\n{3,}", "\n\n", text)).strip() + "\n"
 
 
 def test_the_guides_reference_is_what_the_code_says() -> None:

@@ -59,7 +59,7 @@ def test_inspections(run, sockets: Path) -> None:
     assert told["nominal"]["mean_mm"] == pytest.approx(1e3 * found.nominal.all.mean, rel=1e-12)
     assert [warning["kind"] for warning in told["warnings"]] == [warning.kind for warning in found.warnings]
     assert [entry["sigma"] for entry in told["parameters"]] == [entry.sigma for entry in found.parameters]
-    assert told["null_space"] == [null.words for null in found.null_space]
+    assert told["null_space"] == [null.description for null in found.null_space]
     assert [entry["least"] for entry in told["joints"]] == [joint.least for joint in found.ranges]
 
 

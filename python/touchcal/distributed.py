@@ -212,7 +212,7 @@ def _calibrate(path: str, threads: int) -> dict[str, Any]:
     columns = ("name", "unit", "value", "sigma", "identifiable")
     return {
         "status": found.status,
-        "message": "; ".join(warning.words for warning in found.warnings),
+        "message": "; ".join(warning.message for warning in found.warnings),
         "seconds": found.seconds,
         "contacts": len(problem),
         "rms_before": found.prefit.all.rms,

@@ -1,1 +1,1 @@
-"""What `scripts/validate` measures: a module for each section, whose `tables(options)` gives its tables."""
+"""What `scripts/validate` measures: a module for each section, whose `tables(options)` are its tables."""

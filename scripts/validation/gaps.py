@@ -6,7 +6,7 @@ import coal
 import numpy as np
 import pinocchio as pin
 
-from .commands import example, test
+from .commands import example, test, test_command
 from .report import Row, Table, quantiles, within
 
 POSES = 4000
@@ -122,8 +122,9 @@ def count(what, reference, failures, of, command):
 
 def against_parry():
     rows = []
-    command = "`cargo test -p touchcal --test peg_in_hole_distance`"
-    reports, _ = test("--test", "peg_in_hole_distance")
+    arguments = ("--test", "laws", "peg_in_hole_distance")
+    command = test_command(*arguments)
+    reports, _ = test(*arguments)
     reference = "parry3d, distances between boxes"
     for name in ("square", "extrusion25", "small square"):
         found = reports[name]

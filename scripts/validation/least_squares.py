@@ -1,9 +1,9 @@
 """Levenberg–Marquardt against NIST's certified problems."""
 
-from .commands import test
+from .commands import test, test_command
 from .report import Row, Table
 
-COMMAND = "`cargo test -p touchcal --lib nist -- --nocapture`"
+COMMAND = test_command("--lib", "nist")
 REFERENCE = "certified values of NIST's Statistical Reference Datasets, eleven digits"
 WHY = "normal equations square the condition number: up to half of sixteen digits may be lost"
 

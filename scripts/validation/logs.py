@@ -1,9 +1,10 @@
 """Estimates from the logs of an independent physics engine, against its truth."""
 
-from .commands import test
+from .commands import test, test_command
 from .report import Row, Table, number
 
-COMMAND = "`cargo test -p touchcal --test mujoco_trials -- --nocapture`"
+TEST = ("--test", "recovery", "recorded_logs")
+COMMAND = test_command(*TEST)
 REFERENCE = "truth of the MuJoCo logs"
 PROFILES = {
     "extrusion/paper": "T-slot peg, little elbow motion",
@@ -16,7 +17,7 @@ COVERED = 0.88
 
 
 def tables(_options):
-    reports, _ = test("--test", "mujoco_trials")
+    reports, _ = test(*TEST)
     errors, coverage = [], []
     for profile, words in PROFILES.items():
         trials, inside, of = (reports[profile][name] for name in ("trials", "inside", "of"))

@@ -1,4 +1,4 @@
-"""Rows of measured against expected, and their tables."""
+"""What a section shows: tables of measured against expected figures, and what programs print."""
 
 from dataclasses import dataclass
 
@@ -11,28 +11,28 @@ class Row:
 
     what: str
     figures: dict[str, str]
-    reference: str
-    tolerance: str
-    why: str
-    command: str
+    reference: str = ""
+    tolerance: str = ""
+    why: str = ""
+    command: str = ""
     missed: bool = False
 
 
 @dataclass
 class Table:
-    """Rows with the same figures. What all rows share is said once, above."""
+    """Rows with the same figures. What all rows share is above the table."""
 
     rows: list[Row]
     title: str = ""
 
     def markdown(self):
-        shared, columns = [], []
+        above, columns = [f"**{self.title}**"] * bool(self.title), []
         for key in ("reference", "tolerance", "why", "command"):
             values = {getattr(row, key) for row in self.rows}
             if len(values) > 1:
                 columns.append(key)
             elif value := values.pop():
-                shared.append(f"{key.capitalize()}: {value}.")
+                above.append(f"{key.capitalize()}: {value}.")
         before = [key for key in columns if key != "command"]
         head = ["", *before, *self.rows[0].figures, *(key for key in columns if key == "command")]
         lines = [f"| {' | '.join(head)} |", "|" + "---|" * len(head)]
@@ -42,8 +42,28 @@ class Table:
             cells = [what, *(getattr(row, key) for key in before), *row.figures.values()]
             cells += [row.command] if "command" in columns else []
             lines.append(f"| {' | '.join(cells)} |")
-        above = " ".join([f"**{self.title}**"] * bool(self.title) + shared)
-        return "\n".join([*([above, ""] if above else []), *lines, ""])
+        return "\n".join([*above, *([""] if above else []), *lines, ""])
+
+    def missed(self):
+        return [row.what for row in self.rows if row.missed]
+
+
+@dataclass
+class Printed:
+    """The figures that a program prints, as it prints them. `failed`: it found a limit exceeded."""
+
+    text: str
+    title: str
+    command: str
+    failed: bool = False
+
+    def markdown(self):
+        verdict = " **missed**" if self.failed else ""
+        lines = [line.rstrip() for line in self.text.strip("\n").splitlines()]
+        return "\n".join([f"**{self.title}**{verdict}", f"Command: {self.command}.", "", "```text", *lines, "```", ""])
+
+    def missed(self):
+        return [self.title] * self.failed
 
 
 def number(value):

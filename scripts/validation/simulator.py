@@ -1,9 +1,10 @@
 """Statistics of simulated explorations against those of the MuJoCo logs."""
 
-from .commands import test
+from .commands import test, test_command
 from .report import Row, Table, number
 
-COMMAND = "`cargo test -p touchcal --test simulation_statistics -- --nocapture`"
+TEST = ("--test", "consistency", "simulator")
+COMMAND = test_command(*TEST)
 REASONS = {
     1.25: "both explore the same hole for ten seconds, each with its own command",
     1.75: "the clearance bounds all but z; stiffness and press are a choice",
@@ -13,7 +14,7 @@ REASONS = {
 
 def tables(_options):
     rows = []
-    for what, found in test("--test", "simulation_statistics")[0].items():
+    for what, found in test(*TEST)[0].items():
         ratio = found["simulated"] / found["mujoco"]
         limit = found["limit"]
         figures = {"MuJoCo": number(found["mujoco"]), "simulated": number(found["simulated"]), "ratio": f"{ratio:.2f}"}

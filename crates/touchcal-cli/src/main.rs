@@ -2,6 +2,7 @@
 
 mod args;
 mod command;
+mod failure;
 mod output;
 mod progress;
 mod summary;
@@ -12,7 +13,7 @@ use std::process::ExitCode;
 use clap::Parser;
 
 use args::{Args, Command};
-use command::{Failure, Outcome};
+use failure::{Failure, Outcome};
 
 /// Exit codes; clap answers wrong usage with 2.
 const FAILED: u8 = 1;
@@ -23,7 +24,7 @@ const INTERRUPTED: u8 = 130;
 fn main() -> ExitCode {
     let args = Args::parse();
     progress::catch_interrupts();
-    let done = match &args.command {
+    let result = match &args.command {
         Command::New(args) => command::new::run(args),
         Command::Calibrate(args) => command::calibrate::run(args),
         Command::Convert(args) => command::convert::run(args),
@@ -38,16 +39,16 @@ fn main() -> ExitCode {
         Command::Man(args) => command::manual::pages(args),
         Command::Reference => command::manual::reference(),
     };
-    match done {
+    match result {
         Ok(Outcome::Done) => ExitCode::SUCCESS,
         Ok(Outcome::NotUsable) => ExitCode::from(NOT_USABLE),
         Err(failure) => {
-            output::complain(&format!("error: {failure}"));
+            output::diagnostic(&format!("error: {failure}"));
             ExitCode::from(match failure {
                 Failure::Interrupted | Failure::TrainingInterrupted { .. } | Failure::ExperimentInterrupted => {
                     INTERRUPTED
                 }
-                Failure::OverInput { .. } | Failure::IntoFile(_) => WRONG_USAGE,
+                Failure::OverInput { .. } | Failure::IntoFile(_) | Failure::Usage(_) => WRONG_USAGE,
                 _ => FAILED,
             })
         }

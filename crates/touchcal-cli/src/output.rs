@@ -1,10 +1,10 @@
-//! Results on stdout, complaints on stderr.
+//! Results on stdout, diagnostics on stderr.
 
 use std::io::{ErrorKind, Write};
 
-use crate::command::Failure;
+use crate::failure::Failure;
 
-/// Writes to stdout; a reader that has left is no failure.
+/// Writes to stdout; a closed pipe is no failure.
 pub fn print(text: &str) -> Result<(), Failure> {
     let mut stdout = std::io::stdout().lock();
     match stdout.write_all(text.as_bytes()).and_then(|()| stdout.flush()) {
@@ -13,15 +13,15 @@ pub fn print(text: &str) -> Result<(), Failure> {
     }
 }
 
-/// Writes a line to stderr; if that fails nobody is there to be told.
-pub fn complain(line: &str) {
+/// Writes a line to stderr; a failure to do so is ignored.
+pub fn diagnostic(line: &str) {
     let written = writeln!(std::io::stderr().lock(), "touchcal: {line}");
     drop(written);
 }
 
-/// Says on stderr what was taken for granted in reading.
+/// Writes the assumptions made in reading to stderr.
 pub fn notes(notes: &[String]) {
-    notes.iter().for_each(|note| complain(&format!("note: {note}")));
+    notes.iter().for_each(|note| diagnostic(&format!("note: {note}")));
 }
 
 /// JSON has no infinities.

@@ -1,4 +1,4 @@
-//! What a waiting user sees, and the way out.
+//! Progress on a terminal, and interruption.
 
 use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -7,8 +7,8 @@ use std::time::{Duration, Instant};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use touchcal::estimate::{Progress, Stage};
 
-/// Work shorter than this shows nothing.
-const PATIENCE: Duration = Duration::from_secs(1);
+/// Work shorter than this shows no progress.
+const DELAY: Duration = Duration::from_secs(1);
 /// Exit code of a process that SIGINT ended.
 const INTERRUPTED: i32 = 130;
 
@@ -26,49 +26,48 @@ pub fn catch_interrupts() {
     drop(caught);
 }
 
-/// Whether the user asked to stop.
+/// Whether the user interrupted the program.
 pub fn interrupted() -> bool {
     INTERRUPT.load(Ordering::SeqCst)
 }
 
-/// A line on a terminal's stderr that says how far the work is; nothing where stderr is no
-/// terminal.
+/// A line on stderr that shows progress; nothing where stderr is no terminal.
 pub struct Spinner {
     bar: ProgressBar,
     since: Instant,
 }
 
 impl Spinner {
-    /// A line that begins with `what`.
-    pub fn new(what: &'static str) -> Self {
+    /// A line that begins with `label`.
+    pub fn new(label: &'static str) -> Self {
         let bar = ProgressBar::with_draw_target(None, ProgressDrawTarget::hidden());
         if let Ok(style) = ProgressStyle::with_template("{spinner} {prefix} {elapsed} {msg}") {
             bar.set_style(style);
         }
-        bar.set_prefix(what);
+        bar.set_prefix(label);
         Spinner { bar, since: Instant::now() }
     }
 
-    /// Shows where an estimation stands; breaks it off when the user asked to.
+    /// Shows a step of an estimation; breaks it off after an interrupt.
     pub fn observe(&self, progress: &Progress) -> ControlFlow<()> {
         let stage = match progress.stage {
             Stage::Coarse => "coarse",
             Stage::Fine => "fine",
             Stage::Descent => "descent",
         };
-        self.tell(|| format!("{stage} step {}, residual (cost) {:.4e}", progress.iteration, progress.cost));
+        self.show(|| format!("{stage} step {}, cost {:.4e}", progress.iteration, progress.cost));
         if interrupted() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     }
 
-    /// Shows the time running, for work that does not report.
+    /// Shows elapsed time, for work without progress.
     pub fn run(&self) {
         self.bar.set_draw_target(ProgressDrawTarget::stderr());
-        self.bar.enable_steady_tick(PATIENCE / 5);
+        self.bar.enable_steady_tick(DELAY / 5);
     }
 
-    /// Shows how far the work is, once it takes long.
-    pub fn tell(&self, message: impl FnOnce() -> String) {
-        if self.since.elapsed() >= PATIENCE {
+    /// Shows a message, once the work takes longer than [`DELAY`].
+    pub fn show(&self, message: impl FnOnce() -> String) {
+        if self.since.elapsed() >= DELAY {
             if self.bar.is_hidden() {
                 self.bar.set_draw_target(ProgressDrawTarget::stderr());
             }
@@ -84,39 +83,38 @@ impl Drop for Spinner {
     }
 }
 
-/// A bar on a terminal's stderr that counts things done, and says how long the rest takes; nothing
-/// where stderr is no terminal.
+/// A bar on stderr with count and remaining time; nothing where stderr is no terminal.
 pub struct Counter {
     bar: ProgressBar,
 }
 
 impl Counter {
-    /// A bar of `count` things that begins with `what`, `done` of which are done.
-    pub fn new(what: &'static str, done: u64, count: u64) -> Self {
+    /// A bar of `count` items that begins with `label`, at `done`.
+    pub fn new(label: &'static str, done: u64, count: u64) -> Self {
         let bar = ProgressBar::with_draw_target(Some(count), ProgressDrawTarget::stderr());
         if let Ok(style) =
-            ProgressStyle::with_template("{spinner} {prefix} {pos}/{len} {bar:30} {elapsed}, left {eta}{msg}")
+            ProgressStyle::with_template("{spinner} {prefix} {pos}/{len} {bar:30} {elapsed}, {eta} left{msg}")
         {
             bar.set_style(style);
         }
-        bar.set_prefix(what);
+        bar.set_prefix(label);
         bar.set_position(done);
         bar.reset_eta();
         Counter { bar }
     }
 
-    /// So many things are done.
-    pub fn show(&self, done: u64) {
+    /// Sets the number of items done.
+    pub fn set(&self, done: u64) {
         self.bar.set_position(done);
     }
 
-    /// What else to say from now on.
-    pub fn say(&self, message: String) {
+    /// Sets the text after the bar.
+    pub fn message(&self, message: String) {
         self.bar.set_message(message);
     }
 
-    /// So many more are done.
-    pub fn more(&self, count: u64) {
+    /// Adds to the number of items done.
+    pub fn advance(&self, count: u64) {
         self.bar.inc(count);
     }
 }

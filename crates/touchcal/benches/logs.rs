@@ -19,7 +19,8 @@ use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
 use serde::Serialize;
 use touchcal::contact::ContactLog;
-use touchcal::io::contact_log::{self, Detection, LogTable, Options};
+use touchcal::contact::Detection;
+use touchcal::io::contact_log::{self, LogTable, Options};
 use touchcal::io::urdf::{self, Ends};
 use touchcal::robot::Robot;
 

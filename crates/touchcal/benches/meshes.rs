@@ -13,27 +13,25 @@ mod support;
 
 use support::parts::{block_with, lofted, polygon, rounded, solid};
 use support::{simulated, timed};
-use touchcal::geometry::extrusion::PegAndHole;
-use touchcal::geometry::profile::Profile;
-use touchcal::geometry::solids::Solids;
-use touchcal::manifold::{PegInHole, SolidInHole};
+use touchcal::geometry::{MeshPair, Polygon, PrismPair};
+use touchcal::manifold::PegInHole;
 
 const LENGTH: f64 = 0.04;
 const DEPTH: f64 = 0.03;
 const SEEDS: [u64; 3] = [1, 2, 3];
 
 /// A peg and a blind hole between outlines at heights.
-fn chamfered(peg: &[(&Profile, f64)], hole: &[(&Profile, f64)]) -> Solids {
-    Solids::new(solid(&lofted(peg)), solid(&block_with(hole, DEPTH + 0.01)))
+fn chamfered(peg: &[(&Polygon, f64)], hole: &[(&Polygon, f64)]) -> MeshPair {
+    MeshPair::new(solid(&lofted(peg)), solid(&block_with(hole, DEPTH + 0.01)))
 }
 
 fn main() {
-    let slot = Profile::extrusion25();
+    let slot = Polygon::extrusion25();
     let at = |distance: f64| slot.offset_mitred(distance).unwrap();
     let hole = at(0.5e-3);
     let layers: Vec<f64> = (0..14).map(|k| 0.3e-3 + (LENGTH - 0.3e-3) * f64::from(k) / 13.0).collect();
     let tip = at(-0.2e-3);
-    let sections: Vec<(&Profile, f64)> = [(&tip, 0.0)].into_iter().chain(layers.iter().map(|&z| (&slot, z))).collect();
+    let sections: Vec<(&Polygon, f64)> = [(&tip, 0.0)].into_iter().chain(layers.iter().map(|&z| (&slot, z))).collect();
     let slots = chamfered(&sections, &[(&at(0.8e-3), 0.0), (&hole, -0.3e-3), (&hole, -DEPTH)]);
 
     let rounded_slots = |points: usize| {
@@ -61,11 +59,12 @@ fn main() {
         ("T-slot, corners rounded by seven points", seven.0, seven.1),
         ("cylinder of 166 sides", (pin, bore), pins),
     ] {
-        let outlines = PegAndHole::new(peg, LENGTH, hole, DEPTH).unwrap();
+        let outlines = PrismPair::new(peg, LENGTH, hole, DEPTH).unwrap();
         for seed in SEEDS {
             let (trial, search) = simulated(&outlines, seed);
             let (_, straight_s) = timed(&trial.problem(Box::new(PegInHole::new(outlines.clone())), search));
-            let (estimate, mesh_s) = timed(&trial.problem(Box::new(SolidInHole::new(meshes.clone(), DEPTH)), search));
+            let (estimate, mesh_s) =
+                timed(&trial.problem(Box::new(PegInHole::with_depth(meshes.clone(), DEPTH)), search));
             let (triangles, reason) = (meshes.tool().triangle_count(), estimate.termination.reason);
             println!("{name} | {triangles} | {seed} | {straight_s:.2} s | {mesh_s:.2} s, {reason:?}");
         }

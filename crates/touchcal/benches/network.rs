@@ -21,7 +21,7 @@ use std::time::Instant;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
 use touchcal::manifold::coordinates::{Coordinates, Metric};
-use touchcal::manifold::learned::{Device, Lessons, Training, TrainingOptions};
+use touchcal::manifold::learned::{Device, Training, TrainingOptions, TrainingSource};
 use touchcal::manifold::{LearnedProjection, NearestSample, PoseSamples, Projection, TrainingPairs};
 
 /// Name, width, batch of a training step or none for a projection with gradient, repetitions timed
@@ -48,7 +48,7 @@ impl Case {
         };
         let samples = PoseSamples::new(cloud(1000)).unwrap();
         let projection = NearestSample::new(samples, Metric::MILLIMETRE_PER_DEGREE);
-        let lessons = Lessons { projection: &projection, pairs: TrainingPairs::new(1) };
+        let lessons = TrainingSource { projection: &projection, pairs: TrainingPairs::new(1) };
         let options = TrainingOptions {
             hidden: vec![width; 4],
             batch: batch.unwrap_or(1),

@@ -11,7 +11,7 @@ use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use support::data;
 use touchcal::io::pose_file;
 use touchcal::manifold::coordinates::{Coordinates, Metric};
-use touchcal::manifold::{NearestSample, Projection, TrainingPairs};
+use touchcal::manifold::{Coverage, NearestSample, Projection, TrainingPairs};
 
 const METRIC: Metric = Metric::MILLIMETRE_PER_DEGREE;
 const QUERIES: u64 = 20_000;
@@ -31,7 +31,7 @@ fn projection(criterion: &mut Criterion) {
     group.sample_size(10);
     group.bench_function("tree", |bench| bench.iter(|| NearestSample::new(black_box(samples.clone()), METRIC)));
     group.bench_function("thinning to 1 mm", |bench| bench.iter(|| samples.thinned(1e-3, METRIC).unwrap().len()));
-    group.bench_function("coverage", |bench| bench.iter(|| samples.coverage(METRIC).count));
+    group.bench_function("coverage", |bench| bench.iter(|| Coverage::of(&samples, METRIC).count));
 
     let nearest = NearestSample::new(samples, METRIC);
     group.throughput(Throughput::Elements(QUERIES));

@@ -34,7 +34,7 @@ use support::data;
 use touchcal::contact::{ContactLog, Source};
 use touchcal::estimate::{Loss, Method, Noise, PlacePrior, Problem, calibrate};
 use touchcal::experiment::{Search, Trial};
-use touchcal::geometry::extrusion::{Gap, PegAndHole};
+use touchcal::geometry::{GapQuery, Parts, PrismPair, SignedGap, visit_features_within};
 use touchcal::io::urdf::{self, Ends};
 use touchcal::io::weights_file::WeightsFile;
 use touchcal::io::{pose_file, trial_folder};
@@ -44,7 +44,7 @@ use touchcal::manifold::{
 };
 use touchcal::parameter::ParameterId;
 use touchcal::se3::{self, Twist};
-use touchcal::sim::{Parts, Preset};
+use touchcal::sim::Preset;
 
 /// Noise of recorded gaps, and of projections (learned), as `touchcal experiment table1` takes it.
 const GAP_NOISE: Noise = Noise { encoder: 3.5e-5, contact: 0.02e-3, is_estimated: false };
@@ -143,18 +143,18 @@ fn brute_force(samples: PoseSamples) -> Arc<dyn Projection> {
 
 /// Gauss–Newton steps, short in the metric: out of all walls that the peg is in, or onto the wall
 /// nearest to it.
-fn exact(parts: PegAndHole, bounds: [(f64, f64); 6]) -> Arc<dyn Projection> {
+fn exact(parts: PrismPair, bounds: [(f64, f64); 6]) -> Arc<dyn Projection> {
     let turn = METRIC.metres_per_radian.powi(2);
     let short = Matrix6::from_diagonal(&Vector6::new(1.0, 1.0, 1.0, turn, turn, turn)) * SHORT;
     let onto = move |from: &Coordinates| {
         let mut at = pose(from);
         for _ in 0..NEWTON_STEPS {
             let (mut slope, mut curvature) = (Twist::zeros(), short);
-            let mut add = |gap: &Gap| {
+            let mut add = |gap: &SignedGap| {
                 slope += gap.gradient * gap.value;
                 curvature += gap.gradient * gap.gradient.transpose();
             };
-            let least = parts.visit_within(&at, 0.0, |gap| {
+            let least = visit_features_within(&parts, &at, 0.0, |gap, _| {
                 if gap.value < 0.0 {
                     add(gap)
                 }

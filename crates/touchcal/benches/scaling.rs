@@ -17,7 +17,7 @@ use rayon::prelude::*;
 use support::{mujoco_trial, solve};
 use touchcal::contact::{ContactLog, Source};
 use touchcal::estimate::Problem;
-use touchcal::sim::{Log, Preset, Scenario, Truth};
+use touchcal::sim::{self, Log, Preset, Scenario, Truth};
 
 const COUNTS: [usize; 6] = [3_000, 10_000, 30_000, 100_000, 300_000, 1_000_000];
 /// Contacts simulated in one go.
@@ -45,7 +45,7 @@ fn scenario(problem: &Problem) -> (Scenario, Truth) {
     scenario.touches[0].exploration.swing = 0.2;
     scenario.contact_sigma = problem.noise.contact;
     scenario.recorder.encoder_sigma = problem.noise.encoder;
-    let truth = scenario.draw(1);
+    let truth = sim::draw_truth(&scenario, 1);
     (scenario, truth)
 }
 
@@ -55,7 +55,7 @@ fn explore(scenario: &Scenario, truth: &Truth, contacts: &mut ContactLog, count:
     for starts in missing.chunks(RUNS_AT_ONCE) {
         let run = |&start: &usize| {
             let scenario = Scenario { contacts: RUN.min(count - start), ..scenario.clone() };
-            scenario.run(truth, start as u64, &mut |_| ControlFlow::Continue(())).expect("contacts")
+            sim::run(&scenario, truth, start as u64, &mut |_| ControlFlow::Continue(())).expect("contacts")
         };
         let runs: Vec<Vec<Log>> = starts.par_iter().map(run).collect();
         for log in runs.iter().flatten() {

@@ -12,12 +12,10 @@ use criterion::{BenchmarkGroup, Criterion, criterion_group, criterion_main};
 use support::parts::{block, peg, solid};
 use support::{data, mujoco_trial, solve};
 use touchcal::estimate::Problem;
-use touchcal::geometry::extrusion::PegAndHole;
-use touchcal::geometry::profile::Profile;
-use touchcal::geometry::solids::Solids;
+use touchcal::geometry::{GapQuery, MeshPair, Polygon, PrismPair};
 use touchcal::io::mukca::{self, MukcaOptions};
 use touchcal::io::urdf::{self, Ends};
-use touchcal::manifold::SolidInHole;
+use touchcal::manifold::PegInHole;
 use touchcal::parameter::{Parameter, joint_compliance, joint_offset, strain};
 use touchcal::robot::{KinematicParameter, Kinematics};
 use touchcal::se3::Pose;
@@ -43,9 +41,9 @@ fn kinematics(criterion: &mut Criterion) {
 }
 
 fn gap(criterion: &mut Criterion) {
-    let peg = Profile::extrusion25();
+    let peg = Polygon::extrusion25();
     let hole = peg.offset_mitred(0.5e-3).unwrap();
-    let parts = PegAndHole::new(peg, 0.04, hole, 0.03).unwrap();
+    let parts = PrismPair::new(peg, 0.04, hole, 0.03).unwrap();
     let pose = Pose::new(nalgebra::Vector3::new(0.3e-3, -0.2e-3, -0.014), nalgebra::Vector3::new(0.005, -0.004, 0.006));
     criterion.bench_function("gap of a T-slot peg", |b| b.iter(|| parts.gap(black_box(&pose))));
     criterion.bench_function("blended gap of a T-slot peg", |b| b.iter(|| parts.blended_gap(black_box(&pose), 25e-6)));
@@ -64,11 +62,11 @@ fn calibration(criterion: &mut Criterion) {
         on_one_core(&mut group, &format!("{trial}, 3000 contacts"), &mujoco_trial(trial).0);
     }
     let (mut meshes, _) = mujoco_trial("extrusion/paper/trial_00");
-    let outline = Profile::extrusion25();
+    let outline = Polygon::extrusion25();
     let hole = solid(&block(&outline.offset_mitred(0.5e-3).unwrap(), 0.03));
     let peg = solid(&peg(&outline, 0.04));
     let name = format!("extrusion/paper/trial_00, peg as {} triangles", peg.triangle_count());
-    meshes.fixtures[0].manifold = Arc::new(SolidInHole::new(Solids::new(peg, hole), 0.03));
+    meshes.fixtures[0].manifold = Arc::new(PegInHole::with_depth(MeshPair::new(peg, hole), 0.03));
     on_one_core(&mut group, &name, &meshes);
     let folder = data().join("mukca");
     let urdf = urdf::read_file(&folder.join("panda.urdf"), Ends::default()).unwrap();

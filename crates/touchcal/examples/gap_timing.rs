@@ -3,8 +3,7 @@
 use nalgebra::{Translation3, Vector3};
 use rand::rngs::StdRng;
 use rand::{RngExt, SeedableRng};
-use touchcal::geometry::extrusion::PegAndHole;
-use touchcal::geometry::profile::Profile;
+use touchcal::geometry::{GapQuery, Polygon, PrismPair};
 use touchcal::se3::{Pose, exp, twist};
 
 const POSES: usize = 3_000;
@@ -22,7 +21,7 @@ fn draw_pose(rng: &mut StdRng, xy: f64, z: (f64, f64), angle: f64) -> Pose {
 }
 
 /// A free pose pushed along a random direction until the gap is within 20 µm of nothing.
-fn draw_contact(rng: &mut StdRng, model: &PegAndHole) -> Pose {
+fn draw_contact(rng: &mut StdRng, model: &PrismPair) -> Pose {
     loop {
         let mut pose = draw_pose(rng, 0.5e-3, (-0.028, 0.0), 0.019);
         let direction = Vector3::from_fn(|_, _| rng.random_range(-1.0..=1.0)).normalize();
@@ -56,9 +55,9 @@ fn time(rounds: usize, poses: &[Pose], call: impl Fn(&Pose) -> f64) -> f64 {
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let given = std::env::args().nth(1).map(|rounds| rounds.parse()).transpose()?;
     let rounds = given.unwrap_or(ROUNDS);
-    let peg = Profile::extrusion25();
+    let peg = Polygon::extrusion25();
     let hole = peg.offset_mitred(0.5e-3)?;
-    let model = PegAndHole::new(peg, 0.04, hole, 0.03)?;
+    let model = PrismPair::new(peg, 0.04, hole, 0.03)?;
     let mut rng = StdRng::seed_from_u64(1);
     let contacts: Vec<Pose> = (0..POSES).map(|_| draw_contact(&mut rng, &model)).collect();
     let mut cases = vec![("at contact", contacts)];

@@ -13,15 +13,14 @@
 )]
 
 use nalgebra::{Point2, Quaternion, Translation3, UnitQuaternion};
-use touchcal::geometry::extrusion::PegAndHole;
-use touchcal::geometry::profile::Profile;
+use touchcal::geometry::{GapQuery, Polygon, PrismPair};
 use touchcal::se3::Pose;
 
-fn outline(name: &str) -> Profile {
+fn outline(name: &str) -> Polygon {
     let corners = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)];
     match name {
-        "extrusion25" => Profile::extrusion25(),
-        "square" => Profile::new(corners.map(|(x, y)| Point2::new(12.5e-3 * x, 12.5e-3 * y)).to_vec()).unwrap(),
+        "extrusion25" => Polygon::extrusion25(),
+        "square" => Polygon::new(corners.map(|(x, y)| Point2::new(12.5e-3 * x, 12.5e-3 * y)).to_vec()).unwrap(),
         _ => panic!("expected extrusion25 or square, found {name}"),
     }
 }
@@ -29,7 +28,7 @@ fn outline(name: &str) -> Profile {
 fn main() {
     let peg = outline(&std::env::args().nth(1).expect("a peg"));
     let hole = peg.offset_mitred(0.5e-3).unwrap();
-    let parts = PegAndHole::new(peg, 0.04, hole, 0.03).unwrap();
+    let parts = PrismPair::new(peg, 0.04, hole, 0.03).unwrap();
     for line in std::io::stdin().lines() {
         let numbers: Vec<f64> = line.unwrap().split(',').map(|number| number.trim().parse().unwrap()).collect();
         let [x, y, z, qw, qx, qy, qz] = numbers.try_into().expect("seven numbers");

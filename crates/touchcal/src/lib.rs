@@ -39,27 +39,27 @@
 //! use std::sync::Arc;
 //! use touchcal::contact::{ContactLog, Source};
 //! use touchcal::estimate::{Fixture, Noise, PlacePrior, Problem, Status, Tool, calibrate};
-//! use touchcal::geometry::{extrusion::PegAndHole, profile::Profile};
+//! use touchcal::geometry::{Parts, Polygon, PrismPair};
 //! use touchcal::io::urdf::{self, Ends};
 //! use touchcal::manifold::PegInHole;
 //! use touchcal::parameter::{joint_offset, strain};
 //! use touchcal::robot::KinematicParameter::{JointOffset, Strain};
-//! use touchcal::sim::{Parts, Preset, Truth};
+//! use touchcal::sim::{self, Preset, Truth};
 //! use nalgebra::Point2;
 //!
 //! # fn main() -> Result<(), Box<dyn std::error::Error>> {
 //! let robot = urdf::read_builtin("iiwa14", Ends::default())?.robot;
 //! let corners = [[-0.01, -0.01], [0.01, -0.01], [0.01, 0.01], [-0.01, 0.01]];
-//! let peg = Profile::new(corners.map(Point2::from).to_vec())?;
+//! let peg = Polygon::new(corners.map(Point2::from).to_vec())?;
 //! let hole = peg.offset_mitred(0.0005)?;
-//! let parts = PegAndHole::new(peg, 0.04, hole, 0.03)?;
+//! let parts = PrismPair::new(peg, 0.04, hole, 0.03)?;
 //!
 //! let mut scenario = Preset::Paper.scenario(robot.clone())?;
 //! scenario.contacts = 1000;
 //! scenario.touches[0].parts = Parts::PegInHole(Box::new(parts.clone()));
 //! let errors = vec![(Strain.into(), 0.01), (JointOffset(0).into(), 0.035)];
 //! let truth = Truth { errors, ..Truth::default() };
-//! let log = &scenario.run(&truth, 1, &mut |_| ControlFlow::Continue(()))?[0];
+//! let log = &sim::run(&scenario, &truth, 1, &mut |_| ControlFlow::Continue(()))?[0];
 //!
 //! let mut contacts = ContactLog::new(7);
 //! for row in log.contacts() {
@@ -76,7 +76,9 @@
 //!     placement: String::new(),
 //! };
 //! let noise = Noise { encoder: 3.5e-5, contact: 1e-5, is_estimated: false };
-//! let problem = Problem::new(robot, tool, vec![hole], contacts).with_parameters(parameters).with_noise(noise);
+//! let problem = Problem::new(robot, tool, vec![hole], contacts)
+//!     .with_parameters(parameters)
+//!     .with_noise(noise);
 //! let estimate = calibrate(&problem, &mut |_| ControlFlow::Continue(()));
 //!
 //! assert_eq!(estimate.status, Status::Converged);
@@ -100,3 +102,4 @@ pub mod robot;
 pub mod se3;
 pub mod sim;
 pub mod solver;
+pub mod statistics;

@@ -3,8 +3,9 @@
 use std::collections::BTreeMap;
 use std::path::PathBuf;
 
-use clap::builder::{PossibleValuesParser, TypedValueParser};
-use touchcal::io::contact_log::{AngleUnit, Options};
+use clap::ValueEnum;
+use touchcal::contact::AngleUnit;
+use touchcal::io::contact_log::Options;
 
 /// Arguments of `convert`.
 #[derive(Debug, clap::Args)]
@@ -22,8 +23,8 @@ pub struct ConvertArgs {
     #[arg(long, value_name = "FILE")]
     pub out: PathBuf,
     /// Unit of the log's angles; radians if not given, but guessed for KUKA's recorder
-    #[arg(long, value_parser = unit())]
-    pub unit: Option<AngleUnit>,
+    #[arg(long)]
+    pub unit: Option<UnitName>,
     /// Names of the moving joints in the order of q1 to qn, or of the columns of a log without
     /// header
     #[arg(long, value_name = "JOINT,…", value_delimiter = ',')]
@@ -31,8 +32,8 @@ pub struct ConvertArgs {
     /// Names of the columns of a CSV file that has no header
     #[arg(long, value_name = "NAME,…", value_delimiter = ',')]
     pub header: Option<Vec<String>>,
-    /// What the log calls a column or joint (may be repeated): q1=shoulder, fz=force
-    #[arg(long = "column", value_name = "USUAL=NAME", value_parser = renamed)]
+    /// Name of a column or joint in the log (may be repeated): q1=shoulder, fz=force
+    #[arg(long = "column", value_name = "USUAL=NAME", value_parser = column_name)]
     pub columns: Vec<(String, String)>,
     /// A bag's topic of joint states; the only one if not given
     #[arg(long, value_name = "TOPIC")]
@@ -43,10 +44,10 @@ pub struct ConvertArgs {
 }
 
 impl ConvertArgs {
-    /// How to understand the log.
+    /// Options for reading the log.
     pub fn options(&self) -> Options {
         Options {
-            unit: self.unit.unwrap_or_default(),
+            unit: self.unit.map_or_else(AngleUnit::default, AngleUnit::from),
             header: self.header.clone(),
             joints: self.joints.clone(),
             columns: self.columns.iter().cloned().collect::<BTreeMap<_, _>>(),
@@ -57,12 +58,25 @@ impl ConvertArgs {
     }
 }
 
-fn unit() -> impl TypedValueParser<Value = AngleUnit> {
-    PossibleValuesParser::new(["rad", "deg"])
-        .map(|name| if name == "deg" { AngleUnit::Degree } else { AngleUnit::Radian })
+/// Names of units in arguments.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum UnitName {
+    /// Radians
+    Rad,
+    /// Degrees
+    Deg,
 }
 
-fn renamed(text: &str) -> Result<(String, String), String> {
+impl From<UnitName> for AngleUnit {
+    fn from(name: UnitName) -> AngleUnit {
+        match name {
+            UnitName::Rad => AngleUnit::Radian,
+            UnitName::Deg => AngleUnit::Degree,
+        }
+    }
+}
+
+fn column_name(text: &str) -> Result<(String, String), String> {
     let pair = text.split_once('=').filter(|(usual, name)| !usual.is_empty() && !name.is_empty());
     pair.map(|(usual, name)| (usual.to_owned(), name.to_owned())).ok_or_else(|| "expected USUAL=NAME".to_owned())
 }

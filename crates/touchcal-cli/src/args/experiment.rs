@@ -1,11 +1,14 @@
-//! What may be asked of `touchcal experiment`.
+//! Arguments of `experiment`.
 
 use std::path::PathBuf;
 
-use clap::Subcommand;
+use clap::{Subcommand, ValueEnum};
 
 #[cfg(feature = "parquet")]
-use super::ScenarioSource;
+use super::number::count;
+use super::number::positive;
+#[cfg(feature = "parquet")]
+use super::simulation::ScenarioSource;
 
 /// The experiments.
 #[derive(Debug, Subcommand)]
@@ -13,11 +16,10 @@ pub enum ExperimentArgs {
     /// The paper's table: learned, nearest and exact contact manifolds, by gradient descent and
     /// Levenberg-Marquardt
     Table1(Table1Args),
-    /// Simulate and calibrate one scenario many times: are the uncertainties true?
+    /// Simulate and calibrate a scenario many times; compare errors with standard deviations
     #[cfg(feature = "parquet")]
     Campaign(CampaignArgs),
-    /// Put parts of a campaign that were computed elsewhere together, checked for gaps and
-    /// duplicates
+    /// Merge parts of a campaign computed in several places; refuse gaps, drop duplicates
     #[cfg(feature = "parquet")]
     Merge(MergeArgs),
 }
@@ -36,18 +38,18 @@ pub struct CampaignArgs {
     /// Trials
     #[arg(long, default_value_t = 500, value_parser = clap::value_parser!(u64).range(1..=100_000_000))]
     pub trials: u64,
-    /// Seed of the first trial; the others count on from it
+    /// Seed of the first trial; later trials use the following numbers
     #[arg(long, default_value_t = 1)]
     pub seed: u64,
-    /// Repeat the campaign with other values of one number, named as in scenario.toml:
+    /// Run the campaign for several values of one setting, named as in scenario.toml:
     /// contacts=300,1000,3000
     #[arg(long, value_name = "SETTING=A,B,…")]
     pub vary: Option<Vary>,
-    /// Only the i-th of n equal shares of the parts, for one of n machines
+    /// Compute only the i-th of n equal shares of the parts
     #[arg(long, value_name = "I/N", default_value = "1/1")]
     pub shard: Shard,
-    /// Threads; as many as there are cores if not given. Results do not depend on it
-    #[arg(long, value_name = "N", value_parser = super::count(1, 1024))]
+    /// Threads; as many as cores if not given; results do not depend on it
+    #[arg(long, value_name = "N", value_parser = count(1, 1024))]
     pub threads: Option<usize>,
     /// Print JSON instead of a table
     #[arg(long)]
@@ -64,7 +66,7 @@ pub struct MergeArgs {
     /// Folder to write campaign.json and campaign.svg into
     #[arg(long, value_name = "DIR")]
     pub out: PathBuf,
-    /// Write rows.parquet too: the rows of all trials in one file
+    /// Also write rows.parquet with the rows of all trials
     #[arg(long)]
     pub rows: bool,
     /// Print JSON instead of a table
@@ -72,13 +74,13 @@ pub struct MergeArgs {
     pub json: bool,
 }
 
-/// Values of one number of a scenario.
+/// Values of one setting of a scenario.
 #[cfg(feature = "parquet")]
 #[derive(Clone, Debug)]
 pub struct Vary {
     /// Its name.
     pub setting: String,
-    /// What it is, one campaign after the other.
+    /// Its values, one campaign each.
     pub values: Vec<f64>,
 }
 
@@ -96,13 +98,13 @@ impl std::str::FromStr for Vary {
     }
 }
 
-/// Which share of a campaign to compute.
+/// A share of a campaign's parts.
 #[cfg(feature = "parquet")]
 #[derive(Clone, Copy, Debug)]
 pub struct Shard {
     /// From 1 to `of`.
     pub number: u64,
-    /// How many there are.
+    /// Number of shares.
     pub of: u64,
 }
 
@@ -132,10 +134,10 @@ pub struct Table1Args {
     /// Trials to simulate
     #[arg(long, default_value_t = 20, value_parser = clap::value_parser!(u32).range(1..=100_000), conflicts_with = "logs")]
     pub trials: u32,
-    /// Contacts to simulate in each
+    /// Contacts to simulate per trial
     #[arg(long, default_value_t = 3000, value_parser = clap::value_parser!(u32).range(20..=1_000_000), conflicts_with = "logs")]
     pub contacts: u32,
-    /// Seed of the first simulated trial; the others count on from it
+    /// Seed of the first simulated trial; later trials use the following numbers
     #[arg(long, default_value_t = 1, conflicts_with = "logs")]
     pub seed: u64,
     /// Samples of the contact manifold, from `touchcal manifold`
@@ -144,16 +146,45 @@ pub struct Table1Args {
     /// Trained weights of the projection, from `touchcal train`
     #[arg(long, value_name = "FILE")]
     pub weights: Option<PathBuf>,
-    /// Millimetres that a degree counts as, in the distance of nearest samples
-    #[arg(long, value_name = "MM", default_value_t = 1.0, value_parser = super::positive)]
+    /// Millimetres equivalent to one degree in the distance to the nearest sample
+    #[arg(long, value_name = "MM", default_value_t = 1.0, value_parser = positive)]
     pub mm_per_deg: f64,
     /// Only this method (may be repeated)
-    #[arg(long, value_name = "METHOD", value_parser = ["learned_gd", "learned_lm", "nearest_gd", "nearest_lm", "exact_lm"])]
-    pub only: Vec<String>,
+    #[arg(long, value_name = "METHOD", value_enum)]
+    pub only: Vec<ApproachName>,
     /// Steps of gradient descent
     #[arg(long, default_value_t = 5000, value_parser = clap::value_parser!(u32).range(10..=1_000_000))]
     pub steps: u32,
-    /// Contacts that gradient descent looks at
+    /// Contacts used by gradient descent
     #[arg(long, default_value_t = 500, value_parser = clap::value_parser!(u32).range(10..=1_000_000))]
     pub descent_contacts: u32,
+}
+
+/// Names of the approaches that the table compares.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+#[value(rename_all = "snake_case")]
+pub enum ApproachName {
+    /// A network's projection, gradient descent
+    LearnedGd,
+    /// A network's projection, Levenberg-Marquardt
+    LearnedLm,
+    /// The nearest sample, gradient descent
+    NearestGd,
+    /// The nearest sample, Levenberg-Marquardt
+    NearestLm,
+    /// The exact gap, Levenberg-Marquardt
+    ExactLm,
+}
+
+impl ApproachName {
+    /// Name in arguments and files: `exact_lm`.
+    pub fn key(self) -> &'static str {
+        match self {
+            ApproachName::LearnedGd => "learned_gd",
+            ApproachName::LearnedLm => "learned_lm",
+            ApproachName::NearestGd => "nearest_gd",
+            ApproachName::NearestLm => "nearest_lm",
+            ApproachName::ExactLm => "exact_lm",
+        }
+    }
 }

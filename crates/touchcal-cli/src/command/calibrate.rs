@@ -6,14 +6,16 @@ use touchcal::estimate::{PlacePrior, Problem, Status};
 use touchcal::io::Loaded;
 use touchcal::io::calibration_folder::{self, Written};
 
-use super::{Failure, Outcome};
 use crate::args::{CalibrateArgs, Source};
+use crate::failure::{Failure, Outcome};
 use crate::output;
 use crate::summary::{Calibration, Detail, INDENT};
 
-/// Reads, estimates, writes, tells.
+/// Reads a problem, calibrates, writes the result, prints a summary.
 pub fn run(args: &CalibrateArgs) -> Result<Outcome, Failure> {
-    let loaded = super::load(&args.source, &args.arm)?;
+    let out = format!(" --out {}", args.out.display());
+    super::refuse_replaced(&args.source, &args.arm, ["calibrate", &out])?;
+    let loaded = super::load(&args.source)?;
     super::check_outputs(
         calibration_folder::paths(&args.out),
         loaded.inputs.iter().map(|input| Path::new(&input.path)),
@@ -38,45 +40,38 @@ pub fn run(args: &CalibrateArgs) -> Result<Outcome, Failure> {
     Ok(outcome(solved.estimate.status))
 }
 
-/// What a status means for the exit code, said on stderr too where it is bad.
+/// The outcome of a status; a result that must not be used is reported on stderr.
 pub fn outcome(status: Status) -> Outcome {
     match status {
         Status::Converged => return Outcome::Done,
-        Status::NotConverged => output::complain("the estimation did NOT CONVERGE: do not use the result"),
-        Status::NotUsable => output::complain("the result is NOT USABLE: its warnings say why"),
+        Status::NotConverged => output::diagnostic("the estimation did NOT CONVERGE: do not use the result"),
+        Status::NotUsable => output::diagnostic("the result is NOT USABLE: see its warnings"),
     }
     Outcome::NotUsable
 }
 
-/// How to score the result on contacts that it was not fitted to.
+/// How to evaluate the result on contacts that were not used.
 fn next(loaded: &Loaded, source: &Source, written: &Written) -> String {
     let urdf = written.urdf.display();
-    let (Some(folder), None) = (&source.mukca, &source.problem) else {
-        let problem = source.problem.as_deref().unwrap_or(Path::new("PROBLEM.toml")).display();
-        let Problem { tool, fixtures, .. } = &loaded.problem;
-        let places = fixtures.iter().map(|fixture| fixture.prior).chain([tool.prior]);
-        let found = match places.into_iter().any(|freedom| freedom != PlacePrior::Fixed) {
-            true => format!(" --estimate {}", written.estimate.display()),
-            false => String::new(),
-        };
-        return format!(
-            "score it; best on other contacts, named in a copy of the problem file\n{INDENT}touchcal evaluate {problem} --urdf {urdf}{found}"
-        );
+    let problem = source.problem.as_deref().unwrap_or(Path::new("PROBLEM.toml")).display();
+    let Problem { tool, fixtures, .. } = &loaded.problem;
+    let estimate = |priors: &[PlacePrior]| match priors.iter().any(|prior| *prior != PlacePrior::Fixed) {
+        true => format!(" --estimate {}", written.estimate.display()),
+        false => String::new(),
     };
-    let folder = folder.display();
-    let tip = source.tip.as_ref().map_or_else(String::new, |tip| format!(" --tip {tip}"));
-    let score = |choice: String| format!("touchcal evaluate --mukca {folder}{choice} --urdf {urdf}{tip}");
-    let chosen = |flag: &str, names: &[String]| names.iter().map(|name| format!(" --{flag} {name}")).collect();
-    let held_out = "score it on the placements that were not used\n";
-    match (source.only.as_slice(), source.except.as_slice()) {
-        ([], []) => {
-            let last = loaded.problem.fixtures.last().map_or("PLACEMENT", |fixture| fixture.placement.as_str());
-            format!(
-                "all placements were used: to test the result, calibrate again with `--except {last}`, then\n{INDENT}{}",
-                score(format!(" --only {last}"))
-            )
-        }
-        (only, []) => format!("{held_out}{INDENT}{}", score(chosen("except", only))),
-        (_, except) => format!("{held_out}{INDENT}{}", score(chosen("only", except))),
+    if source.only.is_empty() && source.except.is_empty() {
+        let found = estimate(&fixtures.iter().map(|fixture| fixture.prior).chain([tool.prior]).collect::<Vec<_>>());
+        return format!(
+            "evaluate it, best on contacts that were not used, in a copy of the problem file\n{INDENT}touchcal evaluate {problem} --urdf {urdf}{found}"
+        );
     }
+    // The others are what was left out, or all but what was read.
+    let held_out = match source.except.as_slice() {
+        [] => super::selection_flags(&[], &source.only),
+        except => super::selection_flags(except, &[]),
+    };
+    let found = if loaded.problem.tool_is_tip() { String::new() } else { estimate(&[tool.prior]) };
+    format!(
+        "evaluate it on the placements that were not used\n{INDENT}touchcal evaluate {problem}{held_out} --urdf {urdf}{found}"
+    )
 }

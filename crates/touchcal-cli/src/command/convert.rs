@@ -4,11 +4,11 @@ use touchcal::io::contact_log::LogTable;
 use touchcal::io::urdf::{self, Ends};
 use touchcal::robot::builtin;
 
-use super::{Failure, Outcome};
 use crate::args::ConvertArgs;
+use crate::failure::{Failure, Outcome};
 use crate::output;
 
-/// Reads a log, writes it in another format, tells.
+/// Reads a log, writes it in another format, prints its size and columns.
 pub fn run(args: &ConvertArgs) -> Result<Outcome, Failure> {
     super::check_outputs([args.out.clone()], [args.log.as_path(), args.urdf.as_path()])?;
     let name = args.urdf.to_str().filter(|name| builtin::ALL.iter().any(|(known, _)| known == name));

@@ -4,20 +4,22 @@ use std::collections::BTreeMap;
 
 use serde::Serialize;
 use touchcal::estimate::{Inspection, StopReason, inspect};
-use touchcal::io::estimate_file::{InputEntry, ResidualStats, WarningEntry};
+use touchcal::io::Input;
+use touchcal::io::estimate_file::{ResidualStats, WarningEntry};
 use touchcal::io::{Loaded, calibration_folder};
 use touchcal::robot::JointKind;
 
-use super::{Failure, Outcome};
 use crate::args::InspectArgs;
+use crate::failure::{Failure, Outcome};
 use crate::output::{self, finite};
 use crate::progress::Spinner;
-use crate::summary::{self, Detail, Line};
+use crate::summary::{self, Detail, ParameterRow};
 use crate::table::Table;
 
-/// Reads, looks, tells.
+/// Reads a problem, computes expected standard deviations, prints them.
 pub fn run(args: &InspectArgs) -> Result<Outcome, Failure> {
-    let loaded = super::load(&args.source, &args.arm)?;
+    super::refuse_replaced(&args.source, &args.arm, ["inspect", ""])?;
+    let loaded = super::load(&args.source)?;
     let spinner = Spinner::new("Inspecting");
     let inspection = inspect(&loaded.problem, &mut |progress| spinner.observe(progress));
     drop(spinner);
@@ -32,30 +34,30 @@ pub fn run(args: &InspectArgs) -> Result<Outcome, Failure> {
 
 fn text(loaded: &Loaded, inspection: &Inspection, detail: Detail) -> String {
     let problem = &loaded.problem;
-    let lines = inspection.parameters.iter().map(|expected| Line {
+    let lines = inspection.parameters.iter().map(|expected| ParameterRow {
         parameter: &expected.parameter,
         value: None,
         sigma: expected.sigma,
         identifiable: expected.identifiable,
     });
-    let lines: Vec<Line<'_>> = lines.collect();
+    let lines: Vec<ParameterRow<'_>> = lines.collect();
     let [o1, o2, o3, o4, o5] = inspection.observability;
     let (files, contacts, rows) =
         (problem.contacts.files().len(), problem.contacts.len(), problem.contacts.rows_read());
-    let aside = match inspection.reason {
+    let note = match inspection.reason {
         StopReason::Converged => "",
-        _ => "Note: the coarse stage did not converge, so these expectations are rough.\n",
+        _ => "Note: the coarse stage did not converge, so these values are rough.\n",
     };
     [
         format!("Robot     {}\n", summary::robot(loaded)),
         format!("Contacts  {rows} rows read from {files} files, {contacts} contacts\n\n"),
         fixtures(loaded, inspection),
         joints(loaded, inspection),
-        "What to expect with the noise assumed\n".to_owned(),
+        "Expected standard deviations with the assumed noise\n".to_owned(),
         summary::parameters(&lines, detail),
-        summary::determined(&inspection.identifiability, detail),
+        summary::identifiability(&inspection.identifiability, detail),
         format!("Observability  O1 {o1:.3e}  O2 {o2:.3e}  O3 {o3:.3e}  O4 {o4:.3e}  O5 {o5:.3e}\n"),
-        aside.to_owned(),
+        note.to_owned(),
         warnings(inspection),
     ]
     .concat()
@@ -78,7 +80,7 @@ fn fixtures(loaded: &Loaded, inspection: &Inspection) -> String {
 }
 
 fn joints(loaded: &Loaded, inspection: &Inspection) -> String {
-    let mut table = Table::new(["joint", "least", "most", "range", "unit", "of limits"]);
+    let mut table = Table::new(["joint", "minimum", "maximum", "range", "unit", "of limits"]);
     for (range, joint) in inspection.ranges.iter().zip(loaded.problem.robot.moving()) {
         let (factor, unit) = match joint.kind {
             JointKind::Prismatic => (1e3, "mm"),
@@ -114,7 +116,7 @@ struct InspectionJson<'a> {
     null_space: Vec<&'a str>,
     nominal: ResidualStats,
     warnings: Vec<WarningEntry>,
-    inputs: Vec<InputEntry>,
+    inputs: Vec<Input>,
 }
 
 #[derive(Serialize)]
@@ -136,7 +138,7 @@ struct ParameterJson<'a> {
 
 fn json(loaded: &Loaded, inspection: &Inspection) -> Result<String, Failure> {
     let problem = &loaded.problem;
-    let found = &inspection.identifiability;
+    let identifiability = &inspection.identifiability;
     let names = problem.fixtures.iter().map(|fixture| fixture.name.as_str());
 
     let json = InspectionJson {
@@ -147,14 +149,14 @@ fn json(loaded: &Loaded, inspection: &Inspection) -> Result<String, Failure> {
         files: problem.contacts.files(),
         joints: inspection.ranges.iter().map(joint_json).collect(),
         parameters: inspection.parameters.iter().map(parameter_json).collect(),
-        rank: found.rank,
-        condition: finite(found.condition),
-        singular_values: &found.singular_values,
+        rank: identifiability.rank,
+        condition: finite(identifiability.condition),
+        singular_values: &identifiability.singular_values,
         observability: inspection.observability,
-        null_space: found.null_space.iter().map(|null| null.description.as_str()).collect(),
+        null_space: identifiability.null_space.iter().map(|null| null.description.as_str()).collect(),
         nominal: calibration_folder::stats(&inspection.nominal, &problem.fixtures),
         warnings: inspection.warnings.iter().map(Into::into).collect(),
-        inputs: loaded.inputs.iter().map(Into::into).collect(),
+        inputs: loaded.inputs.clone(),
     };
     Ok(serde_json::to_string_pretty(&json)? + "\n")
 }

@@ -4,65 +4,65 @@ use std::path::Path;
 
 use serde::Serialize;
 use touchcal::estimate::{contact_poses, evaluate};
-use touchcal::io::estimate_file::InputEntry;
+use touchcal::io::Input;
 use touchcal::io::manifold_file::{ManifoldFile, Provenance};
 use touchcal::io::{Loaded, atomic, pose_file, problem_file};
 use touchcal::manifold::coordinates::Metric;
-use touchcal::manifold::{Coverage, PoseSamples, Quantiles};
+use touchcal::manifold::{Coverage, PoseSamples, Quantiles, ResidualKind};
 
-use super::{Failure, Outcome};
 use crate::args::ManifoldArgs;
+use crate::failure::{Failure, Outcome};
 use crate::output;
 use crate::table::Table;
 
 const COORDINATES: [&str; 6] = ["x", "y", "z", "roll", "pitch", "yaw"];
 
-/// Reads, thins, writes, tells.
+/// Reads poses, thins them, writes the samples, prints their coverage.
 pub fn run(args: &ManifoldArgs) -> Result<Outcome, Failure> {
-    let recorded = Recorded::read(args)?;
-    let inputs = recorded.inputs.iter().map(|input| Path::new(&input.path));
+    let recording = Recording::read(args)?;
+    let inputs = recording.inputs.iter().map(|input| Path::new(&input.path));
     super::check_outputs([args.out.clone()], inputs)?;
     let metric = Metric { metres_per_radian: args.mm_per_deg * 1e-3 / 1f64.to_radians() };
     let spacing = args.spacing_mm * 1e-3;
-    let thinned = recorded.samples.thinned(spacing, metric);
+    let thinned = recording.samples.thinned(spacing, metric);
     let samples = thinned.map_err(|error| Failure::Samples { of: "--spacing-mm".to_owned(), error })?;
     let provenance = Provenance {
-        fixture: recorded.fixture,
-        recorded: recorded.samples.len() as u64,
+        fixture: recording.fixture,
+        recorded: recording.samples.len() as u64,
         spacing,
         metres_per_radian: metric.metres_per_radian,
-        inputs: recorded.inputs,
+        inputs: recording.inputs,
         version: env!("CARGO_PKG_VERSION").to_owned(),
     };
-    let coverage = samples.coverage(metric);
+    let coverage = Coverage::of(&samples, metric);
     let file = ManifoldFile { samples, provenance };
     if crate::progress::interrupted() {
         return Err(Failure::Interrupted);
     }
     atomic::write(&args.out, &file.to_bytes()?)?;
-    let told = Told { file: &file, coverage: &coverage, off: recorded.off, args };
-    output::print(&if args.json { told.json()? } else { told.text() })?;
+    let summary = Summary { file: &file, coverage: &coverage, distance: recording.distance, args };
+    output::print(&if args.json { summary.json()? } else { summary.text() })?;
     Ok(Outcome::Done)
 }
 
-/// Poses as they were recorded.
-struct Recorded {
+/// Recorded poses of the tool in a fixture.
+struct Recording {
     samples: PoseSamples,
     fixture: String,
-    inputs: Vec<InputEntry>,
-    /// Mean distance (m) from touching by the shapes that the problem knows.
-    off: Option<f64>,
+    inputs: Vec<Input>,
+    /// Mean distance (m) of the poses from the contact manifold of the problem's shapes.
+    distance: Option<f64>,
 }
 
-impl Recorded {
-    fn read(args: &ManifoldArgs) -> Result<Recorded, Failure> {
+impl Recording {
+    fn read(args: &ManifoldArgs) -> Result<Recording, Failure> {
         let named = args.fixture.as_deref();
         if let Some(poses) = &args.poses {
             let (samples, input) = pose_file::read_file(poses)?;
             let fixture = named.unwrap_or_default().to_owned();
-            return Ok(Recorded { samples, fixture, inputs: vec![(&input).into()], off: None });
+            return Ok(Recording { samples, fixture, inputs: vec![input], distance: None });
         }
-        // clap lets neither source pass.
+        // clap requires one of the sources.
         let path = args.problem.as_deref().unwrap_or(Path::new("PROBLEM.toml"));
         let Loaded { problem, inputs, .. } = problem_file::read_file(path)?;
         let names: Vec<&str> = problem.fixtures.iter().map(|fixture| fixture.name.as_str()).collect();
@@ -80,41 +80,39 @@ impl Recorded {
             of: format!("{}, contacts of fixture `{}`", path.display(), names[chosen]),
             error,
         })?;
-        let known = !problem.fixtures[chosen].manifold.is_unknown();
-        let off = evaluate(&problem).per_fixture.get(chosen).filter(|_| known).map(|spread| spread.mean);
-        Ok(Recorded {
-            samples,
-            fixture: names[chosen].to_owned(),
-            inputs: inputs.iter().map(Into::into).collect(),
-            off,
-        })
+        let has_shapes = problem.fixtures[chosen].manifold.residual_kind() != ResidualKind::Unmodeled;
+        let distance = evaluate(&problem).per_fixture.get(chosen).filter(|_| has_shapes).map(|spread| spread.mean);
+        Ok(Recording { samples, fixture: names[chosen].to_owned(), inputs, distance })
     }
 }
 
-/// What is told of a manifold.
-struct Told<'a> {
+/// Output of the command.
+struct Summary<'a> {
     file: &'a ManifoldFile,
     coverage: &'a Coverage,
-    off: Option<f64>,
+    distance: Option<f64>,
     args: &'a ManifoldArgs,
 }
 
-impl Told<'_> {
+impl Summary<'_> {
     fn text(&self) -> String {
         let Provenance { fixture, recorded, inputs, .. } = &self.file.provenance;
         let of = if fixture.is_empty() { String::new() } else { format!(" of {fixture}") };
         let kept = match self.args.spacing_mm {
-            0.0 => "all kept".to_owned(),
-            spacing => format!("{} kept, {spacing} mm apart or more", self.coverage.count),
+            0.0 => "all taken".to_owned(),
+            spacing => format!("{} samples at least {spacing} mm apart", self.coverage.count),
         };
-        let off = self.off.map_or_else(String::new, |off| {
-            format!("Touch     {:.3} mm from touching on average, with the arm as it is\n", 1e3 * off)
+        let distance = self.distance.map_or_else(String::new, |distance| {
+            format!(
+                "Distance  {:.3} mm from the shapes' contact manifold on average, with the arm as given\n",
+                1e3 * distance
+            )
         });
         let files = if inputs.len() == 1 { "1 file".to_owned() } else { format!("{} files", inputs.len()) };
         [
             format!("Manifold  {recorded} poses{of} from {files}, {kept}\n"),
-            off,
-            format!("Metric    {} mm count as 1 deg\n\n", self.args.mm_per_deg),
+            distance,
+            format!("Metric    {} mm are equivalent to 1 deg\n\n", self.args.mm_per_deg),
             self.coordinates(),
             self.distances(),
             format!("Written   {}\n", self.args.out.display()),
@@ -123,36 +121,37 @@ impl Told<'_> {
     }
 
     fn coordinates(&self) -> String {
-        let mut table = Table::new(["coordinate", "least", "5 %", "median", "95 %", "most", "unit"]);
+        let mut table = Table::new(["coordinate", "minimum", "5 %", "median", "95 %", "maximum", "unit"]);
         for (k, (name, quantiles)) in COORDINATES.iter().zip(&self.coverage.coordinates).enumerate() {
             let (factor, unit) = if k < 3 { (1e3, "mm") } else { (1f64.to_degrees(), "deg") };
-            let numbers = all(quantiles).map(|value| format!("{:.2}", factor * value));
+            let numbers = array(quantiles).map(|value| format!("{:.2}", factor * value));
             table.row([(*name).to_owned()].into_iter().chain(numbers).chain([unit.to_owned()]));
         }
         format!("{table}\n")
     }
 
     fn distances(&self) -> String {
-        let mut table = Table::new(["to the nearest other sample", "least", "5 %", "median", "95 %", "most", "unit"]);
+        let mut table =
+            Table::new(["distance to the nearest sample", "minimum", "5 %", "median", "95 %", "maximum", "unit"]);
         let Coverage { spacing, unseen, .. } = self.coverage;
-        for (name, quantiles) in [("of all", spacing), ("of the other nine tenths of the record", unseen)] {
-            let numbers = all(quantiles).map(|value| format!("{:.3}", 1e3 * value));
+        for (name, quantiles) in [("of all others", spacing), ("of the other nine tenths of the recording", unseen)] {
+            let numbers = array(quantiles).map(|value| format!("{:.3}", 1e3 * value));
             table.row([name.to_owned()].into_iter().chain(numbers).chain(["mm".to_owned()]));
         }
         format!("{table}\n")
     }
 
     fn json(&self) -> Result<String, Failure> {
-        let told = ManifoldJson {
+        let json = ManifoldJson {
             schema: 1,
             provenance: &self.file.provenance,
             samples: self.coverage.count,
-            touch: self.off.and_then(output::finite),
-            coordinates: COORDINATES.into_iter().zip(self.coverage.coordinates.iter().map(all)).collect(),
-            spacing: all(&self.coverage.spacing),
-            unseen: all(&self.coverage.unseen),
+            touch: self.distance.and_then(output::finite),
+            coordinates: COORDINATES.into_iter().zip(self.coverage.coordinates.iter().map(array)).collect(),
+            spacing: array(&self.coverage.spacing),
+            unseen: array(&self.coverage.unseen),
         };
-        Ok(serde_json::to_string_pretty(&told)? + "\n")
+        Ok(serde_json::to_string_pretty(&json)? + "\n")
     }
 }
 
@@ -169,7 +168,7 @@ struct ManifoldJson<'a> {
     unseen: [f64; 5],
 }
 
-fn all(quantiles: &Quantiles) -> [f64; 5] {
+fn array(quantiles: &Quantiles) -> [f64; 5] {
     let Quantiles { least, q05, median, q95, greatest } = *quantiles;
     [least, q05, median, q95, greatest]
 }

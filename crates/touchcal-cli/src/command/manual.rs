@@ -1,5 +1,5 @@
-//! `touchcal completions`, `touchcal man` and the guide's reference: what the arguments' definition
-//! says, for shells and readers.
+//! `touchcal completions`, `touchcal man` and the guide's reference, generated from the definition
+//! of the arguments.
 
 use std::fmt::Write;
 
@@ -7,8 +7,8 @@ use clap::{Command, CommandFactory};
 use clap_mangen::Man;
 use touchcal::io::atomic;
 
-use super::{Failure, Outcome};
 use crate::args::{Args, CompletionsArgs, ManArgs};
+use crate::failure::{Failure, Outcome};
 use crate::output;
 
 /// Columns of the reference's lines.
@@ -43,12 +43,13 @@ fn page(command: &Command) -> Result<String, Failure> {
 
 /// Prints the reference.
 pub fn reference() -> Result<Outcome, Failure> {
-    let mut text = "# Command-line reference\n\nWhat `touchcal COMMAND --help` says, for every command.\n".to_owned();
+    let mut text =
+        "# Command-line reference\n\nThe output of `touchcal COMMAND --help` for every command.\n".to_owned();
     for command in all(&built()) {
         let help = command.clone().term_width(WIDTH).render_long_help();
-        let what = command.get_bin_name().unwrap_or(command.get_name());
+        let name = command.get_bin_name().unwrap_or(command.get_name());
         // Writing to a String cannot fail.
-        let written = write!(text, "\n## {}\n\n```text\n{}\n```\n", what, help.to_string().trim_end());
+        let written = write!(text, "\n## {}\n\n```text\n{}\n```\n", name, help.to_string().trim_end());
         debug_assert!(written.is_ok());
     }
     output::print(&text)?;

@@ -16,117 +16,27 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use touchcal::estimate::StopReason;
+use touchcal::io::Loaded;
 use touchcal::io::calibration_folder::Solved;
-use touchcal::io::mukca::{self, MukcaOptions};
-use touchcal::io::urdf::{self, Ends};
-use touchcal::io::{IoError, Loaded, problem_file};
-use touchcal::manifold::SamplesError;
-use touchcal::manifold::learned::TrainingError;
-use touchcal::sim::{PartsError, SimulationError};
+use touchcal::io::problem_file::{self, Selection};
 
 use crate::args::{Arm, Source};
+use crate::failure::Failure;
 use crate::progress::Spinner;
 
-/// How a command ended.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Outcome {
-    /// As it should.
-    Done,
-    /// It ran, but its result is not usable.
-    NotUsable,
-}
-
-/// Why a command could not run to its end.
-#[derive(Debug, thiserror::Error)]
-pub enum Failure {
-    /// A file.
-    #[error(transparent)]
-    Io(#[from] IoError),
-    /// A simulation.
-    #[error(transparent)]
-    Simulation(#[from] SimulationError),
-    /// A simulation of a campaign.
-    #[cfg(feature = "parquet")]
-    #[error("{folder}, seed {seed}: {error}")]
-    Trial {
-        /// Where the campaign is kept.
-        folder: String,
-        /// Seed of the trial.
-        seed: u64,
-        /// What is wrong.
-        error: SimulationError,
-    },
-    /// A scenario's parts.
-    #[error(transparent)]
-    Parts(#[from] PartsError),
-    /// Poses that are no manifold.
-    #[error("{of}: {error}")]
-    Samples {
-        /// Where they came from.
-        of: String,
-        /// What is wrong with them.
-        error: SamplesError,
-    },
-    /// A training.
-    #[error("could not train: {0}")]
-    Training(#[from] TrainingError),
-    /// The user, while something can go on later.
-    #[error("interrupted after {step} steps; {checkpoint} is kept, go on with `{command}`")]
-    TrainingInterrupted {
-        /// Steps done.
-        step: u64,
-        /// What was written.
-        checkpoint: String,
-        /// How to go on.
-        command: String,
-    },
-    /// The user, between the rows of an experiment.
-    #[error("interrupted; rows that are done are kept, the same command goes on with the others")]
-    ExperimentInterrupted,
-    /// The user.
-    #[error("interrupted; no result was written")]
-    Interrupted,
-    /// Parts of a campaign that are not one whole.
-    #[cfg(feature = "parquet")]
-    #[error("could not merge: {0}")]
-    Merge(String),
-    /// Output over input.
-    #[error(
-        "{output}: expected an output that is none of the inputs, found the {input} that is read; choose another --out"
-    )]
-    OverInput {
-        /// What would be written.
-        output: String,
-        /// What is read, as it was named.
-        input: String,
-    },
-    /// Output into a file.
-    #[error("{0}: expected a folder to write into, found a file; choose another --out")]
-    IntoFile(String),
-    /// Parts that do not fit, or arguments that lack a part.
-    #[error("could not begin: {0}")]
-    Setup(String),
-    /// JSON.
-    #[error("could not write JSON: {0}")]
-    Json(#[from] serde_json::Error),
-    /// Stdout.
-    #[error("could not write to stdout: {0}")]
-    Stdout(std::io::Error),
-}
-
-/// Refuses to write over what is read, and into what is no folder: before long work, not after it.
+/// Refuses, before long work, to overwrite an input or to write into a path that is no folder.
 fn check_outputs<'a>(
     outputs: impl IntoIterator<Item = PathBuf>,
     inputs: impl IntoIterator<Item = &'a Path>,
 ) -> Result<(), Failure> {
-    let there = |path: &Path| path.canonicalize().ok();
+    let canonical = |path: &Path| path.canonicalize().ok();
     let inputs: Vec<&Path> = inputs.into_iter().collect();
     for output in outputs {
         if let Some(file) = output.ancestors().skip(1).find(|above| above.is_file()) {
             return Err(Failure::IntoFile(file.display().to_string()));
         }
-        let Some(found) = there(&output) else { continue };
-        if let Some(input) = inputs.iter().find(|input| there(input).as_ref() == Some(&found)) {
+        let Some(found) = canonical(&output) else { continue };
+        if let Some(input) = inputs.iter().find(|input| canonical(input).as_ref() == Some(&found)) {
             let [output, input] = [&*output, input].map(|path| path.display().to_string());
             return Err(Failure::OverInput { output, input });
         }
@@ -134,36 +44,43 @@ fn check_outputs<'a>(
     Ok(())
 }
 
-/// Reads a problem; `arm` is that of a `--mukca` folder.
-fn load(source: &Source, arm: &Arm) -> Result<Loaded, Failure> {
-    let loaded = match (&source.mukca, &arm.urdf, &source.problem) {
-        (Some(folder), Some(urdf), _) => {
-            let options = MukcaOptions { joint_compliance: arm.joint_compliance, ..mukca_options(source) };
-            mukca::read(folder, urdf::read_file(urdf, ends(source))?, &options)?
-        }
-        (_, _, Some(problem)) => problem_file::read_file(problem)?,
-        // clap lets neither through.
-        _ => return Err(Failure::Setup("neither a problem file nor --mukca with --urdf".to_owned())),
+/// Reads the selected placements of a problem.
+fn load(source: &Source) -> Result<Loaded, Failure> {
+    let Some(problem) = &source.problem else {
+        // clap lets none through without --mukca.
+        return Err(Failure::Usage("expected a problem file, found none".to_owned()));
     };
+    let selection = Selection { only: source.only.clone(), except: source.except.clone() };
+    let loaded = problem_file::read_selected(problem, &selection)?;
     crate::output::notes(loaded.problem.contacts.notes());
     Ok(loaded.with_known_shapes()?)
 }
 
-/// The chain of a `--mukca` folder's arm.
-fn ends(source: &Source) -> Ends<'_> {
-    Ends { base: None, tip: source.tip.as_deref() }
+/// Refuses `--mukca` and its companions, and shows the commands that replace them; `command` is the
+/// command with its further arguments.
+fn refuse_replaced(source: &Source, arm: &Arm, command: [&str; 2]) -> Result<(), Failure> {
+    let Some(folder) = &source.mukca else { return Ok(()) };
+    let mut new = format!("touchcal new sockets --from {}", folder.display());
+    let urdf = arm.urdf.as_ref().map_or_else(|| "FILE".to_owned(), |urdf| urdf.display().to_string());
+    new += &format!(" --urdf {urdf}");
+    new += &source.tip.as_ref().map_or_else(String::new, |tip| format!(" --tip {tip}"));
+    new += &source.spacing_mm.map_or_else(String::new, |spacing| format!(" --spacing-mm {spacing}"));
+    new += if arm.joint_compliance { " --joint-compliance" } else { "" };
+    let [name, more] = command;
+    let selection = selection_flags(&source.only, &source.except);
+    Err(Failure::Usage(format!(
+        "--mukca was replaced by a problem file:\n  {new} --out sockets\n  touchcal {name} sockets/problem.toml{selection}{more}"
+    )))
 }
 
-fn mukca_options(source: &Source) -> MukcaOptions {
-    MukcaOptions {
-        only: source.only.clone(),
-        except: source.except.clone(),
-        spacing: source.spacing_mm * 1e-3,
-        ..MukcaOptions::default()
-    }
+/// A selection of placements as arguments.
+fn selection_flags(only: &[String], except: &[String]) -> String {
+    let flags = |flag: &'static str, names: &[String]| names.iter().map(|name| format!(" --{flag} {name}")).collect();
+    let [only, except]: [String; 2] = [flags("only", only), flags("except", except)];
+    only + &except
 }
 
-/// Calibrates, watched.
+/// Calibrates with progress, until interrupted.
 fn calibrate(loaded: &Loaded) -> Result<Solved, Failure> {
     let spinner = Spinner::new("Calibrating");
     let start = Instant::now();
@@ -173,7 +90,7 @@ fn calibrate(loaded: &Loaded) -> Result<Solved, Failure> {
         spinner.observe(progress)
     });
     let seconds = start.elapsed().as_secs_f64();
-    // Between the last look and here the user may have asked too.
+    // An interrupt may have come since the last step.
     if estimate.termination.reason == StopReason::Interrupted || crate::progress::interrupted() {
         return Err(Failure::Interrupted);
     }

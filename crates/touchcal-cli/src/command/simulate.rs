@@ -1,19 +1,19 @@
-//! `touchcal simulate`: a log of an arm of which it is known what is wrong with it.
+//! `touchcal simulate`: logs of an arm with known errors.
 
 use std::ops::ControlFlow;
 use std::path::Path;
 
 use touchcal::io::scenario_file::{self, ScenarioFile};
-use touchcal::sim::{Seeds, Simulated, SimulationError};
+use touchcal::sim::{self, Preset, Seeds, SimulatedTrial, SimulationError};
+use touchcal::statistics::floor_rank;
 
-use super::{Failure, Outcome};
 use crate::args::{ScenarioSource, SimulateArgs};
+use crate::failure::{Failure, Outcome};
 use crate::output;
 use crate::progress::{Spinner, interrupted};
 use crate::table::Table;
 
-/// Simulates a scenario and writes the logs, the problem that they pose, the scenario with every
-/// key, and the truth.
+/// Simulates a scenario and writes logs, problem, scenario and truth.
 pub fn run(args: &SimulateArgs) -> Result<Outcome, Failure> {
     scenario_file::check_folder(&args.out)?;
     super::check_outputs([args.out.join(scenario_file::SCENARIO)], args.source.scenario.as_deref())?;
@@ -25,11 +25,13 @@ pub fn run(args: &SimulateArgs) -> Result<Outcome, Failure> {
     Ok(Outcome::Done)
 }
 
-/// The scenario asked for.
+/// The scenario of the arguments.
 pub fn scenario(source: &ScenarioSource) -> Result<ScenarioFile, Failure> {
     let mut file = match (&source.scenario, &source.preset) {
         (Some(path), _) => scenario_file::read_file(path)?,
-        (None, preset) => scenario_file::preset(preset.as_deref().unwrap_or_default())?,
+        (None, Some(preset)) => scenario_file::preset(Preset::from(*preset).name())?,
+        // clap requires one of them.
+        (None, None) => return Err(Failure::Setup("neither a scenario file nor --preset".to_owned())),
     };
     if let Some(contacts) = source.contacts {
         file.scenario.contacts = contacts as usize;
@@ -37,27 +39,27 @@ pub fn scenario(source: &ScenarioSource) -> Result<ScenarioFile, Failure> {
     Ok(file)
 }
 
-/// Simulates, watched.
-pub fn simulate(file: &ScenarioFile, seeds: Seeds) -> Result<Simulated, Failure> {
+/// Simulates with progress, until interrupted.
+pub fn simulate(file: &ScenarioFile, seeds: Seeds) -> Result<SimulatedTrial, Failure> {
     let spinner = Spinner::new("Simulating");
-    let truth = file.scenario.draw(seeds.errors);
-    let mut watch = |contacts: usize| {
-        spinner.tell(|| format!("{contacts} contacts"));
+    let truth = sim::draw_truth(&file.scenario, seeds.errors);
+    let mut observer = |contacts: usize| {
+        spinner.show(|| format!("{contacts} contacts"));
         if interrupted() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     };
-    match file.scenario.run(&truth, seeds.noise, &mut watch) {
+    match sim::run(&file.scenario, &truth, seeds.noise, &mut observer) {
         Err(SimulationError::Interrupted) => Err(Failure::Interrupted),
-        logs => Ok(Simulated { truth, logs: logs? }),
+        logs => Ok(SimulatedTrial { truth, logs: logs? }),
     }
 }
 
-fn summary(folder: &Path, file: &ScenarioFile, simulated: &Simulated) -> String {
+fn summary(folder: &Path, file: &ScenarioFile, simulated: &SimulatedTrial) -> String {
     let mut table = Table::new(["fixture", "rows", "contacts", "force N: median", "95 %", "seconds"]);
     for (touch, log) in file.scenario.touches.iter().zip(&simulated.logs) {
         let size = |row: usize| log.wrench[row][..3].iter().map(|part| part * part).sum::<f64>().sqrt();
         let mut forces: Vec<f64> = log.contacts().map(size).collect();
         forces.sort_unstable_by(f64::total_cmp);
-        let quantile = |percent: usize| forces.get(forces.len() * percent / 100).copied().unwrap_or(f64::NAN);
+        let quantile = |percent| floor_rank(&forces, percent).unwrap_or(f64::NAN);
         table.row([
             touch.name.clone(),
             log.len().to_string(),
@@ -70,7 +72,7 @@ fn summary(folder: &Path, file: &ScenarioFile, simulated: &Simulated) -> String 
     let folder = folder.display();
     [
         table.to_string(),
-        format!("\nWritten to {folder}: problem.toml and the logs it names, scenario.toml, truth.json.\n\nTry next\n"),
+        format!("\nWritten to {folder}: problem.toml and the logs it names, scenario.toml, truth.json.\n\nNext\n"),
         format!("  touchcal inspect {folder}/problem.toml\n"),
         format!("  touchcal calibrate {folder}/problem.toml --out {folder}/calibrated\n"),
     ]

@@ -2,7 +2,7 @@
 
 mod parameters;
 
-pub use parameters::{Detail, Line, in_user_units, parameters};
+pub use parameters::{Detail, ParameterRow, in_user_units, parameters};
 
 use touchcal::estimate::{Fixture, Identifiability, Score, Spread, Status};
 use touchcal::io::Loaded;
@@ -18,42 +18,42 @@ const MOST_FIXTURES: usize = 12;
 /// Most directions of the null space listed one by one.
 const MOST_DIRECTIONS: usize = 8;
 
-/// A calibration, to be told.
+/// A calibration and its files.
 pub struct Calibration<'a> {
-    /// What was read.
+    /// The input.
     pub loaded: &'a Loaded,
-    /// What came out.
+    /// The result.
     pub solved: &'a Solved,
-    /// The same as written.
+    /// The content of estimate.json.
     pub file: &'a EstimateFile,
-    /// Where it was written.
+    /// Paths of the output files.
     pub written: &'a Written,
 }
 
 impl Calibration<'_> {
-    /// The summary; `next` says what to do with a usable result.
+    /// The summary; `next` is the advice for a usable result.
     pub fn summary(&self, detail: Detail, next: &str) -> String {
         let Solved { estimate, prefit, .. } = self.solved;
         let problem = &self.loaded.problem;
         let count = &self.file.contacts;
-        let lines = estimate.parameters.iter().map(|entry| Line {
+        let lines = estimate.parameters.iter().map(|entry| ParameterRow {
             parameter: &entry.parameter,
             value: Some(entry.value),
             sigma: entry.sigma,
             identifiable: entry.identifiable,
         });
-        let lines: Vec<Line<'_>> = lines.collect();
+        let lines: Vec<ParameterRow<'_>> = lines.collect();
         let scores = [("before", prefit), ("after", &estimate.postfit)];
-        let whence = if problem.noise.is_estimated { "learned from them" } else { "declared" };
+        let source = if problem.noise.is_estimated { "estimated noise" } else { "declared noise" };
         [
             format!("{}\n", self.headline()),
             format!("Robot     {}\n", robot(self.loaded)),
             format!("Contacts  {} rows read, {} contacts used, {} rejected\n", count.read, count.used, count.rejected),
-            format!("Noise     contacts scatter {:.2} times the noise {whence}\n\n", estimate.noise_factor),
+            format!("Noise     {:.2} times the {source}\n\n", estimate.noise_factor),
             "Distance from touching (mm)\n".to_owned(),
             residuals(&problem.fixtures, &scores),
             parameters(&lines, detail),
-            determined(&estimate.identifiability, detail),
+            identifiability(&estimate.identifiability, detail),
             self.warnings(),
             self.paths(),
             self.next(next),
@@ -69,7 +69,7 @@ impl Calibration<'_> {
                 "*** NOT CONVERGED ({}) after {steps} steps: DO NOT USE this result. ***",
                 self.solved.estimate.termination.reason.name().replace('_', " ")
             ),
-            Status::NotUsable => "*** NOT USABLE: the warnings say why. DO NOT USE this result. ***".to_owned(),
+            Status::NotUsable => "*** NOT USABLE (see the warnings): DO NOT USE this result. ***".to_owned(),
         }
     }
 
@@ -78,7 +78,7 @@ impl Calibration<'_> {
         let [urdf, estimate, report] = [urdf, estimate, report].map(|path| path.display());
         let driver = driver.as_ref().map_or(String::new(), |[urdf, offsets]| {
             let [urdf, offsets] = [urdf, offsets].map(|path| path.display());
-            format!("{INDENT}{urdf} and {offsets}, for a driver that takes offsets: use both or neither\n")
+            format!("{INDENT}{urdf} and {offsets}, for drivers that apply encoder offsets: use both or neither\n")
         });
         let mcap =
             mcap.as_ref().map_or(String::new(), |path| format!("{INDENT}{}, for Foxglove or Rerun\n", path.display()));
@@ -87,7 +87,7 @@ impl Calibration<'_> {
 
     fn warnings(&self) -> String {
         let each = self.file.warnings.iter();
-        let text: String = each.map(|told| warning(&told.words, &told.advice)).collect();
+        let text: String = each.map(|entry| warning(&entry.message, &entry.advice)).collect();
         if text.is_empty() { text } else { text + "\n" }
     }
 
@@ -158,10 +158,14 @@ pub fn millimetres(metres: f64) -> String {
     format!("{:.3}", 1e3 * metres)
 }
 
-/// Rank and null space in words.
-pub fn determined(found: &Identifiability, detail: Detail) -> String {
-    let (rank, parameters, null) = (found.rank, found.singular_values.len(), &found.null_space);
-    let head = format!("Identifiable  {rank} of {parameters} directions (condition number {:.0})\n", found.condition);
+/// Rank, condition number and null space as text.
+pub fn identifiability(identifiability: &Identifiability, detail: Detail) -> String {
+    let (rank, parameters, null) =
+        (identifiability.rank, identifiability.singular_values.len(), &identifiability.null_space);
+    let head = format!(
+        "Identifiable  {rank} of {parameters} directions (condition number {:.0})\n",
+        identifiability.condition
+    );
     if null.is_empty() {
         return head + "\n";
     }
@@ -169,7 +173,7 @@ pub fn determined(found: &Identifiability, detail: Detail) -> String {
     let each: String = null[..shown].iter().map(|null| format!("  - {}\n", null.description)).collect();
     let more = match null.len() - shown {
         0 => String::new(),
-        more => format!("  … and {more} more (--all shows them)\n"),
+        more => format!("  … and {more} more (--all lists them)\n"),
     };
-    format!("{head}The contacts alone say less than was known before about these:\n{each}{more}\n")
+    format!("{head}Unobservable directions (the data add less than the prior):\n{each}{more}\n")
 }

@@ -4,22 +4,22 @@ use touchcal::parameter::{Block, Parameter, ParameterId, Unit};
 
 use crate::table::{Table, signed};
 
-/// Most groups of a block listed.
+/// Largest number of groups listed per block.
 const MOST_GROUPS: usize = 8;
-/// Marks what the data do not determine.
+/// Marks parameters that the data do not determine.
 const MARK: &str = "*";
 
 /// How much to print.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Detail {
-    /// The components of a place on one line, a hole's walls as one; long lists shortened.
+    /// The components of a pose on one line, directional gap biases left out, long lists shortened.
     Grouped,
     /// Every parameter on a line of its own.
     Every,
 }
 
-/// What is known of a parameter.
-pub struct Line<'a> {
+/// A row of the table: a parameter with its estimate.
+pub struct ParameterRow<'a> {
     /// Which parameter.
     pub parameter: &'a Parameter,
     /// Its estimate (SI); none before solving.
@@ -41,36 +41,38 @@ pub fn in_user_units(unit: Unit) -> (f64, &'static str, usize) {
 }
 
 /// Tables of all parameters.
-pub fn parameters(lines: &[Line<'_>], detail: Detail) -> String {
-    let apart = |line: &&Line<'_>| {
+pub fn parameters(lines: &[ParameterRow<'_>], detail: Detail) -> String {
+    let apart = |line: &&ParameterRow<'_>| {
         let block = line.parameter.id.block();
         let place = matches!(block, Block::JointOrigin | Block::Tool | Block::Fixture);
         detail == Detail::Grouped && (place || block == Block::JointDrift)
     };
-    let is_wall = |line: &&Line<'_>| matches!(line.parameter.id, ParameterId::DirectionalGapBias(..));
-    let lines: Vec<&Line<'_>> = lines.iter().filter(|line| detail == Detail::Every || !is_wall(line)).collect();
-    let single: Vec<&Line<'_>> = lines.iter().copied().filter(|line| !apart(line)).collect();
+    let is_directional = |line: &&ParameterRow<'_>| matches!(line.parameter.id, ParameterId::DirectionalGapBias(..));
+    let lines: Vec<&ParameterRow<'_>> =
+        lines.iter().filter(|line| detail == Detail::Every || !is_directional(line)).collect();
+    let single: Vec<&ParameterRow<'_>> = lines.iter().copied().filter(|line| !apart(line)).collect();
     let mut text = scalars(&single);
     if detail == Detail::Grouped {
         for (block, title) in [(Block::JointOrigin, "joint origin"), (Block::Tool, "tool"), (Block::Fixture, "fixture")]
         {
-            let members: Vec<&Line<'_>> = lines.iter().copied().filter(|l| l.parameter.id.block() == block).collect();
+            let members: Vec<&ParameterRow<'_>> =
+                lines.iter().copied().filter(|l| l.parameter.id.block() == block).collect();
             text.push_str(&places(&members, title));
         }
-        let drifts: Vec<&Line<'_>> =
+        let drifts: Vec<&ParameterRow<'_>> =
             lines.iter().copied().filter(|l| l.parameter.id.block() == Block::JointDrift).collect();
         text.push_str(&drift(&drifts));
     }
     if lines.iter().any(|line| !line.identifiable) {
         text.push_str(&format!(
-            "  {MARK} not identifiable: these contacts say too little, the prior or zero decides\n"
+            "  {MARK} not identifiable from these contacts: determined by the prior, or fixed at zero\n"
         ));
     }
     text + "\n"
 }
 
 /// Before solving there are no values, and no column for them.
-fn scalars(lines: &[&Line<'_>]) -> String {
+fn scalars(lines: &[&ParameterRow<'_>]) -> String {
     if lines.is_empty() {
         return String::new();
     }
@@ -97,14 +99,15 @@ fn scalars(lines: &[&Line<'_>]) -> String {
 }
 
 /// Twists, a line of values and a line of standard deviations each.
-fn places(lines: &[&Line<'_>], title: &str) -> String {
+fn places(lines: &[&ParameterRow<'_>], title: &str) -> String {
     if lines.is_empty() {
         return String::new();
     }
-    let owner = |line: &Line<'_>| line.parameter.name.rsplit_once('.').map_or(String::new(), |(o, _)| o.to_owned());
+    let owner =
+        |line: &ParameterRow<'_>| line.parameter.name.rsplit_once('.').map_or(String::new(), |(o, _)| o.to_owned());
     let mut owners: Vec<String> = lines.iter().map(|line| owner(line)).collect();
     owners.dedup();
-    let component = |line: &Line<'_>| line.parameter.name.rsplit('.').next().unwrap_or("").to_owned();
+    let component = |line: &ParameterRow<'_>| line.parameter.name.rsplit('.').next().unwrap_or("").to_owned();
     let mut components: Vec<String> = Vec::new();
     for line in lines {
         if !components.contains(&component(line)) {
@@ -115,7 +118,7 @@ fn places(lines: &[&Line<'_>], title: &str) -> String {
     let mut table = Table::default();
     table.row(std::iter::once(title.to_owned()).chain(components.iter().map(with_unit)));
     for owner_name in owners.iter().take(MOST_GROUPS) {
-        let of: Vec<Option<&&Line<'_>>> = components
+        let of: Vec<Option<&&ParameterRow<'_>>> = components
             .iter()
             .map(|wanted| lines.iter().find(|line| owner(line) == *owner_name && component(line) == *wanted))
             .collect();
@@ -129,12 +132,12 @@ fn places(lines: &[&Line<'_>], title: &str) -> String {
     }
     let more = match owners.len().saturating_sub(MOST_GROUPS) {
         0 => String::new(),
-        more => format!("  … and {more} more (--all shows them)\n"),
+        more => format!("  … and {more} more (--all lists them)\n"),
     };
     format!("{table}{more}")
 }
 
-fn cell(line: Option<&&Line<'_>>, wants_value: bool) -> String {
+fn cell(line: Option<&&ParameterRow<'_>>, wants_value: bool) -> String {
     let Some(line) = line else { return "-".to_owned() };
     let (factor, ..) = in_user_units(line.parameter.unit);
     let text = match (wants_value, line.value, line.sigma) {
@@ -147,7 +150,7 @@ fn cell(line: Option<&&Line<'_>>, wants_value: bool) -> String {
     text + if marked { MARK } else { " " }
 }
 
-fn drift(lines: &[&Line<'_>]) -> String {
+fn drift(lines: &[&ParameterRow<'_>]) -> String {
     if lines.is_empty() {
         return String::new();
     }
@@ -155,7 +158,7 @@ fn drift(lines: &[&Line<'_>]) -> String {
     let squares: f64 = lines.iter().filter_map(|line| line.value).map(|value| value * value).sum();
     let rms = (squares / count as f64).sqrt().to_degrees();
     match lines.iter().all(|line| line.value.is_some()) {
-        true => format!("  {count} joint drifts between placements, rms {rms:.4} deg (--all shows them)\n"),
-        false => format!("  {count} joint drifts between placements (--all shows them)\n"),
+        true => format!("  {count} joint drifts between placements, rms {rms:.4} deg (--all lists them)\n"),
+        false => format!("  {count} joint drifts between placements (--all lists them)\n"),
     }
 }

@@ -70,7 +70,7 @@ fn shards_are_merged_to_the_whole_campaign() {
 
     // All of `a` is there, and part of it elsewhere too.
     let done = run(&["experiment", "merge", "a", "c", "--out", "merged"]).success();
-    assert!(stdout(&done).contains("Trials 100 to 109 are there twice, alike, and counted once: a/parts"));
+    assert!(stdout(&done).contains("Trials 100 to 109 are identical in two files and counted once: a/parts"));
     same(&campaign_parquet::read_file(&path.join("merged/rows.parquet")).unwrap().rows, &rows);
 }
 
@@ -107,7 +107,9 @@ fn what_does_not_make_a_whole_is_named() {
         assert!(!path.join("out").exists());
     }
     let done = touchcal(path, &["experiment", "merge", "a", "b", "rest", "twice", "--out", "out"]).success();
-    assert!(stdout(&done).contains("Trials 100 to 149 are there twice") && stdout(&done).contains("170 trials"));
+    assert!(
+        stdout(&done).contains("Trials 100 to 149 are identical in two files") && stdout(&done).contains("170 trials")
+    );
 }
 
 #[test]

@@ -10,7 +10,8 @@ fn offsets_go_to_the_driver_and_leave_the_urdf_as_it_was() {
     let args = ["calibrate", "planes/problem.toml", "--out", "out", "--driver-offsets"];
     let done = touchcal(folder.path(), &args).success();
     assert!(
-        stdout(&done).contains("out/driver/joint_offsets.yaml, for a driver that takes offsets: use both or neither")
+        stdout(&done)
+            .contains("out/driver/joint_offsets.yaml, for drivers that apply encoder offsets: use both or neither")
     );
     let read = |name: &str| std::fs::read_to_string(at(name)).unwrap();
     assert_eq!(read("out/driver/robot.urdf"), read("planes/robot.urdf"), "nothing but offsets was estimated");

@@ -4,7 +4,7 @@ use super::golden::golden;
 use super::{data, json, stderr, stdout, touchcal};
 
 fn offline() -> String {
-    let path = data().canonicalize().unwrap().join("mujoco_iiwa14/extrusion/offline/contact_poses.csv.gz");
+    let path = data().join("mujoco_iiwa14/extrusion/offline/contact_poses.csv.gz");
     path.to_str().unwrap().to_owned()
 }
 
@@ -37,7 +37,7 @@ fn contacts_of_a_calibrated_arm_are_a_manifold() {
     std::fs::write(folder.path().join("calibrated.toml"), &calibrated).unwrap();
     let done = touchcal(folder.path(), &["manifold", "calibrated.toml", "--out", "m.safetensors"]).success();
     let shown = stdout(&done);
-    let touch = shown.lines().find_map(|line| line.strip_prefix("Touch     ")?.split(' ').next()).unwrap();
+    let touch = shown.lines().find_map(|line| line.strip_prefix("Distance  ")?.split(' ').next()).unwrap();
     assert!(touch.parse::<f64>().unwrap() < 0.05, "{shown}");
 
     let key = "outline_offset_mm";

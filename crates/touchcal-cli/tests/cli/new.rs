@@ -137,7 +137,7 @@ fn nothing_is_overwritten() {
         let folder = tempfile::tempdir().unwrap();
         std::fs::write(folder.path().join(taken), "mine").unwrap();
         let done = touchcal(folder.path(), &["new", "planes", "--out", "."]).code(1);
-        assert!(stderr(&done).contains(&format!("{taken} is there already")), "{}", stderr(&done));
+        assert!(stderr(&done).contains(&format!("{taken} exists already")), "{}", stderr(&done));
         assert_eq!(std::fs::read_to_string(folder.path().join(taken)).unwrap(), "mine");
         assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
     }
@@ -150,7 +150,7 @@ fn the_problem_is_what_is_named() {
     let folder = tempfile::tempdir().unwrap();
     touchcal(folder.path(), &["new", "sockets"]).success();
     let again = stderr(&touchcal(folder.path(), &["new", "sockets"]).code(1));
-    assert!(again.contains("sockets/problem.toml is there already"), "{again}");
+    assert!(again.contains("sockets/problem.toml exists already"), "{again}");
     let folded = stderr(&touchcal(folder.path(), &["inspect", "sockets"]).code(1));
     let expected =
         "touchcal: error: sockets: expected a problem file, found a folder; did you mean `sockets/problem.toml`?\n";

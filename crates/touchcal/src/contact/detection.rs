@@ -1,6 +1,17 @@
-//! Contact from force: when is the tool touching?
+//! Contact from force.
 
 use crate::se3::Wrench;
+
+/// Thresholds of contact detection by force: see [`Detector`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Detection {
+    /// Force above which contact begins (N).
+    pub threshold: f64,
+    /// Force below which contact ends (N).
+    pub release: f64,
+    /// Number of consecutive rows that either takes.
+    pub debounce: usize,
+}
 
 /// Turns force magnitudes into contact flags, with hysteresis and debounce.
 ///
@@ -23,7 +34,7 @@ impl Detector {
         Detector { threshold, release: release.min(threshold), debounce: debounce.max(1), touching: false, pending: 0 }
     }
 
-    /// Takes the next row's wrench; says whether the tool is touching.
+    /// Whether the tool is touching, from the wrench (N, N m) of the next row.
     pub fn update(&mut self, wrench: &Wrench) -> bool {
         let force = (wrench[0].powi(2) + wrench[1].powi(2) + wrench[2].powi(2)).sqrt();
         let changes = if self.touching { force < self.release } else { force > self.threshold };

@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use super::model::{CalibrationModel, LinearizationPoint};
 use super::problem::{PlacePrior, Problem};
 use super::result::{Score, Spread};
-use crate::manifold::Rows;
+use crate::manifold::{Residual, ResidualKind};
 use crate::parameter::ParameterId;
 use crate::robot::KinematicParameter;
 use crate::se3::{self, Pose, Twist};
@@ -76,11 +76,11 @@ pub(super) fn score(point: &LinearizationPoint<'_>) -> Score {
 fn distances(point: &LinearizationPoint<'_>) -> Vec<f64> {
     let problem = point.model.problem;
     let each = (0..problem.contacts.len()).into_par_iter();
-    let values: Vec<Vector3<f64>> = each.map_init(Rows::new, |rows, i| point.residual_vector(i, rows)).collect();
+    let values: Vec<Vector3<f64>> = each.map_init(Residual::new, |rows, i| point.residual_vector(i, rows)).collect();
     let mut mean = vec![(Vector3::zeros(), 0usize); problem.fixtures.len()];
     for (i, value) in values.iter().enumerate() {
         let f = problem.contacts.fixture(i);
-        if problem.fixtures[f].manifold.is_point() {
+        if problem.fixtures[f].manifold.residual_kind() == ResidualKind::PointOffset {
             mean[f].0 += value;
             mean[f].1 += 1;
         }

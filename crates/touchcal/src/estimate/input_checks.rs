@@ -5,6 +5,7 @@ use nalgebra::{DVector, Vector3};
 use super::evaluate::score;
 use super::model::{CalibrationModel, LinearizationPoint};
 use super::result::Warning;
+use crate::manifold::ResidualKind;
 
 /// What contradicts the problem's declarations: fixtures without contacts, a tool drawn beside its
 /// frame, and distances of sockets that even the nominal arm contradicts (another unit, or another
@@ -29,7 +30,8 @@ fn contradicted_distances(model: &CalibrationModel<'_>, has_contacts: &[bool]) -
     let point = LinearizationPoint::new(model, &DVector::zeros(model.layout.len()));
     let nominal = score(&point);
     let places = mean_tool_positions(&point);
-    let is_measured = |f: usize| has_contacts[f] && problem.fixtures[f].manifold.is_point();
+    let is_measured =
+        |f: usize| has_contacts[f] && problem.fixtures[f].manifold.residual_kind() == ResidualKind::PointOffset;
     let mut warnings = Vec::new();
     for distance in &problem.distances {
         let (a, b) = distance.between;

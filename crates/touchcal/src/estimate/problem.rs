@@ -5,15 +5,15 @@ use std::sync::Arc;
 
 use super::options::EstimatorOptions;
 use crate::contact::ContactLog;
-use crate::manifold::ContactManifold;
+use crate::manifold::{ContactManifold, ResidualKind};
 use crate::parameter::Parameter;
 use crate::robot::Robot;
 use crate::se3::Pose;
 use crate::solver::Loss;
 
-/// Start of noise that is estimated: an industrial encoder (rad), machined parts (m).
+/// Start of encoder noise that is estimated (rad): 0.005°, an industrial encoder.
 pub const DEFAULT_ENCODER: f64 = 0.005 * std::f64::consts::PI / 180.0;
-/// See [`DEFAULT_ENCODER`].
+/// Start of contact noise that is estimated (m): 0.05 mm, machined parts.
 pub const DEFAULT_CONTACT: f64 = 0.05e-3;
 
 /// Prior of a pose about its nominal value.
@@ -32,7 +32,7 @@ pub enum PlacePrior {
     Flat,
 }
 
-/// What touches: its place on the arm's tip link.
+/// The tool: the part on the arm that touches, and its pose on the tip link.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Tool {
     /// Nominal pose of the tool frame in the tip link's frame.
@@ -41,7 +41,7 @@ pub struct Tool {
     pub prior: PlacePrior,
 }
 
-/// What is touched: a contact manifold at a place in base.
+/// A fixture: the part that is touched, a contact manifold at a pose in base.
 #[derive(Clone, Debug)]
 pub struct Fixture {
     /// Unique name.
@@ -187,6 +187,6 @@ impl Problem {
     /// Whether any contact is measured by the distance from a projection, from which no uncertainty
     /// follows.
     pub(crate) fn has_projection(&self) -> bool {
-        self.fixtures.iter().any(|fixture| fixture.manifold.is_projection())
+        self.fixtures.iter().any(|fixture| fixture.manifold.residual_kind() == ResidualKind::ProjectionError)
     }
 }

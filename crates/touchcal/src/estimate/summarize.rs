@@ -8,7 +8,7 @@ use super::result::{ContactCount, Estimate, ParameterEstimate, Severity, Status,
 use super::result_checks::{FitStatistics, result_warnings};
 use super::search::{SearchState, sandwich, uses_contact_modes};
 use super::uncertainty::{Posterior, arm_uncertainty_ratio};
-use crate::manifold::Recall;
+use crate::manifold::ContactCache;
 use crate::parameter::kinematic_part;
 use crate::robot;
 use crate::solver::{StopReason, Termination};
@@ -30,7 +30,7 @@ struct PostfitStatistics {
 }
 
 impl PostfitStatistics {
-    fn new(model: &CalibrationModel<'_>, theta: &DVector<f64>, caches: &mut [Recall]) -> Self {
+    fn new(model: &CalibrationModel<'_>, theta: &DVector<f64>, caches: &mut [ContactCache]) -> Self {
         let loss = model.problem.loss;
         let (mut slope, mut square, mut count) = (0.0, 0.0, 0);
         let mut verdicts = Vec::with_capacity(model.problem.contacts.len());

@@ -1,15 +1,15 @@
-//! Many trials of one scenario: whether uncertainties are true, and how good estimates are.
+//! Trials of one scenario: coverage of intervals, NEES, and errors of estimates.
 
 use std::ops::ControlFlow;
 
 use nalgebra::{DMatrix, DVector};
 
-use super::problem;
-use super::transfer::{random_positions, tool_error};
+use super::problem::problem;
+use super::tool_error::{random_positions, tool_error};
 use crate::estimate::{Estimate, Problem, Status, calibrate, cramer_rao};
 use crate::parameter::{Block, kinematic_part};
 use crate::robot::{Robot, calibrated};
-use crate::sim::{Scenario, SimulationError, Truth};
+use crate::sim::{self, Scenario, SimulationError, Truth};
 
 /// Shares of intervals that are counted.
 pub const LEVELS: [f64; 4] = [0.50, 0.90, 0.95, 0.99];
@@ -63,10 +63,10 @@ pub struct CampaignRow {
 /// Simulates and calibrates trial number `trial`, whose seed is `first_seed + trial`.
 ///
 /// # Errors
-/// As [`Scenario::simulate`].
+/// As [`simulate`](crate::sim::simulate()).
 pub fn campaign_trial(scenario: &Scenario, first_seed: u64, trial: u64) -> Result<CampaignRow, SimulationError> {
     let seed = first_seed.wrapping_add(trial);
-    let simulated = scenario.simulate(seed)?;
+    let simulated = sim::simulate(scenario, seed)?;
     let problem = problem(scenario, &simulated);
     let estimate = calibrate(&problem, &mut |_| ControlFlow::Continue(()));
     let status = match estimate.status {
@@ -75,16 +75,16 @@ pub fn campaign_trial(scenario: &Scenario, first_seed: u64, trial: u64) -> Resul
         Status::NotUsable => 2,
     };
     let row = CampaignRow { trial, seed, contacts: problem.contacts.len() as u64, status, ..CampaignRow::default() };
-    Ok(measured(row, &problem, &estimate, &simulated.truth))
+    Ok(compare(row, &problem, &estimate, &simulated.truth))
 }
 
-/// The row with what `truth` says of `estimate`.
-fn measured(row: CampaignRow, problem: &Problem, estimate: &Estimate, truth: &Truth) -> CampaignRow {
-    let known = |k: &usize| {
+/// The row with the errors of `estimate`.
+fn compare(row: CampaignRow, problem: &Problem, estimate: &Estimate, truth: &Truth) -> CampaignRow {
+    let has_sigma = |k: &usize| {
         let parameter = &estimate.parameters[*k];
         !parameter.parameter.id.block().is_nuisance() && parameter.sigma.is_some_and(|sigma| sigma > 0.0)
     };
-    let which: Vec<usize> = (0..estimate.parameters.len()).filter(known).collect();
+    let which: Vec<usize> = (0..estimate.parameters.len()).filter(has_sigma).collect();
     let id = |k: usize| estimate.parameters[k].parameter.id;
     let error = |k: usize| estimate.parameters[k].value - truth.value(id(k));
     let errors = DVector::from_iterator(which.len(), which.iter().map(|&k| error(k)));
@@ -107,9 +107,9 @@ fn measured(row: CampaignRow, problem: &Problem, estimate: &Estimate, truth: &Tr
     };
     let size = |k: usize| error(k).abs();
     let at_bound = |k: usize| NORMAL_SIZE * bound[(k, k)].sqrt();
-    let everywhere = random_positions(&problem.robot, WORKSPACE_POSES, WORKSPACE_SEED);
+    let workspace = random_positions(&problem.robot, WORKSPACE_POSES, WORKSPACE_SEED);
     let tip_from_tool = problem.tool.tip_from_tool;
-    let positions = everywhere.iter().map(Vec::as_slice);
+    let positions = workspace.iter().map(Vec::as_slice);
     let tool = tool_error(&true_robot(&problem.robot, truth), &estimate.robot, tip_from_tool, positions);
     CampaignRow {
         parameters: which.len() as u64,

@@ -1,17 +1,15 @@
-//! Calibrations of which the truth is known: simulated or recorded trials, and how far an estimate
-//! is from what was true.
+//! Calibrations with known true parameters: simulated or recorded trials, and errors of their
+//! estimates.
 
 mod campaign;
-mod posed;
+mod problem;
 mod summary;
-mod touching;
-mod transfer;
+mod tool_error;
 mod trial;
 
 pub use campaign::{CampaignRow, LEVELS, campaign_trial};
-pub use posed::problem;
-pub(crate) use posed::{LOSS_SCALE, blocks, distances, noise};
+pub use problem::problem;
+pub(crate) use problem::{LOSS_SCALE, blocks, distances, noise};
 pub use summary::CampaignSummary;
-pub use touching::manifold_of;
-pub use transfer::{ToolError, random_positions, tool_error};
+pub use tool_error::{ToolError, random_positions, tool_error};
 pub use trial::{Search, Trial, TrialError};

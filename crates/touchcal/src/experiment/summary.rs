@@ -1,8 +1,8 @@
-//! What the trials of a campaign come to.
+//! Sums over the trials of a campaign.
 
 use super::campaign::{CampaignRow, HALF_WIDTHS, LEVELS};
 
-/// What all trials of a campaign come to, added up row by row.
+/// Sums over the trials of a campaign.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CampaignSummary {
     /// Trials.
@@ -100,7 +100,7 @@ impl CampaignSummary {
     }
 
     /// Errors over those of the Cramér–Rao bound, root mean square.
-    pub fn over_bound(&self) -> f64 {
+    pub fn error_over_bound(&self) -> f64 {
         (self.nees_of_bound / self.parameters as f64).sqrt()
     }
 
@@ -202,7 +202,7 @@ mod tests {
         assert_eq!((summary.trials, summary.converged), (2, 1));
         assert_eq!(summary.coverage(), [0.5, 0.875, 1.0, 1.0]);
         assert_eq!(summary.coverage_bounds()[3][1], 1.0);
-        assert!((summary.nees().0 - 1.0).abs() < 1e-12 && (summary.over_bound() - 2.0).abs() < 1e-12);
+        assert!((summary.nees().0 - 1.0).abs() < 1e-12 && (summary.error_over_bound() - 2.0).abs() < 1e-12);
     }
     /// Bounds that are broken once in a hundred campaigns, be a trial's parameters independent or
     /// all the same.

@@ -1,4 +1,4 @@
-//! A calibration of which the truth is known.
+//! A calibration with known true parameters.
 
 use sha2::{Digest, Sha256};
 
@@ -8,16 +8,16 @@ use crate::manifold::ContactManifold;
 use crate::parameter::{Block, ParameterId, joint_offset, kinematic_part, strain};
 use crate::robot::{Robot, calibrated};
 use crate::se3::Pose;
-use crate::sim::{Scenario, SimulationError};
+use crate::sim::{self, Scenario, SimulationError};
 
-/// Contacts of a peg with a hole, both known, by an arm of which it is known what is wrong with it.
+/// Contacts of a peg with a hole, both at known poses, by an arm with known errors.
 #[derive(Clone, Debug)]
 pub struct Trial {
-    /// A name of its own.
+    /// Unique name.
     pub name: String,
-    /// What its contacts are: the fingerprint of those simulated, or of the files.
+    /// Origin of the contacts: SHA-256 of the simulated ones, or of the files.
     pub origin: String,
-    /// The arm as its maker drew it.
+    /// The nominal arm.
     pub robot: Robot,
     /// The peg's place on the tip.
     pub tip_from_peg: Pose,
@@ -25,14 +25,14 @@ pub struct Trial {
     pub base_from_hole: Pose,
     /// The contacts, all of fixture 0.
     pub contacts: ContactLog,
-    /// What is wrong with the arm: read by [`Trial::error`] and nothing else.
+    /// True errors of the arm: read by [`Trial::error`] and nothing else.
     pub truth: Vec<(ParameterId, f64)>,
 }
 
-/// How a trial's parameters are searched for.
+/// Optimizer, noise and loss of a trial's calibration.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Search {
-    /// Which search.
+    /// The optimizer.
     pub method: Method,
     /// Noise that the contacts are taken to have.
     pub noise: Noise,
@@ -60,9 +60,9 @@ impl Trial {
     /// Simulates the first fixture of a scenario, a hole, and takes the rows recorded as contacts.
     ///
     /// # Errors
-    /// As [`Scenario::simulate`].
+    /// As [`simulate`](crate::sim::simulate()).
     pub fn simulated(scenario: &Scenario, seed: u64) -> Result<Trial, SimulationError> {
-        let simulated = scenario.simulate(seed)?;
+        let simulated = sim::simulate(scenario, seed)?;
         let mut contacts = ContactLog::new(scenario.robot.dof());
         if let Some(log) = simulated.logs.first() {
             log.contacts().for_each(|row| contacts.push(log.q(row), 0, Source { file: 0, line: row as u64 + 1 }));
@@ -78,8 +78,8 @@ impl Trial {
         })
     }
 
-    /// The problem of finding strain and encoder biases, peg and hole known, by what `manifold`
-    /// makes of a contact.
+    /// The problem of estimating strain and encoder biases with known poses of peg and hole and the
+    /// contact model `manifold`.
     pub fn problem(&self, manifold: Box<dyn ContactManifold>, search: Search) -> Problem {
         let mut parameters = vec![strain()];
         parameters.extend(joint_offset(&self.robot));
@@ -100,18 +100,18 @@ impl Trial {
         }
     }
 
-    /// The arm as it truly is.
+    /// The arm with its true errors.
     pub fn true_robot(&self) -> Robot {
         let (parameters, values) = kinematic_part(self.truth.iter().copied());
         calibrated(&self.robot, &parameters, &values)
     }
 
-    /// How far parameters found are from the true ones.
-    pub fn error(&self, found: impl Fn(ParameterId) -> Option<f64>) -> TrialError {
+    /// Errors of parameters; `estimate` gives their values, 0 where it gives none.
+    pub fn error(&self, estimate: impl Fn(ParameterId) -> Option<f64>) -> TrialError {
         let mut error = TrialError::default();
         let offsets = self.truth.iter().filter(|(id, _)| id.block() == Block::JointOffset).count();
         for &(id, truth) in &self.truth {
-            let size = (found(id).unwrap_or(0.0) - truth).abs();
+            let size = (estimate(id).unwrap_or(0.0) - truth).abs();
             match id.block() {
                 Block::Strain => error.strain += size,
                 Block::JointOffset => error.offset += size / offsets.max(1) as f64,

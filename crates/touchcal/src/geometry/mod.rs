@@ -1,27 +1,26 @@
-//! Shapes and exact signed distances between them.
+//! Shapes of parts, and the exact signed gap between them.
 //!
-//! [`profile`] holds the outlines, [`extrusion`] the gap between a straight peg and a straight
-//! hole; [`solid`] holds bodies of any shape as triangles, [`solids`] the gap between two of them.
-//! Bodies that are straight are told from others
-//! ([`PegAndHole::of_straight`](extrusion::PegAndHole::of_straight)).
+//! | part | shape | signed gap |
+//! |---|---|---|
+//! | straight peg and hole | [`Polygon`]s, extruded along z | [`PrismPair`] |
+//! | bodies of any shape | [`TriangleMesh`]es | [`MeshPair`] |
+//!
+//! [`prisms_of`] recognizes meshes that are straight, [`AxialSymmetry`] is what is known of round
+//! parts. Lengths are metres.
 
-pub mod extrusion;
-pub mod nearby;
-pub mod profile;
-pub mod round;
-pub mod solid;
-pub mod solids;
+mod gap;
+mod mesh;
+mod mesh_gap;
+mod parts;
+mod polygon;
+mod prism_gap;
+mod recognize;
+mod softmin;
 
-mod beside;
-mod blend;
-mod boxes;
-mod edges;
-mod facets;
-mod lines;
-mod nearness;
-mod outlines;
-mod placed;
-mod polygons;
-mod scan;
-mod silhouette;
-mod straight;
+pub use gap::{GapQuery, SignedGap};
+pub use mesh::{MAX_TRIANGLES, PointMm, TriangleMesh, TriangleMeshError, WELD_DISTANCE};
+pub use mesh_gap::{MeshPair, NeighborList};
+pub use parts::Parts;
+pub use polygon::{MAX_POLYGON_VERTICES, Polygon, PolygonError};
+pub use prism_gap::{Feature, PrismPair, PrismPairError, nearest_feature, visit_features_below, visit_features_within};
+pub use recognize::{AxialSymmetry, is_surface_of_revolution, prisms_of};

@@ -5,8 +5,8 @@
 //! | [`urdf`] | a robot description | [`Robot`](crate::robot::Robot), and writes a calibrated one back into the text |
 //! | [`contact_log`] | joint logs: [`contact_csv`], Parquet, ROS 2 bags | [`ContactLog`](crate::contact::ContactLog) |
 //! | [`problem_file`] | `problem.toml` and what it refers to | [`Problem`](crate::estimate::Problem) |
-//! | [`outline`] | outlines as CSV, SVG or DXF | [`Profile`](crate::geometry::profile::Profile) |
-//! | [`mesh`] | bodies as STL or OBJ | [`Solid`](crate::geometry::solid::Solid) |
+//! | [`outline`] | outlines as CSV, SVG or DXF | [`Polygon`](crate::geometry::Polygon) |
+//! | [`mesh`] | bodies as STL or OBJ | [`TriangleMesh`](crate::geometry::TriangleMesh) |
 //! | [`scenario_file`] | `scenario.toml` | [`Scenario`](crate::sim::Scenario), and writes it with the problem that it poses |
 //! | [`mukca`] | a folder of ball-in-socket logs | [`Problem`](crate::estimate::Problem) |
 //! | [`trial_folder`] | trials with truth | [`Trial`](crate::experiment::Trial)s |
@@ -25,41 +25,31 @@
 //! what was found. Input is bounded: each format refuses files larger than a documented size, and
 //! gzipped ones are bounded by what they unpack to.
 
-pub mod atomic;
-mod bytes;
-pub mod calibration_folder;
-#[cfg(feature = "mcap")]
-pub mod calibration_mcap;
-#[cfg(feature = "parquet")]
-pub mod campaign_folder;
-#[cfg(feature = "parquet")]
-pub mod campaign_parquet;
-pub mod checkpoint_file;
-pub mod contact_csv;
-pub mod contact_log;
-mod error;
-pub mod estimate_file;
-mod loaded;
-pub mod manifold_file;
-pub mod mesh;
-pub mod mukca;
-mod network_entry;
-mod network_tensors;
-#[cfg(feature = "parquet")]
-mod number_columns;
-pub mod offsets_yaml;
-pub mod onnx;
-pub mod outline;
-pub mod pose_file;
-#[cfg(feature = "parquet")]
-mod pose_parquet;
-pub mod problem_file;
-pub mod scenario_file;
-mod suggest;
-pub mod trial_folder;
-pub mod urdf;
-pub mod weights_file;
+mod base;
+mod campaign;
+mod log;
+mod manifold;
+mod problem;
+mod result;
+mod robot;
+mod scenario;
+mod shape;
 
-pub use bytes::Input;
-pub use error::{IoError, Place};
-pub use loaded::Loaded;
+pub use base::atomic;
+pub use base::bytes::Input;
+pub use base::error::{IoError, Place};
+pub use campaign::trial_folder;
+#[cfg(feature = "parquet")]
+pub use campaign::{campaign_folder, campaign_parquet};
+pub use log::{contact_csv, contact_log};
+#[cfg(feature = "learned")]
+pub use manifold::{checkpoint_file, onnx, weights_file};
+pub use manifold::{manifold_file, pose_file};
+pub use problem::loaded::Loaded;
+pub use problem::{mukca, problem_file};
+#[cfg(feature = "mcap")]
+pub use result::calibration_mcap;
+pub use result::{calibration_folder, estimate_file, offsets_yaml};
+pub use robot::urdf;
+pub use scenario::scenario_file;
+pub use shape::{mesh, outline};

@@ -1,6 +1,7 @@
 //! A ball that sits in a socket: their centres coincide.
 
-use super::{ContactManifold, Rows};
+use super::contact_manifold::{ContactManifold, ResidualKind};
+use super::residual::Residual;
 use crate::se3::{self, Pose};
 
 /// Ball centre minus socket centre, in the fixture's frame (3 rows, m).
@@ -17,11 +18,11 @@ impl ContactManifold for BallInSocket {
         "ball in socket"
     }
 
-    fn residual(&self, fixture_from_tool: &Pose, _: f64, rows: &mut Rows) {
+    fn residual(&self, fixture_from_tool: &Pose, _: f64, rows: &mut Residual) {
         push_centre(fixture_from_tool, 1.0, rows);
     }
 
-    fn envelope(&self, fixture_from_tool: &Pose, rows: &mut Rows) {
+    fn envelope(&self, fixture_from_tool: &Pose, rows: &mut Residual) {
         push_centre(fixture_from_tool, 1.0 / ENVELOPE_LENGTH, rows);
     }
 
@@ -33,13 +34,13 @@ impl ContactManifold for BallInSocket {
         &[0, 1, 2]
     }
 
-    fn is_point(&self) -> bool {
-        true
+    fn residual_kind(&self) -> ResidualKind {
+        ResidualKind::PointOffset
     }
 }
 
 /// `p(T · Exp(ξ)) ≈ p + R v`, so row k of the derivative is row k of R.
-fn push_centre(fixture_from_tool: &Pose, scale: f64, rows: &mut Rows) {
+fn push_centre(fixture_from_tool: &Pose, scale: f64, rows: &mut Residual) {
     let rotation = fixture_from_tool.rotation.to_rotation_matrix();
     for k in 0..3 {
         let row = rotation.matrix().row(k).transpose() * scale;

@@ -2,7 +2,9 @@
 
 use nalgebra::{Point3, Vector3};
 
-use super::{ContactManifold, Rows, Shape, Sketch};
+use super::contact_manifold::ContactManifold;
+use super::residual::Residual;
+use super::sketch::{Shape, Sketch};
 use crate::se3::{self, Pose};
 
 /// Signed distance from a plane to the part of the tool nearest to it (1 row, m): positive free,
@@ -34,7 +36,7 @@ impl Plane {
         Plane::new(Vec::new(), radius)
     }
 
-    fn push_distance(&self, plane_from_tool: &Pose, scale: f64, rows: &mut Rows) {
+    fn push_distance(&self, plane_from_tool: &Pose, scale: f64, rows: &mut Residual) {
         let normal_in_tool = plane_from_tool.rotation.inverse() * Vector3::z();
         let mut nearest = (f64::INFINITY, Point3::origin());
         for point in &self.points {
@@ -56,11 +58,11 @@ impl ContactManifold for Plane {
         "tool on plane"
     }
 
-    fn residual(&self, fixture_from_tool: &Pose, _: f64, rows: &mut Rows) {
+    fn residual(&self, fixture_from_tool: &Pose, _: f64, rows: &mut Residual) {
         self.push_distance(fixture_from_tool, 1.0, rows);
     }
 
-    fn envelope(&self, fixture_from_tool: &Pose, rows: &mut Rows) {
+    fn envelope(&self, fixture_from_tool: &Pose, rows: &mut Residual) {
         self.push_distance(fixture_from_tool, 1.0 / ENVELOPE_LENGTH, rows);
     }
 

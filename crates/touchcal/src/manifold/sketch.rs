@@ -2,7 +2,7 @@
 
 use nalgebra::{Point2, center};
 
-use crate::geometry::profile::Profile;
+use crate::geometry::Polygon;
 
 /// A part as a picture shows it, in its own frame.
 #[derive(Clone, Debug, PartialEq)]
@@ -32,7 +32,7 @@ impl Shape {
     /// The middle (m) of a piece whose outline does not enclose the origin of its frame.
     pub fn aside(&self) -> Option<Point2<f64>> {
         let Shape::Prism { outline, .. } = self else { return None };
-        let outline = Profile::new(outline.clone()).ok()?;
+        let outline = Polygon::new(outline.clone()).ok()?;
         let least = outline.vertices().iter().fold(Point2::from([f64::MAX; 2]), |least, vertex| least.inf(vertex));
         let most = outline.vertices().iter().fold(Point2::from([f64::MIN; 2]), |most, vertex| most.sup(vertex));
         (!outline.contains(&Point2::origin())).then(|| center(&least, &most))

@@ -42,7 +42,7 @@ class ArmView {
     this.canvas = this.renderer.domElement;
     this.canvas.tabIndex = 0;
     this.canvas.setAttribute("role", "img");
-    this.canvas.setAttribute("aria-label", "The arm, the parts and the contacts; arrow keys turn, plus and minus come nearer and go back");
+    this.canvas.setAttribute("aria-label", "The arm, the parts and the contacts; arrow keys rotate, plus and minus zoom");
     host.append(this.canvas);
     this.world = new three.Scene();
     this.moved = new three.Group();
@@ -183,7 +183,7 @@ class ArmView {
     })();
     const few = this.points.length < 500;
     this.still.add(new three.Points(geometry, new three.PointsMaterial({ size: few ? 7 : 4, sizeAttenuation: false, vertexColors: true, map: this.dot, alphaTest: 0.5, transparent: true })));
-    this.tellScale?.(paint.ends);
+    this.showScale?.(paint.ends);
   }
 
   /** Puts the arm into contact k of those drawn. */
@@ -281,8 +281,8 @@ function showArm() {
   const view = new ArmView(host);
   const ends = [el("span", {}), el("span", {})];
   host.after(el("p", { class: "legend" }, "distance from touching ", ends[0], el("i", {}), ends[1]));
-  view.tellScale = (found) => ends.forEach((end, k) => (end.textContent = mm(found[k], 2)));
-  view.tellScale(view.scale.ends);
+  view.showScale = (found) => ends.forEach((end, k) => (end.textContent = mm(found[k], 2)));
+  view.showScale(view.scale.ends);
 
   const model = (name, checked) => {
     const input = el("input", { type: "radio", name: "model", value: name, checked: checked ? "" : null });
@@ -301,9 +301,9 @@ function showArm() {
   view.tell = (k) => {
     slider.value = k;
     const at = { file: drawn.file[k], line: drawn.line[k] };
-    byId("arm-note").textContent = `Contact ${drawn.index[k] + 1} (${place(at)}) with ${data.fixtures[drawn.fixture[k]].name}: ${mm(drawn.before[k])} from touching before, ${mm(drawn.after[k])} after`
+    byId("arm-note").textContent = `Contact ${drawn.index[k] + 1} (${place(at)}) with ${data.fixtures[drawn.fixture[k]].name}: ${mm(drawn.before[k])} from contact before, ${mm(drawn.after[k])} after`
       + `${drawn.rejected[k] ? ", rejected" : ""}. ` + (every > 1 ? `${drawn.index.length} of ${used + rejected} contacts are drawn. ` : "") + (rejected ? "Magenta: rejected. " : "")
-      + "Links are drawn from joint to joint; they have no shape of their own.";
+      + "Links are drawn as lines between joints.";
   };
   view.tell(view.chosen);
 }
@@ -312,5 +312,5 @@ try {
   showArm();
 } catch (error) {
   if (!/WebGL/i.test(error.message)) throw error;
-  byId("arm").replaceChildren(el("p", {}, "This browser draws nothing in three dimensions: it has no WebGL."));
+  byId("arm").replaceChildren(el("p", {}, "The three-dimensional view needs WebGL, which this browser lacks."));
 }

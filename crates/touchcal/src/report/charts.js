@@ -30,7 +30,7 @@ const charts = {
     if (!bars.length) return null;
     const rects = (y, fill) => plot.rectY(bars, { x1: "from", x2: "to", y, fill, fillOpacity: 0.75, insetLeft: 0.5, insetRight: 0.5,
       title: (bar) => `${significant(bar.from, 2)} to ${significant(bar.to, 2)} mm\n${significant(bar[y], 2)} % of the contacts ${y}` });
-    return { width, height: 260, marginLeft: 40, x: log("distance from touching (mm) →", bars.flatMap(({ from, to }) => [from, to])), y: { label: "↑ share of the contacts (%)", grid: true, ticks: 5, nice: true },
+    return { width, height: 260, marginLeft: 40, x: log("distance from contact (mm) →", bars.flatMap(({ from, to }) => [from, to])), y: { label: "↑ share of the contacts (%)", grid: true, ticks: 5, nice: true },
       marks: [rects("before", BEFORE), rects("after", AFTER), plot.ruleY([0], { stroke: SOFT })] };
   },
 
@@ -39,41 +39,41 @@ const charts = {
     const rows = data.fixtures.filter((fixture) => shown.includes(fixture) && fixture.contacts)
       .map(({ name, contacts, change: { before, after } }) => ({ name, contacts, before: toMm(before.rms), after: toMm(after.rms), most: toMm(after.max), mostBefore: toMm(before.max) }));
     if (!rows.length) return null;
-    const tell = (row) => `${row.name}, ${row.contacts} contacts\nbefore: rms ${significant(row.before)} mm, max ${significant(row.mostBefore)} mm\nafter: rms ${significant(row.after)} mm, max ${significant(row.most)} mm`;
+    const tip = (row) => `${row.name}, ${row.contacts} contacts\nbefore: rms ${significant(row.before)} mm, max ${significant(row.mostBefore)} mm\nafter: rms ${significant(row.after)} mm, max ${significant(row.most)} mm`;
     const label = 16 + 7 * Math.max(...rows.map((row) => short(row.name).length));
     const pair = (key, most, stroke) => [
       plot.link(rows, { x1: key, x2: most, y1: "name", y2: "name", stroke, strokeOpacity: 0.5 }),
-      plot.dot(rows, { x: key, y: "name", fill: stroke, r: 4, title: tell }),
-      plot.dot(rows, { x: most, y: "name", stroke, symbol: "times", r: 3, title: tell }),
+      plot.dot(rows, { x: key, y: "name", fill: stroke, r: 4, title: tip }),
+      plot.dot(rows, { x: most, y: "name", stroke, symbol: "times", r: 3, title: tip }),
     ];
-    return { width, height: 64 + 22 * Math.max(rows.length, 3), marginTop: 8, marginLeft: label, x: log("distance from touching (mm): ● rms, × largest →", rows.flatMap(({ before, after, most, mostBefore }) => [before, after, most, mostBefore])),
+    return { width, height: 64 + 22 * Math.max(rows.length, 3), marginTop: 8, marginLeft: label, x: log("distance from contact (mm): ● rms, × largest →", rows.flatMap(({ before, after, most, mostBefore }) => [before, after, most, mostBefore])),
       y: { label: null, domain: rows.map((row) => row.name), tickSize: 0, tickFormat: short }, marks: [plot.ruleY(rows, { y: "name", stroke: "var(--faint)" }), ...pair("before", "mostBefore", BEFORE), ...pair("after", "most", AFTER)] };
   },
 
   course(width) {
-    const { drawn, stretches } = data.contacts;
+    const { drawn, sections } = data.contacts;
     const points = drawn.index.map((index, k) => ({ index: index + 1, fixture: drawn.fixture[k], file: drawn.file[k], line: drawn.line[k], before: toMm(drawn.before[k]), after: toMm(drawn.after[k]), rejected: drawn.rejected[k] }));
     if (!points.length) return null;
-    const tell = (point) => `contact ${point.index}: ${place(point)}\n${data.fixtures[point.fixture].name}\nbefore ${significant(point.before)} mm, after ${significant(point.after)} mm${point.rejected ? ", rejected" : ""}`;
+    const tip = (point) => `contact ${point.index}: ${place(point)}\n${data.fixtures[point.fixture].name}\nbefore ${significant(point.before)} mm, after ${significant(point.after)} mm${point.rejected ? ", rejected" : ""}`;
     const [kept, rejected] = [0, 1].map((is) => points.filter((point) => point.rejected === is));
     const dots = (y, fill) => plot.dot(kept, { x: "index", y, fill, r: 1.6, fillOpacity: points.length > 500 ? 0.45 : 0.8 });
     const changes = points.filter((point, k) => k > 0 && point.fixture !== points[k - 1].fixture);
-    const steps = (y) => stretches.flatMap((part) => [{ x: part.from + 1, y: toMm(part[y]) }, { x: part.to, y: toMm(part[y]) }]);
-    const line = (y, stroke) => (stretches.length > 1 ? [points.length > 500 ? plot.line(steps(y), { x: "x", y: "y", stroke: "var(--paper)", strokeWidth: 3.5 }) : null, plot.line(steps(y), { x: "x", y: "y", stroke, strokeWidth: 1.8 })] : []);
-    return { width, height: 320, marginLeft: 48, x: { label: "contact, in the order of the log →" }, y: log("↑ distance from touching (mm)", points.flatMap(({ before, after }) => [before, after])),
+    const steps = (y) => sections.flatMap((part) => [{ x: part.from + 1, y: toMm(part[y]) }, { x: part.to, y: toMm(part[y]) }]);
+    const line = (y, stroke) => (sections.length > 1 ? [points.length > 500 ? plot.line(steps(y), { x: "x", y: "y", stroke: "var(--paper)", strokeWidth: 3.5 }) : null, plot.line(steps(y), { x: "x", y: "y", stroke, strokeWidth: 1.8 })] : []);
+    return { width, height: 320, marginLeft: 48, x: { label: "contact, in log order →" }, y: log("↑ distance from contact (mm)", points.flatMap(({ before, after }) => [before, after])),
       marks: [changes.length <= 60 ? plot.ruleX(changes, { x: "index", stroke: "var(--faint)" }) : null, dots("before", BEFORE), dots("after", AFTER),
         plot.dot(rejected, { x: "index", y: "after", stroke: BAD, symbol: "times", r: rejected.length > 300 ? 2 : 3.5, strokeWidth: rejected.length > 300 ? 0.8 : 1.5 }),
         ...line("before", BEFORE), ...line("after", AFTER),
-        plot.tip(points, plot.pointer({ x: "index", y: "after", title: tell, maxRadius: 30 }))] };
+        plot.tip(points, plot.pointer({ x: "index", y: "after", title: tip, maxRadius: 30 }))] };
   },
 
   singular(width) {
     const { singular_values, rank } = data.parameters;
     const points = singular_values.map((value, k) => ({ k: k + 1, value: Math.max(value, 1e-4), of: value }));
     if (!points.length || !(singular_values[0] > 0)) return null;
-    return { width, height: 260, marginLeft: 56, x: { label: "direction, the best determined first →", tickFormat: "d", ticks: Math.min(points.length, 8) }, y: log("↑ singular value", [1, ...points.map(({ value }) => value)]),
+    return { width, height: 260, marginLeft: 56, x: { label: "direction, in descending order →", tickFormat: "d", ticks: Math.min(points.length, 8) }, y: log("↑ singular value", [1, ...points.map(({ value }) => value)]),
       marks: [plot.ruleY([1], { stroke: BAD, strokeDasharray: "4 3" }),
-        plot.text([[1, 1]], { text: ["1: as much as was known before"], textAnchor: "start", dx: 4, dy: -8, fill: SOFT }),
+        plot.text([[1, 1]], { text: ["1: as informative as the prior"], textAnchor: "start", dx: 4, dy: -8, fill: SOFT }),
         plot.dot(points, { x: "k", y: "value", r: 3.5, stroke: (point) => (point.k <= rank ? AFTER : SOFT), fill: (point) => (point.k <= rank ? AFTER : "var(--paper)"), title: (point) => `direction ${point.k}: ${significant(point.of)}` })] };
   },
 
@@ -92,7 +92,7 @@ const charts = {
     return { width, height: cell * size + 20, marginLeft: label, marginRight: 8, marginTop: 4, marginBottom: 16, x: { axis: null, domain, padding: 0.06 }, y: { axis: null, domain, padding: 0.06 },
       marks: [
         plot.cell(cells, { x: "j", y: "i", fill: (d) => (d.value < 0 ? "var(--minus)" : "var(--plus)"), fillOpacity: (d) => Math.abs(d.value),
-          title: (d) => `${each[correlated[d.i]].words}\n${each[correlated[d.j]].words}\ncorrelation ${significant(d.value, 2)}` }),
+          title: (d) => `${each[correlated[d.i]].description}\n${each[correlated[d.j]].description}\ncorrelation ${significant(d.value, 2)}` }),
         plot.cell(domain, { x: (k) => k, y: (k) => k, fill: "var(--faint)" }),
         plot.text(groups, { x: () => 0, y: ({ from, size }) => from + Math.floor((size - 1) / 2), text: ({ from }) => short(owner(from)), textAnchor: "end", dx: -cell / 2 - 4, fontSize: font, fill: SOFT }),
       ] };
@@ -101,8 +101,8 @@ const charts = {
   "uncertainty-chart"(width) {
     if (!data.uncertainty) return null;
     const { fixtures, workspace, distances } = data.uncertainty;
-    const rows = [["place in base, at fixtures", fixtures.map(([f, pose]) => [pose.position, data.fixtures[f].name])], ["place in base, anywhere", workspace.map((pose) => [pose.position])],
-      ["between two places", distances.map((sigma) => [sigma])]];
+    const rows = [["position in base, at fixtures", fixtures.map(([f, pose]) => [pose.position, data.fixtures[f].name])], ["position in base, workspace", workspace.map((pose) => [pose.position])],
+      ["between two positions", distances.map((sigma) => [sigma])]];
     const points = rows.flatMap(([row, each]) => each.map(([sigma, name]) => ({ row, sigma: 1e3 * sigma, name }))).filter((point) => point.sigma > 0);
     if (!points.length) return null;
     const middles = rows.map(([row, each]) => ({ row, sigma: 1e3 * quantile(each.map(([sigma]) => sigma), 0.5) })).filter((point) => point.sigma > 0);
@@ -143,11 +143,11 @@ function draw() {
 
 function notes() {
   const { every, drawn, used, rejected } = data.contacts, total = used + rejected;
-  byId("course-note").textContent = (every > 1 ? `Drawn are ${drawn.index.length} of ${total} contacts: every ${every}th, and the farthest. Everything counted is counted over all. ` : "")
-    + "Lines are medians of stretches of the log." + (rejected ? " × was rejected." : "") + (data.fixtures.length > 1 ? " Upright lines: another fixture." : "");
+  byId("course-note").textContent = (every > 1 ? `${drawn.index.length} of ${total} contacts are drawn: every ${every}th, and those of the largest distances. All statistics are over all contacts. ` : "")
+    + "Lines are medians over sections of the log." + (rejected ? " ×: rejected." : "") + (data.fixtures.length > 1 ? " Vertical lines separate fixtures." : "");
   const { correlated, each } = data.parameters;
-  const could = each.filter((entry) => entry.sigma != null && !PASSING.includes(entry.block)).length;
-  byId("correlation-note").textContent = correlated.length < 2 ? "" : `Blue: they rise together; orange: one for the other; the stronger, the fuller. ${correlated.length < could ? `The first ${correlated.length} of ${could} parameters.` : ""}`;
+  const could = each.filter((entry) => entry.sigma != null && !NUISANCE.includes(entry.block)).length;
+  byId("correlation-note").textContent = correlated.length < 2 ? "" : `Blue: positive; orange: negative; saturation: size. ${correlated.length < could ? `The first ${correlated.length} of ${could} parameters.` : ""}`;
 }
 
 notes();

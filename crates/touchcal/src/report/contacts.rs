@@ -1,47 +1,48 @@
-//! Contacts: counted all, drawn few.
+//! Statistics of all contacts, and the few that are drawn one by one.
 
 use nalgebra::DVector;
 use serde::Serialize;
 
-use super::Report;
 use crate::contact::ContactLog;
-use crate::estimate::{Verdict, contact_distances};
+use crate::estimate::{Estimate, Problem, Verdict, contact_distances};
+use crate::statistics::upper_median;
 
-/// About this many contacts are drawn one by one.
+/// Approximate largest number of contacts drawn one by one.
 pub const MOST_DRAWN: usize = 3000;
-/// As many of them are the farthest of all, the others evenly spread over the log.
+/// Number of these with the largest distances; the others are evenly spread over the log.
 const FARTHEST_DRAWN: usize = 300;
-/// Most rejected contacts listed, and the farthest listed if none was rejected.
+/// Largest number of rejected contacts outliers, and number of largest distances outliers if none
+/// was rejected.
 const MOST_LISTED: usize = 100;
 const FARTHEST_LISTED: usize = 10;
-/// Bars of a histogram in a factor of ten, and the distance (m) below which everything is in the
-/// first.
+/// Bars of a histogram per decade, and the distance (m) below which all contacts are in the first
+/// bar.
 const BARS_PER_DECADE: f64 = 8.0;
 const LEAST: f64 = 1e-7;
-/// Most stretches of the log whose medians are told, and fewest contacts in one.
-const MOST_STRETCHES: usize = 120;
-const SHORTEST_STRETCH: usize = 10;
+/// Largest number of sections of the log with a median each, and fewest contacts in one.
+const MOST_SECTIONS: usize = 120;
+const SHORTEST_SECTION: usize = 10;
 
-/// What the page is told of contacts. Distances in m.
+/// The page's data of the contacts. Distances in m.
 #[derive(Serialize)]
 pub(super) struct Contacts<'a> {
     read: u64,
     used: usize,
     rejected: usize,
     files: &'a [String],
-    /// Every how many contacts one is drawn.
+    /// Stride between drawn contacts.
     every: usize,
-    drawn: Drawn,
+    drawn: DrawnContacts,
     histogram: Vec<Bar>,
-    stretches: Vec<Stretch>,
-    listed: Vec<Listed>,
+    sections: Vec<Section>,
+    outliers: Vec<Outlier>,
     #[serde(skip)]
     rejected_per_fixture: Vec<usize>,
 }
 
 /// Contacts drawn one by one, a column each.
 #[derive(Default, Serialize)]
-pub(super) struct Drawn {
+pub(super) struct DrawnContacts {
     pub index: Vec<usize>,
     fixture: Vec<usize>,
     file: Vec<u32>,
@@ -60,30 +61,29 @@ struct Bar {
     after: usize,
 }
 
-/// Medians over a stretch of the log.
+/// Medians over a section of the log.
 #[derive(Serialize)]
-struct Stretch {
+struct Section {
     from: usize,
     to: usize,
     before: f32,
     after: f32,
 }
 
-/// A contact to look at.
+/// A contact of a large distance.
 #[derive(Serialize)]
-struct Listed {
+struct Outlier {
     index: usize,
     fixture: usize,
     file: u32,
     line: u64,
     after: f32,
-    /// Distance in standard deviations, of a rejected one.
+    /// Distance in standard deviations, of a rejected contact.
     deviations: Option<f32>,
 }
 
 impl<'a> Contacts<'a> {
-    pub fn new(report: &Report<'a>) -> Self {
-        let Report { problem, estimate, .. } = *report;
+    pub fn new(problem: &'a Problem, estimate: &Estimate) -> Self {
         let log = &problem.contacts;
         let values = estimate.values();
         let before = contact_distances(problem, &DVector::zeros(values.len()));
@@ -109,8 +109,8 @@ impl<'a> Contacts<'a> {
             every,
             drawn: drawn(log, &estimate.verdicts, which, (&before, &after)),
             histogram: histogram(&before, &after),
-            stretches: stretches(&before, &after),
-            listed: listed(log, &estimate.verdicts, &farthest, &after),
+            sections: sections(&before, &after),
+            outliers: outliers(log, &estimate.verdicts, &farthest, &after),
             rejected_per_fixture,
         }
     }
@@ -121,21 +121,26 @@ impl<'a> Contacts<'a> {
     }
 
     /// Rejected contacts of fixture `f`.
-    pub fn rejected_of(&self, f: usize) -> usize {
+    pub fn rejected_count(&self, f: usize) -> usize {
         self.rejected_per_fixture[f]
     }
 }
 
-/// All contacts, the farthest first.
+/// Indices of all contacts, the largest distance first.
 fn farthest(after: &[f64]) -> Vec<usize> {
     let mut order: Vec<usize> = (0..after.len()).collect();
     order.sort_by(|&a, &b| after[b].total_cmp(&after[a]));
     order
 }
 
-fn drawn(log: &ContactLog, verdicts: &[Verdict], which: Vec<usize>, (before, after): (&[f64], &[f64])) -> Drawn {
+fn drawn(
+    log: &ContactLog,
+    verdicts: &[Verdict],
+    which: Vec<usize>,
+    (before, after): (&[f64], &[f64]),
+) -> DrawnContacts {
     let rejected = |i: &usize| u8::from(matches!(verdicts.get(*i), Some(Verdict::Rejected { .. })));
-    Drawn {
+    DrawnContacts {
         fixture: which.iter().map(|&i| log.fixture(i)).collect(),
         file: which.iter().map(|&i| log.source(i).file).collect(),
         line: which.iter().map(|&i| log.source(i).line).collect(),
@@ -160,27 +165,21 @@ fn histogram(before: &[f64], after: &[f64]) -> Vec<Bar> {
     histogram
 }
 
-fn stretches(before: &[f64], after: &[f64]) -> Vec<Stretch> {
-    let length = before.len().div_ceil(MOST_STRETCHES).max(SHORTEST_STRETCH);
+fn sections(before: &[f64], after: &[f64]) -> Vec<Section> {
+    let length = before.len().div_ceil(MOST_SECTIONS).max(SHORTEST_SECTION);
     let each = before.chunks(length).zip(after.chunks(length)).enumerate();
-    each.map(|(k, (before, after))| Stretch {
+    each.map(|(k, (before, after))| Section {
         from: k * length,
         to: k * length + before.len(),
-        before: median(before) as f32,
-        after: median(after) as f32,
+        before: upper_median(before.to_vec()).unwrap_or(0.0) as f32,
+        after: upper_median(after.to_vec()).unwrap_or(0.0) as f32,
     })
     .collect()
 }
 
-fn median(values: &[f64]) -> f64 {
-    let mut sorted = values.to_vec();
-    sorted.sort_unstable_by(f64::total_cmp);
-    sorted.get(sorted.len() / 2).copied().unwrap_or(0.0)
-}
-
-/// The rejected contacts, the farthest in standard deviations first; if there are none, the
-/// farthest that counted.
-fn listed(log: &ContactLog, verdicts: &[Verdict], farthest: &[usize], after: &[f64]) -> Vec<Listed> {
+/// The rejected contacts, the most standard deviations first; if there are none, the contacts of
+/// the largest distances.
+fn outliers(log: &ContactLog, verdicts: &[Verdict], farthest: &[usize], after: &[f64]) -> Vec<Outlier> {
     let deviations = |i: usize| match verdicts.get(i) {
         Some(Verdict::Rejected { deviations }) => Some(*deviations),
         _ => None,
@@ -192,7 +191,7 @@ fn listed(log: &ContactLog, verdicts: &[Verdict], farthest: &[usize], after: &[f
     if rejected.is_empty() {
         rejected = farthest.iter().take(FARTHEST_LISTED).map(|&i| (i, None)).collect();
     }
-    let each = rejected.into_iter().map(|(i, deviations)| Listed {
+    let each = rejected.into_iter().map(|(i, deviations)| Outlier {
         index: i,
         fixture: log.fixture(i),
         file: log.source(i).file,

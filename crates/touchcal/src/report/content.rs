@@ -1,26 +1,55 @@
-//! What the page is told, apart from the contacts, the parameters and the scene.
+//! The data of the page, apart from contacts, parameters and scene.
 
 use serde::Serialize;
 
-use super::Report;
 use super::contacts::Contacts;
+use super::page::page;
 use super::parameters::Parameters;
 use super::scene::Scene;
 use crate::estimate::{
-    Progress, Spread, Stage, Termination, ToolUncertainty, distance_uncertainty, tool_uncertainty,
-    workspace_configurations,
+    Estimate, Problem, Progress, Score, Spread, Stage, Termination, ToolUncertainty, distance_uncertainty,
+    tool_uncertainty, workspace_configurations,
 };
 
-/// Something a user should know.
+/// What a report shows.
+#[derive(Clone, Copy, Debug)]
+pub struct Report<'a> {
+    /// The problem.
+    pub problem: &'a Problem,
+    /// The result.
+    pub estimate: &'a Estimate,
+    /// How well the nominal arm explains the contacts: [`evaluate`](crate::estimate::evaluate) of
+    /// the problem.
+    pub prefit: &'a Score,
+    /// Steps of the estimation, as passed to its observer.
+    pub steps: &'a [Progress],
+    /// Warnings, in the order of the page.
+    pub warnings: &'a [WarningText],
+    /// Input files.
+    pub inputs: &'a [Input],
+}
+
+impl Report<'_> {
+    /// The text of the page.
+    ///
+    /// # Errors
+    /// If the data cannot be written as JSON, which is known of no calibration: numbers that are
+    /// not finite become null.
+    pub fn html(&self) -> serde_json::Result<String> {
+        Ok(page(&serde_json::to_string(&Content::new(self))?))
+    }
+}
+
+/// A warning as the page shows it.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
-pub struct Advice {
-    /// What is the matter.
-    pub words: String,
-    /// What to do about it.
+pub struct WarningText {
+    /// What is wrong.
+    pub message: String,
+    /// Advice.
     pub advice: String,
 }
 
-/// A file that was read.
+/// An input file.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Input {
     /// Its path.
@@ -29,23 +58,23 @@ pub struct Input {
     pub sha256: String,
 }
 
-/// Joint positions across the workspace at which the tool's uncertainty is told.
+/// Number of joint positions across the workspace at which the tool's uncertainty is computed.
 const WORKSPACE_POSES: usize = 300;
-/// Most points of a minimisation's course.
+/// Largest number of points of a minimisation's curve.
 const MOST_STEPS: usize = 300;
 
-/// Everything.
+/// The page's data.
 #[derive(Serialize)]
 pub(super) struct Content<'a> {
     version: &'static str,
     robot: RobotEntry<'a>,
     status: &'static str,
-    warnings: &'a [Advice],
+    warnings: &'a [WarningText],
     inputs: &'a [Input],
     all: Change,
     fixtures: Vec<FixtureEntry<'a>>,
     noise_factor: f64,
-    learned_noise: bool,
+    is_noise_estimated: bool,
     contacts: Contacts<'a>,
     parameters: Parameters<'a>,
     uncertainty: Option<Uncertainty>,
@@ -62,7 +91,7 @@ struct RobotEntry<'a> {
     joints: usize,
 }
 
-/// Distances from touching (m).
+/// Distances from contact (m).
 #[derive(Serialize)]
 struct SpreadEntry {
     mean: f64,
@@ -81,7 +110,7 @@ struct Change {
 struct FixtureEntry<'a> {
     name: &'a str,
     placement: &'a str,
-    touch: &'a str,
+    contact: &'a str,
     contacts: usize,
     rejected: usize,
     change: Change,
@@ -95,7 +124,7 @@ struct TerminationEntry {
     iterations: usize,
 }
 
-/// The course of one minimisation, or of learning widths: linearizations and costs.
+/// Steps and costs of one minimisation, or of the estimation of variance components.
 #[derive(Serialize)]
 struct Piece {
     stage: &'static str,
@@ -115,7 +144,7 @@ struct Uncertainty {
 
 #[derive(Serialize)]
 struct PoseUncertainty {
-    /// Of the place (m).
+    /// Of the position (m).
     position: f32,
     /// Of the rotation (rad).
     angle: f32,
@@ -125,15 +154,15 @@ impl<'a> Content<'a> {
     pub fn new(report: &Report<'a>) -> Self {
         let Report { problem, estimate, prefit, .. } = *report;
         let robot = &problem.robot;
-        let contacts = Contacts::new(report);
-        let scene = Scene::new(report, contacts.drawn());
+        let contacts = Contacts::new(problem, estimate);
+        let scene = Scene::new(problem, estimate, contacts.drawn());
         let Termination { reason, measured, threshold, iterations } = estimate.termination;
         let fixtures = problem.fixtures.iter().enumerate().map(|(f, fixture)| FixtureEntry {
             name: &fixture.name,
             placement: &fixture.placement,
-            touch: fixture.manifold.name(),
+            contact: fixture.manifold.name(),
             contacts: prefit.per_fixture.get(f).map_or(0, |spread| spread.count),
-            rejected: contacts.rejected_of(f),
+            rejected: contacts.rejected_count(f),
             change: change(prefit.per_fixture.get(f), estimate.postfit.per_fixture.get(f)),
         });
         Content {
@@ -145,9 +174,9 @@ impl<'a> Content<'a> {
             all: change(Some(&prefit.all), Some(&estimate.postfit.all)),
             fixtures: fixtures.collect(),
             noise_factor: estimate.noise_factor,
-            learned_noise: problem.noise.is_estimated,
+            is_noise_estimated: problem.noise.is_estimated,
             parameters: Parameters::new(estimate),
-            uncertainty: uncertainty(report),
+            uncertainty: uncertainty(problem, estimate),
             termination: TerminationEntry { reason: reason.name(), measured, threshold, iterations },
             pieces: pieces(report.steps),
             contacts,
@@ -164,7 +193,7 @@ fn change(before: Option<&Spread>, after: Option<&Spread>) -> Change {
     Change { before: entry(before), after: entry(after) }
 }
 
-/// A search counts from one again with each minimisation.
+/// The minimisations of a search: each counts its steps from one.
 fn pieces(steps: &[Progress]) -> Vec<Piece> {
     let each = steps.chunk_by(|a, b| a.stage == b.stage && a.iteration < b.iteration).map(|steps| {
         let every = steps.len().div_ceil(MOST_STEPS).max(1);
@@ -182,23 +211,22 @@ fn pieces(steps: &[Progress]) -> Vec<Piece> {
 }
 
 /// At one contact with each fixture, and across the workspace.
-fn uncertainty(report: &Report<'_>) -> Option<Uncertainty> {
-    let Report { problem, estimate, .. } = *report;
+fn uncertainty(problem: &Problem, estimate: &Estimate) -> Option<Uncertainty> {
     let contacts = &problem.contacts;
     let mut touching: Vec<Vec<usize>> = vec![Vec::new(); problem.fixtures.len()];
     (0..contacts.len()).for_each(|i| touching[contacts.fixture(i)].push(i));
     let middle: Vec<(usize, usize)> =
         touching.iter().enumerate().filter_map(|(f, which)| Some((f, *which.get(which.len() / 2)?))).collect();
-    let anywhere = workspace_configurations(&problem.robot, WORKSPACE_POSES);
+    let across = workspace_configurations(&problem.robot, WORKSPACE_POSES);
     let at_fixtures = tool_uncertainty(problem, estimate, middle.iter().map(|&(_, i)| contacts.q(i)))?;
-    let in_workspace = tool_uncertainty(problem, estimate, anywhere.iter().map(Vec::as_slice))?;
+    let in_workspace = tool_uncertainty(problem, estimate, across.iter().map(Vec::as_slice))?;
     Some(Uncertainty {
-        fixtures: middle.iter().zip(at_fixtures).map(|(&(f, _), found)| (f, entry(found))).collect(),
+        fixtures: middle.iter().zip(at_fixtures).map(|(&(f, _), sigma)| (f, entry(sigma))).collect(),
         workspace: in_workspace.into_iter().map(entry).collect(),
-        distances: distance_uncertainty(problem, estimate, &anywhere)?.into_iter().map(|sigma| sigma as f32).collect(),
+        distances: distance_uncertainty(problem, estimate, &across)?.into_iter().map(|sigma| sigma as f32).collect(),
     })
 }
 
-fn entry(found: ToolUncertainty) -> PoseUncertainty {
-    PoseUncertainty { position: found.position as f32, angle: found.angle as f32 }
+fn entry(sigma: ToolUncertainty) -> PoseUncertainty {
+    PoseUncertainty { position: sigma.position as f32, angle: sigma.angle as f32 }
 }

@@ -1,16 +1,16 @@
-//! Parameters, how they hang together, and why some are not determined.
+//! Parameters, their correlations, and why some are not determined.
 
 use serde::Serialize;
 
 use crate::estimate::{Estimate, ParameterEstimate, Warning};
 use crate::parameter::{Block, Parameter, ParameterId};
 
-/// Most parameters in the correlation matrix.
+/// Largest number of parameters in the correlation matrix.
 const MOST_CORRELATED: usize = 100;
-/// A parameter takes part in a direction if its part is at least this, relative to the largest.
-const TAKES_PART: f64 = 0.1;
+/// A parameter belongs to a direction if its component is at least this, relative to the largest.
+const SIGNIFICANT: f64 = 0.1;
 
-/// What the page is told of parameters. SI.
+/// The page's data of the parameters, in SI units.
 #[derive(Serialize)]
 pub(super) struct Parameters<'a> {
     each: Vec<ParameterEntry<'a>>,
@@ -26,7 +26,7 @@ pub(super) struct Parameters<'a> {
 #[derive(Serialize)]
 struct ParameterEntry<'a> {
     name: &'a str,
-    words: String,
+    description: String,
     block: &'static str,
     unit: &'static str,
     value: f64,
@@ -38,37 +38,37 @@ struct ParameterEntry<'a> {
 
 impl<'a> Parameters<'a> {
     pub fn new(estimate: &'a Estimate) -> Self {
-        let held = estimate.warnings.iter().find_map(|warning| match warning {
+        let fixed = estimate.warnings.iter().find_map(|warning| match warning {
             Warning::Unobservable { names } => Some(names.as_slice()),
             _ => None,
         });
-        let held = held.unwrap_or_default();
+        let fixed = fixed.unwrap_or_default();
         let each = estimate.parameters.iter().enumerate().map(|(k, entry)| {
             let Parameter { name, id, unit, .. } = &entry.parameter;
             ParameterEntry {
                 name,
-                words: entry.parameter.description(),
+                description: entry.parameter.description(),
                 block: id.block().name(),
                 unit: unit.symbol(),
                 value: entry.value,
                 sigma: entry.sigma,
                 prior_sigma: entry.parameter.prior_sigma(),
-                undetermined: (!entry.identifiable).then(|| reason(estimate, k, entry, held)),
+                undetermined: (!entry.identifiable).then(|| reason(estimate, k, entry, fixed)),
             }
         });
         let correlated = correlated(estimate);
         let covariance = &estimate.covariance;
         let correlation = |i: usize, j: usize| covariance[(i, j)] / (covariance[(i, i)] * covariance[(j, j)]).sqrt();
         let row = |(a, &i): (usize, &usize)| correlated[..a].iter().map(|&j| rounded(correlation(i, j))).collect();
-        let found = &estimate.identifiability;
+        let identifiability = &estimate.identifiability;
         Parameters {
             each: each.collect(),
             correlation: correlated.iter().enumerate().map(row).collect(),
             correlated,
-            singular_values: &found.singular_values,
-            rank: found.rank,
-            condition: found.condition,
-            null_space: found.null_space.iter().map(|null| null.description.as_str()).collect(),
+            singular_values: &identifiability.singular_values,
+            rank: identifiability.rank,
+            condition: identifiability.condition,
+            null_space: identifiability.null_space.iter().map(|null| null.description.as_str()).collect(),
         }
     }
 }
@@ -78,35 +78,35 @@ fn rounded(value: f64) -> f32 {
     ((100.0 * value).round() / 100.0) as f32
 }
 
-/// Those of arm, tool and fixtures that have an uncertainty.
+/// Indices of the parameters of arm, tool and fixtures that have an uncertainty.
 fn correlated(estimate: &Estimate) -> Vec<usize> {
     let each = estimate.parameters.iter().enumerate().filter(|(k, entry)| {
-        let passing = matches!(entry.parameter.id.block(), Block::JointDrift | Block::GapBias);
-        !passing && entry.sigma.is_some() && estimate.covariance[(*k, *k)] > 0.0
+        let is_nuisance = matches!(entry.parameter.id.block(), Block::JointDrift | Block::GapBias);
+        !is_nuisance && entry.sigma.is_some() && estimate.covariance[(*k, *k)] > 0.0
     });
     each.map(|(k, _)| k).take(MOST_CORRELATED).collect()
 }
 
 /// Why the data do not determine parameter `k`.
-fn reason(estimate: &Estimate, k: usize, entry: &ParameterEstimate, held: &[String]) -> String {
+fn reason(estimate: &Estimate, k: usize, entry: &ParameterEstimate, fixed: &[String]) -> String {
     if matches!(entry.parameter.id, ParameterId::DirectionalGapBias(..)) {
-        return "how walls differ is allowed for, not asked".to_owned();
+        return "variation between surfaces, a nuisance parameter".to_owned();
     }
     let part =
         |direction: &[(usize, f64)]| direction.iter().find(|(of, _)| *of == k).map_or(0.0, |(_, part)| part.abs());
     let null_space = estimate.identifiability.null_space.iter();
     let directions = null_space.map(|null| (part(&null.direction), &null.description));
-    let main = directions.filter(|(part, _)| *part >= TAKES_PART).max_by(|(a, _), (b, _)| a.total_cmp(b));
-    let what = match (held.contains(&entry.parameter.name), entry.parameter.prior_sigma()) {
-        (true, _) => "held at zero".to_owned(),
+    let main = directions.filter(|(part, _)| *part >= SIGNIFICANT).max_by(|(a, _), (b, _)| a.total_cmp(b));
+    let what = match (fixed.contains(&entry.parameter.name), entry.parameter.prior_sigma()) {
+        (true, _) => "fixed at zero".to_owned(),
         (false, Some(prior)) => {
-            let left = entry.sigma.map_or(1.0, |sigma| sigma / prior);
-            format!("the prior decides, the contacts leave {:.0} % of its width", 100.0 * left)
+            let remaining = entry.sigma.map_or(1.0, |sigma| sigma / prior);
+            format!("determined by the prior: the standard deviation is {:.0} % of the prior's", 100.0 * remaining)
         }
-        (false, None) => "depends on what was held".to_owned(),
+        (false, None) => "depends on parameters that are fixed".to_owned(),
     };
     match main {
-        Some((_, words)) => format!("{what}: {words}"),
+        Some((_, description)) => format!("{what}: {description}"),
         None => what,
     }
 }

@@ -1,9 +1,8 @@
-//! The arm, the parts and where the tool was, to be drawn in space.
+//! The arm, the parts and the tool's positions, for the three-dimensional view.
 
 use nalgebra::Vector3;
 use serde::Serialize;
 
-use super::Report;
 use crate::contact::ContactLog;
 use crate::estimate::{Estimate, Problem};
 use crate::manifold::Shape;
@@ -11,7 +10,7 @@ use crate::parameter::ParameterId;
 use crate::robot::{JointKind, Kinematics, Robot};
 use crate::se3::{self, Pose, Twist};
 
-/// What the page is told. Poses are `x, y, z, qx, qy, qz, qw`, lengths in m.
+/// The page's data of the view. Poses are `x, y, z, qx, qy, qz, qw`, lengths in m.
 #[derive(Serialize)]
 pub(super) struct Scene<'a> {
     nominal: Arm<'a>,
@@ -20,8 +19,7 @@ pub(super) struct Scene<'a> {
     tools: Vec<ShapeEntry>,
     /// Joint positions (rad, m) of each contact drawn.
     q: Vec<Vec<f32>>,
-    /// Where the tool was at each contact drawn, in base (m), by the nominal arm and by the
-    /// calibrated one.
+    /// Tool positions at each contact drawn, in base (m), by the nominal and the calibrated arm.
     before: Vec<[f32; 3]>,
     after: Vec<[f32; 3]>,
 }
@@ -40,7 +38,7 @@ struct JointEntry<'a> {
     axis: [f64; 3],
 }
 
-/// A fixture where it was found.
+/// A fixture at its estimated pose.
 #[derive(Serialize)]
 struct Part {
     base_from_fixture: [f64; 7],
@@ -70,8 +68,7 @@ impl From<&Shape> for ShapeEntry {
 }
 
 impl<'a> Scene<'a> {
-    pub fn new(report: &Report<'a>, drawn: &[usize]) -> Self {
-        let Report { problem, estimate, .. } = *report;
+    pub fn new(problem: &'a Problem, estimate: &'a Estimate, drawn: &[usize]) -> Self {
         let nominal_tool = problem.tool.tip_from_tool;
         let tool = nominal_tool * estimate.tool_motion().unwrap_or_else(Pose::identity);
         let log = &problem.contacts;
@@ -95,7 +92,7 @@ impl<'a> Scene<'a> {
     }
 }
 
-/// Where an arm's tool was in the contacts `drawn`, in base (m).
+/// Positions of an arm's tool in the contacts `drawn`, in base (m).
 pub(crate) fn positions(log: &ContactLog, drawn: &[usize], kinematics: &Kinematics) -> Vec<[f32; 3]> {
     let position = |&i: &usize| {
         let place = kinematics.pose_under(log.q(i), &log.load(i)).translation;
@@ -104,8 +101,8 @@ pub(crate) fn positions(log: &ContactLog, drawn: &[usize], kinematics: &Kinemati
     drawn.iter().map(position).collect()
 }
 
-/// Where each fixture was found; one without a nominal place is where the tool was on average in
-/// its contacts.
+/// Estimated pose of each fixture in base; one without a nominal pose is at the mean tool position
+/// of its contacts.
 pub(crate) fn places(problem: &Problem, estimate: &Estimate, drawn: &[usize], after: &[[f32; 3]]) -> Vec<Pose> {
     let Problem { fixtures, contacts, .. } = problem;
     let mut twists = vec![Twist::zeros(); fixtures.len()];

@@ -1,5 +1,5 @@
 "use strict";
-// The page's words and tables, and what the other scripts share: the data, elements, and numbers for people.
+// The page's texts and tables, and shared functions: the data, elements, formatted numbers.
 
 const data = JSON.parse(document.getElementById("data").textContent);
 const byId = (id) => document.getElementById(id);
@@ -33,12 +33,12 @@ function quantile(values, share) {
 /** Factor from SI and name of a unit for people. */
 const UNITS = { m: [1e3, "mm"], rad: [180 / Math.PI, "°"], "rad/(N m)": [1e6, "µrad/(N m)"], 1: [100, "%"] };
 const BLOCKS = {
-  strain: "Strain common to all links", segment_strain: "Strain of each segment", joint_offset: "Zeros of the encoders", joint_origin: "Origins of the joints",
-  joint_compliance: "Compliance of the joints", tool: "Tool on the tip", fixture: "Places of the fixtures", interference: "Interference: mean gap at contact",
-  joint_drift: "Drift of the zeros between placements",
+  strain: "Strain common to all links", segment_strain: "Additional strain of each segment", joint_offset: "Encoder offsets", joint_origin: "Joint origins",
+  joint_compliance: "Joint compliance", tool: "Pose of the tool on the tip", fixture: "Poses of the fixtures", gap_bias: "Gap bias: mean measured gap at contact",
+  joint_drift: "Drift of encoder offsets between placements",
 };
-/** What passes, and is no part of the arm. */
-const PASSING = ["interference", "joint_drift"];
+/** Blocks of nuisance parameters. */
+const NUISANCE = ["gap_bias", "joint_drift"];
 
 function place(contact) {
   return `${data.contacts.files[contact.file] ?? "?"}, line ${contact.line}`;
@@ -49,23 +49,23 @@ function verdict() {
   document.title = `touchcal: ${robot.name}`;
   byId("what").textContent = `Calibration of ${robot.name}, ${robot.joints} joints from ${robot.base} to ${robot.tip}`;
   const reason = data.termination.reason.replaceAll("_", " ");
-  const words = {
-    converged: ["✓ Converged: use it", "Residuals at the contacts it was fitted to flatter; score it on others with touchcal evaluate."],
-    not_converged: ["✕ Not converged: do not use it", `The search ended without reaching a minimum (${reason}). What follows is where it stood.`],
-    not_usable: ["✕ Not usable: do not use it", "The contacts do not determine the arm, or contradict what was declared. The reasons are below."],
+  const texts = {
+    converged: ["✓ Converged: the result may be used", "Residuals at the contacts used for calibration underestimate the error; evaluate the result on other contacts with touchcal evaluate."],
+    not_converged: ["✕ Not converged: do not use the result", `The search ended without reaching a minimum (${reason}). The page shows its last state.`],
+    not_usable: ["✕ Not usable: do not use the result", "The contacts do not determine the arm, or contradict the problem file. The warnings give the reasons."],
   };
-  const [headline, next] = words[status];
+  const [headline, next] = texts[status];
   byId("verdict").className = status === "converged" ? "good" : "bad";
-  const also = status === "converged" && warnings.length ? ` Mind ${warnings.length === 1 ? "the warning" : `the ${warnings.length} warnings`}.` : "";
+  const also = status === "converged" && warnings.length ? ` See ${warnings.length === 1 ? "the warning" : `the ${warnings.length} warnings`}.` : "";
   byId("verdict").append(el("h1", {}, headline), el("p", {}, next + also));
-  byId("warnings").append(...warnings.map((warning) => el("li", {}, warning.words, el("span", {}, `→ ${warning.advice}`))));
+  byId("warnings").append(...warnings.map((warning) => el("li", {}, warning.message, el("span", {}, `→ ${warning.advice}`))));
   const figure = (name, value, note) => el("div", {}, el("dt", {}, name), el("dd", {}, value, el("small", {}, note)));
   const between = data.uncertainty && quantile(data.uncertainty.distances, 0.5);
   byId("figures").append(
-    figure("Distance from touching", contacts.used + contacts.rejected ? `${significant(1e3 * all.before.rms)} → ${significant(1e3 * all.after.rms, 2)} mm` : "–", "root mean square, before and after"),
-    figure("Contacts", `${contacts.used} counted`, `${contacts.rejected} rejected, ${count(contacts.read, "row")} read`),
-    figure("Determined", `${parameters.rank} of ${parameters.singular_values.length}`, "directions, by the contacts alone"),
-    figure("Tool, between two poses", data.uncertainty ? `± ${mm(between, 2)}` : "–", data.uncertainty ? "standard deviation of the distance, median" : "no uncertainty follows from a projection"),
+    figure("Distance from contact", contacts.used + contacts.rejected ? `${significant(1e3 * all.before.rms)} → ${significant(1e3 * all.after.rms, 2)} mm` : "–", "root mean square, before and after"),
+    figure("Contacts", `${contacts.used} used`, `${contacts.rejected} rejected, ${count(contacts.read, "row")} read`),
+    figure("Identifiable", `${parameters.rank} of ${parameters.singular_values.length}`, "directions, from the contacts alone"),
+    figure("Distance between two tool positions", data.uncertainty ? `± ${mm(between, 2)}` : "–", data.uncertainty ? "standard deviation, median over the workspace" : "projections give no uncertainty"),
   );
 }
 
@@ -78,11 +78,11 @@ function table(headings, rows) {
 }
 
 function fixtures() {
-  const row = ({ name, contacts, rejected, touch, change: { before, after } }) =>
-    [name, touch, `${contacts}`, `${rejected}`, ...[before, after].flatMap(({ mean, rms, max }) => [mean, rms, max].map((v) => (1e3 * v).toFixed(3)))];
-  const headings = ["fixture", "touch", "#contacts", "#rejected", "#before: mean mm", "#rms mm", "#max mm", "#after: mean mm", "#rms mm", "#max mm"];
+  const row = ({ name, contacts, rejected, contact, change: { before, after } }) =>
+    [name, contact, `${contacts}`, `${rejected}`, ...[before, after].flatMap(({ mean, rms, max }) => [mean, rms, max].map((v) => (1e3 * v).toFixed(3)))];
+  const headings = ["fixture", "contact model", "#contacts", "#rejected", "#before: mean mm", "#rms mm", "#max mm", "#after: mean mm", "#rms mm", "#max mm"];
   const { read, used, rejected } = data.contacts;
-  byId("fixture-table").append(table(headings, [...data.fixtures, { name: "all", touch: "", contacts: used + rejected, rejected, change: data.all }].map(row)));
+  byId("fixture-table").append(table(headings, [...data.fixtures, { name: "all", contact: "", contacts: used + rejected, rejected, change: data.all }].map(row)));
 }
 
 /** A parameter's 95 % interval, its prior's band and zero, between `low` and `high` (SI). */
@@ -110,11 +110,11 @@ function parameterTable(entries, title) {
   const near = (value) => Math.abs(value) < (innerWidth < 640 ? 0.35 : 0.12) * (domain[1] - domain[0]);
   const scale = el("div", { class: "scale" }, ...[reach[0], 0, reach[1]].filter((value, i) => i === 1 || (value !== 0 && !near(value))).map(tick));
   const row = (entry) => {
-    const { name, words, block, value, sigma, undetermined } = entry;
+    const { name, description, block, value, sigma, undetermined } = entry;
     const decimals = Math.min(7, Math.max(0, sigma ? 1 - Math.floor(Math.log10(factor * sigma)) : 4));
     const number = signed(factor * value, decimals) + (sigma ? ` ± ${(factor * sigma).toFixed(decimals)}` : "");
     const label = name.startsWith(block + ".") ? name.slice(block.length + 1) : name;
-    const made = el("tr", { class: undetermined ? "undetermined" : null, title: words }, el("td", { class: "name" }, label), el("td", { class: "number" }, number),
+    const made = el("tr", { class: undetermined ? "undetermined" : null, title: description }, el("td", { class: "name" }, label), el("td", { class: "number" }, number),
       el("td", { class: "interval" }, interval(entry, domain)));
     return undetermined ? [made, el("tr", { class: "why" }, el("td", { colspan: 3 }, undetermined))] : [made];
   };
@@ -130,20 +130,20 @@ function parameters() {
   for (const entries of groups.values()) {
     const { block } = entries[0];
     const made = parameterTable(entries, BLOCKS[block] ?? block);
-    host.append(PASSING.includes(block) ? el("details", {}, el("summary", {}, `${BLOCKS[block]} (${entries.length})`), made) : made);
+    host.append(NUISANCE.includes(block) ? el("details", {}, el("summary", {}, `${BLOCKS[block]} (${entries.length})`), made) : made);
   }
 }
 
 function determined() {
   const { rank, singular_values, condition, null_space, each } = data.parameters;
-  const left = each.filter((entry) => entry.undetermined && !PASSING.includes(entry.block));
-  byId("determined-words").textContent = `The contacts alone determine ${rank} of ${count(singular_values.length, "direction")} in which parameters may change`
+  const left = each.filter((entry) => entry.undetermined && !NUISANCE.includes(entry.block));
+  byId("determined-words").textContent = `The contacts alone determine ${rank} of ${count(singular_values.length, "direction")} of the parameter space`
     + (condition == null ? "." : ` (condition number ${significant(condition, 2)}).`)
-    + (left.length ? ` ${count(left.length, "parameter")} of the arm, the tool or the fixtures ${left.length === 1 ? "is" : "are"} left to the prior, or held.` : "");
+    + (left.length ? ` ${count(left.length, "parameter")} of the arm, the tool or the fixtures ${left.length === 1 ? "is" : "are"} determined by the prior, or fixed.` : "");
   if (null_space.length) {
-    const list = (words) => el("ul", {}, ...words.map((text) => el("li", {}, text)));
+    const list = (texts) => el("ul", {}, ...texts.map((text) => el("li", {}, text)));
     const shown = 8;
-    byId("null-space").append(el("p", { class: "note" }, "About these the contacts alone say less than was known before:"), list(null_space.slice(0, shown)));
+    byId("null-space").append(el("p", { class: "note" }, "Unobservable directions (the data add less than the prior):"), list(null_space.slice(0, shown)));
     const more = null_space.slice(shown);
     if (more.length) byId("null-space").append(el("details", {}, el("summary", {}, `and ${more.length} more`), list(more)));
   }
@@ -152,46 +152,46 @@ function determined() {
 function uncertainty() {
   const { uncertainty, warnings, parameters } = data;
   if (!uncertainty) {
-    byId("uncertainty-words").textContent = "No uncertainty follows from distances to a projection.";
+    byId("uncertainty-words").textContent = "Distances to a projection give no uncertainty.";
     return;
   }
-  const held = parameters.each.some((entry) => entry.undetermined?.startsWith("held"));
+  const fixed = parameters.each.some((entry) => entry.undetermined?.startsWith("fixed"));
   const middle = (values) => quantile(values, 0.5);
-  byId("uncertainty-words").textContent = `Standard deviations that follow from the estimate's covariance, at ${uncertainty.workspace.length} poses spread over the joints' limits and at a contact `
-    + `with each fixture. In base, the tool's place is typically known to ${mm(middle(uncertainty.workspace.map((pose) => pose.position)), 2)} and its direction to `
-    + `${deg(middle(uncertainty.workspace.map((pose) => pose.angle)))}. Distances between two places need no base: they are known to ${mm(middle(uncertainty.distances), 2)}.`
-    + (held ? " Parameters that were held count with the size of a large but plausible error, such as 5° or 5 %." : "");
+  byId("uncertainty-words").textContent = `Standard deviations from the estimate's covariance, at ${uncertainty.workspace.length} joint positions across the workspace and at a contact `
+    + `with each fixture. Medians: tool position in base ${mm(middle(uncertainty.workspace.map((pose) => pose.position)), 2)}, orientation `
+    + `${deg(middle(uncertainty.workspace.map((pose) => pose.angle)))}. Distance between two positions, which is independent of the base, ${mm(middle(uncertainty.distances), 2)}.`
+    + (fixed ? " Fixed parameters are included with a large plausible error, such as 5° or 5 %." : "");
 }
 
 function outliers() {
-  const { listed, rejected, used } = data.contacts;
+  const { outliers, rejected, used } = data.contacts;
   const share = (100 * rejected) / Math.max(1, rejected + used);
   byId("outlier-words").textContent = rejected
-    ? `${count(rejected, "contact")} (${significant(share, 2)} %) did not fit and ${rejected === 1 ? "was" : "were"} rejected`
-      + (listed.length < rejected ? `; the ${listed.length} worst are listed.` : ".") + " Lines are those of the file, counted from 1."
-    : `${used ? "None was rejected." : "There are none."} ${listed.length ? `The ${listed.length} that are farthest from touching, for a look:` : ""}`;
+    ? `${count(rejected, "contact")} (${significant(share, 2)} %) ${rejected === 1 ? "was" : "were"} rejected as outliers`
+      + (outliers.length < rejected ? `; the ${outliers.length} largest are listed.` : ".") + " Line numbers start at 1."
+    : `${used ? "No contact was rejected." : "There are no contacts."} ${outliers.length ? `The ${outliers.length} largest distances:` : ""}`;
   const row = (contact) => [data.contacts.files[contact.file] ?? "?", `${contact.line}`, data.fixtures[contact.fixture].name, (1e3 * contact.after).toFixed(3),
     ...(rejected ? [significant(contact.deviations, 2)] : [])];
-  if (listed.length) byId("outlier-table").append(table(["file", "#line", "fixture", "#distance mm", ...(rejected ? ["#standard deviations"] : [])], listed.map(row)));
+  if (outliers.length) byId("outlier-table").append(table(["file", "#line", "fixture", "#distance mm", ...(rejected ? ["#standard deviations"] : [])], outliers.map(row)));
 }
 
 function inputs() {
   byId("inputs").append(table(["file", "SHA-256"], data.inputs.map(({ path, sha256 }) => [path, sha256])));
   byId("inputs").querySelectorAll("td:last-child").forEach((cell) => cell.classList.add("hash"));
-  byId("version").textContent = `Written by touchcal ${data.version}. Charts by Observable Plot, the picture in space by three.js; both are in this file, which loads nothing.`;
+  byId("version").textContent = `Written by touchcal ${data.version}. Charts by Observable Plot, three-dimensional view by three.js; both are embedded.`;
 }
 
 function search() {
   const { reason, measured, threshold, iterations } = data.termination;
   const how = reason === "converged" ? "converged" : `stopped: ${reason.replaceAll("_", " ")}`;
-  byId("convergence-words").textContent = `It ${how} after ${count(iterations, "step")}; what was left to gain, ${significant(measured, 2)}, is compared with ${significant(threshold, 2)}. `
-    + "It is a chain of minimisations: coarse ones towards where contacts can be, then onto them, with more contacts and a stricter loss from one to the next. Each line is one of them; costs compare within a line only."
-    + ` Contacts scatter ${significant(data.noise_factor, 2)} times the noise ${data.learned_noise ? "learned" : "declared"}.`;
+  byId("convergence-words").textContent = `The search ${how} after ${count(iterations, "step")}; termination criterion: ${significant(measured, 2)}, threshold ${significant(threshold, 2)}. `
+    + "It consists of several minimisations: coarse ones on the manifolds' envelopes, then fine ones with an increasing number of contacts and a decreasing scale of the loss. Each line is one minimisation; costs are comparable within a line only."
+    + ` The contacts' noise is ${significant(data.noise_factor, 2)} times the ${data.is_noise_estimated ? "estimated" : "declared"} noise.`;
 }
 
 for (const part of [verdict, fixtures, parameters, determined, uncertainty, outliers, inputs, search]) part();
 
-// The libraries and what draws with them come once the words can be seen, one after the other.
+// The libraries and the scripts that use them run one by one after the text has been painted.
 function later() {
   const next = document.querySelector("script.later");
   if (!next) {

@@ -141,7 +141,8 @@ impl Robot {
         &self.joints
     }
 
-    /// The joints that move, in order: joint positions have this order and length everywhere.
+    /// The joints that move, from base to tip: joint positions (rad, or m for a prismatic joint)
+    /// have this order and length everywhere.
     pub fn moving(&self) -> impl Iterator<Item = &Joint> {
         self.joints.iter().filter(|joint| joint.kind != JointKind::Fixed)
     }

@@ -146,8 +146,9 @@ impl Kinematics {
         to_pose(&tool)
     }
 
-    /// Pose `base_from_tool` without load, and its derivatives by joint positions and parameters,
-    /// written to `scratch`.
+    /// Pose `base_from_tool` without load at joint positions `q` (rad, or m for a prismatic joint;
+    /// [`Kinematics::dof`] of them). Its derivatives by joint positions and parameters are written
+    /// to `scratch`.
     pub fn pose_and_jacobian(&self, q: &[f64], scratch: &mut KinematicsScratch) -> Pose {
         self.pose_and_jacobian_under(q, &NO_LOAD, scratch)
     }

@@ -8,7 +8,8 @@
 
 use nalgebra::{Cholesky, Matrix3, Matrix3x6, Matrix6, Point3, Translation3, UnitQuaternion, Vector3};
 
-use super::parts::{Near, Pair, Parts};
+use super::parts::{Near, NearPairs, Pair};
+use crate::geometry::Parts;
 use crate::se3::{self, Pose, Twist};
 
 /// How an arm under Cartesian impedance control yields at the tool's origin.

@@ -2,26 +2,8 @@
 
 use nalgebra::{Point3, Vector3};
 
-use crate::geometry::extrusion::{Feature, PegAndHole};
+use crate::geometry::{Feature, Parts, visit_features_below};
 use crate::se3::{Pose, Twist, twist};
-
-/// A tool and a fixture.
-#[derive(Clone, Debug)]
-pub enum Parts {
-    /// A straight peg and a straight hole.
-    PegInHole(Box<PegAndHole>),
-    /// A ball, centred at the tool's origin, in a socket of three faces like the inner corner of a
-    /// cube, which seats the ball's centre at the fixture's origin; +z points out of the corner.
-    BallInSocket,
-    /// The convex hull of points in the tool frame (m) grown by a radius (m), over the plane z = 0
-    /// of the fixture.
-    OnPlane {
-        /// One point is a ball or a stylus, the corners of its tip a peg.
-        points: Vec<Point3<f64>>,
-        /// How far the surface is from the points.
-        radius: f64,
-    },
-}
 
 /// Which surface elements: the same pair has the same name from row to row.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -46,10 +28,26 @@ pub(super) struct Near {
     pub normal_in_tool: Vector3<f64>,
 }
 
-impl Parts {
+/// The surface elements of tool and fixture that come near each other.
+pub(super) trait NearPairs {
     /// Heights (m) of the tool's origin over the fixture's where it first touches, upright, and
     /// where it can go no deeper.
-    pub(super) fn heights(&self) -> (f64, f64) {
+    fn heights(&self) -> (f64, f64);
+
+    /// Distance (m) by which a step may move points of the tool at most, so that linearisation does
+    /// not jump past a pair. None where the fixture is convex and linearisation is exact in
+    /// translation.
+    fn reach(&self) -> Option<f64>;
+
+    /// Largest distance (m) of the tool's surface from its origin.
+    fn size(&self) -> f64;
+
+    /// Visits the pairs nearer than [`NearPairs::reach`], all of them where there is none.
+    fn visit_near(&self, fixture_from_tool: &Pose, visit: impl FnMut(Near));
+}
+
+impl NearPairs for Parts {
+    fn heights(&self) -> (f64, f64) {
         match self {
             Parts::PegInHole(parts) => (0.0, -parts.depth()),
             Parts::BallInSocket => (0.0, 0.0),
@@ -60,18 +58,14 @@ impl Parts {
         }
     }
 
-    /// Pairs that linearisation must not jump past: a step must keep all points of the tool within
-    /// this distance (m). None where the fixture is convex and linearisation is exact in
-    /// translation.
-    pub(super) fn reach(&self) -> Option<f64> {
+    fn reach(&self) -> Option<f64> {
         match self {
             Parts::PegInHole(_) => Some(0.3e-3),
             Parts::BallInSocket | Parts::OnPlane { .. } => None,
         }
     }
 
-    /// Largest distance (m) of the tool's surface from its origin.
-    pub(super) fn size(&self) -> f64 {
+    fn size(&self) -> f64 {
         match self {
             Parts::PegInHole(parts) => parts.peg().bounding_radius().hypot(parts.depth().min(parts.length())),
             Parts::BallInSocket => 0.0,
@@ -79,17 +73,16 @@ impl Parts {
         }
     }
 
-    /// The pairs nearer than [`Parts::reach`], all of them where there is none.
-    pub(super) fn visit_near(&self, fixture_from_tool: &Pose, mut visit: impl FnMut(Near)) {
+    fn visit_near(&self, fixture_from_tool: &Pose, mut visit: impl FnMut(Near)) {
         match self {
             Parts::PegInHole(parts) => {
                 let reach = self.reach().unwrap_or(f64::INFINITY);
-                parts.visit_below(fixture_from_tool, reach, |gap| {
+                visit_features_below(parts, fixture_from_tool, reach, |gap, feature| {
                     visit(Near {
-                        pair: Pair::Feature(gap.feature),
+                        pair: Pair::Feature(feature),
                         gap: gap.value,
                         gradient: gap.gradient,
-                        point_in_tool: fixture_from_tool.inverse_transform_point(&gap.point_in_hole),
+                        point_in_tool: fixture_from_tool.inverse_transform_point(&gap.point_in_fixture),
                         normal_in_tool: gap.gradient.fixed_rows::<3>(0).into_owned(),
                     });
                 });
@@ -103,18 +96,6 @@ impl Parts {
                 for (i, point) in points.iter().enumerate() {
                     visit(point_and_face(fixture_from_tool, (i, point), (0, &Vector3::z()), *radius));
                 }
-            }
-        }
-    }
-
-    /// The least signed distance (m), as far as pairs are near; infinite where none is.
-    pub fn gap(&self, fixture_from_tool: &Pose) -> f64 {
-        match self {
-            Parts::PegInHole(parts) => parts.gap(fixture_from_tool).value,
-            _ => {
-                let mut least = f64::INFINITY;
-                self.visit_near(fixture_from_tool, |near| least = least.min(near.gap));
-                least
             }
         }
     }

@@ -4,11 +4,9 @@ use nalgebra::{Quaternion, Translation3, UnitQuaternion};
 
 use super::equilibrium::Stiffness;
 use super::exploration::Exploration;
-use super::parts::Parts;
 use super::recorder::Recorder;
 use super::scenario::{ArmErrors, Distribution, PlaceError, Scenario, Thermal, Touch};
-use crate::geometry::extrusion::{ExtrusionError, PegAndHole};
-use crate::geometry::profile::{Profile, ProfileError};
+use crate::geometry::{Parts, Polygon, PolygonError, PrismPair, PrismPairError};
 use crate::robot::Robot;
 use crate::se3::Pose;
 
@@ -27,10 +25,10 @@ const SPACING: f64 = 50.0 * MM;
 pub enum PartsError {
     /// An outline.
     #[error(transparent)]
-    Profile(#[from] ProfileError),
+    Polygon(#[from] PolygonError),
     /// Peg and hole together.
     #[error(transparent)]
-    Extrusion(#[from] ExtrusionError),
+    Extrusion(#[from] PrismPairError),
 }
 
 /// A scenario by name. All are of an iiwa 14, and differ in what may be wrong with it and in what
@@ -114,7 +112,7 @@ impl Preset {
 /// A 25 mm T-slot extrusion explores a hole of 1.0 mm clearance, 30 mm deep, at 300 Hz, contact
 /// above 3 N, by an arm without errors.
 fn in_hole(robot: Robot) -> Result<Scenario, PartsError> {
-    let peg = Profile::extrusion25();
+    let peg = Polygon::extrusion25();
     let hole = peg.offset_mitred(0.5 * MM)?;
     let turned = UnitQuaternion::from_quaternion(Quaternion::new(0.0, 0.0, 1.0, 0.0));
     let yaw = UnitQuaternion::from_euler_angles(0.0, 0.0, 20.0 * DEG);
@@ -129,7 +127,7 @@ fn in_hole(robot: Robot) -> Result<Scenario, PartsError> {
             base_from_fixture: Pose::from_parts(Translation3::new(600.0 * MM, 100.0 * MM, 150.0 * MM), yaw),
             place_error: known,
             free: false,
-            parts: Parts::PegInHole(Box::new(PegAndHole::new(peg, 40.0 * MM, hole, 30.0 * MM)?)),
+            parts: Parts::PegInHole(Box::new(PrismPair::new(peg, 40.0 * MM, hole, 30.0 * MM)?)),
             clearance_sigma: 0.0,
             postures: vec![POSTURE.to_vec()],
             exploration: Exploration {

@@ -3,13 +3,13 @@
 
 use super::equilibrium::Stiffness;
 use super::exploration::Exploration;
-use super::parts::Parts;
 use super::recorder::Recorder;
+use crate::geometry::Parts;
 use crate::robot::Robot;
 use crate::se3::Pose;
 
-/// A calibration to be simulated: all but the chance. [`Scenario::simulate`] draws the truth from a
-/// seed and runs it.
+/// A calibration to be simulated: all but the chance. [`simulate`](crate::sim::simulate()) draws
+/// the truth from a seed and runs it.
 #[derive(Clone, Debug)]
 pub struct Scenario {
     /// The arm as its maker drew it.

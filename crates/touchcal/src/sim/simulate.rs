@@ -8,16 +8,17 @@ use rand_pcg::Pcg64;
 
 use super::equilibrium::{Equilibrium, Rest};
 use super::inverse_kinematics::Follower;
-use super::parts::Parts;
+use super::parts::NearPairs;
 use super::recorder::{at_tip, force, normal};
 use super::scenario::{Scenario, Thermal, Touch};
 use super::truth::Truth;
+use crate::geometry::{GapQuery, Parts};
 use crate::robot::{Kinematics, segments};
 use crate::se3::{self, Pose, Twist};
 
 /// One simulated trial.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Simulated {
+pub struct SimulatedTrial {
     /// What the estimator looks for and never reads.
     pub truth: Truth,
     /// A log for each touch of the scenario.
@@ -155,67 +156,65 @@ fn chance(seed: u64, purpose: u64) -> Pcg64 {
     Pcg64::seed_from_u64(seed ^ purpose.wrapping_mul(0x9E37_79B9_7F4A_7C15))
 }
 
-impl Scenario {
-    /// Draws the truth and runs it. The same seed gives the same trial, to the last bit where sine
-    /// and cosine are the same.
-    ///
-    /// # Errors
-    /// As [`Scenario::run`].
-    pub fn simulate(&self, seed: u64) -> Result<Simulated, SimulationError> {
-        let truth = self.draw(seed);
-        let logs = self.run(&truth, seed, &mut |_| ControlFlow::Continue(()))?;
-        Ok(Simulated { truth, logs })
-    }
+/// Draws the truth and runs it. The same seed gives the same trial, to the last bit where sine
+/// and cosine are the same.
+///
+/// # Errors
+/// As [`run`].
+pub fn simulate(scenario: &Scenario, seed: u64) -> Result<SimulatedTrial, SimulationError> {
+    let truth = draw_truth(scenario, seed);
+    let logs = run(scenario, &truth, seed, &mut |_| ControlFlow::Continue(()))?;
+    Ok(SimulatedTrial { truth, logs })
+}
 
-    /// Draws what is wrong in the trial of `seed`.
-    pub fn draw(&self, seed: u64) -> Truth {
-        Truth::draw(self, &mut chance(seed, 0))
-    }
+/// Draws what is wrong in the trial of `seed`.
+pub fn draw_truth(scenario: &Scenario, seed: u64) -> Truth {
+    Truth::draw(scenario, &mut chance(seed, 0))
+}
 
-    /// Runs a truth, with the noise of `seed`: a log for each touch. `watch` is told the number of
-    /// contacts after each, and may break the run off.
-    ///
-    /// # Errors
-    /// If the arm cannot reach a fixture, touches too rarely, or finds no rest; and if broken off.
-    pub fn run(
-        &self,
-        truth: &Truth,
-        seed: u64,
-        watch: &mut dyn FnMut(usize) -> ControlFlow<()>,
-    ) -> Result<Vec<Log>, SimulationError> {
-        let (parameters, values) = truth.of_kinematics();
-        // The kinematics of the true arm: driven by what its encoders say, as the real one is.
-        let mut arm = Kinematics::new(&self.robot, &parameters, self.tip_from_tool);
-        arm.set(&values);
-        let temperature = |thermal: Thermal, k| thermal.reference + truth.strain(k) / thermal.expansion;
-        let temperatures: Vec<f64> = match self.thermal {
-            Some(thermal) => (0..segments(&self.robot).len()).map(|k| temperature(thermal, k)).collect(),
-            None => Vec::new(),
+/// Runs a truth, with the noise of `seed`: a log for each touch. `watch` is told the number of
+/// contacts after each, and may break the run off.
+///
+/// # Errors
+/// If the arm cannot reach a fixture, touches too rarely, or finds no rest; and if broken off.
+pub fn run(
+    scenario: &Scenario,
+    truth: &Truth,
+    seed: u64,
+    watch: &mut dyn FnMut(usize) -> ControlFlow<()>,
+) -> Result<Vec<Log>, SimulationError> {
+    let (parameters, values) = truth.of_kinematics();
+    // The kinematics of the true arm: driven by what its encoders say, as the real one is.
+    let mut arm = Kinematics::new(&scenario.robot, &parameters, scenario.tip_from_tool);
+    arm.set(&values);
+    let temperature = |thermal: Thermal, k| thermal.reference + truth.strain(k) / thermal.expansion;
+    let temperatures: Vec<f64> = match scenario.thermal {
+        Some(thermal) => (0..segments(&scenario.robot).len()).map(|k| temperature(thermal, k)).collect(),
+        None => Vec::new(),
+    };
+    let mut logs: Vec<Log> = Vec::with_capacity(scenario.touches.len());
+    for (f, touch) in scenario.touches.iter().enumerate() {
+        let parts = truth.parts(scenario, f).ok_or_else(|| SimulationError::Clearance {
+            fixture: touch.name.clone(),
+            wider_mm: 1e3 * truth.clearance.get(f).copied().unwrap_or(0.0),
+        })?;
+        let mut exploration = Run {
+            scenario,
+            touch,
+            parts: &parts,
+            base_from_fixture: truth.base_from_fixture(scenario, f),
+            tip_from_tool: truth.tip_from_tool(scenario),
+            follower: Follower::new(&arm),
+            temperatures: &temperatures,
+            chance: chance(seed, 1 + f as u64),
+            bias: [0.0; 6],
+            log: Log { dof: scenario.robot.dof(), ..Log::default() },
         };
-        let mut logs: Vec<Log> = Vec::with_capacity(self.touches.len());
-        for (f, touch) in self.touches.iter().enumerate() {
-            let parts = truth.parts(self, f).ok_or_else(|| SimulationError::Clearance {
-                fixture: touch.name.clone(),
-                wider_mm: 1e3 * truth.clearance.get(f).copied().unwrap_or(0.0),
-            })?;
-            let mut run = Run {
-                scenario: self,
-                touch,
-                parts: &parts,
-                base_from_fixture: truth.base_from_fixture(self, f),
-                tip_from_tool: truth.tip_from_tool(self),
-                follower: Follower::new(&arm),
-                temperatures: &temperatures,
-                chance: chance(seed, 1 + f as u64),
-                bias: [0.0; 6],
-                log: Log { dof: self.robot.dof(), ..Log::default() },
-            };
-            let before: usize = logs.iter().map(|log| log.contacts().count()).sum();
-            run.explore(&mut |found| watch(before + found))?;
-            logs.push(run.log);
-        }
-        Ok(logs)
+        let before: usize = logs.iter().map(|log| log.contacts().count()).sum();
+        exploration.explore(&mut |found| watch(before + found))?;
+        logs.push(exploration.log);
     }
+    Ok(logs)
 }
 
 /// One fixture being explored.

@@ -3,9 +3,7 @@
 use nalgebra::{Point2, Point3, Vector3};
 
 use super::equilibrium::{Equilibrium, Rest, Stiffness};
-use super::parts::Parts;
-use crate::geometry::extrusion::PegAndHole;
-use crate::geometry::profile::Profile;
+use crate::geometry::{GapQuery, Parts, Polygon, PrismPair};
 use crate::se3::{self, Pose};
 
 const STIFFNESS: Stiffness = Stiffness { translation: 3000.0, rotation: 50.0 };
@@ -57,9 +55,9 @@ fn a_ball_is_seated_by_its_socket() {
 fn a_peg_leans_on_one_wall() {
     let square = |half: f64| {
         let corners = [[-half, -half], [half, -half], [half, half], [-half, half]];
-        Profile::new(corners.map(Point2::from).to_vec()).unwrap()
+        Polygon::new(corners.map(Point2::from).to_vec()).unwrap()
     };
-    let shapes = PegAndHole::new(square(0.01), 0.04, square(0.0105), 0.03).unwrap();
+    let shapes = PrismPair::new(square(0.01), 0.04, square(0.0105), 0.03).unwrap();
     let parts = Parts::PegInHole(Box::new(shapes.clone()));
     let mut equilibrium = Equilibrium::new(&parts, STIFFNESS, 0.0, Pose::translation(0.0, 0.0, -0.015));
     let rest = settle(&mut equilibrium, 2e-3, -0.015);

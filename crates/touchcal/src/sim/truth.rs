@@ -3,10 +3,9 @@
 use rand::RngExt;
 use rand_pcg::Pcg64;
 
-use super::parts::Parts;
 use super::recorder::normal;
 use super::scenario::{ArmErrors, Distribution, PlaceError, Scenario};
-use crate::geometry::extrusion::PegAndHole;
+use crate::geometry::{Parts, PrismPair};
 use crate::parameter::{
     Parameter, ParameterId, joint_compliance, joint_offset, joint_origin, kinematic_part, segment_strain, strain,
 };
@@ -84,7 +83,7 @@ impl Truth {
         match &scenario.touches[f].parts {
             Parts::PegInHole(parts) if wider != 0.0 => {
                 let hole = parts.hole().offset_mitred(wider).ok()?;
-                let parts = PegAndHole::new(parts.peg().clone(), parts.length(), hole, parts.depth()).ok()?;
+                let parts = PrismPair::new(parts.peg().clone(), parts.length(), hole, parts.depth()).ok()?;
                 Some(Parts::PegInHole(Box::new(parts)))
             }
             parts => Some(parts.clone()),

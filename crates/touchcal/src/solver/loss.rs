@@ -24,7 +24,7 @@ pub enum Loss {
 }
 
 impl Loss {
-    /// ρ(s).
+    /// Cost ρ(s) of a squared whitened residual norm `s` (dimensionless, ≥ 0; table above).
     pub fn cost(self, s: f64) -> f64 {
         match self {
             Loss::Squared => s,
@@ -35,7 +35,8 @@ impl Loss {
         }
     }
 
-    /// ρ′(s), the weight of a contact in the normal equations.
+    /// Weight ρ′(s) of a contact in the normal equations, 0 to 1, for a squared whitened residual
+    /// norm `s`.
     pub fn weight(self, s: f64) -> f64 {
         match self {
             Loss::Squared => 1.0,
@@ -46,7 +47,7 @@ impl Loss {
         }
     }
 
-    /// ρ″(s), the slope of the weight.
+    /// Derivative ρ″(s) of the weight by the squared whitened residual norm `s`.
     pub fn weight_slope(self, s: f64) -> f64 {
         match self {
             Loss::Squared => 0.0,

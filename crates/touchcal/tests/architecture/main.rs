@@ -83,11 +83,13 @@ fn modules_import_only_what_the_table_allows() {
 
 #[test]
 fn no_files_import_each_other_in_a_circle() {
-    let library = library(&source());
-    let graph = ImportGraph::new(&library);
-    // A parser that sees nothing would find no circles either.
-    assert!(graph.imports.values().map(BTreeSet::len).sum::<usize>() > library.len());
-    assert_eq!(graph.circles(), Vec::<Vec<&str>>::new());
+    for folder in ["crates/touchcal/src", "crates/touchcal-cli/src", "python/src"] {
+        let library = library(&repository().join(folder));
+        let graph = ImportGraph::new(&library);
+        // A parser that sees nothing would find no circles either.
+        assert!(graph.imports.values().map(BTreeSet::len).sum::<usize>() > library.len());
+        assert_eq!(graph.circles(), Vec::<Vec<&str>>::new(), "{folder}");
+    }
 }
 
 #[test]
@@ -187,7 +189,7 @@ fn markdown_has_one_sentence_a_line() {
     let pages = files(&repository().join("guide"), ".md").into_iter().chain(files(&repository().join("data"), ".md"));
     let top = ["README", "ARCHITECTURE", "DESIGN", "CONTRIBUTING", "CHANGELOG", "VALIDATION"];
     let top = top.map(|name| repository().join(format!("{name}.md")));
-    for path in pages.chain(top) {
+    for path in pages.chain(top).filter(|path| !path.ends_with("LICENSE.md")) {
         let text = std::fs::read_to_string(&path).expect("a readable page");
         let mut in_code = false;
         for (number, line) in text.lines().enumerate() {

@@ -6,7 +6,7 @@ use touchcal::estimate::{Noise, cramer_rao};
 use touchcal::experiment::{campaign_trial, problem};
 use touchcal::io::urdf::{self, Ends};
 use touchcal::robot::{KinematicParameter, Kinematics};
-use touchcal::sim::{Preset, Scenario};
+use touchcal::sim::{self, Preset, Scenario};
 
 fn scenario(preset: Preset, arm: &str, contacts: usize) -> Scenario {
     let robot = urdf::read_builtin(arm, Ends::default()).expect("built in").robot;
@@ -18,7 +18,7 @@ fn scenario(preset: Preset, arm: &str, contacts: usize) -> Scenario {
 #[test]
 fn the_bound_is_that_of_differences() {
     let scenario = scenario(Preset::Mukca, "panda", 40);
-    let simulated = scenario.simulate(5).expect("contacts");
+    let simulated = sim::simulate(&scenario, 5).expect("contacts");
     let mut problem = problem(&scenario, &simulated);
     // Places known, so that only the arm is left.
     for (fixture, touch) in problem.fixtures.iter_mut().zip(&scenario.touches) {

@@ -7,12 +7,13 @@ use nalgebra::{DMatrix, DVector, UnitQuaternion, Vector3};
 use touchcal::contact::{ContactLog, Source};
 use touchcal::estimate::{Estimate, Fixture, Loss, Method, Noise, PlacePrior, Problem, Status, Tool};
 use touchcal::experiment::{CampaignSummary, Search, Trial, campaign_trial};
+use touchcal::geometry::Parts;
 use touchcal::io::urdf::{self, Ends};
 use touchcal::manifold::{BallInSocket, PegInHole};
 use touchcal::parameter::{joint_offset, strain};
 use touchcal::robot::{KinematicParameter, Kinematics, Robot};
 use touchcal::se3::Pose;
-use touchcal::sim::{Distribution, Exploration, Parts, Preset, follow};
+use touchcal::sim::{Distribution, Exploration, Preset, follow};
 
 const ENCODER: f64 = 3.5e-5;
 const CONTACT: f64 = 20e-6;

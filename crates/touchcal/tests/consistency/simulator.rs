@@ -5,11 +5,11 @@ use std::io::Read;
 
 use crate::support::{data, report};
 use touchcal::experiment::Trial;
-use touchcal::geometry::extrusion::PegAndHole;
+use touchcal::geometry::{Parts, PrismPair, visit_features_within};
 use touchcal::io::trial_folder;
 use touchcal::io::urdf::{self, Ends};
 use touchcal::robot::Kinematics;
-use touchcal::sim::{Parts, Preset, Scenario};
+use touchcal::sim::{self, Preset, Scenario};
 
 /// Pairs of features that differ by less than encoder noise moves them (m).
 const NEAR: f64 = 0.1e-3;
@@ -32,7 +32,7 @@ struct Statistics {
 }
 
 /// Poses are computed from measured joint positions with the true arm, in both kinds of log.
-fn statistics(trial: &Trial, parts: &PegAndHole, rows: usize, mut force: Vec<f64>) -> Statistics {
+fn statistics(trial: &Trial, parts: &PrismPair, rows: usize, mut force: Vec<f64>) -> Statistics {
     let arm = Kinematics::new(&trial.true_robot(), &[], trial.tip_from_peg);
     let contacts = &trial.contacts;
     let poses = (0..contacts.len()).map(|i| trial.base_from_hole.inverse() * arm.pose(contacts.q(i)));
@@ -47,7 +47,7 @@ fn statistics(trial: &Trial, parts: &PegAndHole, rows: usize, mut force: Vec<f64
     };
     let mut near = 0;
     for pose in &inside {
-        parts.visit_within(pose, NEAR, |_| near += 1);
+        visit_features_within(parts, pose, NEAR, |_, _| near += 1);
     }
     force.sort_unstable_by(f64::total_cmp);
     Statistics {
@@ -89,7 +89,7 @@ fn explorations_are_like_those_of_mujoco() {
         .collect();
     let simulate = |seed: u64| {
         let scenario = Scenario { contacts: 3000, ..scenario.clone() };
-        let log = &scenario.simulate(seed).unwrap().logs[0];
+        let log = &sim::simulate(&scenario, seed).unwrap().logs[0];
         let force = log.contacts().map(|row| log.truth[row].force).collect();
         statistics(&Trial::simulated(&scenario, seed).unwrap(), parts, log.len(), force)
     };

@@ -6,8 +6,9 @@ use crate::support::small_arm::{ARM, arm};
 use flate2::{Compression, write::GzEncoder};
 use proptest::prelude::*;
 use touchcal::contact::ContactLog;
+use touchcal::contact::{AngleUnit, Detection, Load, LoadFrame, LoadOn};
 use touchcal::io::contact_csv;
-use touchcal::io::contact_log::{self, AngleUnit, Columns, Detection, Load, LoadFrame, LoadOn, Options};
+use touchcal::io::contact_log::{self, Columns, Options};
 use touchcal::io::urdf::{self, Ends};
 
 fn read_with(content: impl Read, options: &Options) -> Result<ContactLog, String> {

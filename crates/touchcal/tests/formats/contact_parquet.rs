@@ -11,7 +11,8 @@ use parquet::file::writer::SerializedFileWriter;
 use parquet::schema::parser::parse_message_type;
 use proptest::prelude::*;
 use touchcal::contact::ContactLog;
-use touchcal::io::contact_log::{self, AngleUnit, Detection, Options};
+use touchcal::contact::{AngleUnit, Detection};
+use touchcal::io::contact_log::{self, Options};
 
 /// A value of a table, which says its column's type.
 #[derive(Clone, Copy)]

@@ -1,20 +1,15 @@
-//! The real and simulated logs are read whole. They lie under `TOUCHCAL_DATA`, by default
-//! `../shared/data` beside the workspace.
+//! The real and simulated logs of the folder `data` are read whole.
 
 use std::path::{Path, PathBuf};
 
 use touchcal::contact::ContactLog;
-use touchcal::io::contact_log::{self, Detection, Options};
+use touchcal::contact::Detection;
+use touchcal::io::contact_log::{self, Options};
 use touchcal::io::mukca::{self, MukcaOptions};
 use touchcal::io::urdf::{self, Ends};
 use touchcal::robot::{KinematicParameter, calibrated};
 
-fn data() -> PathBuf {
-    let default = || Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data");
-    let path = std::env::var_os("TOUCHCAL_DATA").map_or_else(default, PathBuf::from);
-    assert!(path.is_dir(), "no contact data at {}: set TOUCHCAL_DATA to its folder", path.display());
-    path
-}
+use crate::support::data;
 
 fn files_below(folder: &Path, name: &str) -> Vec<PathBuf> {
     let mut found = Vec::new();

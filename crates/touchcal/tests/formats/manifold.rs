@@ -6,11 +6,11 @@ use std::io::Write;
 use flate2::{Compression, write::GzEncoder};
 use nalgebra::{Quaternion, UnitQuaternion};
 use proptest::prelude::*;
-use touchcal::io::estimate_file::InputEntry;
+use touchcal::io::Input;
 use touchcal::io::manifold_file::{self, ManifoldFile, Provenance};
 use touchcal::io::{atomic, pose_file};
-use touchcal::manifold::PoseSamples;
 use touchcal::manifold::coordinates::Metric;
+use touchcal::manifold::{Coverage, PoseSamples};
 use touchcal::se3::Pose;
 
 const HEADER: &str = "x,y,z,qw,qx,qy,qz\n";
@@ -92,7 +92,7 @@ fn manifold() -> ManifoldFile {
             recorded: 81,
             spacing: 5e-4,
             metres_per_radian: Metric::MILLIMETRE_PER_DEGREE.metres_per_radian,
-            inputs: vec![InputEntry { path: "a/b.csv.gz".to_owned(), sha256: "0f".repeat(32) }],
+            inputs: vec![Input { path: "a/b.csv.gz".to_owned(), sha256: "0f".repeat(32) }],
             version: "0.1.0".to_owned(),
         },
     }
@@ -174,7 +174,7 @@ fn the_recorded_poses_are_a_manifold() {
     let path = support::data().join("mujoco_iiwa14/extrusion/offline/contact_poses.csv.gz");
     let (samples, _) = pose_file::read_file(&path).unwrap();
     assert_eq!(samples.len(), 81_000);
-    let coverage = samples.coverage(Metric::MILLIMETRE_PER_DEGREE);
+    let coverage = Coverage::of(&samples, Metric::MILLIMETRE_PER_DEGREE);
     // Contacts 1/300 s apart lie close together, while runs in other directions are millimetres
     // from each other.
     assert!((coverage.spacing.median - 0.093e-3).abs() < 1e-6, "{coverage:?}");

@@ -5,8 +5,7 @@ use crate::support::parts::{Mesh, obj, peg, round_peg, solid, stl};
 use nalgebra::{Point3, Vector3};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
-use touchcal::geometry::profile::Profile;
-use touchcal::geometry::solid::Solid;
+use touchcal::geometry::{Polygon, TriangleMesh};
 use touchcal::io::mesh::read;
 
 const MM: f64 = 1e-3;
@@ -38,7 +37,7 @@ fn refused(bytes: impl AsRef<[u8]>, file: &str, parts: &[&str]) {
 }
 
 /// Most that distances of two bodies differ around them.
-fn apart(a: &Solid, b: &Solid) -> f64 {
+fn apart(a: &TriangleMesh, b: &TriangleMesh) -> f64 {
     let mut chance = Pcg64::seed_from_u64(1);
     let mut point = || Point3::from(Vector3::from_fn(|_, _| chance.random_range(-0.03..0.03)));
     (0..200).map(|_| point()).map(|p| (a.signed_distance(&p).0 - b.signed_distance(&p).0).abs()).fold(0.0, f64::max)
@@ -46,7 +45,7 @@ fn apart(a: &Solid, b: &Solid) -> f64 {
 
 #[test]
 fn all_formats_are_the_same_body() {
-    for mesh in [peg(&Profile::extrusion25(), 0.04), round_peg(0.01, 0.04, 1e-3, 50)] {
+    for mesh in [peg(&Polygon::extrusion25(), 0.04), round_peg(0.01, 0.04, 1e-3, 50)] {
         let body = solid(&mesh);
         let quads = obj(&mesh).replace("f ", "g part\nusemtl steel\nf ").replace("v ", "v  ");
         for (bytes, file, digits) in [

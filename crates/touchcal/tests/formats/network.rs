@@ -1,19 +1,19 @@
 //! Files of networks: read as written, everything else refused.
 
 use proptest::prelude::*;
+use touchcal::io::Input;
 use touchcal::io::checkpoint_file::{self, CheckpointFile};
-use touchcal::io::estimate_file::InputEntry;
 use touchcal::io::onnx;
 use touchcal::io::weights_file::{Teacher, WeightsFile};
 use touchcal::manifold::Projection;
 use touchcal::manifold::coordinates::Metric;
 use touchcal::manifold::learned::{
-    Adam, Best, Checkpoint, Layer, LearnedProjection, Network, Output, Scaling, TrainingOptions,
+    AdamState, BestWeights, Checkpoint, Layer, LearnedProjection, Network, Output, Scaling, TrainingOptions,
 };
 
 fn teacher() -> Teacher {
     Teacher {
-        manifold: InputEntry { path: "m.safetensors".to_owned(), sha256: "0123".to_owned() },
+        manifold: Input { path: "m.safetensors".to_owned(), sha256: "0123".to_owned() },
         samples: 20,
         // Numbers that only exact reading brings back.
         bounds: [(-0.1, 0.3), (-1.0 / 3.0, 1e-17), (0.0, 0.1 + 0.2), (-3.0, 3.0), (0.0, 0.0), (-0.5, f64::EPSILON)],
@@ -47,11 +47,11 @@ fn weights() -> WeightsFile {
 }
 
 fn checkpoint() -> CheckpointFile {
-    let mut adam = Adam::new(&network(1));
+    let mut adam = AdamState::new(&network(1));
     adam.first = network(2).layers().to_vec();
     adam.second = network(3).layers().to_vec();
     adam.steps = 40;
-    let best = Some(Best { network: network(4), loss: 0.1 + 0.2, step: 30 });
+    let best = Some(BestWeights { network: network(4), loss: 0.1 + 0.2, step: 30 });
     let checkpoint = Checkpoint { options: options(), scaling: scaling(), network: network(1), adam, best };
     CheckpointFile { checkpoint, teacher: teacher() }
 }

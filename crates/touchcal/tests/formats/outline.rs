@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
-use touchcal::geometry::profile::Profile;
+use touchcal::geometry::Polygon;
 use touchcal::io::outline::{Choice, TOLERANCE, read};
 
 const ANY: Choice<'static> = Choice { name: None, unit: None };
@@ -25,7 +25,7 @@ fn dxf(units: &str, entities: &[&str]) -> String {
     text + "0\nENDSEC\n0\nEOF\n"
 }
 
-fn drawn(content: &str) -> Profile {
+fn drawn(content: &str) -> Polygon {
     read(svg(content).as_bytes(), "peg.svg", ANY).unwrap()
 }
 
@@ -37,7 +37,7 @@ fn refused(text: &str, file: &str, choice: Choice<'_>, parts: &[&str]) {
 }
 
 /// Most that the vertices and middles of edges are off a circle about the origin.
-fn off_circle(profile: &Profile, radius: f64) -> f64 {
+fn off_circle(profile: &Polygon, radius: f64) -> f64 {
     let off = |p: &nalgebra::Point2<f64>| (p.coords.norm() - radius).abs();
     (0..profile.len())
         .flat_map(|i| {
@@ -48,7 +48,7 @@ fn off_circle(profile: &Profile, radius: f64) -> f64 {
 }
 
 /// Most that the vertices of one are from those of the other, in any order.
-fn apart(a: &Profile, b: &Profile) -> f64 {
+fn apart(a: &Polygon, b: &Polygon) -> f64 {
     assert_eq!(a.len(), b.len());
     assert!((a.area() - b.area()).abs() < 1e-12, "{} {}", a.area(), b.area());
     let nearest = |p: &nalgebra::Point2<f64>| b.vertices().iter().map(|q| (p - q).norm()).fold(f64::INFINITY, f64::min);
@@ -58,13 +58,13 @@ fn apart(a: &Profile, b: &Profile) -> f64 {
 /// The T-slot's corners in mm, y down as in an SVG.
 fn extrusion_points() -> String {
     let pairs =
-        Profile::extrusion25().vertices().iter().map(|p| format!("{},{}", 1e3 * p.x, -1e3 * p.y)).collect::<Vec<_>>();
+        Polygon::extrusion25().vertices().iter().map(|p| format!("{},{}", 1e3 * p.x, -1e3 * p.y)).collect::<Vec<_>>();
     pairs.join(" ")
 }
 
 #[test]
 fn straight_drawings_are_their_vertices() {
-    let csv: String = Profile::extrusion25()
+    let csv: String = Polygon::extrusion25()
         .vertices()
         .iter()
         .fold("x_mm,y_mm\n".to_owned(), |text, p| format!("{text}{},{}\n", 1e3 * p.x, 1e3 * p.y));
@@ -72,10 +72,10 @@ fn straight_drawings_are_their_vertices() {
     let points = extrusion_points();
     let (first, rest) = points.split_once(' ').unwrap();
     let corners: String =
-        Profile::extrusion25().vertices().iter().map(|p| format!(" 10 {} 20 {}", 1e3 * p.x, 1e3 * p.y)).collect();
+        Polygon::extrusion25().vertices().iter().map(|p| format!(" 10 {} 20 {}", 1e3 * p.x, 1e3 * p.y)).collect();
     let lines: Vec<String> = (0..36)
         .map(|i| {
-            let (a, b) = Profile::extrusion25().edge((7 * i) % 36);
+            let (a, b) = Polygon::extrusion25().edge((7 * i) % 36);
             // Every other one drawn backwards.
             let (a, b) = if i % 2 == 0 { (a, b) } else { (b, a) };
             format!("0 LINE 8 peg 10 {} 20 {} 11 {} 21 {}", 1e3 * a.x, 1e3 * a.y, 1e3 * b.x, 1e3 * b.y)

@@ -17,7 +17,7 @@ use touchcal::estimate::{
 use touchcal::io::mukca::{self, MukcaOptions};
 use touchcal::io::urdf::{self, Ends};
 use touchcal::parameter::{ParameterId, joint_offset, kinematic_part};
-use touchcal::report::{Advice, Input, MOST_DRAWN, Report};
+use touchcal::report::{Input, MOST_DRAWN, Report, WarningText};
 use touchcal::robot::{Kinematics, Robot};
 
 const MOST_BYTES: usize = 6_000_000;
@@ -52,15 +52,15 @@ fn solve(problem: &Problem) -> (Estimate, Vec<Progress>) {
 
 fn page(problem: &Problem, estimate: &Estimate, steps: &[Progress]) -> String {
     let warnings = estimate.warnings.iter();
-    let warnings: Vec<Advice> =
-        warnings.map(|w| Advice { words: w.message(), advice: w.advice().to_owned() }).collect();
+    let warnings: Vec<WarningText> =
+        warnings.map(|w| WarningText { message: w.message(), advice: w.advice().to_owned() }).collect();
     let inputs = [Input { path: problem.contacts.files()[0].clone(), sha256: "0".repeat(64) }];
     let prefit = &evaluate(problem);
     Report { problem, estimate, prefit, steps, warnings: &warnings, inputs: &inputs }.html().expect("a page")
 }
 
-/// What the page was told.
-fn told(page: &str) -> Value {
+/// The data of the page.
+fn content(page: &str) -> Value {
     let data = page.split("id=\"data\">").nth(1).and_then(|rest| rest.split("</script").next()).expect("data");
     serde_json::from_str(data).expect("JSON")
 }
@@ -122,53 +122,53 @@ fn hostile_names_are_harmless() {
     let page = page(&problem, &estimate, &steps);
     assert_eq!(page.matches("</script").count(), usual, "no name ends a script");
     assert_eq!(page.matches("<!--").count(), 0, "nor begins a comment");
-    let told = told(&page);
-    assert_eq!(told["robot"]["name"], nasty);
-    assert_eq!(told["fixtures"][1]["name"], format!("1{nasty}"));
-    assert_eq!(told["contacts"]["files"][0], nasty);
-    assert_eq!(told["inputs"][0]["path"], nasty);
-    assert!(told["parameters"]["each"][0]["name"].as_str().unwrap().ends_with(nasty));
+    let content = content(&page);
+    assert_eq!(content["robot"]["name"], nasty);
+    assert_eq!(content["fixtures"][1]["name"], format!("1{nasty}"));
+    assert_eq!(content["contacts"]["files"][0], nasty);
+    assert_eq!(content["inputs"][0]["path"], nasty);
+    assert!(content["parameters"]["each"][0]["name"].as_str().unwrap().ends_with(nasty));
 }
 
 #[test]
-fn it_tells_what_the_estimate_says() {
+fn the_page_contains_the_estimate() {
     let (mut problem, _) = mujoco_trial("extrusion/paper/trial_00");
     problem.fixtures[0].prior = PlacePrior::Flat;
     let (estimate, steps) = solve(&problem);
-    let told = told(&page(&problem, &estimate, &steps));
-    assert_eq!(told["status"], estimate.status.name());
-    assert_eq!(told["contacts"]["used"], estimate.contacts.used);
-    assert_eq!(told["all"]["after"]["rms"].as_f64(), Some(estimate.postfit.all.rms));
-    let bars = told["contacts"]["histogram"].as_array().unwrap();
+    let content = content(&page(&problem, &estimate, &steps));
+    assert_eq!(content["status"], estimate.status.name());
+    assert_eq!(content["contacts"]["used"], estimate.contacts.used);
+    assert_eq!(content["all"]["after"]["rms"].as_f64(), Some(estimate.postfit.all.rms));
+    let bars = content["contacts"]["histogram"].as_array().unwrap();
     for key in ["before", "after"] {
         let sum: u64 = bars.iter().map(|bar| bar[key].as_u64().unwrap()).sum();
         assert_eq!(sum, problem.contacts.len() as u64, "{key}: every contact is in one bar");
     }
     // All contacts of this log are drawn, so their distances make the scores.
-    let after = floats(&told["contacts"]["drawn"]["after"]);
+    let after = floats(&content["contacts"]["drawn"]["after"]);
     assert_eq!(after.len(), problem.contacts.len());
     let rms = (after.iter().map(|d| d * d).sum::<f64>() / after.len() as f64).sqrt();
     assert!((rms / estimate.postfit.all.rms - 1.0).abs() < 1e-6);
-    let before = floats(&told["contacts"]["drawn"]["before"]);
+    let before = floats(&content["contacts"]["drawn"]["before"]);
     let mean = before.iter().sum::<f64>() / before.len() as f64;
     assert!((mean / evaluate(&problem).all.mean - 1.0).abs() < 1e-6);
-    let listed = &told["contacts"]["listed"][0];
-    let i = listed["index"].as_u64().unwrap() as usize;
-    assert_eq!(listed["line"], problem.contacts.source(i).line);
-    assert!((listed["after"].as_f64().unwrap() / after[i] - 1.0).abs() < 1e-6);
+    let outlier = &content["contacts"]["outliers"][0];
+    let i = outlier["index"].as_u64().unwrap() as usize;
+    assert_eq!(outlier["line"], problem.contacts.source(i).line);
+    assert!((outlier["after"].as_f64().unwrap() / after[i] - 1.0).abs() < 1e-6);
 
     let of = |name: &str| {
-        let each = told["parameters"]["each"].as_array().unwrap();
+        let each = content["parameters"]["each"].as_array().unwrap();
         each.iter().find(|entry| entry["name"] == name).unwrap().clone()
     };
     let held = of("joint_offset.joint_a1")["undetermined"].as_str().unwrap().to_owned();
-    assert!(held.starts_with("held at zero: the offset of joint_a1 cannot be told from"), "{held}");
+    assert!(held.starts_with("fixed at zero: the offset of joint_a1 cannot be told from"), "{held}");
     assert!(of("joint_offset.joint_a2")["undetermined"].is_null());
-    let correlation = told["parameters"]["correlation"].as_array().unwrap();
+    let correlation = content["parameters"]["correlation"].as_array().unwrap();
     assert!(correlation.iter().enumerate().all(|(i, row)| floats(row).len() == i));
     assert!(correlation.iter().flat_map(floats).all(|value| value.abs() <= 1.0));
     let steps_told: usize =
-        told["pieces"].as_array().unwrap().iter().map(|p| p["steps"].as_array().unwrap().len()).sum();
+        content["pieces"].as_array().unwrap().iter().map(|p| p["steps"].as_array().unwrap().len()).sum();
     assert_eq!(steps_told, steps.len());
 }
 
@@ -191,13 +191,13 @@ fn many_contacts_make_no_large_page() {
     let page = long(&mut problem, 2000);
     println!("{} contacts: {:.2} MB", problem.contacts.len(), page.len() as f64 / 1e6);
     assert!(page.len() < page_of_10000 * 11 / 10);
-    let told = told(&page);
-    let drawn = floats(&told["contacts"]["drawn"]["index"]);
+    let content = content(&page);
+    let drawn = floats(&content["contacts"]["drawn"]["index"]);
     assert!(drawn.len() <= MOST_DRAWN && drawn.len() > MOST_DRAWN / 2, "{}", drawn.len());
     assert!(drawn.windows(2).all(|pair| pair[0] < pair[1]));
-    let most = floats(&told["contacts"]["drawn"]["after"]).into_iter().fold(0.0, f64::max);
+    let most = floats(&content["contacts"]["drawn"]["after"]).into_iter().fold(0.0, f64::max);
     assert!((most / estimate.postfit.all.max - 1.0).abs() < 1e-6, "the farthest is among them");
-    let bars = told["contacts"]["histogram"].as_array().unwrap();
+    let bars = content["contacts"]["histogram"].as_array().unwrap();
     let counted: u64 = bars.iter().map(|bar| bar["after"].as_u64().unwrap()).sum();
     assert_eq!(counted, problem.contacts.len() as u64, "counted are all");
     assert_eq!(page, long(&mut sockets(), 2000), "the same bytes again");
@@ -208,15 +208,15 @@ fn a_problem_without_contacts_has_a_page() {
     let mut problem = sockets();
     problem.contacts = problem.contacts.filtered(|_| false);
     let (estimate, steps) = solve(&problem);
-    let told = told(&page(&problem, &estimate, &steps));
-    assert_eq!(told["status"], "not_usable");
-    assert_eq!(told["contacts"]["drawn"]["index"].as_array().map(Vec::len), Some(0));
+    let content = content(&page(&problem, &estimate, &steps));
+    assert_eq!(content["status"], "not_usable");
+    assert_eq!(content["contacts"]["drawn"]["index"].as_array().map(Vec::len), Some(0));
 }
 
 /// What was held is not known: with nothing in reach of the base joint's zero, the arm turns by
 /// five degrees as a whole, and distances stay.
 #[test]
-fn uncertainty_of_the_tool_knows_what_was_held() {
+fn uncertainty_of_the_tool_includes_fixed_parameters() {
     let (mut problem, _) = mujoco_trial("extrusion/rich/trial_00");
     problem.fixtures[0].prior = PlacePrior::Flat;
     let (estimate, _) = solve(&problem);

@@ -1,11 +1,11 @@
 //! What is written: estimates and files that are whole or not there.
 
 use proptest::prelude::*;
-use touchcal::io::atomic;
 use touchcal::io::estimate_file::{
-    ContactCounts, EstimateFile, FixtureResidual, InputEntry, NullDirection, ParameterEntry, ResidualStats, Residuals,
+    ContactCounts, EstimateFile, FixtureResidual, NullDirection, ParameterEntry, ResidualStats, Residuals, Severity,
     Status, TerminationEntry, WarningEntry,
 };
+use touchcal::io::{Input, atomic};
 
 fn stats() -> ResidualStats {
     let one = FixtureResidual { contacts: 3, mean_mm: Some(0.1), rms_mm: Some(0.2), max_mm: None };
@@ -19,7 +19,7 @@ fn stats() -> ResidualStats {
 
 fn estimate() -> EstimateFile {
     EstimateFile {
-        schema: 1,
+        schema: 2,
         status: Status::NotConverged,
         parameters: vec![ParameterEntry {
             name: "strain".to_owned(),
@@ -33,7 +33,10 @@ fn estimate() -> EstimateFile {
         covariance: vec![vec![1e-8]],
         rank: 1,
         condition: None,
-        null_space: vec![NullDirection { words: "a and b".to_owned(), direction: [("strain".to_owned(), 1.0)].into() }],
+        null_space: vec![NullDirection {
+            description: "a and b".to_owned(),
+            direction: [("strain".to_owned(), 1.0)].into(),
+        }],
         residuals: Residuals { prefit: stats(), postfit: stats() },
         contacts: ContactCounts { read: 10, used: 3, rejected: 0 },
         termination: TerminationEntry {
@@ -42,8 +45,13 @@ fn estimate() -> EstimateFile {
             threshold: None,
             iterations: 4,
         },
-        warnings: vec![WarningEntry { kind: "k".to_owned(), words: "w".to_owned(), advice: "a".to_owned() }],
-        inputs: vec![InputEntry { path: "a".to_owned(), sha256: "0".to_owned() }],
+        warnings: vec![WarningEntry {
+            kind: "k".to_owned(),
+            severity: Severity::Caution,
+            message: "w".to_owned(),
+            advice: "a".to_owned(),
+        }],
+        inputs: vec![Input { path: "a".to_owned(), sha256: "0".to_owned() }],
         version: "0.1.0".to_owned(),
         seconds: 0.5,
     }
@@ -88,11 +96,72 @@ fn other_json_is_refused() {
     refused("", &["estimate.json:1:0"]);
     refused("{", &["estimate.json:1:1", "EOF"]);
     refused("{}", &["missing field `schema`"]);
-    refused(&text.replace("\"schema\": 1", "\"schema\": 7"), &["estimate.json, schema: expected schema 1, found 7"]);
+    refused(
+        &text.replace("\"schema\": 2", "\"schema\": 7"),
+        &["estimate.json, schema: expected schema 1 or 2, found 7"],
+    );
     refused(&text.replace("not_converged", "maybe"), &["estimate.json:3:", "unknown variant `maybe`", "`converged`"]);
     refused(&text.replace("\"rank\"", "\"rnk\""), &["unknown field `rnk`"]);
     refused(&text.replace("\"value\": 0.05", "\"value\": null"), &["invalid type: null"]);
     refused(&"[".repeat(100_000), &["estimate.json:1:"]);
+}
+
+/// A result as version 0.1.0 wrote it, schema 1.
+const SCHEMA_1: &str = include_str!("../../../../fuzz/corpus/estimate/good.json");
+
+#[test]
+fn a_result_of_version_0_1_is_read() {
+    let file = EstimateFile::from_json(SCHEMA_1, "estimate.json").unwrap();
+    assert_eq!((file.schema, file.status, file.parameters.len()), (2, Status::Converged, 20));
+    let names: Vec<&str> = file.parameters.iter().map(|entry| entry.name.as_str()).collect();
+    assert!(names.contains(&"gap_bias.hole") && names.contains(&"gap_bias.hole.-z"), "{names:?}");
+    assert!(!names.iter().any(|name| name.contains("interference")), "{names:?}");
+    assert!(file.parameters.iter().all(|entry| entry.name.starts_with(&entry.block)));
+    let null = &file.null_space[0];
+    assert!(null.description.starts_with("the offset of joint_a5") && null.direction.contains_key("gap_bias.hole"));
+    assert_eq!(file.warnings.len(), 4);
+    assert!(file.warnings.iter().all(|warning| warning.kind == "little_joint_motion"));
+    assert!(file.warnings.iter().all(|warning| warning.severity == Severity::Caution));
+    assert_eq!(file.warnings[0].message, "joint `joint_a2` moved only 1.64° in all contacts");
+    // Numbers are as they were.
+    let old: serde_json::Value = serde_json::from_str(SCHEMA_1).unwrap();
+    let new: serde_json::Value = serde_json::from_str(&file.to_json().unwrap()).unwrap();
+    for key in ["status", "covariance", "rank", "condition", "residuals", "contacts", "termination", "inputs"] {
+        assert_eq!(old[key], new[key], "{key}");
+    }
+    for (old, new) in old["parameters"].as_array().unwrap().iter().zip(new["parameters"].as_array().unwrap()) {
+        for key in ["unit", "value", "sigma", "prior_sigma", "identifiable"] {
+            assert_eq!(old[key], new[key], "{key}");
+        }
+    }
+}
+
+#[test]
+fn severities_of_version_0_1_follow_from_its_words() {
+    let warning = |kind: &str, words: &str| {
+        let first =
+            "\"kind\": \"joint_hardly_moved\",\n      \"words\": \"joint `joint_a2` moved only 1.64° in all contacts\"";
+        assert!(SCHEMA_1.contains(first));
+        let text = SCHEMA_1.replace(first, &format!("\"kind\": \"{kind}\", \"words\": \"{words}\""));
+        let WarningEntry { kind, severity, .. } = EstimateFile::from_json(&text, "e").unwrap().warnings.remove(0);
+        (kind, severity)
+    };
+    let unusable = |kind: &str| (kind.to_owned(), Severity::Unusable);
+    let caution = |kind: &str| (kind.to_owned(), Severity::Caution);
+    assert_eq!(warning("not_touching", "parts float: do not use the result"), unusable("not_touching"));
+    assert_eq!(warning("ambiguous", "other parameters: do not use the result"), unusable("competing_minimum"));
+    assert_eq!(warning("err_alike", "uncertainties were widened for that"), caution("correlated_errors"));
+    assert_eq!(warning("too_few_contacts", "1 measured rows"), unusable("too_few_contacts"));
+    assert_eq!(warning("compliance_needs_driver", "only touchcal reads"), caution("compliance_in_robot"));
+}
+
+#[test]
+fn keys_of_one_schema_are_refused_in_the_other() {
+    let new = estimate().to_json().unwrap();
+    refused(&new.replace("\"schema\": 2", "\"schema\": 1"), &["unknown field `description`, expected `words`"]);
+    refused(&SCHEMA_1.replace("\"schema\": 1", "\"schema\": 2"), &["unknown field `words`"]);
+    refused(&new.replace("\"caution\"", "\"fatal\""), &["unknown variant `fatal`", "`unusable`"]);
+    refused(&new.replace("      \"severity\": \"caution\",\n", ""), &["missing field `severity`"]);
 }
 
 #[test]

@@ -4,11 +4,12 @@
 use proptest::prelude::*;
 use touchcal::estimate::Problem;
 use touchcal::experiment;
+use touchcal::geometry::Parts;
 use touchcal::io::scenario_file::ScenarioFile;
 use touchcal::io::{problem_file, scenario_file};
-use touchcal::manifold::Rows;
+use touchcal::manifold::Residual;
 use touchcal::se3::{self, Pose};
-use touchcal::sim::{Distribution, Parts, Preset};
+use touchcal::sim::{self, Distribution, Preset};
 
 const FULL: &str = r#"schema = 1
 preset = "leo_cfrp"
@@ -123,7 +124,7 @@ fn same(read: &Problem, made: &Problem) {
         // The same shapes: the same rows at any pose.
         let pose = Pose::translation(1e-3, -2e-3, 3e-3);
         let rows = |fixture: &touchcal::estimate::Fixture| {
-            let mut rows = Rows::new();
+            let mut rows = Residual::new();
             fixture.manifold.residual(&pose, 0.0, &mut rows);
             rows.values().to_vec()
         };
@@ -158,7 +159,7 @@ fn what_is_written_is_read_again() {
         let again = scenario_file::read_file(&out.path().join("scenario.toml")).unwrap();
         assert_eq!(texts, scenario_file::scenario_text(&again));
 
-        let simulated = file.scenario.simulate(1).unwrap();
+        let simulated = sim::simulate(&file.scenario, 1).unwrap();
         write(&scenario_file::log_texts(&file.scenario, &simulated));
         write(&scenario_file::problem_text(&file));
         let problem = problem_file::read_file(&out.path().join(scenario_file::PROBLEM)).unwrap().problem;
@@ -214,7 +215,7 @@ fn a_number_is_replaced_by_its_name() {
 fn postures_share_the_contacts() {
     let folder = folder();
     let scenario = scenario_file::read(FULL, "s.toml", folder.path()).unwrap().scenario;
-    let log = &scenario.simulate(2).unwrap().logs[0];
+    let log = &sim::simulate(&scenario, 2).unwrap().logs[0];
     let elbow: Vec<f64> = log.contacts().map(|row| log.q(row)[2]).collect();
     assert_eq!(elbow.len(), 40);
     // The third joint is at 15° in one posture and at −10° in the other.

@@ -4,8 +4,9 @@
 use std::path::{Path, PathBuf};
 
 use touchcal::contact::ContactLog;
-use touchcal::geometry::solids::Solids;
-use touchcal::io::contact_log::{self, AngleUnit, Detection, LogTable, Options};
+use touchcal::contact::{AngleUnit, Detection};
+use touchcal::geometry::MeshPair;
+use touchcal::io::contact_log::{self, LogTable, Options};
 use touchcal::io::outline::{self, Choice};
 use touchcal::io::urdf::{self, Ends};
 use touchcal::io::{
@@ -60,8 +61,8 @@ fn read_log(path: &Path) -> Result<(), IoError> {
 fn read_mesh(path: &Path) -> Result<(), IoError> {
     let (solid, _) = mesh::read_file(path, 1e-3)?;
     let peg = mesh::read(PEG, "peg.obj", 1e-3)?;
-    drop(manifold::peg_in_hole(Solids::new(peg, solid.clone()), 0.03));
-    drop(manifold::peg_in_hole(Solids::new(solid.clone(), solid), 0.03));
+    drop(manifold::peg_in_hole(MeshPair::new(peg, solid.clone()), 0.03));
+    drop(manifold::peg_in_hole(MeshPair::new(solid.clone(), solid), 0.03));
     Ok(())
 }
 

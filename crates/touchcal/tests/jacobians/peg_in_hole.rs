@@ -6,15 +6,14 @@ use std::f64::consts::TAU;
 use nalgebra::{Point2, Rotation2, Translation3, Vector3, Vector6};
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
-use touchcal::geometry::extrusion::{Gap, PegAndHole};
-use touchcal::geometry::profile::Profile;
-use touchcal::manifold::{ContactManifold, PegInHole, Rows};
+use touchcal::geometry::{Feature, GapQuery, Polygon, PrismPair, SignedGap, nearest_feature, visit_features_within};
+use touchcal::manifold::{ContactManifold, PegInHole, Residual};
 use touchcal::se3::{Pose, Twist, exp, twist};
 
-fn model() -> PegAndHole {
-    let peg = Profile::extrusion25();
+fn model() -> PrismPair {
+    let peg = Polygon::extrusion25();
     let hole = peg.offset_mitred(0.5e-3).unwrap();
-    PegAndHole::new(peg, 0.04, hole, 0.03).unwrap()
+    PrismPair::new(peg, 0.04, hole, 0.03).unwrap()
 }
 
 fn pose(p: [f64; 3], w: [f64; 3]) -> Pose {
@@ -24,9 +23,9 @@ fn pose(p: [f64; 3], w: [f64; 3]) -> Pose {
 }
 
 /// Features within `margin` of the least.
-fn ties(model: &PegAndHole, pose: &Pose, margin: f64) -> Vec<Gap> {
-    let mut found: Vec<Gap> = Vec::new();
-    model.visit_within(pose, margin, |gap| found.push(gap.clone()));
+fn ties(model: &PrismPair, pose: &Pose, margin: f64) -> Vec<(SignedGap, Feature)> {
+    let mut found = Vec::new();
+    visit_features_within(model, pose, margin, |gap, feature| found.push((gap.clone(), feature)));
     found
 }
 
@@ -38,9 +37,9 @@ fn step(k: usize, h: f64) -> Twist {
     xi
 }
 
-fn check_envelope(manifold: &PegInHole, at: &Pose) -> Result<(), TestCaseError> {
+fn check_envelope(manifold: &PegInHole<PrismPair>, at: &Pose) -> Result<(), TestCaseError> {
     let rows = |pose: &Pose| {
-        let mut rows = Rows::new();
+        let mut rows = Residual::new();
         manifold.envelope(pose, &mut rows);
         rows
     };
@@ -63,16 +62,16 @@ fn check_envelope(manifold: &PegInHole, at: &Pose) -> Result<(), TestCaseError> 
     Ok(())
 }
 
-fn check_gradient(model: &PegAndHole, at: &Pose) -> Result<(), TestCaseError> {
-    let gap = model.gap(at);
+fn check_gradient(model: &PrismPair, at: &Pose) -> Result<(), TestCaseError> {
+    let (gap, feature) = nearest_feature(model, at);
     // Only where one feature is least all around.
     let near = ties(model, at, 2e-6);
-    prop_assume!(near.iter().all(|g| g.feature == gap.feature));
+    prop_assume!(near.iter().all(|(_, other)| *other == feature));
     let h = 2e-5;
     for k in 0..6 {
         let difference = |h: f64| {
-            let (up, down) = (model.gap(&(at * exp(&step(k, h)))), model.gap(&(at * exp(&step(k, -h)))));
-            (up.feature == gap.feature && down.feature == gap.feature).then(|| (up.value - down.value) / (2.0 * h))
+            let [(up, of_up), (down, of_down)] = [h, -h].map(|h| nearest_feature(model, &(at * exp(&step(k, h)))));
+            (of_up == feature && of_down == feature).then(|| (up.value - down.value) / (2.0 * h))
         };
         let (Some(coarse), Some(fine)) = (difference(h), difference(h / 2.0)) else {
             return Err(TestCaseError::reject("another feature took over"));
@@ -110,14 +109,14 @@ proptest! {
         let mut at = pose(p, w);
         for _ in 0..30 {
             let gap = model.gap(&at);
-            at = Translation3::from(-gap.normal_in_hole * gap.value) * at;
+            at = Translation3::from(-gap.normal_in_fixture * gap.value) * at;
         }
         let gap = model.gap(&at);
         prop_assume!(gap.value.abs() < 1e-9);
         let near = ties(&model, &at, 120e-6);
         for s in [-50e-6, -20e-6, -1e-6, 1e-6, 20e-6, 50e-6] {
-            let moved = model.gap(&(Translation3::from(gap.normal_in_hole * s) * at)).value;
-            let straight = near.iter().map(|g| g.value + s * g.normal_in_hole.dot(&gap.normal_in_hole));
+            let moved = model.gap(&(Translation3::from(gap.normal_in_fixture * s) * at)).value;
+            let straight = near.iter().map(|(g, _)| g.value + s * g.normal_in_fixture.dot(&gap.normal_in_fixture));
             let straight = straight.fold(f64::INFINITY, f64::min);
             prop_assert!((moved - straight).abs() < 1e-9, "{s}: {moved} {straight} from {gap:?}");
         }
@@ -142,9 +141,9 @@ proptest! {
         let at = pose(p, w);
         let gap = model.gap(&at);
         let found = ties(&model, &at, 1e-4);
-        let least = found.iter().map(|g| g.value).fold(f64::INFINITY, f64::min);
+        let least = found.iter().map(|(g, _)| g.value).fold(f64::INFINITY, f64::min);
         prop_assert!(least == gap.value, "{least} {}", gap.value);
-        prop_assert!(found.iter().all(|g| g.value <= gap.value + 1.000001e-4));
+        prop_assert!(found.iter().all(|(g, _)| g.value <= gap.value + 1.000001e-4));
     }
 
     #[test]
@@ -155,9 +154,9 @@ proptest! {
         let at = pose(p, [w.x, w.y, w.z]);
         let circle = |radius: f64| {
             let corner = |k: usize| Rotation2::new(TAU * k as f64 / 64.0) * Point2::new(radius, 0.0);
-            Profile::new((0..64).map(corner).collect()).unwrap()
+            Polygon::new((0..64).map(corner).collect()).unwrap()
         };
-        let round = PegAndHole::new(circle(0.01), 0.04, circle(0.0105), 0.03).unwrap();
+        let round = PrismPair::new(circle(0.01), 0.04, circle(0.0105), 0.03).unwrap();
         check_envelope(&PegInHole::new(model()), &at)?;
         check_envelope(&PegInHole::new(round), &at)?;
     }

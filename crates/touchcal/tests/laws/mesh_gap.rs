@@ -8,10 +8,7 @@ use parry3d_f64::query;
 use parry3d_f64::shape::TriMesh;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
-use touchcal::geometry::extrusion::PegAndHole;
-use touchcal::geometry::profile::Profile;
-use touchcal::geometry::solid::Solid;
-use touchcal::geometry::solids::Solids;
+use touchcal::geometry::{GapQuery, MeshPair, Polygon, PrismPair, TriangleMesh};
 use touchcal::se3::{Pose, Twist, exp, twist};
 
 const LENGTH: f64 = 0.04;
@@ -32,7 +29,7 @@ fn draw(chance: &mut Pcg64, xy: f64, z: (f64, f64), angle: f64) -> Pose {
 
 /// Pushed along a random direction until the gap of the outlines is nothing, then somewhat on or
 /// back.
-fn at_contact(chance: &mut Pcg64, straight: &PegAndHole, angle: f64) -> Pose {
+fn at_contact(chance: &mut Pcg64, straight: &PrismPair, angle: f64) -> Pose {
     loop {
         let mut pose = draw(chance, 0.4e-3, (-0.028, -0.004), angle);
         let direction = Vector3::from_fn(|_, _| chance.random_range(-1.0..=1.0)).normalize();
@@ -49,17 +46,17 @@ fn at_contact(chance: &mut Pcg64, straight: &PegAndHole, angle: f64) -> Pose {
 }
 
 /// Straight parts, as outlines and as meshes.
-fn pairs() -> Vec<(&'static str, PegAndHole, Solids)> {
-    let pair = |outline: Profile, hole: Profile, peg_mesh: Solid, hole_mesh: Solid| {
-        (PegAndHole::new(outline, LENGTH, hole, DEPTH).unwrap(), Solids::new(peg_mesh, hole_mesh))
+fn pairs() -> Vec<(&'static str, PrismPair, MeshPair)> {
+    let pair = |outline: Polygon, hole: Polygon, peg_mesh: TriangleMesh, hole_mesh: TriangleMesh| {
+        (PrismPair::new(outline, LENGTH, hole, DEPTH).unwrap(), MeshPair::new(peg_mesh, hole_mesh))
     };
-    let slot = Profile::extrusion25();
+    let slot = Polygon::extrusion25();
     let slot_hole = slot.offset_mitred(0.5e-3).unwrap();
     let square =
-        Profile::new([(-0.01, -0.01), (0.01, -0.01), (0.01, 0.01), (-0.01, 0.01)].map(|(x, y)| [x, y].into()).to_vec());
+        Polygon::new([(-0.01, -0.01), (0.01, -0.01), (0.01, 0.01), (-0.01, 0.01)].map(|(x, y)| [x, y].into()).to_vec());
     let square = square.unwrap();
     let square_hole = square.offset_mitred(0.2e-3).unwrap();
-    let meshes = |outline: &Profile, hole: &Profile| (solid(&peg(outline, LENGTH)), solid(&block(hole, DEPTH)));
+    let meshes = |outline: &Polygon, hole: &Polygon| (solid(&peg(outline, LENGTH)), solid(&block(hole, DEPTH)));
     let (slot_meshes, square_meshes) = (meshes(&slot, &slot_hole), meshes(&square, &square_hole));
     let slot = pair(slot, slot_hole, slot_meshes.0, slot_meshes.1);
     let square = pair(square, square_hole, square_meshes.0, square_meshes.1);
@@ -100,7 +97,7 @@ fn straight_meshes_agree_with_their_outlines() {
     }
 }
 
-fn parry(solid: &Solid) -> TriMesh {
+fn parry(solid: &TriangleMesh) -> TriMesh {
     let vertices = solid.vertices().map(|p| Vector::new(p.x, p.y, p.z)).collect();
     TriMesh::new(vertices, solid.triangles().to_vec()).unwrap()
 }
@@ -115,7 +112,7 @@ fn parry_pose(pose: &Pose) -> ParryPose {
 #[test]
 fn gaps_of_bodies_apart_are_parrys_distances() {
     let mut chance = Pcg64::seed_from_u64(2);
-    let bodies = Solids::new(solid(&round_peg(0.01, LENGTH, 1e-3, 24)), solid(&round_block(0.0105, DEPTH, 24)));
+    let bodies = MeshPair::new(solid(&round_peg(0.01, LENGTH, 1e-3, 24)), solid(&round_block(0.0105, DEPTH, 24)));
     let (tool, fixture) = (parry(bodies.tool()), parry(bodies.fixture()));
     let (mut apart, mut overlapping, mut worst) = (0, 0, 0.0_f64);
     for k in 0..600 {
@@ -166,7 +163,7 @@ fn gradients_are_derivatives() {
 
 #[test]
 fn signed_distances_are_those_of_the_shape() {
-    let slot = Profile::extrusion25();
+    let slot = Polygon::extrusion25();
     let body = solid(&peg(&slot, LENGTH));
     let mut chance = Pcg64::seed_from_u64(4);
     for _ in 0..2000 {
@@ -204,17 +201,17 @@ fn deep_overlaps_are_negative() {
 
 /// A T-slot and its hole with corners rounded by seven points, both chamfered: no outline describes
 /// them.
-fn chamfered_and_rounded() -> Solids {
-    let slot = Profile::extrusion25();
+fn chamfered_and_rounded() -> MeshPair {
+    let slot = Polygon::extrusion25();
     let at = |distance: f64, radius: f64| rounded(&slot.offset_mitred(distance).unwrap(), radius, 7);
     let peg = lofted(&[(&at(-0.2e-3, 0.2e-3), 0.0), (&at(0.0, 0.4e-3), 0.4e-3), (&at(0.0, 0.4e-3), LENGTH)]);
     let (mouth, wall) = (at(0.8e-3, 0.5e-3), at(0.5e-3, 0.4e-3));
-    Solids::new(solid(&peg), solid(&block_with(&[(&mouth, 0.0), (&wall, -0.3e-3), (&wall, -DEPTH)], DEPTH + 0.01)))
+    MeshPair::new(solid(&peg), solid(&block_with(&[(&mouth, 0.0), (&wall, -0.3e-3), (&wall, -DEPTH)], DEPTH + 0.01)))
 }
 
 /// Straight parts, and others.
-fn all_pairs() -> Vec<(&'static str, Solids)> {
-    let round = Solids::new(solid(&round_peg(0.0125, LENGTH, 1e-3, 60)), solid(&round_block(0.013, DEPTH, 60)));
+fn all_pairs() -> Vec<(&'static str, MeshPair)> {
+    let round = MeshPair::new(solid(&round_peg(0.0125, LENGTH, 1e-3, 60)), solid(&round_block(0.013, DEPTH, 60)));
     let straight = pairs().into_iter().map(|(name, _, meshes)| (name, meshes));
     straight.chain([("chamfered", chamfered_and_rounded()), ("chamfered round", round)]).collect()
 }
@@ -229,7 +226,7 @@ fn what_is_kept_is_what_is_found() {
         for _ in 0..40 {
             // Down to the floor, if there is one.
             let mut pose = draw(&mut chance, 0.5e-3, (-DEPTH - 0.1e-3, -0.004), 0.01);
-            let mut recall = None;
+            let mut neighbors = None;
             for _ in 0..25 {
                 // From a tenth of a micrometre to a millimetre.
                 let size = 10.0_f64.powf(chance.random_range(-7.0..-3.0));
@@ -237,17 +234,17 @@ fn what_is_kept_is_what_is_found() {
                     Twist::from_fn(|k, _| size * chance.random_range(-1.0..=1.0) / if k < 3 { 1.0 } else { 0.01 });
                 pose *= exp(&step);
                 let reach = 0.2e-3 * chance.random_range(0.3..1.0);
-                let below = |recall: &mut _| {
+                let below = |neighbors: &mut _| {
                     let mut found = Vec::new();
-                    meshes.visit_below(&pose, reach, recall, |touch| found.push(touch.clone()));
+                    meshes.visit_below(&pose, reach, neighbors, &mut |gap| found.push(gap.clone()));
                     found
                 };
-                let (kept, found) = (below(&mut recall), below(&mut None));
+                let (kept, found) = (below(&mut neighbors), below(&mut None));
                 assert_eq!(kept, found, "{name}");
                 visited += found.len();
                 // The least of it is the gap, for which trees are searched as far as they must be.
                 let gap = meshes.gap(&pose).value;
-                let least = found.iter().map(|touch| touch.value).fold(f64::INFINITY, f64::min);
+                let least = found.iter().map(|gap| gap.value).fold(f64::INFINITY, f64::min);
                 if gap < reach {
                     compared += 1;
                     assert!((least - gap).abs() < 1e-15, "{name}: {least:e} {gap:e}");
@@ -265,9 +262,9 @@ fn what_is_kept_is_what_is_found() {
 /// and inside a wall is told of both.
 #[test]
 fn a_corner_in_a_hollow_corner_is_told_of_both() {
-    let slot = Profile::extrusion25();
+    let slot = Polygon::extrusion25();
     let hole = slot.offset_mitred(0.5e-3).unwrap();
-    let meshes = Solids::new(solid(&peg(&slot, LENGTH)), solid(&block(&hole, DEPTH)));
+    let meshes = MeshPair::new(solid(&peg(&slot, LENGTH)), solid(&block(&hole, DEPTH)));
     let mut chance = Pcg64::seed_from_u64(8);
     for _ in 0..200 {
         // Against a wall in x or y, 20 µm into it, anywhere along.
@@ -276,9 +273,9 @@ fn a_corner_in_a_hollow_corner_is_told_of_both() {
         let (x, y) = [(into, along), (-into, along), (along, into), (along, -into)][side];
         let pose = Pose::translation(x, y, height - DEPTH);
         let (mut wall, mut floor) = (0, 0);
-        meshes.visit_below(&pose, 0.1e-3, &mut None, |touch| {
-            wall += usize::from((touch.value + 20e-6).abs() < 1e-12);
-            floor += usize::from((touch.value - height).abs() < 1e-12 && touch.normal_in_fixture.z > 0.999);
+        meshes.visit_below(&pose, 0.1e-3, &mut None, &mut |gap| {
+            wall += usize::from((gap.value + 20e-6).abs() < 1e-12);
+            floor += usize::from((gap.value - height).abs() < 1e-12 && gap.normal_in_fixture.z > 0.999);
         });
         assert!(wall > 0 && floor >= 36, "{x} {y} {height}: {wall} {floor}");
     }

@@ -6,7 +6,7 @@ use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
 use touchcal::manifold::coordinates::{Coordinates, Metric, pose};
 use touchcal::manifold::{
-    ContactManifold, NearestSample, Neighbour, PoseSamples, Projected, Projection, Rows, SamplesError,
+    ContactManifold, Coverage, NearestSample, Neighbour, PoseSamples, Projected, Projection, Residual, SamplesError,
 };
 use touchcal::se3::{self, Twist};
 
@@ -172,7 +172,7 @@ fn as_a_manifold_its_residual_is_the_way_to_the_sample() {
     let found = nearest.nearest(&touchcal::manifold::coordinates::coordinates(&at)).unwrap();
     let manifold = Projected(std::sync::Arc::new(nearest));
     let residual = |twist: &Twist| {
-        let mut rows = Rows::new();
+        let mut rows = Residual::new();
         manifold.residual(&(at * se3::exp(twist)), 0.0, &mut rows);
         rows
     };
@@ -223,7 +223,7 @@ fn coverage_says_how_densely_and_how_completely() {
     // A line of samples a millimetre apart: every other of a tenth's samples is up to a tenth's
     // length away.
     let line = |i: usize| [1e-3 * i as f64, 0.0, 0.0, 0.0, 0.0, 0.0];
-    let coverage = PoseSamples::new((0..1001).map(line).collect()).unwrap().coverage(METRIC);
+    let coverage = Coverage::of(&PoseSamples::new((0..1001).map(line).collect()).unwrap(), METRIC);
     assert_eq!(coverage.count, 1001);
     let x = coverage.coordinates[0];
     let close = |a: f64, b: f64| (a - b).abs() < 1e-12;
@@ -238,6 +238,6 @@ fn coverage_says_how_densely_and_how_completely() {
     // The first and the last tenth have neighbours on one side only.
     assert!(close(coverage.unseen.least, 1e-3) && close(coverage.unseen.greatest, 0.101), "{:?}", coverage.unseen);
     assert!((coverage.unseen.median - 0.03).abs() < 0.005, "{:?}", coverage.unseen);
-    let two = PoseSamples::new(vec![line(0), line(3)]).unwrap().coverage(METRIC);
+    let two = Coverage::of(&PoseSamples::new(vec![line(0), line(3)]).unwrap(), METRIC);
     assert!(close(two.spacing.median, 3e-3) && close(two.unseen.median, 3e-3));
 }

@@ -3,35 +3,34 @@
 use nalgebra::{Translation3, Vector3, Vector6};
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
-use touchcal::geometry::extrusion::PegAndHole;
-use touchcal::geometry::profile::Profile;
+use touchcal::geometry::{GapQuery, Polygon, PrismPair, nearest_feature, visit_features_within};
 use touchcal::se3::{Pose, Twist, exp, twist};
 
 /// How many temperatures above the least gap a feature stops to count, as documented.
 const REACH: f64 = 4.0;
 
-fn model() -> PegAndHole {
-    let peg = Profile::extrusion25();
+fn model() -> PrismPair {
+    let peg = Polygon::extrusion25();
     let hole = peg.offset_mitred(0.5e-3).unwrap();
-    PegAndHole::new(peg, 0.04, hole, 0.03).unwrap()
+    PrismPair::new(peg, 0.04, hole, 0.03).unwrap()
 }
 
 /// A pose moved to contact along the normal of its gap, and by `past` (m) farther out.
-fn contact(model: &PegAndHole, p: [f64; 3], w: [f64; 3], past: f64) -> Pose {
+fn contact(model: &PrismPair, p: [f64; 3], w: [f64; 3], past: f64) -> Pose {
     let mut at = exp(&twist(&Vector3::zeros(), &Vector3::from(w)));
     at.translation.vector = Vector3::from(p);
     for _ in 0..10 {
         let gap = model.gap(&at);
-        at = Translation3::from(gap.normal_in_hole * (past - gap.value)) * at;
+        at = Translation3::from(gap.normal_in_fixture * (past - gap.value)) * at;
     }
     at
 }
 
-/// The documented mean, from the gaps that `visit_within` reports.
-fn reference(model: &PegAndHole, at: &Pose, temperature: f64) -> f64 {
+/// The documented mean, from the gaps that `visit_features_within` reports.
+fn reference(model: &PrismPair, at: &Pose, temperature: f64) -> f64 {
     let least = model.gap(at).value;
     let (mut weights, mut weighted) = (0.0, 0.0);
-    model.visit_within(at, REACH * temperature, |gap| {
+    visit_features_within(model, at, REACH * temperature, |gap, _| {
         let x = (gap.value - least) / temperature;
         if x < REACH {
             let weight = (-x).exp() * (1.0 - (x / REACH).powi(2)).powi(2);
@@ -87,9 +86,9 @@ proptest! {
         let at = contact(&model, p, w, past);
         let features = |at: &Pose| {
             let mut found = Vec::new();
-            model.visit_within(at, REACH * temperature, |gap| found.push(format!("{:?}", gap.feature)));
+            visit_features_within(&model, at, REACH * temperature, |_, feature| found.push(format!("{feature:?}")));
             found.sort();
-            (format!("{:?}", model.gap(at).feature), found)
+            (format!("{:?}", nearest_feature(&model, at).1), found)
         };
         let here = features(&at);
         let (_, gradient) = model.blended_gap(&at, temperature);

@@ -7,8 +7,7 @@ use parry3d_f64::query;
 use parry3d_f64::shape::Cuboid;
 use rand::rngs::StdRng;
 use rand::{RngExt, SeedableRng};
-use touchcal::geometry::extrusion::PegAndHole;
-use touchcal::geometry::profile::Profile;
+use touchcal::geometry::{Polygon, PrismPair, nearest_feature};
 use touchcal::se3::{Pose, exp, twist};
 
 const LENGTH: f64 = 0.04;
@@ -85,14 +84,14 @@ fn floor() -> (DVec3, DVec3) {
     (DVec3::new(-0.3, -0.3, -0.3), DVec3::new(0.3, 0.3, -DEPTH))
 }
 
-fn model(outline: Profile) -> PegAndHole {
+fn model(outline: Polygon) -> PrismPair {
     let hole = outline.offset_mitred(0.5e-3).unwrap();
-    PegAndHole::new(outline, LENGTH, hole, DEPTH).unwrap()
+    PrismPair::new(outline, LENGTH, hole, DEPTH).unwrap()
 }
 
-fn square(half: f64) -> Profile {
+fn square(half: f64) -> Polygon {
     let corners = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)];
-    Profile::new(corners.iter().map(|&(x, y)| Point2::new(half * x, half * y)).collect()).unwrap()
+    Polygon::new(corners.iter().map(|&(x, y)| Point2::new(half * x, half * y)).collect()).unwrap()
 }
 
 /// A region of poses: translation and rotation vector drawn uniformly within ± `spread` of
@@ -137,7 +136,7 @@ impl Region {
 }
 
 /// Compares and prints, by region; returns how many poses disagree.
-fn compare(name: &str, model: &PegAndHole, reference: &Reference, poses: usize) -> usize {
+fn compare(name: &str, model: &PrismPair, reference: &Reference, poses: usize) -> usize {
     let mut rng = StdRng::seed_from_u64(7);
     let mut failures = 0;
     let mut errors = Vec::new();
@@ -146,7 +145,7 @@ fn compare(name: &str, model: &PegAndHole, reference: &Reference, poses: usize) 
         let (mut free, mut worst, mut off, mut signs) = (0, 0.0_f64, 0, 0);
         for _ in 0..poses {
             let pose = region.sample(&mut rng);
-            let gap = model.gap(&pose);
+            let (gap, feature) = nearest_feature(model, &pose);
             let distance = reference.distance(&pose);
             if distance > 1e-5 {
                 free += 1;
@@ -159,7 +158,7 @@ fn compare(name: &str, model: &PegAndHole, reference: &Reference, poses: usize) 
                         println!(
                             "  gap {:.9} reference {distance:.9} {:?} at {:?}",
                             gap.value,
-                            gap.feature,
+                            feature,
                             touchcal::se3::log(&pose).as_slice()
                         );
                     }
@@ -171,7 +170,7 @@ fn compare(name: &str, model: &PegAndHole, reference: &Reference, poses: usize) 
                     println!(
                         "  sign: gap {:.9} reference {distance:.9} {:?} at {:?}",
                         gap.value,
-                        gap.feature,
+                        feature,
                         touchcal::se3::log(&pose).as_slice()
                     );
                 }
@@ -191,7 +190,7 @@ fn compare(name: &str, model: &PegAndHole, reference: &Reference, poses: usize) 
 
 #[test]
 fn extrusion25_agrees_with_boxes() {
-    assert_eq!(compare("extrusion25", &model(Profile::extrusion25()), &Reference::extrusion25(), 3000), 0);
+    assert_eq!(compare("extrusion25", &model(Polygon::extrusion25()), &Reference::extrusion25(), 3000), 0);
 }
 
 #[test]
@@ -202,7 +201,7 @@ fn square_agrees_with_boxes() {
 /// A peg that can turn in its hole: corner against corner, longitudinal edges against wall corners.
 #[test]
 fn small_square_in_slots_agrees_with_boxes() {
-    let hole = Profile::extrusion25().offset_mitred(0.5e-3).unwrap();
-    let model = PegAndHole::new(square(4e-3), LENGTH, hole, DEPTH).unwrap();
+    let hole = Polygon::extrusion25().offset_mitred(0.5e-3).unwrap();
+    let model = PrismPair::new(square(4e-3), LENGTH, hole, DEPTH).unwrap();
     assert_eq!(compare("small square", &model, &Reference::small_square_in_slots(), 3000), 0);
 }

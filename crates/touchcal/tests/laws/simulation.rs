@@ -1,13 +1,12 @@
 //! Simulated logs against what they must be: poses, wrenches, bending, the recorder's faults.
 
 use nalgebra::{Point2, Point3};
-use touchcal::geometry::extrusion::PegAndHole;
-use touchcal::geometry::profile::Profile;
+use touchcal::geometry::{GapQuery, Parts, Polygon, PrismPair};
 use touchcal::io::urdf::{self, Ends};
 use touchcal::parameter::{Block, ParameterId};
 use touchcal::robot::{Kinematics, Robot, calibrated, segments};
 use touchcal::se3::{self, Pose, Twist};
-use touchcal::sim::{ArmErrors, Distribution, Log, Parts, PlaceError, Preset, Scenario, Truth};
+use touchcal::sim::{self, ArmErrors, Distribution, Log, PlaceError, Preset, Scenario, Truth};
 
 fn iiwa() -> Robot {
     urdf::read_builtin("iiwa14", Ends::default()).expect("built in").robot
@@ -30,7 +29,7 @@ fn narrow(contacts: usize) -> Scenario {
     let mut scenario = paper(contacts);
     let parts = hole(&scenario);
     let outline = parts.peg().offset_mitred(0.25e-3).unwrap();
-    let parts = PegAndHole::new(parts.peg().clone(), parts.length(), outline, parts.depth()).unwrap();
+    let parts = PrismPair::new(parts.peg().clone(), parts.length(), outline, parts.depth()).unwrap();
     scenario.touches[0].parts = Parts::PegInHole(Box::new(parts));
     scenario
 }
@@ -45,17 +44,17 @@ fn keyed(contacts: usize) -> Scenario {
             Point2::new(radius * cos, radius * sin)
         });
         let key = [Point2::new(tip, -half_key), Point2::new(tip, half_key)];
-        Profile::new(key.into_iter().chain(round).collect()).unwrap()
+        Polygon::new(key.into_iter().chain(round).collect()).unwrap()
     };
     let mut scenario = paper(contacts);
     let parts = hole(&scenario);
     let (peg, wall) = (outline(12e-3, 3e-3, 15e-3), outline(12.5e-3, 3.5e-3, 15.5e-3));
-    let parts = PegAndHole::new(peg, parts.length(), wall, parts.depth()).unwrap();
+    let parts = PrismPair::new(peg, parts.length(), wall, parts.depth()).unwrap();
     scenario.touches[0].parts = Parts::PegInHole(Box::new(parts));
     scenario
 }
 
-fn hole(scenario: &Scenario) -> &PegAndHole {
+fn hole(scenario: &Scenario) -> &PrismPair {
     match &scenario.touches[0].parts {
         Parts::PegInHole(parts) => parts,
         _ => panic!("a hole"),
@@ -63,7 +62,7 @@ fn hole(scenario: &Scenario) -> &PegAndHole {
 }
 
 fn only_log(scenario: &Scenario, seed: u64) -> Log {
-    scenario.simulate(seed).expect("contacts").logs.remove(0)
+    sim::simulate(scenario, seed).expect("contacts").logs.remove(0)
 }
 
 #[test]
@@ -85,10 +84,10 @@ fn parts_overlap_by_less_than_a_micrometre_and_touch_where_there_is_force() {
 
 #[test]
 fn a_seed_gives_the_same_log_and_more_contacts_only_a_longer_one() {
-    let short = paper(200).simulate(7).unwrap();
-    assert_eq!(short, paper(200).simulate(7).unwrap());
-    assert_ne!(short.truth, paper(200).simulate(8).unwrap().truth);
-    let long = paper(300).simulate(7).unwrap();
+    let short = sim::simulate(&paper(200), 7).unwrap();
+    assert_eq!(short, sim::simulate(&paper(200), 7).unwrap());
+    assert_ne!(short.truth, sim::simulate(&paper(200), 8).unwrap().truth);
+    let long = sim::simulate(&paper(300), 7).unwrap();
     assert_eq!(short.truth, long.truth);
     assert_eq!(short.logs[0].q[..], long.logs[0].q[..short.logs[0].q.len()]);
 }
@@ -110,7 +109,7 @@ fn joint_positions_reach_the_true_pose() {
     scenario.recorder.encoder_sigma = 0.0;
     scenario.tool_error = PlaceError { length: 1e-3, angle: 5e-3 };
     scenario.touches[0].place_error = PlaceError { length: 2e-3, angle: 4e-3 };
-    let simulated = scenario.simulate(5).unwrap();
+    let simulated = sim::simulate(&scenario, 5).unwrap();
     let truth = &simulated.truth;
     let twist = |column: fn(usize) -> ParameterId| Twist::from_fn(|k, _| truth.value(column(k)));
     let (columns, values) = truth.of_kinematics();
@@ -219,7 +218,7 @@ fn force_sensors_are_noisy_and_biased() {
 fn temperatures_tell_the_strain() {
     let mut scenario = Preset::LeoAluminium.scenario(iiwa()).unwrap();
     scenario.contacts = 400;
-    let simulated = scenario.simulate(9).unwrap();
+    let simulated = sim::simulate(&scenario, 9).unwrap();
     let (log, thermal) = (&simulated.logs[0], scenario.thermal.unwrap());
     let count = segments(&scenario.robot).len();
     assert_eq!(log.temperature.len(), count * log.len());
@@ -236,16 +235,11 @@ fn temperatures_tell_the_strain() {
 fn a_wider_hole_is_felt_as_drawn() {
     let mut scenario = Scenario { contact_sigma: 0.0, ..paper(300) };
     scenario.touches[0].clearance_sigma = 0.05e-3;
-    let simulated = scenario.simulate(6).unwrap();
+    let simulated = sim::simulate(&scenario, 6).unwrap();
     let Truth { clearance, .. } = &simulated.truth;
     let wider = hole(&scenario).hole().offset_mitred(clearance[0]).unwrap();
     let believed = hole(&scenario);
-    let parts = touchcal::geometry::extrusion::PegAndHole::new(
-        believed.peg().clone(),
-        believed.length(),
-        wider,
-        believed.depth(),
-    );
+    let parts = touchcal::geometry::PrismPair::new(believed.peg().clone(), believed.length(), wider, believed.depth());
     let parts = parts.unwrap();
     for row in simulated.logs[0].truth.iter().filter(|row| row.force > 1.0) {
         assert!(parts.gap(&row.fixture_from_tool).value.abs() < 1e-6);

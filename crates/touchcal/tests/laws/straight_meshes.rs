@@ -5,9 +5,7 @@ use crate::support::parts::{
     Mesh, block, block_around, cells, lofted, peg, polygon, round_block, round_peg, rounded, stl,
 };
 use nalgebra::{Point2, Translation3};
-use touchcal::geometry::extrusion::PegAndHole;
-use touchcal::geometry::profile::Profile;
-use touchcal::geometry::solids::Solids;
+use touchcal::geometry::{GapQuery, MeshPair, Polygon, PrismPair, prisms_of};
 use touchcal::io::mesh;
 use touchcal::manifold::peg_in_hole;
 
@@ -17,17 +15,17 @@ const DEPTH: f64 = 0.03;
 const DIGITS: f64 = 1e-8;
 
 /// Both by way of STL files.
-fn read(peg: &Mesh, hole: &Mesh) -> Solids {
+fn read(peg: &Mesh, hole: &Mesh) -> MeshPair {
     let read = |mesh: &Mesh| mesh::read(&stl(mesh), "part.stl", 1e-3).unwrap();
-    Solids::new(read(peg), read(hole))
+    MeshPair::new(read(peg), read(hole))
 }
 
-fn found(peg: &Mesh, hole: &Mesh) -> Option<PegAndHole> {
-    PegAndHole::of_straight(&read(peg, hole), DEPTH)
+fn found(peg: &Mesh, hole: &Mesh) -> Option<PrismPair> {
+    prisms_of(&read(peg, hole), DEPTH)
 }
 
 /// Whether two outlines are the same points in the same order, from wherever.
-fn assert_same(found: &Profile, expected: &Profile) {
+fn assert_same(found: &Polygon, expected: &Polygon) {
     assert_eq!(found.len(), expected.len());
     let apart = |a: &Point2<f64>, b: &Point2<f64>| (a - b).norm();
     let (n, first) = (found.len(), expected.vertices()[0]);
@@ -41,8 +39,8 @@ fn assert_same(found: &Profile, expected: &Profile) {
     }
 }
 
-fn slot() -> (Profile, Profile) {
-    (Profile::extrusion25(), Profile::extrusion25().offset_mitred(0.5e-3).unwrap())
+fn slot() -> (Polygon, Polygon) {
+    (Polygon::extrusion25(), Polygon::extrusion25().offset_mitred(0.5e-3).unwrap())
 }
 
 #[test]
@@ -155,10 +153,10 @@ fn contact_is_that_of_outlines_where_parts_are_straight() {
     let chamfered =
         peg_in_hole(read(&round_peg(0.01, LENGTH, 1e-3, 24), &round_block(0.0105, DEPTH, 24)), DEPTH).unwrap();
     assert_eq!([straight.name(), chamfered.name()], ["peg in hole", "peg in hole, round, not straight"]);
-    let outlines = PegAndHole::new(slot, LENGTH, slot_hole, DEPTH).unwrap();
+    let outlines = PrismPair::new(slot, LENGTH, slot_hole, DEPTH).unwrap();
     for (x, z) in [(0.0, -0.01), (0.3e-3, -0.02), (0.5e-3, -0.015), (0.52e-3, -0.025)] {
         let pose = Translation3::new(x, 0.0, z).into();
-        let mut rows = touchcal::manifold::Rows::new();
+        let mut rows = touchcal::manifold::Residual::new();
         straight.residual(&pose, 0.0, &mut rows);
         let gap = outlines.gap(&pose).value;
         assert!((rows.values()[0] - gap).abs() < DIGITS, "{x}: {} {gap}", rows.values()[0]);

@@ -8,7 +8,7 @@ use nalgebra::{UnitQuaternion, Vector3};
 use touchcal::contact::{ContactLog, Source};
 use touchcal::estimate::{Fixture, Loss, Method, Noise, PlacePrior, Problem, Status, Tool};
 use touchcal::io::urdf::{self, Ends};
-use touchcal::manifold::{ContactManifold, Rows};
+use touchcal::manifold::{ContactManifold, Residual};
 use touchcal::parameter::joint_offset;
 use touchcal::robot::{KinematicParameter, Kinematics};
 use touchcal::se3::{self, Pose};
@@ -26,7 +26,7 @@ impl ContactManifold for Sphere {
         "stylus on sphere"
     }
 
-    fn residual(&self, fixture_from_tool: &Pose, _: f64, rows: &mut Rows) {
+    fn residual(&self, fixture_from_tool: &Pose, _: f64, rows: &mut Residual) {
         let tip = fixture_from_tool.translation.vector;
         let normal_in_tool = fixture_from_tool.rotation.inverse() * tip.normalize();
         rows.push(tip.norm() - self.radius, se3::twist(&normal_in_tool, &Vector3::zeros()));

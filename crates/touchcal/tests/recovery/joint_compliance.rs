@@ -3,7 +3,7 @@
 
 use std::sync::Arc;
 
-use crate::support::solve;
+use crate::support::{report, solve};
 use nalgebra::{Point3, UnitQuaternion, Vector3};
 use touchcal::contact::{ContactLog, Source};
 use touchcal::estimate::{
@@ -320,7 +320,8 @@ fn a_stiff_arm_is_found_stiff() {
         let ((error, estimate), (rigid_error, _)) = (scored(&bending), scored(&rigid));
         let width = estimate.parameters[0].parameter.prior_sigma().expect("learned");
         let found = compliances(&estimate);
-        println!("width {width:e}, held out {:.4} mm, rigid {:.4} mm, {found:?}", 1e3 * error, 1e3 * rigid_error);
+        let figures = [("width", 1e6 * width), ("held out", 1e3 * error), ("rigid", 1e3 * rigid_error)];
+        report(&format!("stiff arm, seed {seed}"), &figures);
         assert!(width < 1.2e-5, "{width:e}");
         assert!(found.iter().all(|c| c.abs() < 1.2e-5), "{found:?}");
         bent += error;

@@ -1,34 +1,35 @@
 //! What presses on the tool, as a log's wrench says it: joints give way to it.
 
-use crate::support::solve;
+use crate::support::{report, solve};
 use nalgebra::{DMatrix, DVector, Vector3};
 use touchcal::contact::ContactLog;
+use touchcal::contact::{AngleUnit, Load, LoadFrame, LoadOn};
 use touchcal::estimate::{Estimate, Problem, Status};
 use touchcal::experiment::problem;
 use touchcal::io::contact_csv;
-use touchcal::io::contact_log::{AngleUnit, Load, LoadFrame, LoadOn, Options};
+use touchcal::io::contact_log::Options;
 use touchcal::io::urdf::{self, Ends};
 use touchcal::parameter::Block;
 use touchcal::robot::{Kinematics, Robot};
 use touchcal::se3::{Pose, Twist, Wrench};
-use touchcal::sim::{Preset, Simulated};
+use touchcal::sim::{self, Preset, SimulatedTrial};
 
 fn iiwa() -> Robot {
     urdf::read_builtin("iiwa14", Ends::default()).expect("built in").robot
 }
 
 /// An arm whose joints give way like stiff harmonic drives, its peg in a hole, recorded with noise.
-fn soft_arm(seed: u64) -> (Problem, Simulated) {
+fn soft_arm(seed: u64) -> (Problem, SimulatedTrial) {
     let mut scenario = Preset::Paper.scenario(iiwa()).expect("parts");
     scenario.errors.joint_compliance = 1e-5;
     scenario.recorder.force_sigma = 0.5;
     scenario.contacts = 2000;
-    let simulated = scenario.simulate(seed).expect("contacts");
+    let simulated = sim::simulate(&scenario, seed).expect("contacts");
     (problem(&scenario, &simulated), simulated)
 }
 
 /// Errors of the arm's parameters and their covariance.
-fn errors(estimate: &Estimate, simulated: &Simulated) -> (DVector<f64>, DMatrix<f64>) {
+fn errors(estimate: &Estimate, simulated: &SimulatedTrial) -> (DVector<f64>, DMatrix<f64>) {
     let of_arm = |k: &usize| !estimate.parameters[*k].parameter.id.block().is_nuisance();
     let arm: Vec<usize> = (0..estimate.parameters.len()).filter(of_arm).collect();
     let error = |&k: &usize| estimate.parameters[k].value - simulated.truth.value(estimate.parameters[k].parameter.id);
@@ -37,7 +38,7 @@ fn errors(estimate: &Estimate, simulated: &Simulated) -> (DVector<f64>, DMatrix<
 }
 
 /// Mean error of the joint offsets (rad).
-fn offset_error(estimate: &Estimate, simulated: &Simulated) -> f64 {
+fn offset_error(estimate: &Estimate, simulated: &SimulatedTrial) -> f64 {
     let offsets = estimate.parameters.iter().filter(|p| p.parameter.id.block() == Block::JointOffset);
     let each: Vec<f64> = offsets.map(|p| (p.value - simulated.truth.value(p.parameter.id)).abs()).collect();
     each.iter().sum::<f64>() / each.len() as f64
@@ -62,19 +63,20 @@ fn joints_that_give_way_are_found_where_the_load_is_known_and_contradict_where_i
         problem.contacts = without;
         let estimate = solve(&problem);
         let unknown = offset_error(&estimate, &simulated);
-        println!("offsets off by {:.1e} deg with the load, {:.1e} without", known.to_degrees(), unknown.to_degrees());
+        let errors = [("with", known.to_degrees()), ("without", unknown.to_degrees())];
+        report(&format!("load, seed {seed}"), &errors);
         assert!(unknown > 10.0 * known, "{known} {unknown}");
         assert_eq!(estimate.status, Status::NotUsable);
         assert!(estimate.warnings.iter().any(|w| w.kind() == "correlated_errors"), "{:?}", estimate.warnings);
     }
     // 4 times 15 parameters: chi-squared of 60 lies between 35.5 and 92.0 in 99 % of cases.
-    println!("NEES {:.2} of {count}", squares);
+    report("load", &[("NEES", squares), ("of", count as f64)]);
     assert_eq!(count, 60);
     assert!((35.5..92.0).contains(&squares), "{squares}");
 }
 
 /// A log of wrenches, in degrees.
-fn log_text(simulated: &Simulated, load: impl Fn(&[f64], &Wrench) -> Wrench) -> String {
+fn log_text(simulated: &SimulatedTrial, load: impl Fn(&[f64], &Wrench) -> Wrench) -> String {
     let log = &simulated.logs[0];
     let mut text = "q1,q2,q3,q4,q5,q6,q7,fx,fy,fz,tx,ty,tz,contact\n".to_owned();
     for row in 0..log.len() {

@@ -8,14 +8,12 @@ use crate::support::{data, mujoco_trial, simulated, timed};
 use nalgebra::{Point2, Point3};
 use touchcal::estimate::{Estimate, Loss, Method, Noise, Problem};
 use touchcal::experiment::{Search, Trial};
-use touchcal::geometry::extrusion::PegAndHole;
-use touchcal::geometry::profile::Profile;
-use touchcal::geometry::solids::Solids;
+use touchcal::geometry::{MeshPair, Parts, Polygon, PrismPair};
 use touchcal::io::urdf::{self, Ends};
 use touchcal::io::{mesh, problem_file};
-use touchcal::manifold::{ContactManifold, PegInHole, SolidInHole, peg_in_hole};
+use touchcal::manifold::{ContactManifold, PegInHole, peg_in_hole};
 use touchcal::parameter::ParameterId;
-use touchcal::sim::{Parts, Preset};
+use touchcal::sim::Preset;
 
 /// Largest difference of a parameter, in standard deviations.
 fn apart(a: &Estimate, b: &Estimate) -> f64 {
@@ -63,7 +61,7 @@ parameters = ["strain", "joint_offset"]
 
 #[test]
 fn meshes_that_lie_otherwise_in_their_frames_are_refused() {
-    let outline = Profile::extrusion25();
+    let outline = Polygon::extrusion25();
     let (peg, hole) = (peg(&outline, 0.04), block(&outline.offset_mitred(0.5e-3).unwrap(), 0.03));
     let moved = |(vertices, triangles): &Mesh, z: f64| -> Mesh {
         (vertices.iter().map(|p| Point3::new(p.x, p.y, p.z + z)).collect(), triangles.clone())
@@ -82,12 +80,12 @@ fn meshes_that_lie_otherwise_in_their_frames_are_refused() {
 fn a_problem_with_stl_files_finds_what_its_outlines_find() {
     const TRIAL: &str = "extrusion/rich/trial_00";
     let (outlines, _) = mujoco_trial(TRIAL);
-    let slot = Profile::extrusion25();
+    let slot = Polygon::extrusion25();
     let (peg, hole) = (peg(&slot, 0.04), block(&slot.offset_mitred(0.5e-3).unwrap(), 0.03));
     assert!(peg.1.len() >= 1000, "{}", peg.1.len());
     let files = with_files(TRIAL, &peg, &hole).unwrap();
     let mut meshes = files.clone();
-    meshes.fixtures[0].manifold = Arc::new(SolidInHole::new(Solids::new(solid(&peg), solid(&hole)), 0.03));
+    meshes.fixtures[0].manifold = Arc::new(PegInHole::with_depth(MeshPair::new(solid(&peg), solid(&hole)), 0.03));
     let [(with_outlines, straight_s), (with_files, files_s), (with_meshes, mesh_s)] =
         [&outlines, &files, &meshes].map(timed);
     let (of_files, of_meshes) = (apart(&with_outlines, &with_files), apart(&with_outlines, &with_meshes));
@@ -101,10 +99,10 @@ fn a_problem_with_stl_files_finds_what_its_outlines_find() {
 
 /// A T-slot and its hole with their corners rounded by so much (m), each corner by seven points: a
 /// thousand triangles in earnest.
-fn rounded_parts(peg_radius: f64, hole_radius: f64) -> PegAndHole {
-    let slot = Profile::extrusion25();
+fn rounded_parts(peg_radius: f64, hole_radius: f64) -> PrismPair {
+    let slot = Polygon::extrusion25();
     let hole = slot.offset_mitred(0.5e-3).unwrap();
-    PegAndHole::new(rounded(&slot, peg_radius, 7), 0.04, rounded(&hole, hole_radius, 7), 0.03).unwrap()
+    PrismPair::new(rounded(&slot, peg_radius, 7), 0.04, rounded(&hole, hole_radius, 7), 0.03).unwrap()
 }
 
 #[test]
@@ -115,7 +113,7 @@ fn rounded_meshes_find_what_rounded_outlines_find() {
     // OBJ has all digits: where corners are round, a nanometre moves the end of a search.
     let read = |mesh: &Mesh| mesh::read(obj(mesh).as_bytes(), "part.obj", 1e-3).unwrap();
     let hole_mesh = block_around(outlines.hole(), 0.03, 0.04);
-    let meshes = peg_in_hole(Solids::new(read(&peg_mesh), read(&hole_mesh)), 0.03).unwrap();
+    let meshes = peg_in_hole(MeshPair::new(read(&peg_mesh), read(&hole_mesh)), 0.03).unwrap();
     assert_eq!(meshes.name(), "peg in hole");
     let (trial, search) = simulated(&outlines, 1);
     let problem = |manifold: Box<dyn ContactManifold>| trial.problem(manifold, search);
@@ -168,12 +166,12 @@ fn noise_is_learned_where_corners_are_rounded() {
     let bar = |half_length: f64, half_width: f64, radius: f64| {
         let corner = |x: f64, y: f64| Point2::new(x * half_length, y * half_width);
         rounded(
-            &Profile::new(vec![corner(1.0, 1.0), corner(-1.0, 1.0), corner(-1.0, -1.0), corner(1.0, -1.0)]).unwrap(),
+            &Polygon::new(vec![corner(1.0, 1.0), corner(-1.0, 1.0), corner(-1.0, -1.0), corner(1.0, -1.0)]).unwrap(),
             radius,
             7,
         )
     };
-    let parts = PegAndHole::new(bar(15e-3, 10e-3, 2e-3), 0.04, bar(15.5e-3, 10.5e-3, 2.5e-3), 0.03).unwrap();
+    let parts = PrismPair::new(bar(15e-3, 10e-3, 2e-3), 0.04, bar(15.5e-3, 10.5e-3, 2.5e-3), 0.03).unwrap();
     for seed in [1, 2] {
         let mut scenario =
             Preset::Paper.scenario(urdf::read_builtin("iiwa14", Ends::default()).unwrap().robot).unwrap();

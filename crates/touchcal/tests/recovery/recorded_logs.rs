@@ -91,7 +91,16 @@ fn nominal_arm_misses_the_hole_by_centimetres() {
 /// too.
 #[test]
 fn a_search_that_is_told_to_stop_stops() {
-    const EVERY: usize = 2;
+    stops_at_every(7);
+}
+
+#[test]
+#[ignore = "long form: scripts/test long"]
+fn a_search_that_is_told_to_stop_stops_at_each_step() {
+    stops_at_every(1);
+}
+
+fn stops_at_every(stride: usize) {
     let (declared, _) = mujoco_trial("square/rich/trial_00");
     let mut learned = declared.clone();
     learned.noise.is_estimated = true;
@@ -107,7 +116,7 @@ fn a_search_that_is_told_to_stop_stops() {
         };
         let (reason, all) = until(usize::MAX);
         assert_eq!(reason, StopReason::Converged);
-        for last in (1..=all).step_by(EVERY) {
+        for last in (1..=all).step_by(stride) {
             assert_eq!(until(last), (StopReason::Interrupted, last));
         }
     }

@@ -6,18 +6,17 @@ use crate::support::solve;
 use nalgebra::Vector3;
 use touchcal::estimate::{Loss, Method, Noise, Warning};
 use touchcal::experiment::{Search, Trial};
-use touchcal::geometry::extrusion::PegAndHole;
-use touchcal::geometry::solids::Solids;
+use touchcal::geometry::{GapQuery, MeshPair, Parts, PrismPair};
 use touchcal::io::urdf::{self, Ends};
-use touchcal::manifold::{ContactManifold, PegInHole, Rows, SolidInHole};
+use touchcal::manifold::{ContactManifold, PegInHole, Residual};
 use touchcal::se3::{Pose, adjoint};
-use touchcal::sim::{Exploration, Parts, Preset};
+use touchcal::sim::{Exploration, Preset};
 
 const RADII: [f64; 2] = [12.5e-3, 13e-3];
 
-fn of_sides(sides: usize) -> PegAndHole {
+fn of_sides(sides: usize) -> PrismPair {
     let [peg, hole] = RADII.map(|radius| polygon(radius, sides));
-    PegAndHole::new(peg, 0.04, hole, 0.03).unwrap()
+    PrismPair::new(peg, 0.04, hole, 0.03).unwrap()
 }
 
 /// An arm that touches with nearly round parts; its log with parts of other facets. Taken for
@@ -55,9 +54,9 @@ fn facets_tell_no_turn() {
 /// either axis, though the gap between facets does.
 #[test]
 fn solids_of_revolution_have_no_turn() {
-    let bodies = || Solids::new(solid(&round_peg(RADII[0], 0.04, 1e-3, 64)), solid(&round_block(RADII[1], 0.03, 64)));
-    let manifold = SolidInHole::new(bodies(), 0.03);
-    let (mut faceted, mut rows): (f64, Rows) = (0.0, Rows::new());
+    let bodies = || MeshPair::new(solid(&round_peg(RADII[0], 0.04, 1e-3, 64)), solid(&round_block(RADII[1], 0.03, 64)));
+    let manifold = PegInHole::with_depth(bodies(), 0.03);
+    let (mut faceted, mut rows): (f64, Residual) = (0.0, Residual::new());
     for turn in 0..20 {
         let hole_from_peg =
             Pose::new(Vector3::new(0.4e-3, 0.1e-3, -0.02), Vector3::new(2e-3, 1e-3, 0.1 * f64::from(turn)));

@@ -9,20 +9,14 @@ use std::path::{Path, PathBuf};
 
 use touchcal::estimate::{Estimate, Loss, Method, Noise, Problem, calibrate};
 use touchcal::experiment::{Search, Trial};
-use touchcal::geometry::extrusion::PegAndHole;
+use touchcal::geometry::{Parts, PrismPair};
 use touchcal::io::problem_file;
 use touchcal::io::urdf::{self, Ends};
-use touchcal::sim::{Exploration, Parts, Preset};
+use touchcal::sim::{Exploration, Preset};
 
-/// The folder of `TOUCHCAL_DATA`, by default `../shared/data` beside the repository.
-///
-/// # Panics
-/// If it is not there: a test that needs data never passes without.
+/// The folder `data` of the repository.
 pub fn data() -> PathBuf {
-    let default = || Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data");
-    let folder = std::env::var_os("TOUCHCAL_DATA").map_or_else(default, PathBuf::from);
-    assert!(folder.is_dir(), "no data in {}: set TOUCHCAL_DATA", folder.display());
-    folder
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../../data")
 }
 
 /// What a trial's parameters truly are.
@@ -118,7 +112,7 @@ pub fn timed(problem: &Problem) -> (Estimate, f64) {
 }
 
 /// 3000 contacts of these parts, whose surfaces are off by 20 µm, and how they are searched.
-pub fn simulated(parts: &PegAndHole, seed: u64) -> (Trial, Search) {
+pub fn simulated(parts: &PrismPair, seed: u64) -> (Trial, Search) {
     let robot = urdf::read_builtin("iiwa14", Ends::default()).expect("an arm").robot;
     let mut scenario = Preset::Paper.scenario(robot).expect("parts");
     scenario.contact_sigma = 20e-6;

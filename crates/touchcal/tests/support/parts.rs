@@ -5,14 +5,13 @@ use std::collections::HashMap;
 use std::f64::consts::FRAC_PI_2;
 
 use nalgebra::{Point2, Point3};
-use touchcal::geometry::profile::Profile;
-use touchcal::geometry::solid::Solid;
+use touchcal::geometry::{Polygon, TriangleMesh};
 
 /// Vertices and triangles.
 pub type Mesh = (Vec<Point3<f64>>, Vec<[u32; 3]>);
 
-pub fn solid((vertices, triangles): &Mesh) -> Solid {
-    Solid::new(vertices, triangles).expect("a closed surface")
+pub fn solid((vertices, triangles): &Mesh) -> TriangleMesh {
+    TriangleMesh::new(vertices, triangles).expect("a closed surface")
 }
 
 /// The body of all cells of a grid whose middle is within.
@@ -59,7 +58,7 @@ pub fn cells(grid: [&[f64]; 3], is_within: impl Fn(Point3<f64>) -> bool) -> Mesh
 }
 
 /// Coordinates of an outline along x and y, in order, and others.
-pub fn lines(outline: &Profile, others: &[f64]) -> [Vec<f64>; 2] {
+pub fn lines(outline: &Polygon, others: &[f64]) -> [Vec<f64>; 2] {
     let sorted = |along: &dyn Fn(&Point2<f64>) -> f64| {
         let mut all: Vec<f64> = outline.vertices().iter().map(along).chain(others.iter().copied()).collect();
         all.sort_by(f64::total_cmp);
@@ -70,14 +69,14 @@ pub fn lines(outline: &Profile, others: &[f64]) -> [Vec<f64>; 2] {
 }
 
 /// A peg whose outline runs along x and y, in six layers.
-pub fn peg(outline: &Profile, length: f64) -> Mesh {
+pub fn peg(outline: &Polygon, length: f64) -> Mesh {
     let [xs, ys] = lines(outline, &[]);
     let zs: Vec<f64> = (0..=6).map(|k| length * f64::from(k) / 6.0).collect();
     cells([&xs, &ys, &zs], |p| outline.contains(&p.xy()))
 }
 
 /// A block of 60 mm with a hole whose outline runs along x and y.
-pub fn block(hole: &Profile, depth: f64) -> Mesh {
+pub fn block(hole: &Polygon, depth: f64) -> Mesh {
     let [xs, ys] = lines(hole, &[-0.03, 0.03]);
     cells([&xs, &ys, &[-depth - 0.01, -depth, 0.0]], |p| p.z < -depth || !hole.contains(&p.xy()))
 }
@@ -131,7 +130,7 @@ pub fn round_block(radius: f64, depth: f64, sides: usize) -> Mesh {
 }
 
 /// An outline along x and y with its corners rounded, each by so many points on an arc.
-pub fn rounded(outline: &Profile, radius: f64, points: usize) -> Profile {
+pub fn rounded(outline: &Polygon, radius: f64, points: usize) -> Polygon {
     let n = outline.len();
     let v = outline.vertices();
     let corner = |i: usize| {
@@ -142,11 +141,11 @@ pub fn rounded(outline: &Profile, radius: f64, points: usize) -> Profile {
             centre - to_next * (radius * cos) - to_last * (radius * sin)
         })
     };
-    Profile::new((0..n).flat_map(corner).collect()).expect("an outline")
+    Polygon::new((0..n).flat_map(corner).collect()).expect("an outline")
 }
 
 /// What lies between outlines at heights, of equally many points each: flat at both ends.
-pub fn lofted(sections: &[(&Profile, f64)]) -> Mesh {
+pub fn lofted(sections: &[(&Polygon, f64)]) -> Mesh {
     let mut mesh = Mesh::default();
     for pair in sections.windows(2) {
         walls(&mut mesh, (pair[0].0.vertices(), pair[0].1), (pair[1].0.vertices(), pair[1].1));
@@ -159,13 +158,13 @@ pub fn lofted(sections: &[(&Profile, f64)]) -> Mesh {
 }
 
 /// A block of 60 mm and so thick, with a hole of any outline: so deep, or through it.
-pub fn block_around(hole: &Profile, depth: f64, thickness: f64) -> Mesh {
+pub fn block_around(hole: &Polygon, depth: f64, thickness: f64) -> Mesh {
     block_with(&[(hole, 0.0), (hole, -depth)], thickness)
 }
 
 /// A block of 60 mm and so thick, with a hole between outlines at heights, of equally many points
 /// each, from its top face down; through the block if the last is as low as its bottom.
-pub fn block_with(hole: &[(&Profile, f64)], thickness: f64) -> Mesh {
+pub fn block_with(hole: &[(&Polygon, f64)], thickness: f64) -> Mesh {
     let (around, (floor, low)) = (hole[0].0.vertices(), hole[hole.len() - 1]);
     let (floor, depth) = (floor.vertices(), -low);
     let right = (0..around.len()).fold(0, |best, i| if around[i].x > around[best].x { i } else { best });
@@ -228,9 +227,9 @@ fn push((vertices, triangles): &mut Mesh, corners: [Point3<f64>; 3]) {
 }
 
 /// The outline of what [`turned`] makes of a radius.
-pub fn polygon(radius: f64, sides: usize) -> Profile {
+pub fn polygon(radius: f64, sides: usize) -> Polygon {
     let angle = |k: usize| std::f64::consts::TAU * k as f64 / sides as f64;
-    Profile::new((0..sides).map(|k| Point2::new(radius * angle(k).cos(), radius * angle(k).sin())).collect())
+    Polygon::new((0..sides).map(|k| Point2::new(radius * angle(k).cos(), radius * angle(k).sin())).collect())
         .expect("an outline")
 }
 

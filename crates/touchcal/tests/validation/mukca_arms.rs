@@ -5,6 +5,7 @@ use touchcal::estimate::{Status, evaluate};
 use touchcal::io::Loaded;
 use touchcal::io::mukca::{self, MukcaOptions};
 use touchcal::io::urdf::{self, Ends};
+use touchcal::robot::Robot;
 
 /// An arm's folder and URDF, and whether its joints are taken to bend.
 #[derive(Clone, Copy)]
@@ -36,16 +37,26 @@ impl Arm {
         mukca::placement_names(&data().join("mukca").join(self.folder)).expect("placements")
     }
 
-    /// Mean distance (mm) from the sockets' means of one placement, by the nominal arm and by one
-    /// fitted to `train`.
-    fn held_out(self, train: &[&str], test: &str) -> (f64, f64) {
+    /// The arm fitted to these placements, with the place of its ball.
+    fn fitted(self, train: &[&str]) -> Robot {
         let estimate = solve(&self.load(train).problem);
-        assert_eq!(estimate.status, Status::Converged, "{} without {test}: {:?}", self.folder, estimate.warnings);
+        assert_eq!(estimate.status, Status::Converged, "{} {train:?}: {:?}", self.folder, estimate.warnings);
+        let motion = estimate.tool_motion().expect("the ball's place");
+        estimate.robot.with_tip_moved(&motion).expect("a fixed tip")
+    }
+
+    /// Mean distance (mm) from the sockets' means of one placement, by the nominal arm and by
+    /// `fitted`.
+    fn score(self, fitted: &Robot, test: &str) -> (f64, f64) {
         let mut problem = self.load(&[test]).problem;
         let nominal = evaluate(&problem).all.mean * 1e3;
-        let motion = estimate.tool_motion().expect("the ball's place");
-        problem.robot = estimate.robot.with_tip_moved(&motion).expect("a fixed tip");
+        problem.robot = fitted.clone();
         (nominal, evaluate(&problem).all.mean * 1e3)
+    }
+
+    /// The score of one placement, by the nominal arm and by one fitted to `train`.
+    fn held_out(self, train: &[&str], test: &str) -> (f64, f64) {
+        self.score(&self.fitted(train), test)
     }
 
     /// Mean over placements of the score held out, each placement fitted without: at most `limit`
@@ -119,8 +130,9 @@ fn one_placement_does_not_spoil_the_others() {
         let Arm { folder, bends, .. } = arm;
         let names = arm.placements();
         for train in &names {
+            let fitted = arm.fitted(&[train.as_str()]);
             for test in names.iter().filter(|name| *name != train) {
-                let (nominal, calibrated) = arm.held_out(&[train.as_str()], test);
+                let (nominal, calibrated) = arm.score(&fitted, test);
                 println!("{folder} {train} → {test}, bends {bends}: {calibrated:.3} mm, nominal {nominal:.3} mm");
                 assert!(calibrated < nominal, "{folder} {train} → {test}: {calibrated} mm, nominal {nominal} mm");
             }

@@ -7,7 +7,7 @@ use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
 use touchcal::manifold::coordinates::{Coordinates, Metric};
 use touchcal::manifold::learned::{
-    Checkpoint, Ending, Lessons, Output, Training, TrainingError, TrainingOptions, accuracy,
+    Checkpoint, Ending, Output, Training, TrainingError, TrainingOptions, TrainingSource, accuracy,
 };
 use touchcal::manifold::{NearestSample, PoseSamples, Projection, TrainingPairs};
 
@@ -41,7 +41,7 @@ fn finish(mut training: Training) -> Checkpoint {
 #[test]
 fn a_line_is_learned_as_pose_and_as_correction() {
     let projection = line();
-    let lessons = Lessons { projection: &projection, pairs: TrainingPairs::new(1) };
+    let lessons = TrainingSource { projection: &projection, pairs: TrainingPairs::new(1) };
     for output in [Output::Pose, Output::Correction] {
         let mut training = Training::start(options(output), &lessons).unwrap();
         let (mut first, mut looks) = (None, Vec::new());
@@ -72,7 +72,7 @@ fn a_line_is_learned_as_pose_and_as_correction() {
 #[test]
 fn the_same_bits_whatever_the_number_of_threads() {
     let projection = line();
-    let lessons = Lessons { projection: &projection, pairs: TrainingPairs::new(1) };
+    let lessons = TrainingSource { projection: &projection, pairs: TrainingPairs::new(1) };
     let learned = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         let few = TrainingOptions { steps: 40, hidden: vec![150, 48], ..options(Output::Pose) };
@@ -85,7 +85,7 @@ fn the_same_bits_whatever_the_number_of_threads() {
 #[test]
 fn going_on_is_never_having_stopped() {
     let projection = line();
-    let lessons = Lessons { projection: &projection, pairs: TrainingPairs::new(1) };
+    let lessons = TrainingSource { projection: &projection, pairs: TrainingPairs::new(1) };
     let few = TrainingOptions { steps: 130, ..options(Output::Pose) };
     let whole = finish(Training::start(few.clone(), &lessons).unwrap());
     for stop in [1, 50, 77, 129, 130] {
@@ -102,7 +102,7 @@ fn going_on_is_never_having_stopped() {
 #[test]
 fn training_stops_when_nothing_gets_better() {
     let projection = line();
-    let lessons = Lessons { projection: &projection, pairs: TrainingPairs::new(1) };
+    let lessons = TrainingSource { projection: &projection, pairs: TrainingPairs::new(1) };
     // So high a rate that a loss soon found is not reached again.
     let restless = TrainingOptions { rate: 0.3, steps: 100_000, patience: 4, check_every: 5, ..options(Output::Pose) };
     let mut training = Training::start(restless, &lessons).unwrap();
@@ -114,7 +114,7 @@ fn training_stops_when_nothing_gets_better() {
 #[test]
 fn what_leaves_nothing_to_do_is_refused() {
     let projection = line();
-    let lessons = Lessons { projection: &projection, pairs: TrainingPairs::new(1) };
+    let lessons = TrainingSource { projection: &projection, pairs: TrainingPairs::new(1) };
     let message = |options| Training::start(options, &lessons).unwrap_err().to_string();
     let usual = || options(Output::Pose);
     assert_eq!(message(TrainingOptions { batch: 0, ..usual() }), "expected the batch above zero, found 0");

@@ -5,12 +5,12 @@ use std::ops::ControlFlow;
 
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
+use touchcal::io::Input;
 use touchcal::io::checkpoint_file;
-use touchcal::io::estimate_file::InputEntry;
 use touchcal::io::weights_file::{Teacher, WeightsFile};
 use touchcal::manifold::coordinates::{Coordinates, Metric};
 use touchcal::manifold::learned::{
-    Checkpoint, Device, Ending, Layer, Lessons, Output, Training, TrainingError, TrainingOptions,
+    Checkpoint, Device, Ending, Layer, Output, Training, TrainingError, TrainingOptions, TrainingSource,
 };
 use touchcal::manifold::{NearestSample, PoseSamples, Projection, TrainingPairs};
 
@@ -46,7 +46,7 @@ fn options() -> TrainingOptions {
 
 fn teacher() -> Teacher {
     Teacher {
-        manifold: InputEntry { path: "m.safetensors".to_owned(), sha256: "0123".to_owned() },
+        manifold: Input { path: "m.safetensors".to_owned(), sha256: "0123".to_owned() },
         samples: 2000,
         bounds: line().bounds(),
         offsets: TrainingPairs::new(1).bounds,
@@ -97,7 +97,7 @@ fn apart(a: &[Layer], b: &[Layer]) -> f64 {
 #[test]
 fn steps_are_those_of_the_processor() {
     let projection = line();
-    let lessons = Lessons { projection: &projection, pairs: TrainingPairs::new(1) };
+    let lessons = TrainingSource { projection: &projection, pairs: TrainingPairs::new(1) };
     for &device in DEVICES {
         let here = run(Training::start(options(), &lessons).unwrap());
         let there = run(Training::start(options(), &lessons).unwrap().on(device).unwrap());
@@ -119,7 +119,7 @@ fn steps_are_those_of_the_processor() {
 #[test]
 fn a_checkpoint_goes_on_there_and_here() {
     let projection = line();
-    let lessons = Lessons { projection: &projection, pairs: TrainingPairs::new(1) };
+    let lessons = TrainingSource { projection: &projection, pairs: TrainingPairs::new(1) };
     for &device in DEVICES {
         let mut training = Training::start(options(), &lessons).unwrap().on(device).unwrap();
         let ending = training.run(&mut |progress, state| {
@@ -149,7 +149,7 @@ fn a_checkpoint_goes_on_there_and_here() {
 #[test]
 fn the_weights_file_is_the_same() {
     let projection = line();
-    let lessons = Lessons { projection: &projection, pairs: TrainingPairs::new(1) };
+    let lessons = TrainingSource { projection: &projection, pairs: TrainingPairs::new(1) };
     for &device in DEVICES {
         let mut training = Training::start(options(), &lessons).unwrap().on(device).unwrap();
         training.run(&mut |_, _| ControlFlow::Continue(())).unwrap();
@@ -169,7 +169,7 @@ fn the_weights_file_is_the_same() {
 #[test]
 fn training_there_ends_as_here() {
     let projection = line();
-    let lessons = Lessons { projection: &projection, pairs: TrainingPairs::new(1) };
+    let lessons = TrainingSource { projection: &projection, pairs: TrainingPairs::new(1) };
     for &device in DEVICES {
         // So high a rate that a loss soon found is not reached again.
         let restless = TrainingOptions { rate: 0.3, steps: 100_000, patience: 4, check_every: 5, ..options() };

@@ -1,4 +1,4 @@
-//! What was found against the truth.
+//! Estimates compared with the truth.
 
 use touchcal::estimate::{Estimate, Problem};
 use touchcal::experiment::{random_positions, tool_error};
@@ -17,11 +17,11 @@ pub fn text(nominal: &Robot, truth: &Truth, seed: u64, problem: &Problem, estima
     let contacts = problem.contacts.len();
     [
         format!(
-            "An iiwa 14 with wrong link lengths and encoder zeros explored a hole with a peg: {contacts} contacts.\n"
+            "An iiwa 14 with errors of link lengths and encoder offsets explored a hole with a peg: {contacts} contacts.\n"
         ),
-        "Calibrated from zero, from joint positions alone; peg and hole known.\n\n".to_owned(),
+        "Calibrated from joint positions alone, starting at zero errors; poses of peg and hole known.\n\n".to_owned(),
         parameters(truth, estimate),
-        "\nTool error against the true arm (mean)\n".to_owned(),
+        "\nMean tool error, compared with the true arm\n".to_owned(),
         tool_errors((nominal, truth), seed, problem, estimate),
         "\n".to_owned(),
     ]
@@ -49,7 +49,7 @@ fn parameters(truth: &Truth, estimate: &Estimate) -> String {
     let errors: Vec<f64> =
         errors.filter_map(|entry| Some((entry.value - truth(entry.parameter.id)?).abs().to_degrees())).collect();
     let mean = errors.iter().sum::<f64>() / errors.len().max(1) as f64;
-    format!("{table}  mean size of the offsets' errors: {mean:.4} deg\n")
+    format!("{table}  mean absolute error of the joint offsets: {mean:.4} deg\n")
 }
 
 /// How far the tool is from where an arm's model puts it, at the same encoder readings.

@@ -1,4 +1,4 @@
-//! `touchcal demo`: the whole way, without input.
+//! `touchcal demo`: simulation, calibration and comparison with the truth, without input.
 
 mod comparison;
 
@@ -7,12 +7,13 @@ use std::path::Path;
 use touchcal::io::calibration_folder::{self, Solved};
 use touchcal::io::{problem_file, scenario_file};
 
-use super::{Failure, Outcome, calibrate, simulate};
+use super::{calibrate, simulate};
 use crate::args::DemoArgs;
+use crate::failure::{Failure, Outcome};
 use crate::output;
 use crate::summary;
 
-/// Simulates, writes the example, calibrates it as `touchcal calibrate` would, compares with the
+/// Simulates, writes the example, calibrates it as `touchcal calibrate` does, and compares with the
 /// truth.
 pub fn run(args: &DemoArgs) -> Result<Outcome, Failure> {
     scenario_file::check_folder(&args.out)?;
@@ -38,11 +39,9 @@ pub fn run(args: &DemoArgs) -> Result<Outcome, Failure> {
 fn next(folder: &Path) -> String {
     let folder = folder.display();
     [
-        format!(
-            "Written to {folder}: problem.toml and hole.csv (an example to start from), scenario.toml, truth.json,\n"
-        ),
+        format!("Written to {folder}: problem.toml and hole.csv (a template), scenario.toml, truth.json,\n"),
         "calibrated.urdf, estimate.json and report.html (open it in a browser).\n\n".to_owned(),
-        "Try next\n".to_owned(),
+        "Next\n".to_owned(),
         format!("  touchcal inspect {folder}/problem.toml\n"),
         format!("  touchcal calibrate {folder}/problem.toml --out {folder}/again\n"),
         format!("  touchcal evaluate {folder}/problem.toml --urdf {folder}/calibrated.urdf\n"),

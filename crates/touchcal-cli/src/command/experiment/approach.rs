@@ -1,29 +1,31 @@
-//! The approaches that are compared: what a contact says, and how parameters are searched for.
+//! The approaches that are compared: contact model and optimizer.
 
 use std::sync::Arc;
 
 use touchcal::estimate::{GradientDescent, Loss, Method, Noise};
 use touchcal::experiment::Search;
-use touchcal::geometry::extrusion::PegAndHole;
+use touchcal::geometry::PrismPair;
 use touchcal::io::Input;
 use touchcal::manifold::{ContactManifold, PegInHole, Projected, Projection};
+
+use crate::args::ApproachName;
 
 const DEG: f64 = std::f64::consts::PI / 180.0;
 const MM: f64 = 1e-3;
 /// Encoder and contact noise of an exact gap, as the demonstration declares them.
 const GAP_NOISE: Noise = Noise { encoder: 0.002 * DEG, contact: 0.02 * MM, is_estimated: false };
-/// A projection is off by what lies between samples, or by what the network has not learned: of the
-/// order of a millimetre, to be learned.
+/// A projection's error is the distance between samples or the error of the network: of the order
+/// of a millimetre, to be estimated.
 const PROJECTION_NOISE: Noise = Noise { encoder: 0.0, contact: MM, is_estimated: true };
 /// Geman–McClure at three standard deviations, for gaps.
 const GAP_LOSS: Loss = Loss::GemanMcClure(3.0);
-/// Huber at 95 % efficiency (Zhang 1997, table 1): every contact keeps its say, as in a mean of
-/// absolute distances.
+/// Huber at 95 % efficiency (Zhang 1997, table 1): every contact keeps its influence, as in a mean
+/// of absolute distances.
 const PROJECTION_LOSS: Loss = Loss::Huber(1.345);
 
-/// What a contact says.
+/// How the misfit of a contact is measured.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Touch {
+pub enum ContactModel {
     /// The pose minus the network's projection.
     Learned,
     /// The pose minus the nearest sample.
@@ -32,65 +34,67 @@ pub enum Touch {
     Exact,
 }
 
-/// What is compared: a row of the table.
+/// A row of the table.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Approach {
-    /// What a contact says.
-    pub touch: Touch,
+    /// How the misfit of a contact is measured.
+    pub model: ContactModel,
     /// Gradient descent, else Levenberg–Marquardt.
     pub descends: bool,
-    /// Name in files.
-    pub key: &'static str,
+    /// Name in arguments and files.
+    pub name: ApproachName,
     /// Name for people.
     pub label: &'static str,
 }
 
 /// All approaches, in the order of the table.
 pub const ALL: [Approach; 5] = [
-    approach(Touch::Learned, true, "learned_gd", "MLP + gradient descent"),
-    approach(Touch::Learned, false, "learned_lm", "MLP + LM"),
-    approach(Touch::Nearest, true, "nearest_gd", "nearest sample + gradient descent"),
-    approach(Touch::Nearest, false, "nearest_lm", "nearest sample + LM"),
-    approach(Touch::Exact, false, "exact_lm", "exact gap + LM"),
+    approach(ContactModel::Learned, true, ApproachName::LearnedGd, "MLP + gradient descent"),
+    approach(ContactModel::Learned, false, ApproachName::LearnedLm, "MLP + LM"),
+    approach(ContactModel::Nearest, true, ApproachName::NearestGd, "nearest sample + gradient descent"),
+    approach(ContactModel::Nearest, false, ApproachName::NearestLm, "nearest sample + LM"),
+    approach(ContactModel::Exact, false, ApproachName::ExactLm, "exact gap + LM"),
 ];
 
-const fn approach(touch: Touch, descends: bool, key: &'static str, label: &'static str) -> Approach {
-    Approach { touch, descends, key, label }
+const fn approach(model: ContactModel, descends: bool, name: ApproachName, label: &'static str) -> Approach {
+    Approach { model, descends, name, label }
 }
 
 impl Approach {
-    /// How it searches, with this descent if it descends.
+    /// The optimizer with noise and loss; `descent` is used by gradient descent.
     pub fn search(&self, descent: GradientDescent) -> Search {
         let method = if self.descends { Method::GradientDescent(descent) } else { Method::LevenbergMarquardt };
-        match self.touch {
-            Touch::Exact => Search { method, noise: GAP_NOISE, loss: GAP_LOSS },
-            Touch::Learned | Touch::Nearest => Search { method, noise: PROJECTION_NOISE, loss: PROJECTION_LOSS },
+        match self.model {
+            ContactModel::Exact => Search { method, noise: GAP_NOISE, loss: GAP_LOSS },
+            ContactModel::Learned | ContactModel::Nearest => {
+                Search { method, noise: PROJECTION_NOISE, loss: PROJECTION_LOSS }
+            }
         }
     }
 }
 
-/// What approaches project onto, as far as it was given.
+/// Contact manifolds of the approaches, as far as given.
 pub struct Manifolds {
     /// Exact shapes.
-    pub parts: PegAndHole,
+    pub parts: PrismPair,
     /// Samples.
     pub nearest: Option<Arc<dyn Projection>>,
     /// A trained network.
     pub learned: Option<Arc<dyn Projection>>,
     /// The files that they came from.
-    pub inputs: Vec<(Touch, Input)>,
+    pub inputs: Vec<(ContactModel, Input)>,
 }
 
 impl Manifolds {
-    /// What `touch` measures with; none if its file was not given.
-    pub fn manifold(&self, touch: Touch) -> Option<Box<dyn ContactManifold>> {
+    /// The manifold of `model`; none if its file was not given.
+    pub fn manifold(&self, model: ContactModel) -> Option<Box<dyn ContactManifold>> {
         let projected = |projection: &Arc<dyn Projection>| -> Box<dyn ContactManifold> {
             Box::new(Projected(Arc::clone(projection)))
         };
-        match touch {
-            Touch::Learned => self.learned.as_ref().map(projected),
-            Touch::Nearest => self.nearest.as_ref().map(projected),
-            Touch::Exact => Some(Box::new(PegInHole::new(self.parts.clone()))),
+        match model {
+            ContactModel::Learned => self.learned.as_ref().map(projected),
+            ContactModel::Nearest => self.nearest.as_ref().map(projected),
+            ContactModel::Exact => Some(Box::new(PegInHole::new(self.parts.clone()))),
         }
     }
 }

@@ -7,8 +7,8 @@ mod figure;
 mod row;
 mod table1;
 
-use super::{Failure, Outcome};
 use crate::args::ExperimentArgs;
+use crate::failure::{Failure, Outcome};
 
 /// Runs the experiment asked for.
 pub fn run(args: &ExperimentArgs) -> Result<Outcome, Failure> {

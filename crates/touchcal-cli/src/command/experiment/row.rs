@@ -1,4 +1,4 @@
-//! One trial by one approach, as it is kept and read back.
+//! The result of one trial by one approach, as saved in a file.
 
 use std::path::{Path, PathBuf};
 
@@ -8,17 +8,17 @@ use touchcal::experiment::{ToolError, Trial, random_positions, tool_error};
 use touchcal::io::atomic;
 use touchcal::robot::Robot;
 
-use crate::command::Failure;
+use crate::failure::Failure;
 
 /// Joint positions over the whole workspace at which arms are compared.
 const WORKSPACE_POSES: usize = 1000;
 /// Seed of those positions.
 const WORKSPACE_SEED: u64 = 1;
-/// Largest row read back (bytes).
+/// Largest row file (bytes).
 const MAX_BYTES: u64 = 1 << 16;
 
-/// What came out. Errors are mean absolute ones, over the joints for the biases; `_95` is what 95 %
-/// of poses stay below.
+/// Errors of an estimate: mean absolute ones, over the joints for the biases; `_95` is the 95 %
+/// quantile over poses.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Row {
@@ -29,7 +29,7 @@ pub struct Row {
     pub status: String,
     pub strain_error: f64,
     pub bias_error_deg: f64,
-    /// What the errors were before: the size of what is true.
+    /// Errors before the calibration: the size of the true values.
     pub strain_before: f64,
     pub bias_before_deg: f64,
     pub hole: Tool,
@@ -51,9 +51,9 @@ impl From<ToolError> for Tool {
     fn from(error: ToolError) -> Tool {
         Tool {
             mean_mm: 1e3 * error.mean_distance,
-            mm_95: 1e3 * error.most_distance,
+            mm_95: 1e3 * error.distance_95,
             mean_deg: error.mean_angle.to_degrees(),
-            deg_95: error.most_angle.to_degrees(),
+            deg_95: error.angle_95.to_degrees(),
         }
     }
 }
@@ -61,8 +61,8 @@ impl From<ToolError> for Tool {
 impl Row {
     /// Measures an estimate against the trial's truth.
     pub fn new(settings: String, trial: &Trial, approach: &str, estimate: &Estimate, seconds: f64) -> Row {
-        let found = |column| estimate.parameters.iter().find(|p| p.parameter.id == column).map(|p| p.value);
-        let error = trial.error(found);
+        let estimated = |column| estimate.parameters.iter().find(|p| p.parameter.id == column).map(|p| p.value);
+        let error = trial.error(estimated);
         let before = trial.error(|_| None);
         let (hole, workspace) = tool_errors(trial, &estimate.robot);
         Row {
@@ -80,37 +80,36 @@ impl Row {
         }
     }
 
-    /// Whether the estimator itself called its result good.
+    /// Whether the estimator reported convergence.
     pub fn converged(&self) -> bool {
         self.status == Status::Converged.name()
     }
 
-    /// The row kept at `path`, if there is one of these settings; any other is no row of this
-    /// experiment.
-    pub fn kept(path: &Path, settings: &str) -> Option<Row> {
+    /// The row saved at `path`, if it has these settings.
+    pub fn load(path: &Path, settings: &str) -> Option<Row> {
         let size = std::fs::metadata(path).ok()?.len();
         let text = (size <= MAX_BYTES).then(|| std::fs::read_to_string(path).ok()).flatten()?;
         serde_json::from_str::<Row>(&text).ok().filter(|row| row.settings == settings)
     }
 
-    /// Keeps the row.
-    pub fn keep(&self, path: &Path) -> Result<(), Failure> {
+    /// Saves the row.
+    pub fn save(&self, path: &Path) -> Result<(), Failure> {
         atomic::write(path, (serde_json::to_string_pretty(self)? + "\n").as_bytes())?;
         Ok(())
     }
 
-    /// Where the row of a trial and an approach is kept in `folder`.
+    /// Path in `folder` of the row of a trial and an approach.
     pub fn path(folder: &Path, trial: &str, approach: &str) -> PathBuf {
         folder.join("rows").join(format!("{trial}.{approach}.json"))
     }
 }
 
-/// At the trial's own contacts, and over the whole workspace.
-fn tool_errors(trial: &Trial, found: &Robot) -> (ToolError, ToolError) {
+/// Tool errors at the trial's contacts, and over the whole workspace.
+fn tool_errors(trial: &Trial, estimate: &Robot) -> (ToolError, ToolError) {
     let truth = trial.true_robot();
     let contacts = &trial.contacts;
-    let at_hole = tool_error(&truth, found, trial.tip_from_peg, (0..contacts.len()).map(|i| contacts.q(i)));
+    let at_hole = tool_error(&truth, estimate, trial.tip_from_peg, (0..contacts.len()).map(|i| contacts.q(i)));
     let everywhere = random_positions(&trial.robot, WORKSPACE_POSES, WORKSPACE_SEED);
-    let workspace = tool_error(&truth, found, trial.tip_from_peg, everywhere.iter().map(Vec::as_slice));
+    let workspace = tool_error(&truth, estimate, trial.tip_from_peg, everywhere.iter().map(Vec::as_slice));
     (at_hole, workspace)
 }

@@ -1,5 +1,5 @@
 //! `touchcal experiment table1`: the table of Negi, Manyar & Gupta (2025), and what each part of
-//! the method buys.
+//! the method contributes.
 
 use std::ops::ControlFlow;
 use std::path::Path;
@@ -10,36 +10,37 @@ use rayon::prelude::*;
 use serde::Serialize;
 use touchcal::estimate::{GradientDescent, StopReason};
 use touchcal::experiment::Trial;
+use touchcal::geometry::Parts;
 use touchcal::io::urdf::{self, Ends};
 use touchcal::io::weights_file::WeightsFile;
 use touchcal::io::{Input, atomic, manifold_file, trial_folder};
 use touchcal::manifold::coordinates::Metric;
 use touchcal::manifold::{NearestSample, Projection};
-use touchcal::sim::{Parts, Preset, Scenario};
+use touchcal::sim::{Preset, Scenario};
 
-use super::approach::{ALL, Approach, Manifolds, Touch};
+use super::approach::{ALL, Approach, ContactModel, Manifolds};
 use super::figure;
 use super::row::{Row, Tool};
-use crate::args::Table1Args;
-use crate::command::{Failure, Outcome};
+use crate::args::{ApproachName, Table1Args};
+use crate::failure::{Failure, Outcome};
 use crate::output;
 use crate::progress::{Counter, interrupted};
 use crate::table::Table;
 
-/// What the paper reports of its own experiment: mean absolute errors of strain and biases (deg),
-/// and how much smaller they became.
+/// Results published in the paper: mean absolute errors of strain and biases (deg), and their
+/// reduction factors.
 const PUBLISHED_STRAIN: f64 = 0.019;
 const PUBLISHED_BIAS_DEG: f64 = 1.48;
 const PUBLISHED_REDUCTION: (f64, f64) = (2.6, 3.37);
 
-/// Where a trial comes from.
+/// The source of a trial.
 enum Source {
     Simulated { scenario: Arc<Scenario>, seed: u64 },
     Recorded(Box<Trial>),
 }
 
-/// Runs all approaches on all trials, keeping each row as it is done; then the table, as text, CSV,
-/// JSON and figure.
+/// Runs all approaches on all trials, saving each row; then writes the table as text, CSV, JSON and
+/// figure.
 pub fn run(args: &Table1Args) -> Result<Outcome, Failure> {
     let robot = urdf::read_builtin("iiwa14", Ends::default())?.robot;
     let scenario = Scenario { contacts: args.contacts as usize, ..Preset::Paper.scenario(robot.clone())? };
@@ -61,15 +62,18 @@ pub fn run(args: &Table1Args) -> Result<Outcome, Failure> {
             seeds.map(|seed| Source::Simulated { scenario: Arc::clone(&scenario), seed }).collect()
         }
     };
-    let wanted = |approach: &Approach| args.only.is_empty() || args.only.iter().any(|key| key == approach.key);
-    let given = |approach: &Approach| manifolds.manifold(approach.touch).is_some();
+    let wanted = |approach: &Approach| args.only.is_empty() || args.only.contains(&approach.name);
+    let given = |approach: &Approach| manifolds.manifold(approach.model).is_some();
     let approaches: Vec<Approach> = ALL.into_iter().filter(|approach| wanted(approach) && given(approach)).collect();
-    if let Some(key) = args.only.iter().find(|key| !approaches.iter().any(|approach| approach.key == **key)) {
-        let missing = if key.starts_with("nearest") { "--manifold FILE" } else { "--weights FILE" };
-        return Err(Failure::Setup(format!("--only {key} needs {missing}")));
+    if let Some(name) = args.only.iter().find(|name| !approaches.iter().any(|approach| approach.name == **name)) {
+        let missing = match name {
+            ApproachName::NearestGd | ApproachName::NearestLm => "--manifold FILE",
+            _ => "--weights FILE",
+        };
+        return Err(Failure::Setup(format!("--only {} needs {missing}", name.key())));
     }
     let rows = rows(args, &sources, &approaches, &manifolds)?;
-    let of = |approach: &Approach| rows.iter().filter(|row| row.approach == approach.key).collect::<Vec<&Row>>();
+    let of = |approach: &Approach| rows.iter().filter(|row| row.approach == approach.name.key()).collect::<Vec<&Row>>();
     let grouped: Vec<Vec<&Row>> = approaches.iter().map(of).collect();
     let summaries: Vec<Summary> =
         approaches.iter().zip(&grouped).map(|(approach, rows)| Summary::of(approach, rows)).collect();
@@ -81,8 +85,7 @@ pub fn run(args: &Table1Args) -> Result<Outcome, Failure> {
     Ok(Outcome::Done)
 }
 
-/// Rows of all trials and approaches: those kept from before, and the others computed in parallel
-/// and kept.
+/// Rows of all trials and approaches: read where saved, computed in parallel and saved where not.
 fn rows(
     args: &Table1Args,
     sources: &[Source],
@@ -95,16 +98,16 @@ fn rows(
         let mut rows = Vec::with_capacity(approaches.len());
         for approach in approaches {
             let settings = settings(args, &trial, approach, manifolds);
-            let path = Row::path(&args.out, &trial.name, approach.key);
-            let row = match Row::kept(&path, &settings) {
+            let path = Row::path(&args.out, &trial.name, approach.name.key());
+            let row = match Row::load(&path, &settings) {
                 Some(row) => row,
                 None => {
                     let row = solve(args, &trial, approach, manifolds, settings)?;
-                    row.keep(&path)?;
+                    row.save(&path)?;
                     row
                 }
             };
-            counter.more(1);
+            counter.advance(1);
             rows.push(row);
         }
         Ok(rows)
@@ -132,25 +135,29 @@ fn descent(args: &Table1Args) -> GradientDescent {
 }
 
 /// The samples of `path`, in the metric asked for.
-fn nearest(args: &Table1Args, path: &Path, inputs: &mut Vec<(Touch, Input)>) -> Result<Arc<dyn Projection>, Failure> {
+fn nearest(
+    args: &Table1Args,
+    path: &Path,
+    inputs: &mut Vec<(ContactModel, Input)>,
+) -> Result<Arc<dyn Projection>, Failure> {
     let (samples, _, input) = manifold_file::read_samples(path)?;
     let metric = Metric { metres_per_radian: 1e-3 * args.mm_per_deg * 180.0 / std::f64::consts::PI };
-    inputs.push((Touch::Nearest, input));
+    inputs.push((ContactModel::Nearest, input));
     Ok(Arc::new(NearestSample::new(samples, metric)))
 }
 
 /// The network of `path`.
-fn learned(path: &Path, inputs: &mut Vec<(Touch, Input)>) -> Result<Arc<dyn Projection>, Failure> {
+fn learned(path: &Path, inputs: &mut Vec<(ContactModel, Input)>) -> Result<Arc<dyn Projection>, Failure> {
     let (file, input) = WeightsFile::read_file(path)?;
-    inputs.push((Touch::Learned, input));
+    inputs.push((ContactModel::Learned, input));
     Ok(Arc::new(file.projection))
 }
 
-/// All that a row depends on besides its trial's name.
+/// Everything that a row depends on but its trial's name.
 fn settings(args: &Table1Args, trial: &Trial, approach: &Approach, manifolds: &Manifolds) -> String {
     let version = env!("CARGO_PKG_VERSION");
     let mut settings = format!("touchcal {version}; {}; {:?}", trial.origin, approach.search(descent(args)));
-    if let Some((_, input)) = manifolds.inputs.iter().find(|(touch, _)| *touch == approach.touch) {
+    if let Some((_, input)) = manifolds.inputs.iter().find(|(model, _)| *model == approach.model) {
         settings.push_str(&format!("; {}; {} mm per degree", input.sha256, args.mm_per_deg));
     }
     settings
@@ -163,18 +170,18 @@ fn solve(
     manifolds: &Manifolds,
     settings: String,
 ) -> Result<Row, Failure> {
-    let Some(manifold) = manifolds.manifold(approach.touch) else {
+    let Some(manifold) = manifolds.manifold(approach.model) else {
         return Err(Failure::Setup(format!("nothing was given for {}", approach.label)));
     };
     let problem = trial.problem(manifold, approach.search(descent(args)));
     let start = Instant::now();
-    let mut look = |_: &_| if interrupted() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) };
-    let estimate = touchcal::estimate::calibrate(&problem, &mut look);
+    let mut observer = |_: &_| if interrupted() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) };
+    let estimate = touchcal::estimate::calibrate(&problem, &mut observer);
     let seconds = start.elapsed().as_secs_f64();
     if estimate.termination.reason == StopReason::Interrupted || interrupted() {
         return Err(Failure::ExperimentInterrupted);
     }
-    Ok(Row::new(settings, trial, approach.key, &estimate, seconds))
+    Ok(Row::new(settings, trial, approach.name.key(), &estimate, seconds))
 }
 
 /// A row of the table: means over the trials.
@@ -205,7 +212,7 @@ impl Summary {
         let strain_mae = mean(&|row| row.strain_error);
         let bias_mae_deg = mean(&|row| row.bias_error_deg);
         Summary {
-            approach: approach.key,
+            approach: approach.name.key(),
             label: approach.label,
             trials: rows.len(),
             strain_mae,
@@ -275,7 +282,7 @@ fn text(args: &Table1Args, trials: usize, summaries: &[Summary]) -> String {
         "hole mm",
         "95 %",
         "deg",
-        "elsewhere mm",
+        "other poses mm",
         "95 %",
         "deg",
         "95 %",
@@ -311,27 +318,25 @@ fn text(args: &Table1Args, trials: usize, summaries: &[Summary]) -> String {
         ]);
     }
     [
-        format!(
-            "Mean absolute errors over {trials} trials, and those of the tool at the hole and at 1000 other poses\n"
-        ),
+        format!("Mean absolute errors over {trials} trials: parameters, tool at the hole, tool at 1000 other poses\n"),
         table.to_string(),
         format!(
-            "\nWritten to {}: table1.csv, table1.json, table1.svg, and a row a file in rows/.\n",
+            "\nWritten to {}: table1.csv, table1.json, table1.svg, and one file per row in rows/.\n",
             args.out.display()
         ),
-        left_out(args),
+        missing_rows(args),
     ]
     .concat()
 }
 
-/// What is missing in the table, and how to get it.
-fn left_out(args: &Table1Args) -> String {
+/// Rows that are missing in the table, and the options that add them.
+fn missing_rows(args: &Table1Args) -> String {
     let mut text = String::new();
     if args.manifold.is_none() {
-        text.push_str("Left out without --manifold FILE (see `touchcal manifold`): nearest sample.\n");
+        text.push_str("Not computed without --manifold FILE (see `touchcal manifold`): nearest sample.\n");
     }
     if args.weights.is_none() {
-        text.push_str("Left out without --weights FILE (see `touchcal train`): MLP.\n");
+        text.push_str("Not computed without --weights FILE (see `touchcal train`): MLP.\n");
     }
     text
 }

@@ -1,9 +1,14 @@
-//! `touchcal new`: a problem to fill in, and what to record for it.
+//! `touchcal new`: a template problem, and instructions for recording.
 
-use super::{Failure, Outcome};
-use crate::args::{NewArgs, Start};
-use crate::output;
+use std::path::Path;
+
 use touchcal::io::atomic;
+use touchcal::io::mukca::{self, MukcaOptions};
+use touchcal::io::urdf::{self, Ends};
+
+use crate::args::{NewArgs, Start};
+use crate::failure::{Failure, Outcome};
+use crate::output;
 
 /// The files of a new problem, by name.
 fn files(start: Start) -> [(&'static str, &'static str); 2] {
@@ -15,22 +20,53 @@ fn files(start: Start) -> [(&'static str, &'static str); 2] {
     [("README.md", readme), ("problem.toml", problem)]
 }
 
+/// Writes the complete problem of a folder of logs, unless it is there.
+fn from_logs(args: &NewArgs, logs: &Path, urdf: &Path) -> Result<Outcome, Failure> {
+    if args.kind != Start::Sockets {
+        return Err(Failure::Usage(
+            "--from reads logs of sockets: touchcal new sockets --from DIR --urdf FILE".to_owned(),
+        ));
+    }
+    let folder = args.out.clone().unwrap_or_else(|| args.kind.name().into());
+    let path = folder.join("problem.toml");
+    if path.exists() {
+        return Err(Failure::Setup(format!("{} is there already; choose another --out", path.display())));
+    }
+    let tip = args.tip.as_deref();
+    urdf::read_file(urdf, Ends { base: None, tip })?;
+    let options = MukcaOptions {
+        spacing: args.spacing_mm * 1e-3,
+        joint_compliance: args.joint_compliance,
+        ..MukcaOptions::default()
+    };
+    let text = mukca::problem_text(&folder, logs, (urdf, tip), &options)?;
+    atomic::write(&path, text.as_bytes())?;
+    let path = path.display();
+    output::print(&format!(
+        "Written   {path}: the arm, the sockets and their logs\n\nTry next\n  touchcal inspect {path}\n"
+    ))?;
+    Ok(Outcome::Done)
+}
+
 /// Writes the files, unless one of them is there.
 pub fn run(args: &NewArgs) -> Result<Outcome, Failure> {
+    if let (Some(logs), Some(urdf)) = (&args.from, &args.urdf) {
+        return from_logs(args, logs, urdf);
+    }
     let folder = args.out.clone().unwrap_or_else(|| args.kind.name().into());
     let files = files(args.kind).map(|(name, text)| (folder.join(name), text));
     // The problem first: it is what was filled in.
-    if let Some((there, _)) = files.iter().rfind(|(path, _)| path.exists()) {
-        return Err(Failure::Setup(format!("{} is there already; choose another --out", there.display())));
+    if let Some((existing, _)) = files.iter().rfind(|(path, _)| path.exists()) {
+        return Err(Failure::Setup(format!("{} exists already; choose another --out", existing.display())));
     }
     for (path, text) in &files {
         atomic::write(path, text.as_bytes())?;
     }
     let folder = folder.display();
     output::print(&format!(
-        "Written   {folder}/problem.toml: what touches what, with places to fill in\n          \
-         {folder}/README.md: what to record, and how to move\n\n\
-         Try next, when the URDF and the logs are there\n  touchcal inspect {folder}/problem.toml\n"
+        "Written   {folder}/problem.toml: a template, to be filled in\n          \
+         {folder}/README.md: what to record, and how to move the arm\n\n\
+         Next, with the URDF and the logs in place\n  touchcal inspect {folder}/problem.toml\n"
     ))?;
     Ok(Outcome::Done)
 }

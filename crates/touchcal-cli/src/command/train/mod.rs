@@ -1,46 +1,46 @@
 //! `touchcal train`.
 
-mod told;
+mod summary;
 
 use std::ops::ControlFlow;
 use std::panic;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use touchcal::io::estimate_file::InputEntry;
 use touchcal::io::weights_file::{Teacher, WeightsFile};
 use touchcal::io::{atomic, checkpoint_file, manifold_file, onnx};
 use touchcal::manifold::coordinates::Metric;
 use touchcal::manifold::learned::{
-    Checkpoint, Device, DeviceError, Ending, Lessons, Output, Progress, Training, TrainingError, TrainingOptions,
-    accuracy,
+    Checkpoint, Device, DeviceError, Ending, Output, Progress, Training, TrainingError, TrainingOptions,
+    TrainingSource, accuracy,
 };
 use touchcal::manifold::{NearestSample, TrainingPairs};
 
-use super::{Failure, Outcome};
 use crate::args::TrainArgs;
+use crate::failure::{Failure, Outcome};
 use crate::output;
 use crate::progress::{self, Counter, Spinner};
+use summary::TrainingSummary;
 
 const CHECKPOINT: &str = "checkpoint.safetensors";
 const WEIGHTS: &str = "weights.safetensors";
 const METRICS: &str = "metrics.json";
 const ONNX: &str = "weights.onnx";
-/// Poses tried for each row of the table.
-const TRIED: u64 = 10_000;
-/// How long to try steps to learn what one takes, and how many not to count.
-const TRIAL: Duration = Duration::from_secs(3);
-const UNCOUNTED: u64 = 5;
+/// Poses per row of the accuracy table.
+const ACCURACY_POSES: u64 = 10_000;
+/// Time spent on measuring the duration of a step, and steps before it that are not counted.
+const TIMING: Duration = Duration::from_secs(3);
+const WARM_UP_STEPS: u64 = 5;
 
-/// Reads, learns, writes, tells.
+/// Reads samples, trains, writes the network, prints its accuracy.
 pub fn run(args: &TrainArgs) -> Result<Outcome, Failure> {
-    probe(args.device).map_err(TrainingError::from)?;
+    probe(args.device.into()).map_err(TrainingError::from)?;
     let checkpoint = args.out.join(CHECKPOINT);
     let resumed = match (args.resume, checkpoint.exists()) {
         (true, _) => Some(checkpoint_file::read_file(&checkpoint)?),
         (false, true) => {
-            let advice = "go on with it (--resume), remove it, or choose another --out";
-            return Err(Failure::Setup(format!("{} is there: {advice}", checkpoint.display())));
+            let advice = "resume it (--resume), remove it, or choose another --out";
+            return Err(Failure::Setup(format!("{} exists: {advice}", checkpoint.display())));
         }
         (false, false) => None,
     };
@@ -61,26 +61,26 @@ pub fn run(args: &TrainArgs) -> Result<Outcome, Failure> {
     };
     let projection = NearestSample::new(samples, metric);
     let teacher = Teacher {
-        manifold: InputEntry::from(&input),
+        manifold: input.clone(),
         samples: projection.samples().len() as u64,
         bounds: projection.samples().bounds(),
         offsets: pairs.bounds,
         seed: pairs.seed,
     };
-    let lessons = Lessons { projection: &projection, pairs };
+    let lessons = TrainingSource { projection: &projection, pairs };
     let training = begin(args, state, &lessons)?;
-    let watch = Watch { args, checkpoint, teacher, lessons };
-    watch.learn(training)
+    let session = Session { args, checkpoint, teacher, lessons };
+    session.train(training)
 }
 
-/// Before a minute is spent on labels. A driver that panics has its panic told as an error, and not
-/// at length as well.
+/// Tests the device before labels are computed. A driver's panic becomes an error, without its
+/// backtrace.
 fn probe(device: Device) -> Result<(), DeviceError> {
-    let told = panic::take_hook();
+    let hook = panic::take_hook();
     panic::set_hook(Box::new(|_| {}));
-    let there = device.probe();
-    panic::set_hook(told);
-    there
+    let result = touchcal::manifold::learned::probe(device);
+    panic::set_hook(hook);
+    result
 }
 
 fn pairs(args: &TrainArgs) -> TrainingPairs {
@@ -88,11 +88,11 @@ fn pairs(args: &TrainArgs) -> TrainingPairs {
     TrainingPairs { bounds: [place, place, place, turn, turn, turn], seed: args.seed }
 }
 
-fn begin(args: &TrainArgs, state: Option<Checkpoint>, lessons: &Lessons<'_>) -> Result<Training, Failure> {
+fn begin(args: &TrainArgs, state: Option<Checkpoint>, lessons: &TrainingSource<'_>) -> Result<Training, Failure> {
     let spinner = Spinner::new("Labelling pairs");
     spinner.run();
     if let Some(state) = state {
-        return Ok(Training::resume(state, lessons)?.on(args.device)?);
+        return Ok(Training::resume(state, lessons)?.on(args.device.into())?);
     }
     let mut options = TrainingOptions {
         hidden: vec![args.width; args.depth],
@@ -106,43 +106,43 @@ fn begin(args: &TrainArgs, state: Option<Checkpoint>, lessons: &Lessons<'_>) -> 
         ..TrainingOptions::default()
     };
     if let Some(minutes) = args.minutes {
-        options.steps = steps_in(minutes, &options, lessons, args.device)?;
+        options.steps = steps_in(minutes, &options, lessons, args.device.into())?;
     }
-    Ok(Training::start(options, lessons)?.on(args.device)?)
+    Ok(Training::start(options, lessons)?.on(args.device.into())?)
 }
 
-/// Steps that take so many minutes, by trying some.
+/// Number of steps that take this many minutes, measured on some steps.
 fn steps_in(
     minutes: f64,
     options: &TrainingOptions,
-    lessons: &Lessons<'_>,
+    lessons: &TrainingSource<'_>,
     device: Device,
 ) -> Result<u64, TrainingError> {
     let few = TrainingOptions { pairs: options.batch as u64, held_out: 1, steps: u64::MAX, ..options.clone() };
     let mut start = Instant::now();
     let mut counted = 0;
     Training::start(few, lessons)?.on(device)?.run(&mut |progress, _| {
-        if progress.step == UNCOUNTED {
+        if progress.step == WARM_UP_STEPS {
             start = Instant::now();
         }
-        counted = progress.step.saturating_sub(UNCOUNTED);
-        let enough = counted > 0 && start.elapsed() >= TRIAL;
+        counted = progress.step.saturating_sub(WARM_UP_STEPS);
+        let enough = counted > 0 && start.elapsed() >= TIMING;
         if enough || progress::interrupted() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     })?;
     let each = start.elapsed().as_secs_f64() / counted.max(1) as f64;
     Ok((60.0 * minutes / each).ceil().max(1.0) as u64)
 }
 
-/// Training, watched.
-struct Watch<'a> {
+/// A training with progress and checkpoints.
+struct Session<'a> {
     args: &'a TrainArgs,
     checkpoint: PathBuf,
     teacher: Teacher,
-    lessons: Lessons<'a>,
+    lessons: TrainingSource<'a>,
 }
 
-impl Watch<'_> {
-    fn learn(&self, mut training: Training) -> Result<Outcome, Failure> {
+impl Session<'_> {
+    fn train(&self, mut training: Training) -> Result<Outcome, Failure> {
         let start = Instant::now();
         let ending = self.run(&mut training)?;
         if ending == Ending::Interrupted {
@@ -154,21 +154,22 @@ impl Watch<'_> {
             });
         }
         let weights = self.weights(&training)?;
-        let rows = accuracy(&weights.projection, &self.lessons, TRIED);
-        let told = told::Told { weights: &weights, ending, rows: &rows, seconds: start.elapsed().as_secs_f64() };
+        let rows = accuracy(&weights.projection, &self.lessons, ACCURACY_POSES);
+        let summary =
+            TrainingSummary { weights: &weights, ending, rows: &rows, seconds: start.elapsed().as_secs_f64() };
         let path = |name: &str| self.args.out.join(name);
         let mut written = vec![path(WEIGHTS), path(METRICS)];
         atomic::write(&written[0], &weights.to_bytes()?)?;
-        atomic::write(&written[1], told.json()?.as_bytes())?;
+        atomic::write(&written[1], summary.json()?.as_bytes())?;
         if self.args.onnx {
             written.push(path(ONNX));
-            atomic::write(&path(ONNX), &onnx::to_bytes(&weights.projection, &told.properties()))?;
+            atomic::write(&path(ONNX), &onnx::to_bytes(&weights.projection, &summary.properties()))?;
         }
-        // All that it was for is written.
+        // The results that it protected are written.
         if self.checkpoint.exists() {
             atomic::remove(&self.checkpoint)?;
         }
-        output::print(&if self.args.json { told.json()? } else { told.text(&written) })?;
+        output::print(&if self.args.json { summary.json()? } else { summary.text(&written) })?;
         Ok(Outcome::Done)
     }
 
@@ -181,10 +182,10 @@ impl Watch<'_> {
         let mut failed = None;
         let ending = training.run(&mut |progress: &Progress, state| {
             let millimetres = |loss: f64| 1e3 * (length * loss).sqrt();
-            line.show(progress.step);
+            line.set(progress.step);
             if let Some(held_out) = progress.held_out.map(millimetres) {
                 // Root mean squares, of the batch and of the held-out pairs.
-                line.say(format!(", error {:.3} mm, held out {held_out:.3} mm", millimetres(progress.loss)));
+                line.message(format!(", error {:.3} mm, held out {held_out:.3} mm", millimetres(progress.loss)));
             }
             if saved.elapsed() >= every {
                 failed = self.save(state).err();
@@ -210,13 +211,13 @@ impl Watch<'_> {
         })
     }
 
-    /// What goes on from the checkpoint.
+    /// The command that resumes from the checkpoint.
     fn command(&self) -> String {
         let shown = |path: &Path| path.display().to_string();
         let onnx = if self.args.onnx { " --onnx" } else { "" };
-        let device = match self.args.device {
+        let device = match self.args.device.into() {
             Device::Cpu => String::new(),
-            other => format!(" --device {}", other.name()),
+            other => format!(" --device {}", Device::name(other)),
         };
         format!(
             "touchcal train --manifold {} --out {}{onnx}{device} --resume",

@@ -8,7 +8,7 @@ use super::contact_factor::{ContactFactor, residual_rows};
 use super::declared_factors::{add_distances, add_priors};
 use super::linearization::LinearizationPoint;
 use super::objective::Objective;
-use crate::manifold::{Recall, Rows};
+use crate::manifold::{ContactCache, Residual};
 use crate::se3::Pose;
 use crate::solver::{Loss, NormalEquations};
 
@@ -23,19 +23,19 @@ const BATCH: usize = 128;
 /// The manifolds' caches of a run of contacts.
 pub(crate) struct CacheSlice<'c> {
     first: usize,
-    caches: &'c mut [Recall],
+    caches: &'c mut [ContactCache],
 }
 
 impl CacheSlice<'_> {
     /// The cache of contact `i`.
-    pub fn of(&mut self, i: usize) -> &mut Recall {
+    pub fn of(&mut self, i: usize) -> &mut ContactCache {
         &mut self.caches[i - self.first]
     }
 }
 
 /// One empty cache for each contact.
-pub(crate) fn contact_caches(model: &CalibrationModel<'_>) -> Vec<Recall> {
-    vec![Recall::default(); model.problem.contacts.len()]
+pub(crate) fn contact_caches(model: &CalibrationModel<'_>) -> Vec<ContactCache> {
+    vec![ContactCache::default(); model.problem.contacts.len()]
 }
 
 /// Sums what `add(batch, caches, scratch, sum)` adds for every `stride`-th contact, in parallel
@@ -44,7 +44,7 @@ pub(crate) fn contact_caches(model: &CalibrationModel<'_>) -> Vec<Recall> {
 pub(crate) fn sum_contacts<S: Send>(
     model: &CalibrationModel<'_>,
     stride: usize,
-    caches: &mut [Recall],
+    caches: &mut [ContactCache],
     scratch: impl Fn() -> S + Sync,
     add: impl Fn(&[usize], &mut CacheSlice<'_>, &mut S, &mut NormalEquations) + Sync,
 ) -> (NormalEquations, Vec<S>) {
@@ -77,7 +77,7 @@ pub(crate) fn normal_equations(
     model: &CalibrationModel<'_>,
     theta: &DVector<f64>,
     (objective, stride): (Objective, usize),
-    caches: &mut [Recall],
+    caches: &mut [ContactCache],
 ) -> NormalEquations {
     let mut total = contact_equations(model, theta, (objective, stride), caches);
     match objective {
@@ -98,7 +98,7 @@ pub(crate) fn contact_equations(
     model: &CalibrationModel<'_>,
     theta: &DVector<f64>,
     (objective, stride): (Objective, usize),
-    caches: &mut [Recall],
+    caches: &mut [ContactCache],
 ) -> NormalEquations {
     let point = LinearizationPoint::new(model, theta);
     let scratch = || ContactFactor::new(&point, false);
@@ -123,7 +123,7 @@ pub(crate) fn contact_equations(
 pub(crate) fn whitened_norms(
     model: &CalibrationModel<'_>,
     theta: &DVector<f64>,
-    caches: &mut [Recall],
+    caches: &mut [ContactCache],
 ) -> (DMatrix<f64>, Vec<(f64, usize)>) {
     let point = LinearizationPoint::new(model, theta);
     let scratch = || (ContactFactor::new(&point, false), Vec::new());
@@ -147,7 +147,7 @@ fn evaluate_batch(
 ) {
     let Some(&first) = batch.first() else { return };
     let poses: Vec<Pose> = batch.iter().map(|&i| point.pose(i, factor.joint_positions())).collect();
-    let mut rows = vec![Rows::new(); batch.len()];
+    let mut rows = vec![Residual::new(); batch.len()];
     residual_rows(point, point.model.problem.contacts.fixture(first), &poses, objective, &mut rows);
     for (&i, rows) in batch.iter().zip(rows) {
         factor.evaluate_rows(point, i, objective, rows);

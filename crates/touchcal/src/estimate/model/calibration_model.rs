@@ -6,7 +6,7 @@ use super::layout::ParameterLayout;
 use super::noise::NoiseModel;
 use crate::estimate::contact_mode::ContactModePrior;
 use crate::estimate::problem::Problem;
-use crate::manifold::Rows;
+use crate::manifold::{Residual, ResidualKind, SurfaceCounts};
 use crate::robot::Kinematics;
 use crate::se3::Pose;
 
@@ -28,8 +28,8 @@ impl<'p> CalibrationModel<'p> {
         let layout = ParameterLayout::new(problem);
         let kinematics = Kinematics::new(&problem.robot, &layout.kinematic(), problem.tool.tip_from_tool);
         let mode_priors = problem.fixtures.iter().map(|fixture| {
-            let (regions, surfaces) = fixture.manifold.surfaces();
-            vec![ContactModePrior::initial(surfaces, &problem.options.contact_mode); regions]
+            let SurfaceCounts { regions, per_region } = fixture.manifold.surface_counts();
+            vec![ContactModePrior::initial(per_region, &problem.options.contact_mode); regions]
         });
         CalibrationModel {
             problem,
@@ -48,17 +48,19 @@ impl<'p> CalibrationModel<'p> {
 
     /// Whether any contact is one-sided, so that its contact mode is latent.
     pub fn has_one_sided_contacts(&self) -> bool {
-        let one_sided = self.problem.fixtures.iter().any(|fixture| fixture.manifold.has_interference());
+        let one_sided =
+            self.problem.fixtures.iter().any(|fixture| fixture.manifold.residual_kind() == ResidualKind::LeastGap);
         one_sided && self.problem.noise.encoder > 0.0 && !self.problem.contacts.is_empty()
     }
 
     /// Whether contact `i` is one-sided.
     pub fn is_one_sided(&self, i: usize) -> bool {
-        self.problem.fixtures[self.problem.contacts.fixture(i)].manifold.has_interference()
+        self.problem.fixtures[self.problem.contacts.fixture(i)].manifold.residual_kind() == ResidualKind::LeastGap
     }
 
-    /// The region that candidate contacts with fixture `f` are of, and its number of surfaces.
-    pub fn region(&self, f: usize, candidates: &Rows) -> (usize, usize) {
+    /// Region (its index among the depths of fixture number `f`) that the candidate contacts belong
+    /// to, and the number of surfaces in it.
+    pub fn region(&self, f: usize, candidates: &Residual) -> (usize, usize) {
         let surfaces = self.mode_priors[f].first().map_or(1, |prior| prior.odds.len());
         (candidates.surfaces().first().map_or(0, |surface| surface / surfaces), surfaces)
     }

@@ -6,7 +6,7 @@ use super::linearization::LinearizationPoint;
 use super::objective::Objective;
 use super::whitening::{pose_covariance, row_covariance, whiten};
 use crate::estimate::contact_mode::{CandidateContacts, CandidateVector, MarginalLikelihood, marginal_likelihood};
-use crate::manifold::{MAX_ROWS, Reach, Recall, Rows};
+use crate::manifold::{ContactCache, Gate, MAX_ROWS, Residual};
 use crate::parameter::ParameterId;
 use crate::robot::KinematicsScratch;
 use crate::se3::{self, Pose};
@@ -15,7 +15,7 @@ use crate::se3::{self, Pose};
 pub(crate) struct ContactFactor {
     q: Vec<f64>,
     kinematics: KinematicsScratch,
-    rows: Rows,
+    rows: Residual,
     /// Derivatives of the rows, row by row, by the parameters that the contact depends on.
     jacobian: Vec<f64>,
     residual: [f64; MAX_ROWS],
@@ -32,7 +32,7 @@ impl ContactFactor {
         ContactFactor {
             q: vec![0.0; point.dof()],
             kinematics: point.scratch(),
-            rows: Rows::new(),
+            rows: Residual::new(),
             jacobian: vec![0.0; MAX_ROWS * point.model.layout.len()],
             residual: [0.0; MAX_ROWS],
             sigma: 0.0,
@@ -63,7 +63,7 @@ impl ContactFactor {
     }
 
     /// The marginal likelihood of a one-sided contact, with the candidate contacts it is of.
-    pub fn likelihood(&self) -> Option<(&MarginalLikelihood, &Rows)> {
+    pub fn likelihood(&self) -> Option<(&MarginalLikelihood, &Residual)> {
         self.likelihood.as_ref().map(|likelihood| (likelihood, &self.rows))
     }
 
@@ -81,7 +81,7 @@ impl ContactFactor {
     }
 
     /// The same from the manifold's rows at the contact's pose, see [`residual_rows`].
-    pub fn evaluate_rows(&mut self, point: &LinearizationPoint<'_>, i: usize, objective: Objective, rows: Rows) {
+    pub fn evaluate_rows(&mut self, point: &LinearizationPoint<'_>, i: usize, objective: Objective, rows: Residual) {
         let pose = point.pose_and_jacobian(i, &mut self.q, &mut self.kinematics);
         self.rows = rows;
         self.finish_residual(point, i, &pose, objective);
@@ -114,19 +114,19 @@ impl ContactFactor {
 
     /// Evaluates the marginal likelihood of contact `i`, which is one-sided; `cache` is that of the
     /// contact.
-    pub fn evaluate_modes(&mut self, point: &LinearizationPoint<'_>, i: usize, cache: &mut Recall) {
+    pub fn evaluate_modes(&mut self, point: &LinearizationPoint<'_>, i: usize, cache: &mut ContactCache) {
         let model = point.model;
         let f = model.problem.contacts.fixture(i);
         let pose = point.pose_and_jacobian(i, &mut self.q, &mut self.kinematics);
         let (noise, variance_factor) = (&model.noise, model.noise.mode_variance_factor());
-        let gate = Reach {
+        let gate = Gate {
             covariance: pose_covariance(&self.kinematics.joints, &noise.joint_variance, variance_factor),
             own_variance: variance_factor * noise.contact.powi(2),
-            interference: point.fixtures[f].gap_bias,
+            gap_bias: point.fixtures[f].gap_bias,
             deviations: model.problem.options.contact_mode.gate,
         };
         self.rows.clear();
-        model.problem.fixtures[f].manifold.walls(&pose, &gate, cache, &mut self.rows);
+        model.problem.fixtures[f].manifold.candidate_contacts(&pose, &gate, cache, &mut self.rows);
         let directions: [usize; MAX_ROWS] = std::array::from_fn(|r| {
             self.rows.jacobian().get(r).map_or(0, |row| axis_direction(&(pose.rotation * se3::linear(row))))
         });
@@ -143,7 +143,7 @@ impl ContactFactor {
         self.likelihood = Some(marginal_likelihood(&candidates, &model.problem.options.contact_mode));
     }
 
-    fn candidates(&self, point: &LinearizationPoint<'_>, f: usize, gate: &Reach) -> CandidateContacts {
+    fn candidates(&self, point: &LinearizationPoint<'_>, f: usize, gate: &Gate) -> CandidateContacts {
         let (region, surfaces) = point.model.region(f, &self.rows);
         let prior = &point.model.mode_priors[f][region];
         let (mut distances, mut odds) = (CandidateVector::zeros(), CandidateVector::repeat(1.0));
@@ -190,7 +190,7 @@ pub(crate) fn residual_rows(
     f: usize,
     fixture_from_tool: &[Pose],
     objective: Objective,
-    rows: &mut [Rows],
+    rows: &mut [Residual],
 ) {
     let manifold = &point.model.problem.fixtures[f].manifold;
     match objective {

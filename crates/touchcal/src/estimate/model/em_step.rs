@@ -9,7 +9,7 @@ use super::linearization::LinearizationPoint;
 use super::mode_statistics::{ContactModeStatistics, Curvature, contact_mode_statistics};
 use super::objective::Objective;
 use crate::estimate::contact_mode::{ContactCounts, ContactModePrior};
-use crate::manifold::Recall;
+use crate::manifold::ContactCache;
 use crate::solver::FreeParameters;
 
 /// Fixed-point iterations for the width of directional gap biases from one evaluation of the
@@ -35,7 +35,7 @@ pub(crate) fn em_step(
     theta: &DVector<f64>,
     free: &FreeParameters,
     stride: usize,
-    caches: &mut [Recall],
+    caches: &mut [ContactCache],
 ) -> EmStep {
     let options = &model.problem.options;
     let mut statistics = contact_mode_statistics(model, theta, (stride, Curvature::Complete), caches);

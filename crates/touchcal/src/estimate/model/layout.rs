@@ -2,6 +2,7 @@
 
 use crate::estimate::options::EstimatorOptions;
 use crate::estimate::problem::{PlacePrior, Problem};
+use crate::manifold::ResidualKind;
 use crate::parameter::{Parameter, ParameterId, Prior, directional_gap_bias, gap_bias, joint_drift};
 use crate::robot::KinematicParameter;
 use nalgebra::{DMatrix, DVector};
@@ -55,8 +56,8 @@ impl ParameterLayout {
         DVector::from_iterator(self.len(), each)
     }
 
-    /// Sets the standard deviation of a parameter's prior, in its unit; returns the size of the
-    /// change of its logarithm.
+    /// Sets the standard deviation (> 0, in the parameter's unit) of the prior of parameter number
+    /// `k` of the layout; returns `|ln(new / old)|`.
     pub fn set_prior_sigma(&mut self, k: usize, sigma: f64) -> f64 {
         let prior = &mut self.parameters[k].prior;
         let before = prior.sigma();
@@ -149,7 +150,7 @@ fn all_parameters(problem: &Problem, placements: &[&str]) -> Vec<Parameter> {
         parameters.extend(place_parameters(fixture.prior, fixture.manifold.fixture_directions(), of_fixture));
     }
     for (f, fixture) in problem.fixtures.iter().enumerate() {
-        if fixture.manifold.has_interference() {
+        if fixture.manifold.residual_kind() == ResidualKind::LeastGap {
             let options = &problem.options;
             parameters.push(gap_bias(&fixture.name, f).with_sigma(options.search.gap_bias_sigma));
             let sigma = options.contact_mode.directional_bias_sigma;

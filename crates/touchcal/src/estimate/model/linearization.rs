@@ -3,7 +3,7 @@
 use nalgebra::{DVector, Matrix6, Vector3};
 
 use super::calibration_model::CalibrationModel;
-use crate::manifold::Rows;
+use crate::manifold::Residual;
 use crate::parameter::ParameterId;
 use crate::robot::{Kinematics, KinematicsScratch};
 use crate::se3::{self, Pose, Twist};
@@ -135,7 +135,7 @@ impl<'m> LinearizationPoint<'m> {
 
     /// Exact residual of contact `i` (m), at most three rows of it, without drift; `rows` is
     /// scratch.
-    pub fn residual_vector(&self, i: usize, rows: &mut Rows) -> Vector3<f64> {
+    pub fn residual_vector(&self, i: usize, rows: &mut Residual) -> Vector3<f64> {
         let f = self.model.problem.contacts.fixture(i);
         rows.clear();
         self.model.problem.fixtures[f].manifold.residual(&self.pose_without_drift(i), 0.0, rows);

@@ -8,7 +8,7 @@ use super::contact_factor::ContactFactor;
 use super::linearization::LinearizationPoint;
 use super::objective::Objective;
 use crate::estimate::contact_mode::{ContactCounts, ContactModePrior, MarginalLikelihood};
-use crate::manifold::{Recall, Rows};
+use crate::manifold::{ContactCache, Residual};
 use crate::solver::NormalEquations;
 
 /// Which second derivatives are summed.
@@ -94,7 +94,7 @@ impl ContactModeStatistics {
         model: &CalibrationModel<'_>,
         f: usize,
         factor: &ContactFactor,
-        (likelihood, candidates): (&MarginalLikelihood, &Rows),
+        (likelihood, candidates): (&MarginalLikelihood, &Residual),
     ) {
         let index = &model.layout.dependencies[f];
         let jacobian = factor.jacobian(index.len());
@@ -121,7 +121,7 @@ impl ContactModeStatistics {
         model: &CalibrationModel<'_>,
         (f, region): (usize, usize),
         factor: &ContactFactor,
-        (likelihood, candidates): (&MarginalLikelihood, &Rows),
+        (likelihood, candidates): (&MarginalLikelihood, &Residual),
     ) {
         let (index, prior) = (&model.layout.dependencies[f], &model.mode_priors[f][region]);
         let jacobian = factor.jacobian(index.len());
@@ -179,7 +179,7 @@ pub(crate) fn contact_mode_statistics(
     model: &CalibrationModel<'_>,
     theta: &DVector<f64>,
     (stride, curvature): (usize, Curvature),
-    caches: &mut [Recall],
+    caches: &mut [ContactCache],
 ) -> ContactModeStatistics {
     let point = LinearizationPoint::new(model, theta);
     let empty = || ContactModeStatistics::new(model.layout.len(), &model.mode_priors, curvature);

@@ -7,6 +7,7 @@ use super::contact_factor::ContactFactor;
 use super::linearization::LinearizationPoint;
 use super::objective::Objective;
 use crate::solver::Loss;
+use crate::statistics::upper_median;
 
 /// Sets the resolution to the median standard deviation (m) of every `stride`-th contact's residual
 /// at `theta`.
@@ -17,7 +18,6 @@ pub(crate) fn set_resolution(model: &mut CalibrationModel<'_>, theta: &DVector<f
         factor.evaluate(&point, i, Objective::Residual(Loss::Squared));
         factor.sigma()
     };
-    let mut sigmas: Vec<f64> = (0..model.problem.contacts.len()).step_by(stride).map(sigma).collect();
-    sigmas.sort_unstable_by(f64::total_cmp);
-    model.noise.resolution = sigmas.get(sigmas.len() / 2).copied().unwrap_or(0.0);
+    let sigmas: Vec<f64> = (0..model.problem.contacts.len()).step_by(stride).map(sigma).collect();
+    model.noise.resolution = upper_median(sigmas).unwrap_or(0.0);
 }

@@ -195,35 +195,25 @@ impl Warning {
             Warning::FixtureWithoutContacts { fixture } => format!("fixture `{fixture}` has no contacts"),
             Warning::OriginOutsideTool { middle: [x, y] } => {
                 let (x, y) = (mm(x), mm(y));
-                format!(
-                    "the tool's outline does not enclose the origin of its frame: its middle is at ({x:.1}, {y:.1}) mm"
-                )
+                format!("the tool's outline does not enclose the origin: its middle is at ({x:.1}, {y:.1}) mm")
             }
             Warning::DistanceContradicted { between: [a, b], declared, measured } => {
                 let (declared, measured) = (mm(declared), mm(measured));
-                format!(
-                    "`{a}` and `{b}` are declared {declared} mm apart; by the nominal arm they are {measured:.1} mm apart"
-                )
+                format!("`{a}` and `{b}` are declared {declared} mm apart; by the nominal arm it is {measured:.1} mm")
             }
             Warning::Unobservable { names } => {
                 format!("the data do not determine these parameters, which are fixed at zero: {}", names.join(", "))
             }
-            Warning::ArmUndetermined { remaining } => {
-                format!("{} of the arm's prior uncertainty remain", percent(remaining))
-            }
+            Warning::ArmUndetermined { remaining } => format!("{} of the arm's uncertainty remain", percent(remaining)),
             Warning::NoiseExceeded { factor, declared } => {
                 let noise = if *declared { "declared" } else { "assumed" };
-                format!(
-                    "contacts scatter {factor:.1} times more than the {noise} noise; standard deviations are scaled by that"
-                )
+                format!("contacts scatter {factor:.1} times more than the {noise} noise, which widens all intervals")
             }
             Warning::NoiseContradicted { factor } => {
                 format!("contacts scatter {factor:.1} times more than the declared noise")
             }
-            Warning::CorrelatedErrors { design_effect: effect, .. } => {
-                format!(
-                    "contact errors are correlated (design effect {effect:.0}: {effect:.0} contacts carry the information of one)"
-                )
+            Warning::CorrelatedErrors { design_effect: d, .. } => {
+                format!("contact errors are correlated (design effect {d:.0}: {d:.0} contacts count as one)")
             }
             Warning::NotTouching { name, gap } => {
                 let verb = if *gap > 0.0 { "float" } else { "penetrate" };
@@ -231,11 +221,9 @@ impl Warning {
             }
             Warning::FewInformativeContacts { informative_fraction: share, inflation } => {
                 let share = percent(share);
-                format!(
-                    "only {share} of the one-sided contacts are informative; standard deviations are scaled by {inflation}"
-                )
+                format!("only {share} of the one-sided contacts are informative; intervals are scaled by {inflation}")
             }
-            Warning::CompetingMinimum => "another minimum, found from another start, fits about as well".to_owned(),
+            Warning::CompetingMinimum => "another minimum, from another start, fits about as well".to_owned(),
             Warning::ManyRejected { share, .. } => {
                 format!("{} of the contacts do not fit and were rejected", percent(share))
             }

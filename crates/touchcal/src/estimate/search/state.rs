@@ -7,7 +7,7 @@ use crate::estimate::options::SearchOptions;
 use crate::estimate::problem::Problem;
 use crate::estimate::result::{Observer, Progress, Stage};
 use crate::estimate::uncertainty::{GaugeFix, gauge_fix};
-use crate::manifold::Recall;
+use crate::manifold::ContactCache;
 use crate::solver::{
     FreeParameters, LevenbergMarquardtOptions, Loss, NormalEquations, StopReason, Termination, minimize,
 };
@@ -16,7 +16,7 @@ use crate::solver::{
 pub(crate) struct SearchState<'p> {
     pub model: CalibrationModel<'p>,
     /// What the manifolds keep of each contact between evaluations.
-    pub caches: Vec<Recall>,
+    pub caches: Vec<ContactCache>,
     pub theta: DVector<f64>,
     pub free: FreeParameters,
     /// Parameters that were fixed because nothing determines them.

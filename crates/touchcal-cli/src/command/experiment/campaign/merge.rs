@@ -6,38 +6,39 @@ use touchcal::experiment::CampaignSummary;
 use touchcal::io::campaign_folder::{PART, PARTS};
 use touchcal::io::campaign_parquet::{self, Part};
 
-use super::told::Told;
+use super::files;
+use super::statistics::CampaignStatistics;
 use crate::args::MergeArgs;
-use crate::command::{Failure, Outcome};
+use crate::failure::{Failure, Outcome};
 use crate::output;
 
-/// Checks all parts, and only then writes what they come to. Rows are read part by part.
+/// Checks all parts before anything is written. Rows are read part by part.
 pub fn run(args: &MergeArgs) -> Result<Outcome, Failure> {
-    let (settings, found) = find(&args.folders)?;
-    let (found, twice) = without_duplicates(found)?;
-    check_gaps(&found, &args.folders)?;
+    let (settings, parts) = find_parts(&args.folders)?;
+    let (parts, duplicates) = without_duplicates(parts)?;
+    check_gaps(&parts, &args.folders)?;
 
-    let rows = || found.iter().map(|part| campaign_parquet::read_file(&part.path).map(|part| part.rows));
+    let rows = || parts.iter().map(|part| campaign_parquet::read_file(&part.path).map(|part| part.rows));
     let mut summary = CampaignSummary::default();
     for rows in rows() {
         rows?.iter().for_each(|row| summary.add(row));
     }
-    let core_seconds = found.iter().map(|part| part.core_seconds).sum();
-    let told = Told::new(&summary, core_seconds);
+    let core_seconds = parts.iter().map(|part| part.core_seconds).sum();
+    let statistics = CampaignStatistics::new(&summary, core_seconds);
     if args.rows {
-        let about = Part { settings, trials: summary.trials, core_seconds, rows: Vec::new() };
-        campaign_parquet::write_file(&args.out.join("rows.parquet"), &about, rows())?;
+        let header = Part { settings, trials: summary.trials, core_seconds, rows: Vec::new() };
+        campaign_parquet::write_file(&args.out.join("rows.parquet"), &header, rows())?;
     }
-    told.write(&args.out)?;
+    files::write(&statistics, &args.out)?;
     if !args.json {
-        output::print(&twice)?;
+        output::print(&duplicates)?;
     }
-    told.print(&args.out, args.json)?;
+    files::print(&statistics, &args.out, args.json)?;
     Ok(Outcome::Done)
 }
 
-/// A part that was found; its rows stay in the file.
-struct Found {
+/// A part in a file; its rows stay there.
+struct PartFile {
     path: PathBuf,
     /// Its first trial.
     first: u64,
@@ -48,7 +49,7 @@ struct Found {
     core_seconds: f64,
 }
 
-impl Found {
+impl PartFile {
     fn end(&self) -> u64 {
         self.first + self.count
     }
@@ -56,18 +57,18 @@ impl Found {
 
 /// All parts in the order of their trials, of equal first trials the longest first, and the
 /// settings that they share.
-fn find(folders: &[PathBuf]) -> Result<(String, Vec<Found>), Failure> {
+fn find_parts(folders: &[PathBuf]) -> Result<(String, Vec<PartFile>), Failure> {
     let mut shared: Option<(String, PathBuf)> = None;
-    let mut found = Vec::new();
+    let mut parts = Vec::new();
     for folder in folders {
-        for path in files(&folder.join(PARTS))? {
+        for path in paths(&folder.join(PARTS))? {
             let part = campaign_parquet::read_file(&path)?;
             let (count, first) = (part.rows.len() as u64, part.rows.first().map_or(1, |row| row.trial));
             if first % PART != 0 || count > PART || !part.rows.iter().map(|row| row.trial).eq(first..first + count) {
                 let message = format!("{}: expected trials of one part, found others", path.display());
                 return Err(Failure::Merge(message));
             }
-            found.push(Found {
+            parts.push(PartFile {
                 path: path.clone(),
                 first,
                 count,
@@ -85,12 +86,12 @@ fn find(folders: &[PathBuf]) -> Result<(String, Vec<Found>), Failure> {
             }
         }
     }
-    found.sort_by_key(|part| (part.first, std::cmp::Reverse(part.count)));
-    Ok((shared.map(|(settings, _)| settings).unwrap_or_default(), found))
+    parts.sort_by_key(|part| (part.first, std::cmp::Reverse(part.count)));
+    Ok((shared.map(|(settings, _)| settings).unwrap_or_default(), parts))
 }
 
 /// The part files of a folder.
-fn files(folder: &Path) -> Result<Vec<PathBuf>, Failure> {
+fn paths(folder: &Path) -> Result<Vec<PathBuf>, Failure> {
     let unread = |source| Failure::Merge(format!("{}: {source}", folder.display()));
     let entries = std::fs::read_dir(folder).map_err(unread)?.collect::<Result<Vec<_>, _>>().map_err(unread)?;
     let mut paths: Vec<PathBuf> = entries.into_iter().map(|entry| entry.path()).collect();
@@ -110,12 +111,12 @@ fn difference<'a>(one: &'a str, other: &'a str) -> (&'a str, &'a str) {
 
 /// Parts of which no trial is there twice, and in words which were. Trials that are not the same to
 /// the last bit are an error.
-fn without_duplicates(found: Vec<Found>) -> Result<(Vec<Found>, String), Failure> {
-    let mut kept: Vec<Found> = Vec::new();
-    let mut words = String::new();
-    for part in found {
-        let Some(before) = kept.last().filter(|before| before.first == part.first) else {
-            kept.push(part);
+fn without_duplicates(parts: Vec<PartFile>) -> Result<(Vec<PartFile>, String), Failure> {
+    let mut unique: Vec<PartFile> = Vec::new();
+    let mut notes = String::new();
+    for part in parts {
+        let Some(before) = unique.last().filter(|before| before.first == part.first) else {
+            unique.push(part);
             continue;
         };
         let (before_path, path) = (before.path.display(), part.path.display());
@@ -126,19 +127,19 @@ fn without_duplicates(found: Vec<Found>) -> Result<(Vec<Found>, String), Failure
             return Err(Failure::Merge(message));
         }
         let last = part.end() - 1;
-        words += &format!(
-            "Trials {} to {last} are there twice, alike, and counted once: {before_path}, {path}\n",
+        notes += &format!(
+            "Trials {} to {last} are identical in two files and counted once: {before_path}, {path}\n",
             part.first
         );
     }
-    Ok((kept, words))
+    Ok((unique, notes))
 }
 
 /// Trials that should be there and are not are an error.
-fn check_gaps(found: &[Found], folders: &[PathBuf]) -> Result<(), Failure> {
-    let trials = found.iter().map(|part| part.trials.max(part.end())).max().unwrap_or(0);
-    let ends = found.iter().map(Found::end);
-    let begins = found.iter().map(|part| part.first).chain([trials]);
+fn check_gaps(parts: &[PartFile], folders: &[PathBuf]) -> Result<(), Failure> {
+    let trials = parts.iter().map(|part| part.trials.max(part.end())).max().unwrap_or(0);
+    let ends = parts.iter().map(PartFile::end);
+    let begins = parts.iter().map(|part| part.first).chain([trials]);
     let gaps = std::iter::once(0).chain(ends).zip(begins).filter(|(end, begin)| end < begin);
     let gaps: Vec<String> = gaps.map(|(end, begin)| format!("{end} to {}", begin - 1)).collect();
     if gaps.is_empty() {

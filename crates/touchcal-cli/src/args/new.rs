@@ -1,0 +1,57 @@
+//! Arguments of `new`.
+
+use std::path::PathBuf;
+
+use clap::ValueEnum;
+
+use super::number::positive;
+
+/// Arguments of `new`.
+#[derive(Debug, clap::Args)]
+pub struct NewArgs {
+    /// Kind of contact
+    #[arg(value_name = "KIND")]
+    pub kind: Start,
+    /// Folder to write into, created if missing; named after the kind if not given
+    #[arg(long, value_name = "DIR")]
+    pub out: Option<PathBuf>,
+    /// With sockets: write a complete problem for logs DIR/PLACEMENT/hole_N.csv of a ball in
+    /// sockets, joint angles in radians
+    #[arg(long, value_name = "DIR", requires = "urdf")]
+    pub from: Option<PathBuf>,
+    /// With --from: the nominal URDF, whose tip link is the ball
+    #[arg(long, value_name = "FILE", requires = "from")]
+    pub urdf: Option<PathBuf>,
+    /// With --from: the link that is the ball; the only leaf if not given
+    #[arg(long, value_name = "LINK", requires = "from")]
+    pub tip: Option<String>,
+    /// With --from: distance of neighbouring sockets
+    #[arg(long, value_name = "MM", default_value_t = 50.0, requires = "from", value_parser = positive)]
+    pub spacing_mm: f64,
+    /// With --from: estimate the compliance of the joints under gravity too; only touchcal reads it
+    /// from a URDF
+    #[arg(long, requires = "from")]
+    pub joint_compliance: bool,
+}
+
+/// Kinds of template problems.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Start {
+    /// A peg explores a hole
+    PegInHole,
+    /// A ball sits in sockets
+    Sockets,
+    /// A ball touches planes
+    Planes,
+}
+
+impl Start {
+    /// Name in arguments and of the folder written if none is given.
+    pub fn name(self) -> &'static str {
+        match self {
+            Start::PegInHole => "peg-in-hole",
+            Start::Sockets => "sockets",
+            Start::Planes => "planes",
+        }
+    }
+}

@@ -1,0 +1,102 @@
+//! Arguments of the commands that read a problem: `inspect`, `calibrate`, `evaluate`.
+
+use std::path::PathBuf;
+
+/// Where a problem is read from.
+#[derive(Debug, clap::Args)]
+pub struct Source {
+    /// What to calibrate, with what, from which contacts; `touchcal new` writes one to fill in
+    #[arg(value_name = "PROBLEM.toml", required_unless_present = "mukca", conflicts_with = "mukca")]
+    pub problem: Option<PathBuf>,
+    /// Read only this placement: fixtures named PLACEMENT/… (may be repeated)
+    #[arg(long, value_name = "PLACEMENT")]
+    pub only: Vec<String>,
+    /// Leave this placement out (may be repeated)
+    #[arg(long, value_name = "PLACEMENT")]
+    pub except: Vec<String>,
+    /// Replaced by `touchcal new sockets --from`.
+    #[arg(long, value_name = "DIR", hide = true)]
+    pub mukca: Option<PathBuf>,
+    /// Replaced likewise.
+    #[arg(long, value_name = "MM", hide = true, requires = "mukca", conflicts_with = "problem")]
+    pub spacing_mm: Option<f64>,
+    /// Replaced likewise.
+    #[arg(long, value_name = "LINK", hide = true, requires = "mukca", conflicts_with = "problem")]
+    pub tip: Option<String>,
+}
+
+/// The arm of a folder of logs; replaced by `touchcal new sockets --from`.
+#[derive(Debug, Default, clap::Args)]
+pub struct Arm {
+    /// Replaced.
+    #[arg(long, value_name = "FILE", hide = true, requires = "mukca", conflicts_with = "problem")]
+    pub urdf: Option<PathBuf>,
+    /// Replaced.
+    #[arg(long, hide = true, requires = "mukca", conflicts_with = "problem")]
+    pub joint_compliance: bool,
+}
+
+/// Arguments of `calibrate`.
+#[derive(Debug, clap::Args)]
+pub struct CalibrateArgs {
+    /// The problem.
+    #[command(flatten)]
+    pub source: Source,
+    /// The arm of a folder, replaced.
+    #[command(flatten)]
+    pub arm: Arm,
+    /// Folder to write calibrated.urdf, estimate.json and report.html into
+    #[arg(long, value_name = "DIR")]
+    pub out: PathBuf,
+    /// Also write DIR/driver for drivers that apply encoder offsets: joint_offsets.yaml, and the
+    /// matching robot.urdf
+    #[arg(long)]
+    pub driver_offsets: bool,
+    /// Also write DIR/calibration.mcap for Foxglove and Rerun
+    #[cfg(feature = "mcap")]
+    #[arg(long)]
+    pub mcap: bool,
+    /// Print every parameter on a line of its own
+    #[arg(long)]
+    pub all: bool,
+    /// Print estimate.json instead of the summary
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Arguments of `evaluate`.
+#[derive(Debug, clap::Args)]
+pub struct EvaluateArgs {
+    /// The problem.
+    #[command(flatten)]
+    pub source: Source,
+    /// The URDF to evaluate
+    #[arg(long, value_name = "FILE")]
+    pub urdf: PathBuf,
+    /// estimate.json of the calibration, to use its estimated poses of tool and fixtures
+    #[arg(long, value_name = "FILE")]
+    pub estimate: Option<PathBuf>,
+    /// Replaced: the problem names the nominal URDF.
+    #[arg(long, value_name = "FILE", hide = true, requires = "mukca", conflicts_with = "problem")]
+    pub nominal: Option<PathBuf>,
+    /// Print JSON instead of a table
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Arguments of `inspect`.
+#[derive(Debug, clap::Args)]
+pub struct InspectArgs {
+    /// The problem.
+    #[command(flatten)]
+    pub source: Source,
+    /// The arm of a folder, replaced.
+    #[command(flatten)]
+    pub arm: Arm,
+    /// Print every parameter on a line of its own
+    #[arg(long)]
+    pub all: bool,
+    /// Print JSON instead of tables
+    #[arg(long)]
+    pub json: bool,
+}

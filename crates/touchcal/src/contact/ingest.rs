@@ -1,0 +1,141 @@
+//! From the rows of a log to contacts: detection, loads, and an arm at rest.
+
+use super::detection::{Detection, Detector};
+use super::load::Load;
+use super::log::{ContactLog, Source};
+use crate::robot::Robot;
+use crate::se3::Wrench;
+
+/// Most contacts of one problem, about 80 bytes of memory each, and 48 for its load.
+pub const MAX_CONTACTS: usize = 20_000_000;
+/// Motion of an arm at rest (rad or m): 0.01°, or as far as that is a metre from the axis.
+const REST: f64 = 1.7e-4;
+
+/// One row of a log: joint positions at one moment.
+pub(crate) struct Row {
+    /// Joint positions (rad or m).
+    pub(crate) q: Vec<f64>,
+    /// Wrench (N, N m); zero where the log has none.
+    pub(crate) wrench: Wrench,
+    /// Whether the row is flagged as a contact.
+    pub(crate) flag: bool,
+}
+
+impl Row {
+    /// A row of an arm with `dof` moving joints.
+    pub(crate) fn new(dof: usize) -> Row {
+        Row { q: vec![0.0; dof], wrench: [0.0; 6], flag: true }
+    }
+}
+
+/// Which rows are contacts, and what becomes of their wrenches.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct IngestOptions {
+    /// Index of the fixture that the contacts touch.
+    pub fixture: usize,
+    /// Contact detection by force; none: rows that are flagged, or all.
+    pub detection: Option<Detection>,
+    /// How far (rad or m) some joint must have moved since the last contact for a row to be another
+    /// one; none: every row is.
+    pub apart: Option<f64>,
+    /// How the wrench is a load on the arm; none: it is not.
+    pub load: Option<Load>,
+}
+
+/// A log holds [`MAX_CONTACTS`] contacts already.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct LogFull;
+
+/// Appends the contacts among the rows of one file to a [`ContactLog`].
+pub struct ContactIngest<'a> {
+    robot: &'a Robot,
+    log: &'a mut ContactLog,
+    options: IngestOptions,
+    detector: Option<Detector>,
+    file: u32,
+    /// Number of contacts of the files before.
+    first: usize,
+    /// The rows have forces, and nothing decides which of them are contacts.
+    has_unused_forces: bool,
+}
+
+impl<'a> ContactIngest<'a> {
+    /// Rows of the file named `file`, of `robot`.
+    pub fn new(robot: &'a Robot, file: &str, options: IngestOptions, log: &'a mut ContactLog) -> Self {
+        let detector = options.detection.map(|d| Detector::new(d.threshold, d.release, d.debounce));
+        let (file, first) = (log.add_file(file), log.len());
+        ContactIngest { robot, log, options, detector, file, first, has_unused_forces: false }
+    }
+
+    /// Declares that the rows have forces but no contact flags: without a threshold, a note says
+    /// that all rows count as contacts.
+    pub fn declare_unflagged_forces(&mut self) {
+        self.has_unused_forces = self.options.detection.is_none();
+    }
+
+    /// Takes row `number`: joint positions `q` (rad or m), wrench (N, N m), and whether the row is
+    /// flagged as a contact.
+    ///
+    /// # Errors
+    /// If it is a contact and the log is full.
+    pub fn push(&mut self, number: u64, q: &[f64], wrench: Wrench, flag: bool) -> Result<(), LogFull> {
+        let is_touching = match &mut self.detector {
+            Some(detector) => detector.update(&wrench),
+            None => flag,
+        };
+        if !is_touching {
+            return Ok(());
+        }
+        if self.log.len() >= MAX_CONTACTS {
+            return Err(LogFull);
+        }
+        self.log.push(q, self.options.fixture, Source { line: number, file: self.file });
+        if self.options.load.is_some() {
+            self.log.set_load(wrench);
+        }
+        Ok(())
+    }
+
+    /// Multiplies the joint positions of the file's contacts, each joint's by its `scale`.
+    pub fn rescale(&mut self, scale: &[f64]) {
+        self.log.rescale(self.first, scale);
+    }
+
+    /// Appends a note about the file to those of the log.
+    pub fn note(&mut self, note: &str) {
+        let file = &self.log.files()[self.file as usize];
+        self.log.note(format!("{file}: {note}"));
+    }
+
+    /// Ends the file after so many `rows`: thins contacts, converts loads, and notes assumptions.
+    pub fn finish(&mut self, rows: u64) {
+        if let Some(note) = self.thin() {
+            self.note(&note);
+        }
+        self.log.count_rows(rows);
+        if let Some(load) = self.options.load {
+            load.apply(self.robot, self.log, self.first);
+        }
+        if self.has_unused_forces {
+            self.note("there are forces, but no threshold: every row counts as a contact; declare the force of one (force_threshold_n in problem.toml, force_threshold in Python) if some are not");
+        }
+    }
+
+    /// Thins the file's contacts to those that are [`IngestOptions::apart`]; without that option, a
+    /// note if most of them repeat one another.
+    fn thin(&mut self) -> Option<String> {
+        if let Some(apart) = self.options.apart {
+            let kept = self.log.apart(self.first, apart);
+            self.log.keep(self.first, &kept);
+            return None;
+        }
+        let (all, apart) = (self.log.len() - self.first, self.log.apart(self.first, REST).len());
+        (all > 2 * apart).then(|| {
+            format!(
+                "in {} of {all} contacts no joint has moved by 0.01 deg since the one before, and each counts as a measurement of its own; \
+                 where the arm was at rest, declare how far apart contacts are (apart_deg in problem.toml, apart in Python)",
+                all - apart
+            )
+        })
+    }
+}

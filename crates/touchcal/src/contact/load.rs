@@ -1,0 +1,56 @@
+//! A measured wrench as the load under which joints deflect.
+
+use nalgebra::Vector3;
+
+use super::log::ContactLog;
+use crate::robot::{Kinematics, Robot};
+use crate::se3::{Pose, Wrench};
+
+/// The body on which a measured wrench acts.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum LoadOn {
+    /// The wrench that the fixture exerts on the tool.
+    Tool,
+    /// The wrench that the tool exerts on the fixture.
+    Fixture,
+}
+
+/// The frame in whose axes a wrench is expressed; its reference point is the tip's origin in
+/// either.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum LoadFrame {
+    /// The arm's tip link.
+    #[default]
+    Tip,
+    /// The arm's base link.
+    Base,
+}
+
+/// How the wrench of a log (N, N m) is a load on the arm. The wrench must not contain the tool's
+/// weight.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Load {
+    /// The body on which the wrench acts.
+    pub on: LoadOn,
+    /// The frame of its axes.
+    pub frame: LoadFrame,
+}
+
+impl Load {
+    /// Converts the wrenches of all contacts from number `first` on to loads on the tool in the tip
+    /// frame. The tip's orientation is that of the nominal arm: its errors of some degrees change a
+    /// torque by far less than the torque.
+    pub(super) fn apply(self, robot: &Robot, log: &mut ContactLog, first: usize) {
+        let kinematics = Kinematics::new(robot, &[], Pose::identity());
+        let sign = if self.on == LoadOn::Tool { 1.0 } else { -1.0 };
+        log.change_loads(first, |q, [fx, fy, fz, tx, ty, tz]| {
+            let (mut force, mut torque) = (sign * Vector3::new(fx, fy, fz), sign * Vector3::new(tx, ty, tz));
+            if self.frame == LoadFrame::Base {
+                let tip_from_base = kinematics.pose(q).rotation.inverse();
+                (force, torque) = (tip_from_base * force, tip_from_base * torque);
+            }
+            let load: Wrench = [force.x, force.y, force.z, torque.x, torque.y, torque.z];
+            load
+        });
+    }
+}

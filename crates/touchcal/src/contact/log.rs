@@ -1,0 +1,201 @@
+//! The log of contacts.
+
+use crate::se3::Wrench;
+
+/// Where a contact was read: a file and a row of it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Source {
+    /// Index into [`ContactLog::files`].
+    pub file: u32,
+    /// Line of the file, row of a table or number of a joint state in a bag; 1 for the first.
+    pub line: u64,
+}
+
+/// Joint positions in contact, in one flat array.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct ContactLog {
+    dof: usize,
+    q: Vec<f64>,
+    /// Up to the last contact whose load is known.
+    loads: Vec<Wrench>,
+    fixture: Vec<u32>,
+    source: Vec<Source>,
+    files: Vec<String>,
+    notes: Vec<String>,
+    rows_read: u64,
+}
+
+impl ContactLog {
+    /// An empty log of an arm with `dof` moving joints.
+    pub fn new(dof: usize) -> Self {
+        ContactLog { dof, ..ContactLog::default() }
+    }
+
+    /// Registers a file and returns its index for [`Source::file`].
+    pub fn add_file(&mut self, name: impl Into<String>) -> u32 {
+        self.files.push(name.into());
+        (self.files.len() - 1) as u32
+    }
+
+    /// Counts rows that were read, in contact or not.
+    pub fn count_rows(&mut self, rows: u64) {
+        self.rows_read += rows;
+    }
+
+    /// Remembers what was taken for granted in reading, for the user to be told.
+    pub fn note(&mut self, note: impl Into<String>) {
+        self.notes.push(note.into());
+    }
+
+    /// What was taken for granted in reading.
+    pub fn notes(&self) -> &[String] {
+        &self.notes
+    }
+
+    /// Multiplies the joint positions of all contacts from number `first` on, each joint's by its
+    /// `scale`.
+    pub(crate) fn rescale(&mut self, first: usize, scale: &[f64]) {
+        for q in self.q.chunks_exact_mut(self.dof.max(1)).skip(first) {
+            q.iter_mut().zip(scale).for_each(|(q, scale)| *q *= scale);
+        }
+    }
+
+    /// Changes the loads of all contacts from number `first` on, as far as they are known:
+    /// `change(q, load)` of measured joint positions and the load so far.
+    pub(crate) fn change_loads(&mut self, first: usize, change: impl Fn(&[f64], Wrench) -> Wrench) {
+        let each = self.loads.iter_mut().zip(self.q.chunks_exact(self.dof.max(1)));
+        each.skip(first).for_each(|(load, q)| *load = change(q, *load));
+    }
+
+    /// Numbers of the contacts, from number `first` on, at which some joint has moved by more than
+    /// `apart` (rad or m) since the one before of these.
+    pub(crate) fn apart(&self, first: usize, apart: f64) -> Vec<usize> {
+        let mut kept: Vec<usize> = Vec::new();
+        for i in first..self.len() {
+            let moved = |&last: &usize| self.q(last).iter().zip(self.q(i)).any(|(a, b)| (a - b).abs() > apart);
+            if kept.last().is_none_or(moved) {
+                kept.push(i);
+            }
+        }
+        kept
+    }
+
+    /// Drops the contacts from number `first` on, but for those numbered `kept`, which ascend.
+    pub(crate) fn keep(&mut self, first: usize, kept: &[usize]) {
+        for (to, &from) in (first..).zip(kept) {
+            self.q.copy_within(from * self.dof..(from + 1) * self.dof, to * self.dof);
+            self.fixture[to] = self.fixture[from];
+            self.source[to] = self.source[from];
+            if to < self.loads.len() {
+                self.loads[to] = self.load(from);
+            }
+        }
+        let left = first + kept.len();
+        self.q.truncate(left * self.dof);
+        self.fixture.truncate(left);
+        self.source.truncate(left);
+        self.loads.truncate(left);
+    }
+
+    /// Appends a contact: measured joint positions `q` (rad or m) while touching fixture number
+    /// `fixture`. Positions beyond [`ContactLog::dof`] are ignored; missing ones make the contact
+    /// ignored as a whole.
+    pub fn push(&mut self, q: &[f64], fixture: usize, source: Source) {
+        if let Some(q) = q.get(..self.dof) {
+            self.q.extend_from_slice(q);
+            self.fixture.push(fixture as u32);
+            self.source.push(source);
+        }
+    }
+
+    /// Says what the fixture exerted on the tool in the last contact: a wrench about the tip's
+    /// origin, in the tip frame.
+    pub fn set_load(&mut self, load: Wrench) {
+        if let Some(last) = self.len().checked_sub(1) {
+            self.loads.resize(last, [0.0; 6]);
+            self.loads.push(load);
+        }
+    }
+
+    /// Appends the contacts of `other`, all made while touching fixture number `fixture`, with its
+    /// files, notes and counts.
+    pub fn append(&mut self, other: &ContactLog, fixture: usize) {
+        let first = self.files.len() as u32;
+        self.files.extend_from_slice(&other.files);
+        self.notes.extend_from_slice(&other.notes);
+        self.rows_read += other.rows_read;
+        for i in 0..other.len() {
+            let Source { file, line } = other.source(i);
+            self.push(other.q(i), fixture, Source { file: first + file, line });
+            self.copy_load(other, i);
+        }
+    }
+
+    /// Number of moving joints.
+    pub fn dof(&self) -> usize {
+        self.dof
+    }
+
+    /// Number of contacts.
+    pub fn len(&self) -> usize {
+        self.fixture.len()
+    }
+
+    /// Whether there are no contacts.
+    pub fn is_empty(&self) -> bool {
+        self.fixture.is_empty()
+    }
+
+    /// Measured joint positions of contact `i` (rad or m).
+    pub fn q(&self, i: usize) -> &[f64] {
+        &self.q[i * self.dof..(i + 1) * self.dof]
+    }
+
+    /// What the fixture exerted on the tool in contact `i`, about the tip's origin, in the tip
+    /// frame; zero where that is not known.
+    pub fn load(&self, i: usize) -> Wrench {
+        self.loads.get(i).copied().unwrap_or([0.0; 6])
+    }
+
+    /// Whether the load of any contact is known.
+    pub fn has_loads(&self) -> bool {
+        !self.loads.is_empty()
+    }
+
+    /// The fixture touched in contact `i`.
+    pub fn fixture(&self, i: usize) -> usize {
+        self.fixture[i] as usize
+    }
+
+    /// Where contact `i` was read.
+    pub fn source(&self, i: usize) -> Source {
+        self.source[i]
+    }
+
+    /// Names of the files read.
+    pub fn files(&self) -> &[String] {
+        &self.files
+    }
+
+    /// Rows read, in contact or not.
+    pub fn rows_read(&self) -> u64 {
+        self.rows_read
+    }
+
+    /// The contacts for which `keep(i)` holds, in order.
+    pub fn filtered(&self, mut keep: impl FnMut(usize) -> bool) -> ContactLog {
+        let (files, notes) = (self.files.clone(), self.notes.clone());
+        let mut log = ContactLog { files, notes, rows_read: self.rows_read, ..ContactLog::new(self.dof) };
+        for i in (0..self.len()).filter(|&i| keep(i)) {
+            log.push(self.q(i), self.fixture(i), self.source(i));
+            log.copy_load(self, i);
+        }
+        log
+    }
+
+    fn copy_load(&mut self, other: &ContactLog, i: usize) {
+        if let Some(load) = other.loads.get(i) {
+            self.set_load(*load);
+        }
+    }
+}

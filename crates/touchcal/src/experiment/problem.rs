@@ -1,0 +1,111 @@
+//! The calibration problem of a simulated scenario, with the scenario's nominal values.
+
+use crate::contact::{ContactLog, Source};
+use crate::estimate::{Distance, Fixture, Loss, Noise, PlacePrior, Problem, Tool};
+use crate::manifold::exact_manifold;
+use crate::parameter::{Block, Parameter, joint_compliance, joint_offset, joint_origin, segment_strain, strain};
+use crate::robot::Robot;
+use crate::sim::{PlaceError, Scenario, SimulatedTrial, Touch};
+
+/// Smallest declared noise (rad, m): weights need some.
+const LEAST_ENCODER: f64 = 2e-7;
+const LEAST_CONTACT: f64 = 1e-6;
+/// Declared standard deviation of the distance of fixtures on one block (m).
+const SPACING_SIGMA: f64 = 1e-5;
+
+/// The problem of one simulated trial: its contacts, all that may be wrong with the arm to be
+/// estimated, places as uncertain as they are drawn.
+pub fn problem(scenario: &Scenario, simulated: &SimulatedTrial) -> Problem {
+    let robot = &scenario.robot;
+    let mut contacts = ContactLog::new(robot.dof());
+    for (fixture, (touch, log)) in scenario.touches.iter().zip(&simulated.logs).enumerate() {
+        let file = contacts.add_file(&touch.name);
+        contacts.count_rows(log.len() as u64);
+        for row in log.contacts() {
+            contacts.push(log.q(row), fixture, Source { file, line: row as u64 + 1 });
+            if scenario.errors.joint_compliance > 0.0 {
+                contacts.set_load(log.wrench[row]);
+            }
+        }
+    }
+    let tool = Tool { tip_from_tool: scenario.tip_from_tool, prior: place_prior(scenario.tool_error) };
+    let fixtures = scenario.touches.iter().map(fixture).collect();
+    Problem {
+        distances: distances(scenario),
+        noise: noise(scenario),
+        parameters: blocks(scenario).into_iter().flat_map(|block| parameters(block, robot)).collect(),
+        loss: Loss::GemanMcClure(LOSS_SCALE),
+        ..Problem::new(robot.clone(), tool, fixtures, contacts)
+    }
+}
+
+/// Scale of the robust loss (standard deviations).
+pub(crate) const LOSS_SCALE: f64 = 3.0;
+
+/// Blocks of the arm's parameters that the scenario draws, and so are estimated.
+pub(crate) fn blocks(scenario: &Scenario) -> Vec<Block> {
+    let errors = &scenario.errors;
+    let strain = if errors.segment_strain > 0.0 { Block::SegmentStrain } else { Block::Strain };
+    let origin = errors.origin_length > 0.0 || errors.origin_angle > 0.0 || errors.origin_zero > 0.0;
+    let wanted = [
+        (errors.strain > 0.0 || errors.segment_strain > 0.0, strain),
+        (errors.joint_offset > 0.0, Block::JointOffset),
+        (origin, Block::JointOrigin),
+        (errors.joint_compliance > 0.0, Block::JointCompliance),
+    ];
+    let mut blocks: Vec<Block> = wanted.into_iter().filter(|(wanted, _)| *wanted).map(|(_, block)| block).collect();
+    if blocks.is_empty() {
+        blocks.push(Block::JointOffset);
+    }
+    blocks
+}
+
+fn parameters(block: Block, robot: &Robot) -> Vec<Parameter> {
+    match block {
+        Block::Strain => vec![strain()],
+        Block::SegmentStrain => segment_strain(robot),
+        Block::JointOrigin => joint_origin(robot),
+        Block::JointCompliance => joint_compliance(robot),
+        _ => joint_offset(robot),
+    }
+}
+
+/// The recorder's noise, including quantisation.
+pub(crate) fn noise(scenario: &Scenario) -> Noise {
+    let rounding = scenario.recorder.encoder_step / 12f64.sqrt();
+    Noise {
+        encoder: scenario.recorder.encoder_sigma.hypot(rounding).max(LEAST_ENCODER),
+        contact: scenario.contact_sigma.max(LEAST_CONTACT),
+        is_estimated: false,
+    }
+}
+
+/// Distances of fixtures that follow each other on one block.
+pub(crate) fn distances(scenario: &Scenario) -> Vec<Distance> {
+    let place = |touch: &Touch| touch.base_from_fixture.translation.vector;
+    let pairs = scenario.touches.windows(2).enumerate().filter(|(_, pair)| pair[0].block() == pair[1].block());
+    let each = pairs.map(|(first, pair)| Distance {
+        between: (first, first + 1),
+        distance: (place(&pair[1]) - place(&pair[0])).norm(),
+        sigma: SPACING_SIGMA,
+    });
+    each.collect()
+}
+
+fn fixture(touch: &Touch) -> Fixture {
+    Fixture {
+        name: touch.name.clone(),
+        manifold: exact_manifold(&touch.parts).into(),
+        base_from_fixture: (!touch.free).then_some(touch.base_from_fixture),
+        prior: if touch.free { PlacePrior::Flat } else { place_prior(touch.place_error) },
+        placement: touch.name.split('/').next().unwrap_or_default().to_owned(),
+    }
+}
+
+fn place_prior(PlaceError { length, angle }: PlaceError) -> PlacePrior {
+    if length > 0.0 || angle > 0.0 {
+        PlacePrior::Gaussian { sigma: length, sigma_angle: angle }
+    } else {
+        PlacePrior::Fixed
+    }
+}

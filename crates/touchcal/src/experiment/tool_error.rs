@@ -1,0 +1,57 @@
+//! Errors of the tool's pose by an arm's model, also away from the contacts.
+
+use rand::{RngExt, SeedableRng};
+use rand_pcg::Pcg64;
+
+use crate::robot::{Kinematics, Robot};
+use crate::se3::Pose;
+use crate::statistics::{mean, nearest_rank};
+
+/// Errors of the tool's pose over many joint positions.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct ToolError {
+    /// Mean distance (m).
+    pub mean_distance: f64,
+    /// 95 % quantile of the distance (m).
+    pub distance_95: f64,
+    /// Mean angle (rad).
+    pub mean_angle: f64,
+    /// 95 % quantile of the angle (rad).
+    pub angle_95: f64,
+}
+
+/// Errors of `model`'s tool pose relative to `truth`'s at the same encoder readings `positions`
+/// (rad or m).
+pub fn tool_error<'q>(
+    truth: &Robot,
+    model: &Robot,
+    tip_from_tool: Pose,
+    positions: impl IntoIterator<Item = &'q [f64]>,
+) -> ToolError {
+    let [truth, model] = [truth, model].map(|arm| Kinematics::new(arm, &[], tip_from_tool));
+    let between = positions.into_iter().map(|q| truth.pose(q).inverse() * model.pose(q));
+    let (distances, angles): (Vec<f64>, Vec<f64>) =
+        between.map(|error| (error.translation.vector.norm(), error.rotation.angle())).unzip();
+    let (mean_distance, distance_95) = mean_and_95(distances);
+    let (mean_angle, angle_95) = mean_and_95(angles);
+    ToolError { mean_distance, distance_95, mean_angle, angle_95 }
+}
+
+fn mean_and_95(mut values: Vec<f64>) -> (f64, f64) {
+    values.sort_unstable_by(f64::total_cmp);
+    (mean(&values), nearest_rank(&values, 95).unwrap_or(0.0))
+}
+
+/// Joint positions (rad or m), uniform between the joint limits, over a full turn where there are
+/// none.
+pub fn random_positions(robot: &Robot, count: usize, seed: u64) -> Vec<Vec<f64>> {
+    let mut rng = Pcg64::seed_from_u64(seed);
+    let mut position = || {
+        let each = robot.moving().map(|joint| match joint.limits {
+            Some(limits) => rng.random_range(limits.lower..=limits.upper),
+            None => rng.random_range(-std::f64::consts::PI..=std::f64::consts::PI),
+        });
+        each.collect()
+    };
+    (0..count).map(|_| position()).collect()
+}

@@ -1,0 +1,248 @@
+//! Bodies of any shape: closed surfaces of triangles.
+
+use std::collections::HashMap;
+use std::fmt;
+
+use nalgebra::{Point2, Point3, Vector3};
+use parry3d_f64::math::Vector;
+use parry3d_f64::query::PointQuery;
+use parry3d_f64::shape::{TriMesh, TriMeshFlags};
+
+use super::features::MeshFeatures;
+use super::weld::weld;
+
+/// Most triangles of a solid.
+pub const MAX_TRIANGLES: usize = 500_000;
+/// Height (m) of a triangle below which it has no direction.
+const FLAT: f64 = 1e-9;
+
+/// A point whose coordinates are millimetres, for messages.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PointMm(pub Point3<f64>);
+
+impl PointMm {
+    fn from_metres(point: Point3<f64>) -> Self {
+        PointMm(point * 1e3)
+    }
+}
+
+impl fmt::Display for PointMm {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "({:.4}, {:.4}, {:.4}) mm", self.0.x, self.0.y, self.0.z)
+    }
+}
+
+/// Why triangles are not the surface of a body.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+#[non_exhaustive]
+pub enum TriangleMeshError {
+    /// Too few or too many triangles.
+    #[error("a solid has 4 to {MAX_TRIANGLES} triangles, found {found}")]
+    TriangleCount {
+        /// Number of triangles given.
+        found: usize,
+    },
+    /// A coordinate is NaN or infinite, or a triangle names a vertex that is not there.
+    #[error("triangle {triangle}: expected three vertices of finite coordinates")]
+    Vertex {
+        /// Which triangle, from 0.
+        triangle: usize,
+    },
+    /// A triangle without area.
+    #[error("triangle {triangle} at {at}: expected three corners that are not on one line")]
+    Flat {
+        /// Which triangle, from 0.
+        triangle: usize,
+        /// One of its corners.
+        at: PointMm,
+    },
+    /// An edge that does not have one triangle on each side.
+    #[error(
+        "expected a closed surface, of which each edge has two triangles; the edge from {from} to {to} has {found} (edges of that kind: {edges})"
+    )]
+    Open {
+        /// One end.
+        from: PointMm,
+        /// The other end.
+        to: PointMm,
+        /// How many triangles have this edge.
+        found: usize,
+        /// How many edges are so.
+        edges: usize,
+    },
+    /// Two triangles of which one is turned over.
+    #[error(
+        "expected triangles whose corners all go the same way round seen from outside; those at the edge from {from} to {to} do not (edges of that kind: {edges})"
+    )]
+    InconsistentWinding {
+        /// One end.
+        from: PointMm,
+        /// The other end.
+        to: PointMm,
+        /// How many edges are so.
+        edges: usize,
+    },
+    /// The surface encloses nothing.
+    #[error("expected a surface that encloses a volume, found {volume} m³")]
+    NoVolume {
+        /// The signed volume (m³).
+        volume: f64,
+    },
+}
+
+/// A body as the closed surface of triangles, in metres.
+///
+/// Vertices nearer to each other than [`WELD_DISTANCE`](super::weld::WELD_DISTANCE) are one. A
+/// surface that is inside out is turned over.
+#[derive(Clone, Debug)]
+pub struct TriangleMesh {
+    surface: TriMesh,
+    pub(crate) features: MeshFeatures,
+    volume: f64,
+}
+
+fn to_parry(p: &Point3<f64>) -> Vector {
+    Vector::new(p.x, p.y, p.z)
+}
+
+fn from_parry(v: Vector) -> Point3<f64> {
+    Point3::new(v.x, v.y, v.z)
+}
+
+impl TriangleMesh {
+    /// A body from vertices (m, in the body's frame) and triangles: three vertex indices each,
+    /// counter-clockwise seen from outside.
+    ///
+    /// # Errors
+    /// [`TriangleMeshError`] if the surface is not closed, and where.
+    pub fn new(vertices: &[Point3<f64>], triangles: &[[u32; 3]]) -> Result<Self, TriangleMeshError> {
+        if !(4..=MAX_TRIANGLES).contains(&triangles.len()) {
+            return Err(TriangleMeshError::TriangleCount { found: triangles.len() });
+        }
+        let is_vertex = |&i: &u32| vertices.get(i as usize).is_some_and(|p| p.iter().all(|c| c.is_finite()));
+        if let Some(triangle) = triangles.iter().position(|corners| !corners.iter().all(is_vertex)) {
+            return Err(TriangleMeshError::Vertex { triangle });
+        }
+        let (vertices, place) = weld(vertices);
+        let mut welded = Vec::with_capacity(triangles.len());
+        for (triangle, corners) in triangles.iter().enumerate() {
+            let [a, b, c] = corners.map(|i| place[i as usize]);
+            // Two corners that are one: nothing is lost without it.
+            if a == b || b == c || c == a {
+                continue;
+            }
+            let [p, q, r] = [a, b, c].map(|i| vertices[i as usize]);
+            let longest = (q - p).norm().max((r - q).norm()).max((p - r).norm());
+            if (q - p).cross(&(r - p)).norm() < FLAT * longest {
+                return Err(TriangleMeshError::Flat { triangle, at: PointMm::from_metres(p) });
+            }
+            welded.push([a, b, c]);
+        }
+        check_closed(&vertices, &welded)?;
+        let volume = volume(&vertices, &welded);
+        if volume.abs() < FLAT * FLAT * FLAT || !volume.is_finite() {
+            return Err(TriangleMeshError::NoVolume { volume });
+        }
+        if volume < 0.0 {
+            welded.iter_mut().for_each(|corners| corners.swap(1, 2));
+        }
+        let features = MeshFeatures::new(&vertices, &welded);
+        let count = welded.len();
+        let surface = TriMesh::with_flags(vertices.iter().map(to_parry).collect(), welded, TriMeshFlags::ORIENTED)
+            .map_err(|_| TriangleMeshError::TriangleCount { found: count })?;
+        Ok(TriangleMesh { surface, features, volume: volume.abs() })
+    }
+
+    /// Number of triangles.
+    pub fn triangle_count(&self) -> usize {
+        self.surface.num_triangles()
+    }
+
+    /// Vertices (m).
+    pub fn vertices(&self) -> impl ExactSizeIterator<Item = Point3<f64>> + '_ {
+        self.surface.vertices().iter().map(|&v| from_parry(v))
+    }
+
+    /// Vertices of each triangle, counter-clockwise seen from outside.
+    pub fn triangles(&self) -> &[[u32; 3]] {
+        self.surface.indices()
+    }
+
+    /// Enclosed volume (m³).
+    pub fn volume(&self) -> f64 {
+        self.volume
+    }
+
+    /// Distance (m) from a point to the surface, negative inside, and the nearest point of the
+    /// surface.
+    ///
+    /// Inside and outside follow from pseudonormals (Bærentzen & Aanæs, *Signed distance
+    /// computation using the angle weighted pseudonormal*, 2005).
+    pub fn signed_distance(&self, point: &Point3<f64>) -> (f64, Point3<f64>) {
+        let projection = self.surface.project_local_point(to_parry(point), false);
+        let foot = from_parry(projection.point);
+        let distance = (point - foot).norm();
+        (if projection.is_inside { -distance } else { distance }, foot)
+    }
+
+    /// Corners (m): vertices where it sticks out.
+    pub fn corners(&self) -> Vec<Point3<f64>> {
+        self.features.corners.iter().map(|corner| self.features.vertices[corner.vertex as usize].into()).collect()
+    }
+
+    /// The hull of its shadow along z, counter-clockwise (m).
+    pub fn shadow(&self) -> Vec<Point2<f64>> {
+        let mut points: Vec<Point2<f64>> = self.vertices().map(|p| p.xy()).collect();
+        points.sort_unstable_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)));
+        points.dedup();
+        let mut hull: Vec<Point2<f64>> = Vec::new();
+        // The lower side from left to right, then the upper one back.
+        let back = points.clone().into_iter().rev();
+        for side in [points.into_iter().collect::<Vec<_>>(), back.collect()] {
+            let begin = hull.len();
+            for p in side {
+                while hull.len() >= begin + 2 {
+                    let (a, b) = (hull[hull.len() - 2], hull[hull.len() - 1]);
+                    if (b - a).perp(&(p - b)) > 0.0 {
+                        break;
+                    }
+                    hull.pop();
+                }
+                hull.push(p);
+            }
+            hull.pop();
+        }
+        hull
+    }
+}
+
+/// Whether each edge has one triangle on each side.
+fn check_closed(vertices: &[Point3<f64>], triangles: &[[u32; 3]]) -> Result<(), TriangleMeshError> {
+    // Of each edge, how many triangles go along it and how many against it.
+    let mut uses: HashMap<[u32; 2], [usize; 2]> = HashMap::new();
+    for &[a, b, c] in triangles {
+        for (from, to) in [(a, b), (b, c), (c, a)] {
+            uses.entry([from.min(to), from.max(to)]).or_default()[usize::from(from > to)] += 1;
+        }
+    }
+    let at = |i: u32| PointMm::from_metres(vertices[i as usize]);
+    // The first in the order of vertices, so that the same file is always answered the same.
+    let first_of = |is_bad: &dyn Fn(&[usize; 2]) -> bool| {
+        let bad = uses.iter().filter(|(_, uses)| is_bad(uses));
+        (bad.clone().count(), bad.min_by_key(|(ends, _)| **ends))
+    };
+    if let (edges, Some((&[from, to], uses))) = first_of(&|[along, against]| along + against != 2) {
+        return Err(TriangleMeshError::Open { from: at(from), to: at(to), found: uses[0] + uses[1], edges });
+    }
+    if let (edges, Some((&[from, to], _))) = first_of(&|[along, against]| along != against) {
+        return Err(TriangleMeshError::InconsistentWinding { from: at(from), to: at(to), edges });
+    }
+    Ok(())
+}
+
+fn volume(vertices: &[Point3<f64>], triangles: &[[u32; 3]]) -> f64 {
+    // Relative to one vertex, so that a far-away body keeps its digits.
+    let origin = vertices.first().copied().unwrap_or_else(Point3::origin);
+    let corner = |i: u32| -> Vector3<f64> { vertices[i as usize] - origin };
+    triangles.iter().map(|&[a, b, c]| corner(a).dot(&corner(b).cross(&corner(c)))).sum::<f64>() / 6.0
+}

@@ -1,0 +1,117 @@
+//! Pairs of surface elements of a straight peg and a straight hole, and distances between them.
+
+use nalgebra::Vector3;
+
+/// The pair of surface elements between which a distance is measured. Indices are those of the
+/// profiles.
+///
+/// A *rim* edge is where a wall meets the top face, a *wall corner* the vertical edge at a hole
+/// vertex. The peg has two end faces, the tip at z = 0 and the other at z = length.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[non_exhaustive]
+pub enum Feature {
+    /// A corner of a peg end against the floor.
+    CornerFloor {
+        /// Peg vertex.
+        peg_vertex: usize,
+    },
+    /// A corner of a peg end against the top face.
+    CornerTop {
+        /// Peg vertex.
+        peg_vertex: usize,
+    },
+    /// A corner of a peg end against a wall, or against its rim from above.
+    CornerWall {
+        /// Peg vertex.
+        peg_vertex: usize,
+        /// Hole edge.
+        hole_edge: usize,
+    },
+    /// A corner of the rim against a side face of the peg, or against an edge of its end.
+    RimCornerSide {
+        /// Hole vertex.
+        hole_vertex: usize,
+        /// Peg edge.
+        peg_edge: usize,
+    },
+    /// A corner of the rim against an end face of the peg.
+    RimCornerEnd {
+        /// Hole vertex.
+        hole_vertex: usize,
+    },
+    /// A wall corner against an edge of a peg end.
+    WallCornerEndEdge {
+        /// Hole vertex.
+        hole_vertex: usize,
+        /// Peg edge.
+        peg_edge: usize,
+    },
+    /// A longitudinal edge of the peg against a rim edge.
+    SideEdgeRim {
+        /// Peg vertex.
+        peg_vertex: usize,
+        /// Hole edge.
+        hole_edge: usize,
+    },
+    /// An edge of a peg end against a rim edge.
+    EndEdgeRim {
+        /// Peg edge.
+        peg_edge: usize,
+        /// Hole edge.
+        hole_edge: usize,
+    },
+    /// A longitudinal edge of the peg against a wall corner.
+    SideEdgeWallCorner {
+        /// Peg vertex.
+        peg_vertex: usize,
+        /// Hole vertex.
+        hole_vertex: usize,
+    },
+}
+
+/// A signed distance. `normal` points from the solid into the peg, `point` lies on the peg; both
+/// are in the peg frame if `in_peg`, else in the hole frame.
+#[derive(Clone, Debug)]
+pub(super) struct FeatureDistance {
+    pub(super) value: f64,
+    pub(super) point: Vector3<f64>,
+    pub(super) normal: Vector3<f64>,
+    pub(super) in_peg: bool,
+    pub(super) feature: Feature,
+}
+
+impl FeatureDistance {
+    /// Farther than anything.
+    pub(super) const fn none() -> Self {
+        FeatureDistance {
+            value: f64::INFINITY,
+            point: Vector3::new(0.0, 0.0, 0.0),
+            normal: Vector3::new(0.0, 0.0, 1.0),
+            in_peg: false,
+            feature: Feature::CornerFloor { peg_vertex: 0 },
+        }
+    }
+}
+
+impl FeatureDistance {
+    /// This overlap, or the one ended by moving the peg's `point` by `out` (hole frame) if that is
+    /// shorter.
+    pub(super) fn or_shallower(self, point: Vector3<f64>, out: Vector3<f64>, feature: Feature) -> Self {
+        let distance = out.norm();
+        if self.value < 0.0 && distance >= -self.value {
+            return self;
+        }
+        let normal = if distance > 0.0 { out / distance } else { Vector3::z() };
+        FeatureDistance { value: -distance, point, normal, in_peg: false, feature }
+    }
+}
+
+/// Receives distances of a sweep.
+pub(super) trait Sink {
+    /// Whether near misses are wanted, or only the smallest.
+    const ALL: bool;
+    /// Distances from here on are of no interest.
+    fn reach(&self) -> f64;
+    /// Receives a distance below [`Sink::reach`].
+    fn take(&mut self, candidate: FeatureDistance);
+}

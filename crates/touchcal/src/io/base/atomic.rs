@@ -1,0 +1,61 @@
+//! Files that are written whole or not at all.
+
+use std::fs::File;
+use std::io::Write;
+use std::path::Path;
+
+use crate::io::base::error::IoError;
+
+/// Writes `bytes` to `path`: to a temporary file in the same folder, which then takes the name.
+/// Whoever reads `path` meanwhile sees the old content or the new, never a part. Missing folders
+/// are made.
+///
+/// # Errors
+/// If the folder cannot be made or the file not written; `path` is then as it was.
+pub fn write(path: &Path, bytes: &[u8]) -> Result<(), IoError> {
+    write_by(path, |file| file.write_all(bytes).map_err(|source| IoError::file(path, "write", source)))
+}
+
+/// The same of what `content` writes, bit by bit.
+///
+/// # Errors
+/// As [`write()`], and those of `content`.
+pub fn write_by(path: &Path, content: impl FnOnce(&mut File) -> Result<(), IoError>) -> Result<(), IoError> {
+    let folder = match path.parent() {
+        Some(parent) if !parent.as_os_str().is_empty() => parent,
+        _ => Path::new("."),
+    };
+    std::fs::create_dir_all(folder).map_err(|source| IoError::file(folder, "make the folder", source))?;
+    let failed = |source| IoError::file(path, "write", source);
+    let mut temporary = builder().tempfile_in(folder).map_err(failed)?;
+    content(temporary.as_file_mut())?;
+    // Without this, a power cut after the rename could leave an empty file under the final name.
+    temporary.as_file().sync_all().map_err(failed)?;
+    temporary.persist(path).map_err(|error| failed(error.error))?;
+    Ok(())
+}
+
+/// Removes a file.
+///
+/// # Errors
+/// If it cannot be removed.
+pub fn remove(path: &Path) -> Result<(), IoError> {
+    std::fs::remove_file(path).map_err(|source| IoError::file(path, "remove", source))
+}
+
+/// Temporary files are private by default, which the final file should not be: let the user's umask
+/// decide.
+#[cfg(unix)]
+fn builder() -> tempfile::Builder<'static, 'static> {
+    use std::os::unix::fs::PermissionsExt;
+    let mut builder = tempfile::Builder::new();
+    builder.prefix(".touchcal-").permissions(std::fs::Permissions::from_mode(0o666));
+    builder
+}
+
+#[cfg(not(unix))]
+fn builder() -> tempfile::Builder<'static, 'static> {
+    let mut builder = tempfile::Builder::new();
+    builder.prefix(".touchcal-");
+    builder
+}

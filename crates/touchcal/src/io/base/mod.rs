@@ -1,0 +1,11 @@
+//! What all readers and writers share: bytes with a bound, whole files, errors with their place.
+
+pub mod atomic;
+pub(super) mod bytes;
+pub(crate) mod csv;
+pub(super) mod error;
+#[cfg(feature = "parquet")]
+pub(super) mod number_columns;
+pub(super) mod paths;
+pub(super) mod suggest;
+pub(super) mod toml_text;

@@ -1,0 +1,44 @@
+//! A log in memory: columns of numbers, under the names that a file's header has.
+
+use super::numbers::NumberRows;
+use super::options::Options;
+use crate::contact::{ContactIngest, ContactLog};
+use crate::io::base::bytes::{self, Input};
+use crate::io::base::error::{IoError, Place};
+use crate::robot::Robot;
+
+/// Columns of numbers.
+pub struct Columns<'a> {
+    /// Their names, as in the header of a file.
+    pub names: &'a [String],
+    /// How many rows they have.
+    pub rows: usize,
+    /// The number in a row and column. Called for columns with a known name only.
+    pub value: &'a dyn Fn(usize, usize) -> f64,
+}
+
+/// Adds the contacts of columns in memory to `log`, as [`super::read_file`] does those of a file,
+/// and returns their fingerprint; `name` stands for the file in messages, the first row is line 1.
+///
+/// # Errors
+/// As [`super::read_file`].
+pub fn read_columns(
+    columns: &Columns<'_>,
+    name: &str,
+    robot: &Robot,
+    options: &Options,
+    log: &mut ContactLog,
+) -> Result<Input, IoError> {
+    let names: Vec<&[u8]> = columns.names.iter().map(|name| name.as_bytes()).collect();
+    let at = |file: &str, row| Place::file(file).line(row);
+    let mut ingest = ContactIngest::new(robot, name, options.ingest(), log);
+    let mut rows = NumberRows::new(&names, (name, at), (robot, options), &mut ingest)?;
+    let used: Vec<usize> = rows.used().map(|(column, _)| column).collect();
+    for row in 0..columns.rows {
+        rows.take(|k| (columns.value)(row, used[k]))?;
+    }
+    rows.finish()?;
+    let values = (0..columns.rows).flat_map(|row| used.iter().map(move |&column| (columns.value)(row, column)));
+    let sha256 = bytes::sha256_of_parts(values.map(f64::to_le_bytes));
+    Ok(Input { path: name.to_owned(), sha256 })
+}

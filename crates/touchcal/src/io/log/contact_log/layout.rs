@@ -1,0 +1,252 @@
+//! Which column of a log holds what.
+
+use super::joints::{WRENCH, check_renames, joint_order, scale};
+use super::kuka;
+use super::options::Options;
+use crate::contact::AngleUnit;
+use crate::io::base::csv::{Separator, hint, names, same, shown_names};
+use crate::io::base::error::{IoError, Place, quoted};
+use crate::io::base::suggest::{did_you_mean, list};
+use crate::robot::{JointKind, Robot};
+
+/// What a column holds; the discriminant of a joint is its place in the chain's order.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Holds {
+    /// Position of a moving joint.
+    Joint(usize),
+    /// Force component 0…2, torque component 3…5.
+    Wrench(usize),
+    /// Contact flag.
+    Contact,
+}
+
+impl Holds {
+    /// What is expected there, in words.
+    pub(crate) fn expected(self, robot: &Robot, options: &Options) -> &'static str {
+        let prismatic = |joint| robot.moving().nth(joint).is_some_and(|joint| joint.kind == JointKind::Prismatic);
+        match self {
+            Holds::Joint(joint) if prismatic(joint) => "a number in metres",
+            Holds::Joint(_) if options.unit == AngleUnit::Degree => "a number in degrees",
+            Holds::Joint(_) => "a number in radians",
+            Holds::Wrench(0..3) => "a number in N",
+            Holds::Wrench(_) => "a number in Nm",
+            Holds::Contact => "0, 1, true or false",
+        }
+    }
+}
+
+/// Layout of a log.
+#[derive(Debug)]
+pub(crate) struct Layout {
+    /// Number of columns of every row.
+    pub(crate) columns: usize,
+    /// Used columns in ascending order: index in the row, meaning, name.
+    pub(crate) used: Vec<(usize, Holds, String)>,
+    /// For each moving joint, what to multiply its column with to get rad or m.
+    pub(crate) scale: Vec<f64>,
+    /// Whether the first line is a header.
+    pub(crate) has_header: bool,
+    /// Whether joints are named as KUKA's recorder does.
+    pub(crate) from_recorder: bool,
+    pub(crate) separator: Separator,
+}
+
+impl Layout {
+    /// Understands the first line of a file.
+    pub(crate) fn of(first: &[u8], place: Place, robot: &Robot, options: &Options) -> Result<Layout, IoError> {
+        if let Some(header) = &options.header {
+            return Layout::declared(header, Separator::Comma.fields(first).count(), place, robot, options);
+        }
+        let (first, separator) = match first.strip_prefix(kuka::HEADER) {
+            Some(names) => (names, Separator::Blanks),
+            None => (first, Separator::Comma),
+        };
+        let cells: Vec<&[u8]> = separator.fields(first).collect();
+        let numeric = cells.iter().filter(|cell| number(cell).is_some()).count();
+        // Someone's header may hold a number, and a row a broken one: the majority decides.
+        if 2 * numeric < cells.len() {
+            return Ok(Layout { separator, ..Layout::named(&cells, place, robot, options)? });
+        }
+        let order = joint_order(&place.file, robot, options)?;
+        let used = in_order(&cells, &place, robot, &order)?;
+        check_wrench(&used, options, place, || "no header".to_owned())?;
+        Ok(Layout {
+            columns: cells.len(),
+            scale: scale(robot, options),
+            has_header: false,
+            from_recorder: false,
+            separator,
+            used,
+        })
+    }
+
+    /// The layout of a file whose first line is a row of so many `columns`.
+    fn declared(
+        header: &[String],
+        columns: usize,
+        place: Place,
+        robot: &Robot,
+        options: &Options,
+    ) -> Result<Layout, IoError> {
+        if header.len() != columns {
+            let expected = format!("{} columns, as `header` declares", header.len());
+            return Err(IoError::unexpected(place, expected, format!("{columns}")));
+        }
+        let names: Vec<&[u8]> = header.iter().map(String::as_bytes).collect();
+        let layout = Layout::named(&names, Place::file(place.file).field("header"), robot, options)?;
+        Ok(Layout { has_header: false, ..layout })
+    }
+
+    /// Understands the names of columns.
+    pub(crate) fn named(cells: &[&[u8]], place: Place, robot: &Robot, options: &Options) -> Result<Layout, IoError> {
+        let order = joint_order(&place.file, robot, options)?;
+        let used = by_name(cells, &place, robot, options, &order)?;
+        check_wrench(&used, options, place, || names(cells))?;
+        let is_joint =
+            |(_, holds, name): &(usize, Holds, String)| matches!(holds, Holds::Joint(_)) && kuka::usual(name).is_some();
+        Ok(Layout {
+            columns: cells.len(),
+            scale: scale(robot, options),
+            has_header: true,
+            from_recorder: used.iter().any(is_joint),
+            separator: Separator::Comma,
+            used,
+        })
+    }
+
+    /// The names of the joints' columns, in the chain's order.
+    pub(crate) fn joint_names(&self, dof: usize) -> Vec<String> {
+        let name = |joint| self.used.iter().find(|(_, holds, _)| *holds == Holds::Joint(joint));
+        (0..dof).map(|joint| name(joint).map_or(String::new(), |(_, _, name)| name.clone())).collect()
+    }
+}
+
+/// Checks that columns have as much of a wrench as is needed.
+fn check_wrench(
+    used: &[(usize, Holds, String)],
+    options: &Options,
+    place: Place,
+    found: impl Fn() -> String,
+) -> Result<(), IoError> {
+    if (0..options.wrench_parts()).all(|k| used.iter().any(|(_, holds, _)| *holds == Holds::Wrench(k))) {
+        return Ok(());
+    }
+    let expected = match options.load {
+        Some(_) => "columns fx, fy, fz, tx, ty and tz, which a load needs",
+        None => "columns fx, fy and fz, which a force threshold needs",
+    };
+    Err(IoError::unexpected(place, expected, found()))
+}
+
+/// Finds columns by their names.
+fn by_name(
+    cells: &[&[u8]],
+    place: &Place,
+    robot: &Robot,
+    options: &Options,
+    order: &[usize],
+) -> Result<Vec<(usize, Holds, String)>, IoError> {
+    let mut header = Vec::with_capacity(cells.len());
+    for cell in cells {
+        let name = std::str::from_utf8(cell).map_err(|_| {
+            IoError::unexpected(place.clone(), "column names in UTF-8", quoted(&String::from_utf8_lossy(cell)))
+        })?;
+        header.push(name);
+    }
+    let search = Search { header: &header, place, options };
+    check_renames(&place.file, robot, options)?;
+    let mut used = Vec::new();
+    for (index, joint) in robot.moving().enumerate() {
+        let number = 1 + order.iter().position(|at| *at == index).unwrap_or(index);
+        let numbered = format!("q{number}");
+        let column = match search.column(&joint.name)? {
+            Some(column) => Some(column),
+            None => search.column(&numbered)?,
+        };
+        let Some(column) = column else {
+            let expected = format!("a column for every joint: `{}` or `{numbered}`", joint.name);
+            let near = match hint(cells) {
+                "" => misspelt(&joint.name, &numbered, &header, robot),
+                hint => hint.to_owned(),
+            };
+            let found = format!("{}{near}", names(cells));
+            return Err(IoError::unexpected(place.clone(), expected, found));
+        };
+        used.push((column, Holds::Joint(index), header[column].to_owned()));
+    }
+    for (k, name) in WRENCH.iter().enumerate() {
+        used.extend(search.column(name)?.map(|column| (column, Holds::Wrench(k), (*name).to_owned())));
+    }
+    used.extend(search.column("contact")?.map(|column| (column, Holds::Contact, "contact".to_owned())));
+    used.sort_by_key(|(column, _, _)| *column);
+    if let Some(pair) = used.windows(2).find(|pair| pair[0].0 == pair[1].0) {
+        return Err(IoError::unexpected(
+            place.clone(),
+            "a column for each purpose",
+            format!("`{}` for two", pair[0].2),
+        ));
+    }
+    Ok(used)
+}
+
+/// The first column that is no joint's and looks like this joint's with a typing error.
+fn misspelt(joint: &str, numbered: &str, header: &[&str], robot: &Robot) -> String {
+    let known = |name: &str| {
+        let number = (1..=robot.dof()).any(|number| same(&format!("q{number}"), name));
+        number || robot.moving().any(|joint| same(&joint.name, name))
+    };
+    let near = header.iter().map(|name| name.trim()).filter(|name| !known(name)).find_map(|name| {
+        let hint = did_you_mean(name, [joint, numbered]);
+        (!hint.is_empty()).then(|| format!(" ({}{hint})", quoted(name)))
+    });
+    near.unwrap_or_default()
+}
+
+/// The columns of a file without header: joints in order, nothing else.
+fn in_order(
+    cells: &[&[u8]],
+    place: &Place,
+    robot: &Robot,
+    order: &[usize],
+) -> Result<Vec<(usize, Holds, String)>, IoError> {
+    if cells.len() != order.len() {
+        let joints = list(robot.moving().map(|joint| joint.name.as_str()));
+        let expected = format!("{} columns, the joints in order ({joints}), or a header", order.len());
+        let found = format!("{} columns{}", cells.len(), hint(cells));
+        return Err(IoError::unexpected(place.clone(), expected, found));
+    }
+    Ok(order.iter().enumerate().map(|(k, joint)| (k, Holds::Joint(*joint), format!("q{}", k + 1))).collect())
+}
+
+struct Search<'a> {
+    header: &'a [&'a str],
+    place: &'a Place,
+    options: &'a Options,
+}
+
+impl Search<'_> {
+    /// The only column of that usual name, or of the name it goes by in this file.
+    fn column(&self, usual: &str) -> Result<Option<usize>, IoError> {
+        let renamed = self.options.columns.iter().find(|(key, _)| same(key, usual)).map(|(_, name)| name.as_str());
+        let name = renamed.unwrap_or(usual);
+        let recorded = |column: &str| renamed.is_none() && kuka::usual(column).is_some_and(|name| same(&name, usual));
+        let is = |k: &usize| same(self.header[*k], name) || recorded(self.header[*k]);
+        let mut columns = (0..self.header.len()).filter(is);
+        match (columns.next(), columns.next()) {
+            (Some(first), Some(second)) => {
+                let found = format!("`{name}` twice (columns {} and {})", first + 1, second + 1);
+                Err(IoError::unexpected(self.place.clone(), "distinct column names", found))
+            }
+            (None, _) if renamed.is_some() => {
+                let expected = format!("column `{name}`, which holds `{usual}`");
+                let found = format!("{}{}", shown_names(self.header), did_you_mean(name, self.header.iter().copied()));
+                Err(IoError::unexpected(self.place.clone(), expected, found))
+            }
+            (column, _) => Ok(column),
+        }
+    }
+}
+
+fn number(cell: &[u8]) -> Option<f64> {
+    std::str::from_utf8(cell).ok()?.parse().ok()
+}

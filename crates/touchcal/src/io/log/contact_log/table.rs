@@ -1,0 +1,147 @@
+//! A whole log, of whatever format, to be written in another: joint positions in rad and m under
+//! the joints' names, the wrench and the flag.
+
+use std::fs::File;
+use std::io::{BufWriter, Write};
+use std::path::Path;
+
+use flate2::Compression;
+use flate2::write::GzEncoder;
+
+use super::joints::WRENCH;
+use super::layout::Holds;
+use super::options::Options;
+use super::reader::{log_in, read_into};
+use super::rows::RowSink;
+use crate::contact::{LogFull, MAX_CONTACTS, Row};
+use crate::io::base::atomic;
+use crate::io::base::error::{IoError, Place};
+use crate::robot::Robot;
+
+/// The rows of a log, in contact or not.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct LogTable {
+    joints: Vec<String>,
+    /// What follows the joints in a row.
+    extras: Vec<Holds>,
+    values: Vec<f64>,
+    notes: Vec<String>,
+}
+
+impl LogTable {
+    /// Reads all rows of a log. [`Options::detection`] says nothing here; the wrenches of a bag are
+    /// read if [`Options::wrench_topic`] is given.
+    ///
+    /// # Errors
+    /// As [`read_file`](super::read_file).
+    pub fn read_file(path: &Path, robot: &Robot, options: &Options) -> Result<LogTable, IoError> {
+        let joints = robot.moving().map(|joint| joint.name.clone()).collect();
+        let mut table = LogTable { joints, ..LogTable::default() };
+        let options = Options { detection: None, ..options.clone() };
+        read_into(&log_in(path)?, robot, &options, &mut table)?;
+        Ok(table)
+    }
+
+    /// Writes the log, as what the file's name ends in says: `.csv`, `.csv.gz`, or `.parquet`
+    /// (cargo feature `parquet`).
+    ///
+    /// # Errors
+    /// If it ends in something else, or cannot be written.
+    pub fn write_file(&self, path: &Path) -> Result<(), IoError> {
+        let name = path.display().to_string();
+        let failed = |source| IoError::file(path, "write", source);
+        let lower = name.to_ascii_lowercase();
+        if lower.ends_with(".csv") {
+            atomic::write_by(path, |file| self.write_csv(file).map_err(failed))
+        } else if lower.ends_with(".csv.gz") {
+            atomic::write_by(path, |file| {
+                let mut packed = GzEncoder::new(file, Compression::default());
+                self.write_csv(&mut packed).and_then(|()| packed.finish().map(drop)).map_err(failed)
+            })
+        } else if lower.ends_with(".parquet") && cfg!(feature = "parquet") {
+            atomic::write_by(path, |file| self.write_parquet(file, &name))
+        } else {
+            let formats = if cfg!(feature = "parquet") { ".csv, .csv.gz or .parquet" } else { ".csv or .csv.gz" };
+            Err(IoError::unexpected(Place::file(name), format!("a name that ends in {formats}"), "another"))
+        }
+    }
+
+    /// Names of the columns: joints, then what there is of `fx`…`tz` and `contact`.
+    pub fn columns(&self) -> Vec<&str> {
+        let extra = |holds: &Holds| match holds {
+            Holds::Wrench(k) => WRENCH[*k],
+            _ => "contact",
+        };
+        self.joints.iter().map(String::as_str).chain(self.extras.iter().map(extra)).collect()
+    }
+
+    /// The rows: rad, m, N, N m; the flag 0 or 1.
+    pub fn rows(&self) -> impl ExactSizeIterator<Item = &[f64]> {
+        self.values.chunks_exact((self.joints.len() + self.extras.len()).max(1))
+    }
+
+    /// What was taken for granted in reading.
+    pub fn notes(&self) -> &[String] {
+        &self.notes
+    }
+
+    fn write_csv(&self, into: impl Write) -> std::io::Result<()> {
+        let mut into = BufWriter::new(into);
+        // A joint's name may hold whatever XML allows.
+        let quoted = self
+            .columns()
+            .into_iter()
+            .map(|name| if name.contains(',') { format!("\"{name}\"") } else { name.to_owned() });
+        writeln!(into, "{}", quoted.collect::<Vec<_>>().join(","))?;
+        for row in self.rows() {
+            for (k, value) in row.iter().enumerate() {
+                let comma = if k == 0 { "" } else { "," };
+                write!(into, "{comma}{value}")?;
+            }
+            writeln!(into)?;
+        }
+        into.flush()
+    }
+
+    #[cfg(feature = "parquet")]
+    fn write_parquet(&self, file: &mut File, name: &str) -> Result<(), IoError> {
+        super::parquet::write(file, &self.columns(), self.rows())
+            .map_err(|error| IoError::syntax(Place::file(name), error.to_string()))
+    }
+
+    #[cfg(not(feature = "parquet"))]
+    fn write_parquet(&self, _: &mut File, _: &str) -> Result<(), IoError> {
+        Ok(())
+    }
+}
+
+impl RowSink for LogTable {
+    fn set_extras(&mut self, extras: &[Holds]) {
+        self.extras = extras.to_vec();
+    }
+
+    fn push(&mut self, _: u64, row: &Row) -> Result<(), LogFull> {
+        if self.rows().len() >= MAX_CONTACTS {
+            return Err(LogFull);
+        }
+        self.values.extend_from_slice(&row.q);
+        let extra = |holds: &Holds| match holds {
+            Holds::Wrench(k) => row.wrench[*k],
+            _ => f64::from(u8::from(row.flag)),
+        };
+        self.values.extend(self.extras.iter().map(extra));
+        Ok(())
+    }
+
+    fn rescale(&mut self, scale: &[f64]) {
+        for row in self.values.chunks_exact_mut((self.joints.len() + self.extras.len()).max(1)) {
+            row.iter_mut().zip(scale).for_each(|(q, scale)| *q *= scale);
+        }
+    }
+
+    fn note(&mut self, file: &str, note: &str) {
+        self.notes.push(format!("{file}: {note}"));
+    }
+
+    fn finish(&mut self, _: u64) {}
+}

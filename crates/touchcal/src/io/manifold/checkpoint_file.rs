@@ -1,0 +1,101 @@
+//! `checkpoint.safetensors`: training under way, schema 1.
+//!
+//! As a [weights file](crate::io::manifold::weights_file), with tensors `layers`, `first`, `second`
+//! (the gradients' means and squares) and `best`, and one entry of metadata, `touchcal_checkpoint`.
+
+use std::path::Path;
+
+use serde::{Deserialize, Serialize};
+
+use crate::io::base::bytes;
+use crate::io::base::error::{IoError, Place};
+use crate::io::manifold::network_entry::{NetworkEntry, Teacher};
+use crate::io::manifold::network_tensors;
+use crate::manifold::learned::{AdamState, BestWeights, Checkpoint, Network};
+
+/// The schema that this version writes and reads.
+pub const SCHEMA: u32 = 1;
+/// Largest file read (bytes).
+pub const MAX_BYTES: u64 = 4 << 30;
+
+const KEY: &str = "touchcal_checkpoint";
+const LAYERS: &str = "layers";
+const FIRST: &str = "first";
+const SECOND: &str = "second";
+const BEST: &str = "best";
+
+/// Training under way and what it learns from.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CheckpointFile {
+    /// Where training stands.
+    pub checkpoint: Checkpoint,
+    /// What it learns from.
+    pub teacher: Teacher,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Content {
+    network: NetworkEntry,
+    step: u64,
+    best: Option<BestEntry>,
+}
+
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct BestEntry {
+    loss: f64,
+    step: u64,
+}
+
+/// The bytes of a file: `checkpoint`, and what it learns from.
+///
+/// # Errors
+/// If the metadata is no JSON, which it always is when its numbers are finite.
+pub fn to_bytes(checkpoint: &Checkpoint, teacher: &Teacher) -> Result<Vec<u8>, IoError> {
+    let Checkpoint { options, scaling, network, adam, best } = checkpoint;
+    let content = Content {
+        network: NetworkEntry::new(scaling, options, teacher),
+        step: adam.steps,
+        best: best.as_ref().map(|best| BestEntry { loss: best.loss, step: best.step }),
+    };
+    let mut networks = vec![(LAYERS, network.layers()), (FIRST, &adam.first[..]), (SECOND, &adam.second[..])];
+    networks.extend(best.as_ref().map(|best| (BEST, best.network.layers())));
+    network_tensors::write(KEY, SCHEMA, content, &networks)
+}
+
+/// Reads a file's bytes; `file` is its name for messages.
+///
+/// # Errors
+/// If they are no such file, whole and of this schema, or its weights don't fit what it says of
+/// them.
+pub fn from_bytes(bytes: &[u8], file: &str) -> Result<CheckpointFile, IoError> {
+    bytes::check_size(bytes.len() as u64, MAX_BYTES, file)?;
+    let (tensors, Content { network: entry, step, best }) = network_tensors::read::<Content>(bytes, file, KEY, SCHEMA)?;
+    entry.check(file)?;
+    let widths = entry.widths();
+    let misfit = |error| IoError::syntax(Place::file(file).field("tensors"), format!("{error}"));
+    let network = |prefix| Network::new(tensors.layers(prefix, widths)?).map_err(misfit);
+    let adam =
+        AdamState { first: tensors.layers(FIRST, widths)?, second: tensors.layers(SECOND, widths)?, steps: step };
+    let best = match best {
+        Some(BestEntry { loss, step }) => Some(BestWeights { network: network(BEST)?, loss, step }),
+        None => None,
+    };
+    if let Some(later) = best.as_ref().filter(|best| best.step > step) {
+        let place = Place::file(file).field("metadata, best");
+        return Err(IoError::unexpected(place, format!("a step up to {step}"), format!("{}", later.step)));
+    }
+    let checkpoint =
+        Checkpoint { options: entry.options(), scaling: entry.scaling(), network: network(LAYERS)?, adam, best };
+    Ok(CheckpointFile { checkpoint, teacher: entry.teacher().clone() })
+}
+
+/// Reads a file.
+///
+/// # Errors
+/// As [`from_bytes`], and if the file cannot be read.
+pub fn read_file(path: &Path) -> Result<CheckpointFile, IoError> {
+    let (bytes, input) = bytes::read_all(path, MAX_BYTES)?;
+    from_bytes(&bytes, &input.path)
+}

@@ -1,0 +1,200 @@
+//! `manifold.safetensors`: a contact manifold as samples, with where they came from, schema 1.
+//!
+//! One tensor, `poses`: a row a sample, six numbers of 64 bits, `fixture_from_tool` as x, y, z (m),
+//! roll, pitch, yaw (rad). One entry of metadata, `touchcal_manifold`: JSON with the
+//! [`Provenance`], units and names in it.
+
+use std::collections::HashMap;
+use std::path::Path;
+
+use safetensors::tensor::TensorView;
+use safetensors::{Dtype, SafeTensors};
+use serde::{Deserialize, Serialize};
+
+use crate::io::base::bytes::{self, Input};
+use crate::io::base::error::{IoError, Place, quoted};
+use crate::io::manifold::pose_file::{self, MAX_POSES, no_samples};
+use crate::manifold::PoseSamples;
+use crate::manifold::coordinates::{Coordinates, Metric};
+
+/// The schema that this version writes and reads.
+pub const SCHEMA: u32 = 1;
+/// Largest file read (bytes): [`MAX_POSES`] and their header.
+pub const MAX_BYTES: u64 = MAX_POSES as u64 * ROW as u64 + (1 << 20);
+
+const TENSOR: &str = "poses";
+const ENTRY: &str = "touchcal_manifold";
+const POSE: &str = "fixture_from_tool";
+const COLUMNS: [&str; 6] = ["x_m", "y_m", "z_m", "roll_rad", "pitch_rad", "yaw_rad"];
+/// Bytes of a row.
+const ROW: usize = 6 * size_of::<f64>();
+/// Longest radian (m) of a metric.
+const LONGEST_RADIAN: f64 = 1e3;
+
+/// Samples of a contact manifold and where they came from.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ManifoldFile {
+    /// The samples.
+    pub samples: PoseSamples,
+    /// Where they came from.
+    pub provenance: Provenance,
+}
+
+/// Where samples of a manifold came from.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Provenance {
+    /// The fixture that was touched; empty if not known.
+    pub fixture: String,
+    /// Poses that were recorded, before thinning.
+    pub recorded: u64,
+    /// Distance (m) to which they were thinned; 0 if not at all.
+    pub spacing: f64,
+    /// Length of a radian (m) in that distance.
+    pub metres_per_radian: f64,
+    /// Files that were read.
+    pub inputs: Vec<Input>,
+    /// Version of this crate that wrote the file.
+    pub version: String,
+}
+
+impl Provenance {
+    /// The metric of the spacing.
+    pub fn metric(&self) -> Metric {
+        Metric { metres_per_radian: self.metres_per_radian }
+    }
+}
+
+/// The metadata as written.
+#[derive(Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Entry {
+    schema: u32,
+    pose: String,
+    columns: Vec<String>,
+    /// SHA-256 of the tensor's bytes: the format itself does not notice damaged numbers.
+    sha256: String,
+    provenance: Provenance,
+}
+
+impl ManifoldFile {
+    /// The file's bytes.
+    ///
+    /// # Errors
+    /// If the provenance is no JSON, which it always is when its numbers are finite.
+    pub fn to_bytes(&self) -> Result<Vec<u8>, IoError> {
+        let failed = |error: String| IoError::syntax(Place::file("manifold"), error);
+        let poses = self.samples.coordinates();
+        let data: Vec<u8> = poses.iter().flatten().flat_map(|value| value.to_le_bytes()).collect();
+        let entry = Entry {
+            schema: SCHEMA,
+            pose: POSE.to_owned(),
+            columns: COLUMNS.map(str::to_owned).to_vec(),
+            sha256: bytes::sha256(&data),
+            provenance: self.provenance.clone(),
+        };
+        let entry = serde_json::to_string(&entry).map_err(|error| failed(error.to_string()))?;
+        let tensor = TensorView::new(Dtype::F64, vec![poses.len(), 6], &data);
+        let tensor = tensor.map_err(|error| failed(error.to_string()))?;
+        let metadata = HashMap::from([(ENTRY.to_owned(), entry)]);
+        safetensors::serialize([(TENSOR, tensor)], Some(metadata)).map_err(|error| failed(error.to_string()))
+    }
+
+    /// Reads a file's bytes; `file` is its name for messages.
+    ///
+    /// # Errors
+    /// If they are no such file, whole and of this schema, or hold no samples of a manifold.
+    pub fn from_bytes(bytes: &[u8], file: &str) -> Result<ManifoldFile, IoError> {
+        bytes::check_size(bytes.len() as u64, MAX_BYTES, file)?;
+        let place = || Place::file(file);
+        let damaged = |error| IoError::unexpected(place(), "a whole safetensors file", format!("{error}"));
+        let (_, header) = SafeTensors::read_metadata(bytes).map_err(damaged)?;
+        let tensors = SafeTensors::deserialize(bytes).map_err(damaged)?;
+        let Some(entry) = header.metadata().as_ref().and_then(|metadata| metadata.get(ENTRY)) else {
+            let found = format!("a file without it, of {} tensors", tensors.len());
+            return Err(IoError::unexpected(place().field("metadata"), format!("entry `{ENTRY}`"), found));
+        };
+        let Entry { sha256, provenance, .. } = read_entry(entry, file)?;
+        let tensor = place().field(format!("tensor `{TENSOR}`"));
+        let Ok(poses) = tensors.tensor(TENSOR) else {
+            return Err(IoError::unexpected(tensor, "one", "none"));
+        };
+        match (poses.dtype(), poses.shape()) {
+            (Dtype::F64, [_, 6]) => {}
+            (kind, shape) => {
+                return Err(IoError::unexpected(tensor, "F64 of shape [n, 6]", format!("{kind:?} of shape {shape:?}")));
+            }
+        }
+        if bytes::sha256(poses.data()) != sha256 {
+            return Err(IoError::unexpected(tensor, format!("numbers of SHA-256 {sha256}"), "damaged ones"));
+        }
+        let samples = PoseSamples::new(rows(poses.data())).map_err(|error| no_samples(tensor, &error))?;
+        if provenance.recorded < samples.len() as u64 {
+            let expected = format!("at least the {} samples", samples.len());
+            return Err(IoError::unexpected(place().field("recorded"), expected, format!("{}", provenance.recorded)));
+        }
+        Ok(ManifoldFile { samples, provenance })
+    }
+
+    /// Reads a file, and its fingerprint.
+    ///
+    /// # Errors
+    /// As [`from_bytes`](ManifoldFile::from_bytes), and if the file cannot be read.
+    pub fn read_file(path: &Path) -> Result<(ManifoldFile, Input), IoError> {
+        let (bytes, input) = bytes::read_all(path, MAX_BYTES)?;
+        Ok((ManifoldFile::from_bytes(&bytes, &input.path)?, input))
+    }
+}
+
+/// Reads samples from a manifold file, with the metric in which they were thinned, or else from a
+/// file of poses.
+///
+/// # Errors
+/// As [`ManifoldFile::read_file`] of a file named `*.safetensors`, and [`pose_file::read_file`] of
+/// any other.
+pub fn read_samples(path: &Path) -> Result<(PoseSamples, Option<Metric>, Input), IoError> {
+    if path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("safetensors")) {
+        let (file, input) = ManifoldFile::read_file(path)?;
+        let metric = file.provenance.metric();
+        return Ok((file.samples, Some(metric), input));
+    }
+    let (samples, input) = pose_file::read_file(path)?;
+    Ok((samples, None, input))
+}
+
+/// The rows of a tensor; the format has already checked that they are whole.
+fn rows(data: &[u8]) -> Vec<Coordinates> {
+    let number = |row: &[u8], k: usize| row[8 * k..].first_chunk().map_or(f64::NAN, |bytes| f64::from_le_bytes(*bytes));
+    data.chunks_exact(ROW).map(|row| std::array::from_fn(|k| number(row, k))).collect()
+}
+
+fn read_entry(text: &str, file: &str) -> Result<Entry, IoError> {
+    /// Read first, so that a later schema gets the right message.
+    #[derive(Deserialize)]
+    struct Head {
+        schema: u32,
+    }
+    let place = |field: &str| Place::file(file).field(format!("metadata, {field}"));
+    let syntax = |error: serde_json::Error| IoError::syntax(place(ENTRY), error.to_string());
+    let Head { schema } = serde_json::from_str(text).map_err(syntax)?;
+    if schema != SCHEMA {
+        return Err(IoError::unexpected(place("schema"), format!("schema {SCHEMA}"), format!("{schema}")));
+    }
+    let entry: Entry = serde_json::from_str(text).map_err(syntax)?;
+    let Entry { pose, columns, provenance, .. } = &entry;
+    if pose != POSE {
+        return Err(IoError::unexpected(place("pose"), format!("{POSE:?}"), quoted(pose)));
+    }
+    if columns != &COLUMNS {
+        return Err(IoError::unexpected(place("columns"), COLUMNS.join(","), quoted(&columns.join(","))));
+    }
+    let &Provenance { spacing, metres_per_radian, .. } = provenance;
+    if !(spacing.is_finite() && spacing >= 0.0) {
+        return Err(IoError::unexpected(place("spacing"), "a number of at least 0", format!("{spacing}")));
+    }
+    if !(metres_per_radian > 0.0 && metres_per_radian <= LONGEST_RADIAN) {
+        let expected = format!("a positive number, at most {LONGEST_RADIAN}");
+        return Err(IoError::unexpected(place("metres_per_radian"), expected, format!("{metres_per_radian}")));
+    }
+    Ok(entry)
+}

@@ -1,0 +1,5 @@
+//! Calibration problems.
+
+pub(super) mod loaded;
+pub mod mukca;
+pub mod problem_file;

@@ -1,0 +1,264 @@
+//! Folders of ball-in-socket logs in the layout of the MUKCa project: `DIR/PLACEMENT/hole_N.csv`.
+//!
+//! Each file holds joint angles (rad, a row a contact, no header) of an arm whose ball sits in
+//! socket N of a tool that stands somewhere unknown; neighbouring sockets of one placement are a
+//! known distance apart.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use nalgebra::Isometry3;
+
+use crate::contact::ContactLog;
+use crate::estimate::{Distance, Fixture, Loss, Noise, PlacePrior, Problem, Tool};
+use crate::io::base::bytes::Input;
+use crate::io::base::error::{IoError, Place, quoted};
+use crate::io::base::paths::relative;
+use crate::io::base::suggest::{did_you_mean, list};
+use crate::io::base::toml_text::{number, quoted as toml_quoted};
+use crate::io::log::contact_log;
+use crate::io::problem::loaded::Loaded;
+use crate::io::robot::urdf::UrdfFile;
+use crate::manifold::BallInSocket;
+use crate::parameter::{joint_compliance, joint_origin};
+use crate::robot::Robot;
+
+/// Scale of the loss in standard deviations: misfits of real arms are no outliers, a ball out of
+/// its socket is.
+const LOSS_SCALE: f64 = 8.0;
+/// How far the ball may sit from where the URDF draws it (m).
+const BALL_SIGMA: f64 = 2e-3;
+/// Most entries of one folder looked at.
+const MAX_ENTRIES: usize = 10_000;
+
+/// Which placements are read, and what is known of the tool.
+#[derive(Clone, Debug, PartialEq)]
+pub struct MukcaOptions {
+    /// Names of the placements to read; none: all.
+    pub only: Vec<String>,
+    /// Names of placements to leave out.
+    pub except: Vec<String>,
+    /// Distance of neighbouring sockets (m).
+    pub spacing: f64,
+    /// Its standard deviation (m).
+    pub spacing_sigma: f64,
+    /// Measurement noise.
+    pub noise: Noise,
+    /// Whether the joints' compliance under gravity is estimated too.
+    pub joint_compliance: bool,
+}
+
+impl Default for MukcaOptions {
+    /// All placements, 50 ± 0.05 mm as the tool is printed, 0.2 mm of contact noise, about what a
+    /// fitted arm leaves, and an arm that does not bend.
+    fn default() -> Self {
+        MukcaOptions {
+            only: Vec::new(),
+            except: Vec::new(),
+            spacing: 50e-3,
+            spacing_sigma: 0.05e-3,
+            noise: Noise { encoder: 0.0, contact: 0.2e-3, is_estimated: true },
+            joint_compliance: false,
+        }
+    }
+}
+
+/// Reads a folder for the arm of `urdf`, whose tip link carries the ball: its place is estimated,
+/// every socket's is too, and the parameters are those of the full geometric model, and compliances
+/// if asked for. Fixtures are named `PLACEMENT/N` and sorted by placement and N.
+///
+/// # Errors
+/// If the folder has no such files, a named placement is not there, or a file is no log of this
+/// arm.
+pub fn read(folder: &Path, urdf: UrdfFile, options: &MukcaOptions) -> Result<Loaded, IoError> {
+    let UrdfFile { robot, text, input } = urdf;
+    check(options, folder)?;
+    let placements = chosen(placements(folder)?, options, folder)?;
+    let mut inputs = vec![input];
+    let mut fixtures: Vec<Fixture> = Vec::new();
+    let mut distances = Vec::new();
+    let mut contacts = ContactLog::new(robot.dof());
+    for placement in &placements {
+        let mut before: Option<u32> = None;
+        for (number, path) in &placement.holes {
+            let index = fixtures.len();
+            fixtures.push(socket(&placement.name, *number));
+            inputs.push(read_hole(path, index, &robot, &mut contacts)?);
+            if before.is_some_and(|before| before.checked_add(1) == Some(*number)) {
+                let (distance, sigma) = (options.spacing, options.spacing_sigma);
+                distances.push(Distance { between: (index - 1, index), distance, sigma });
+            }
+            before = Some(*number);
+        }
+    }
+    let tool = Tool {
+        tip_from_tool: Isometry3::identity(),
+        prior: PlacePrior::Gaussian { sigma: BALL_SIGMA, sigma_angle: 0.0 },
+    };
+    let mut parameters = joint_origin(&robot);
+    if options.joint_compliance {
+        parameters.extend(joint_compliance(&robot));
+    }
+    let problem = Problem {
+        distances,
+        noise: options.noise,
+        parameters,
+        joint_drift: true,
+        loss: Loss::GemanMcClure(LOSS_SCALE),
+        ..Problem::new(robot, tool, fixtures, contacts)
+    };
+    Ok(Loaded { problem, urdf: text, inputs })
+}
+
+/// The text of a `problem.toml` in `folder` that reads the same logs and poses the same problem as
+/// [`read`]: the arm of the URDF file `urdf`, whose link `tip` (none: the only leaf) carries the
+/// ball, and the logs in `logs`.
+///
+/// # Errors
+/// As [`read`] for the folder of logs and the options, and if a path cannot be resolved.
+pub fn problem_text(
+    folder: &Path,
+    logs: &Path,
+    (urdf, tip): (&Path, Option<&str>),
+    options: &MukcaOptions,
+) -> Result<String, IoError> {
+    check(options, logs)?;
+    let placements = chosen(placements(logs)?, options, logs)?;
+    let path = |file: &Path| Ok::<_, IoError>(toml_quoted(&relative(folder, file)?));
+    let mut text = String::from(
+        "# A ball is held in sockets while the arm moves around it; from the joint positions the arm's errors are\n\
+         # estimated. The tip link of the URDF is the ball. Nothing is known but how far apart neighbouring sockets are.\n\
+         # Paths are relative to this file. Lengths are in mm, angles in degrees, as the keys say.\n\n[robot]\n",
+    );
+    let mut line = |key: &str, value: &str| text.push_str(&format!("{key} = {value}\n"));
+    line("urdf", &path(urdf)?);
+    if let Some(tip) = tip {
+        line("tip", &toml_quoted(tip));
+    }
+    line("\n[tool]\nkind", "\"ball\"");
+    line("sigma_mm", &number(1e3 * BALL_SIGMA));
+    let name = |placement: &Placement, socket: u32| toml_quoted(&format!("{}/{socket}", placement.name));
+    let sockets = || placements.iter().flat_map(|placement| placement.holes.iter().map(move |hole| (placement, hole)));
+    for (placement, (socket, _)) in sockets() {
+        line("\n[[fixture]]\nname", &name(placement, *socket));
+        line("kind", "\"socket\"");
+        line("free", "true");
+    }
+    for placement in &placements {
+        let neighbours = placement.holes.windows(2).filter(|pair| pair[0].0.checked_add(1) == Some(pair[1].0));
+        for pair in neighbours {
+            let names = [&pair[0], &pair[1]].map(|(socket, _)| name(placement, *socket));
+            line("\n[[distance]]\nbetween", &format!("[{}]", names.join(", ")));
+            line("mm", &number(1e3 * options.spacing));
+            line("sigma_mm", &number(1e3 * options.spacing_sigma));
+        }
+    }
+    for (placement, (socket, file)) in sockets() {
+        line("\n[[contacts]]\nfile", &path(file)?);
+        line("fixture", &name(placement, *socket));
+    }
+    line("\n[noise]\nencoder_deg", &number(options.noise.encoder.to_degrees()));
+    line("contact_mm", &number(1e3 * options.noise.contact));
+    line("estimated", &options.noise.is_estimated.to_string());
+    let compliance = if options.joint_compliance { ", \"joint_compliance\"" } else { "" };
+    line("\n[estimate]\nparameters", &format!("[\"joint_origin\"{compliance}, \"joint_drift\"]"));
+    line("loss", "\"geman_mcclure\"");
+    line("loss_scale", &number(LOSS_SCALE));
+    Ok(text)
+}
+
+/// The placements that a folder holds, sorted.
+///
+/// # Errors
+/// If the folder cannot be read.
+pub fn placement_names(folder: &Path) -> Result<Vec<String>, IoError> {
+    Ok(placements(folder)?.into_iter().map(|placement| placement.name).collect())
+}
+
+struct Placement {
+    name: String,
+    /// Number and path of each file, sorted.
+    holes: Vec<(u32, PathBuf)>,
+}
+
+fn check(options: &MukcaOptions, folder: &Path) -> Result<(), IoError> {
+    let positive = |value: f64| value > 0.0 && value.is_finite();
+    for (value, name) in [(options.spacing, "spacing"), (options.spacing_sigma, "sigma of the spacing")] {
+        if !positive(value) {
+            let place = Place::file(folder.display().to_string()).field(name);
+            return Err(IoError::unexpected(place, "a positive length", format!("{value} m")));
+        }
+    }
+    Ok(())
+}
+
+fn socket(placement: &str, number: u32) -> Fixture {
+    Fixture {
+        name: format!("{placement}/{number}"),
+        manifold: Arc::new(BallInSocket),
+        base_from_fixture: None,
+        prior: PlacePrior::Flat,
+        placement: placement.to_owned(),
+    }
+}
+
+fn read_hole(path: &Path, fixture: usize, robot: &Robot, log: &mut ContactLog) -> Result<Input, IoError> {
+    let options = contact_log::Options { fixture, ..contact_log::Options::default() };
+    contact_log::read_file(path, robot, &options, log)
+}
+
+/// All subfolders that hold files `hole_N.csv`, sorted by name.
+fn placements(folder: &Path) -> Result<Vec<Placement>, IoError> {
+    let mut placements = Vec::new();
+    for path in entries(folder)? {
+        let Some(name) = path.file_name().and_then(|name| name.to_str()).filter(|_| path.is_dir()) else { continue };
+        let mut holes: Vec<(u32, PathBuf)> =
+            entries(&path)?.into_iter().filter_map(|file| Some((hole_number(&file)?, file))).collect();
+        holes.sort();
+        if !holes.is_empty() {
+            placements.push(Placement { name: name.to_owned(), holes });
+        }
+    }
+    if placements.is_empty() {
+        let place = Place::file(folder.display().to_string());
+        return Err(IoError::unexpected(place, "subfolders with files hole_0.csv, hole_1.csv, …", "none"));
+    }
+    Ok(placements)
+}
+
+/// The N of `hole_N.csv`. Written without leading zeros, so that no two files have the same.
+fn hole_number(path: &Path) -> Option<u32> {
+    let digits = path.file_name()?.to_str()?.strip_prefix("hole_")?.strip_suffix(".csv")?;
+    let number: u32 = digits.parse().ok()?;
+    (number.to_string() == digits).then_some(number)
+}
+
+fn entries(folder: &Path) -> Result<Vec<PathBuf>, IoError> {
+    let failed = |source| IoError::file(folder, "list the folder", source);
+    let mut paths = Vec::new();
+    for entry in std::fs::read_dir(folder).map_err(failed)? {
+        paths.push(entry.map_err(failed)?.path());
+        if paths.len() > MAX_ENTRIES {
+            let place = Place::file(folder.display().to_string());
+            return Err(IoError::unexpected(place, format!("at most {MAX_ENTRIES} files in a folder"), "more"));
+        }
+    }
+    paths.sort();
+    Ok(paths)
+}
+
+fn chosen(all: Vec<Placement>, options: &MukcaOptions, folder: &Path) -> Result<Vec<Placement>, IoError> {
+    let known: Vec<&str> = all.iter().map(|placement| placement.name.as_str()).collect();
+    let place = || Place::file(folder.display().to_string());
+    if let Some(name) = options.only.iter().chain(&options.except).find(|name| !known.contains(&name.as_str())) {
+        let found = format!("{}{}", quoted(name), did_you_mean(name, known.iter().copied()));
+        return Err(IoError::unexpected(place(), format!("a placement ({})", list(known)), found));
+    }
+    let wanted =
+        |name: &String| (options.only.is_empty() || options.only.contains(name)) && !options.except.contains(name);
+    let chosen: Vec<Placement> = all.into_iter().filter(|placement| wanted(&placement.name)).collect();
+    if chosen.is_empty() {
+        return Err(IoError::unexpected(place(), "at least one placement to be left", "none"));
+    }
+    Ok(chosen)
+}

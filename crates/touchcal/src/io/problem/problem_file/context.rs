@@ -1,0 +1,177 @@
+//! The file being read: places in it, and its numbers in SI units.
+
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+
+use nalgebra::{Quaternion, Translation3, UnitQuaternion};
+use toml::Spanned;
+
+use super::schema::{Number, PoseToml, Text};
+use crate::estimate::PlacePrior;
+use crate::io::base::error::{IoError, Place, quoted};
+use crate::io::base::suggest::did_you_mean;
+use crate::se3::Pose;
+
+/// Millimetres and degrees in SI.
+/// Largest problem file read (bytes).
+pub const MAX_BYTES: u64 = 4 << 20;
+pub(crate) const MM: f64 = 1e-3;
+pub(crate) const DEG: f64 = std::f64::consts::PI / 180.0;
+/// Largest magnitude of any number: a kilometre in mm, and more than any angle, force or ratio.
+const LARGEST: f64 = 1e6;
+/// How far a quaternion's norm may be from 1 (rounded digits) before it is taken for a mistake.
+const NORM_TOLERANCE: f64 = 1e-3;
+
+/// What a number may be.
+#[derive(Clone, Copy)]
+pub(crate) enum Allowed {
+    Positive,
+    NotNegative,
+}
+
+pub(crate) struct Context<'a> {
+    pub(crate) text: &'a str,
+    pub(crate) file: &'a str,
+    pub(crate) folder: &'a Path,
+}
+
+impl Context<'_> {
+    pub(crate) fn place(&self, span: Range<usize>, field: impl Into<String>) -> Place {
+        Place::file(self.file).at_byte(self.text, span.start).field(field)
+    }
+
+    /// The path that a value names.
+    pub(crate) fn path(&self, name: &Text, field: &str) -> Result<PathBuf, IoError> {
+        let path = self.folder.join(name.get_ref());
+        if path.exists() {
+            return Ok(path);
+        }
+        let found = format!("{}, which does not exist ({})", quoted(name.get_ref()), path.display());
+        Err(IoError::unexpected(self.place(name.span(), field), "a file", found))
+    }
+
+    /// The error of a parser.
+    pub(crate) fn syntax(&self, error: &toml::de::Error) -> IoError {
+        let place = match error.span() {
+            Some(span) => Place::file(self.file).at_byte(self.text, span.start),
+            None => Place::file(self.file),
+        };
+        let mut message = error.message().trim().replace('\n', "; ");
+        let mut names = message.split('`').skip(1).step_by(2);
+        if let (true, Some(unknown)) = (message.starts_with("unknown"), names.next()) {
+            let hint = did_you_mean(unknown, names);
+            message.push_str(&hint);
+        }
+        IoError::syntax(place, message)
+    }
+
+    /// A number times `unit`, if it is there.
+    pub(crate) fn number(
+        &self,
+        number: Option<&Number>,
+        unit: f64,
+        allowed: Allowed,
+        field: &str,
+    ) -> Result<Option<f64>, IoError> {
+        let Some(number) = number else { return Ok(None) };
+        let value = *number.get_ref();
+        let (fits, expected) = match allowed {
+            Allowed::Positive => (value > 0.0, "a positive number"),
+            Allowed::NotNegative => (value >= 0.0, "a number of at least 0"),
+        };
+        if fits && value <= LARGEST {
+            return Ok(Some(value * unit));
+        }
+        let expected = format!("{expected}, at most {LARGEST}");
+        Err(IoError::unexpected(self.place(number.span(), field), expected, format!("{value}")))
+    }
+
+    /// A number that must be there.
+    pub(crate) fn required(
+        &self,
+        number: Option<&Number>,
+        unit: f64,
+        span: Range<usize>,
+        field: &str,
+    ) -> Result<f64, IoError> {
+        self.number(number, unit, Allowed::Positive, field)?
+            .ok_or_else(|| IoError::unexpected(self.place(span, field), "a positive number", "none"))
+    }
+
+    /// A whole number from 1 to `most`, if it is there.
+    pub(crate) fn whole(&self, number: Option<&Number>, most: f64, field: &str) -> Result<Option<usize>, IoError> {
+        let Some(number) = number else { return Ok(None) };
+        let value = *number.get_ref();
+        if value.fract() != 0.0 || !(1.0..=most).contains(&value) {
+            let place = self.place(number.span(), field);
+            return Err(IoError::unexpected(place, format!("a whole number from 1 to {most}"), format!("{value}")));
+        }
+        Ok(Some(value as usize))
+    }
+
+    /// Three numbers of any sign.
+    pub(crate) fn vector(&self, vector: &Spanned<[f64; 3]>, field: &str) -> Result<[f64; 3], IoError> {
+        match vector.get_ref().iter().find(|v| v.is_nan() || v.abs() > LARGEST) {
+            None => Ok(*vector.get_ref()),
+            Some(bad) => {
+                let expected = format!("numbers within ±{LARGEST}");
+                Err(IoError::unexpected(self.place(vector.span(), field), expected, format!("{bad}")))
+            }
+        }
+    }
+
+    /// A pose; absent parts are zero.
+    pub(crate) fn pose(&self, pose: Option<&Spanned<PoseToml>>, field: &str) -> Result<Option<Pose>, IoError> {
+        let Some(pose) = pose else { return Ok(None) };
+        let PoseToml { xyz_mm, quat_wxyz, rpy_deg } = pose.get_ref();
+        let at = |part: &str| self.place(pose.span(), format!("{field}.{part}"));
+        let finite = |numbers: &[f64], part: &str| match numbers.iter().find(|v| v.is_nan() || v.abs() > LARGEST) {
+            Some(bad) => Err(IoError::unexpected(at(part), format!("numbers within ±{LARGEST}"), format!("{bad}"))),
+            None => Ok(()),
+        };
+        finite(xyz_mm, "xyz_mm")?;
+        let rotation = match (quat_wxyz, rpy_deg) {
+            (Some(_), Some(_)) => {
+                return Err(IoError::unexpected(at("rpy_deg"), "quat_wxyz or rpy_deg", "both"));
+            }
+            (None, None) => UnitQuaternion::identity(),
+            (None, Some(rpy)) => {
+                finite(rpy, "rpy_deg")?;
+                UnitQuaternion::from_euler_angles(rpy[0] * DEG, rpy[1] * DEG, rpy[2] * DEG)
+            }
+            (Some(wxyz), None) => {
+                finite(wxyz, "quat_wxyz")?;
+                let quaternion = Quaternion::new(wxyz[0], wxyz[1], wxyz[2], wxyz[3]);
+                let norm = quaternion.norm();
+                if (norm - 1.0).abs() > NORM_TOLERANCE {
+                    return Err(IoError::unexpected(at("quat_wxyz"), "a quaternion of norm 1", format!("norm {norm}")));
+                }
+                UnitQuaternion::from_quaternion(quaternion)
+            }
+        };
+        let translation = Translation3::new(xyz_mm[0] * MM, xyz_mm[1] * MM, xyz_mm[2] * MM);
+        Ok(Some(Pose::from_parts(translation, rotation)))
+    }
+
+    /// How well a place is known. Sigmas of zero mean exactly.
+    pub(crate) fn freedom(
+        &self,
+        free: bool,
+        sigma_mm: Option<&Number>,
+        sigma_deg: Option<&Number>,
+        field: &str,
+    ) -> Result<PlacePrior, IoError> {
+        if let (true, Some(sigma)) = (free, sigma_mm.or(sigma_deg)) {
+            let place = self.place(sigma.span(), field);
+            return Err(IoError::unexpected(place, "free = true or sigma_mm and sigma_deg", "both"));
+        }
+        let sigma = self.number(sigma_mm, MM, Allowed::NotNegative, &format!("{field}, sigma_mm"))?.unwrap_or(0.0);
+        let sigma_angle =
+            self.number(sigma_deg, DEG, Allowed::NotNegative, &format!("{field}, sigma_deg"))?.unwrap_or(0.0);
+        Ok(match (free, sigma > 0.0 || sigma_angle > 0.0) {
+            (true, _) => PlacePrior::Flat,
+            (false, true) => PlacePrior::Gaussian { sigma, sigma_angle },
+            (false, false) => PlacePrior::Fixed,
+        })
+    }
+}

@@ -1,0 +1,346 @@
+//! `problem.toml`: what to calibrate, with what, from which contacts.
+//!
+//! Lengths in the file are millimetres and angles degrees, as its keys say; paths are relative to
+//! its folder. Every key that is not known, every name that does not resolve and every number out
+//! of range is an error with line and column.
+
+pub(crate) mod context;
+mod parameters;
+mod projected;
+pub(crate) mod schema;
+mod selection;
+mod settings;
+mod source;
+pub(crate) mod touch;
+
+use std::collections::HashMap;
+use std::path::Path;
+
+use toml::Spanned;
+
+use crate::contact::ContactLog;
+use crate::contact::{AngleUnit, Detection, Load, LoadFrame, LoadOn};
+use crate::estimate::{Distance, Fixture, PlacePrior, Tool};
+use crate::io::base::bytes::{self, Input};
+use crate::io::base::error::{IoError, Place, quoted};
+use crate::io::base::suggest::{did_you_mean, list};
+use crate::io::log::contact_log::{self, Options};
+use crate::io::problem::loaded::Loaded;
+use crate::io::robot::urdf::{self, Ends, UrdfFile};
+use crate::manifold::ResidualKind;
+use crate::robot::Robot;
+use crate::se3::Pose;
+use context::{Allowed, Context, DEG, MM};
+use schema::{
+    ContactsToml, DistanceToml, FixtureToml, LoadFrameToml, LoadOnToml, ProblemToml, RobotToml, Text, UnitToml,
+};
+use selection::{placement_of, selected};
+use touch::Shape;
+
+pub use context::MAX_BYTES;
+pub use selection::{Selection, placement};
+pub use settings::{DEFAULT_CONTACT, DEFAULT_ENCODER, Settings};
+
+/// Uncertainty of a distance where none is given (m).
+pub const DEFAULT_DISTANCE_SIGMA: f64 = 0.05 * MM;
+/// Most rows that a change of contact may be made to wait for.
+const MAX_DEBOUNCE: i64 = 1_000_000;
+
+/// Reads a problem and all that it refers to. `file` is its name for messages; relative paths begin
+/// at `folder`.
+///
+/// # Errors
+/// If the text is no such problem, or a file it refers to cannot be read.
+pub fn read(text: &str, file: &str, folder: &Path) -> Result<Loaded, IoError> {
+    let context = Context { text, file, folder };
+    bytes::check_size(text.len() as u64, MAX_BYTES, file)?;
+    let toml: ProblemToml = toml::from_str(text).map_err(|error| context.syntax(&error))?;
+    build(&toml, &Selection::default(), &context)
+}
+
+/// Reads a problem file and all that it refers to.
+///
+/// # Errors
+/// As [`read`], and if the file itself cannot be read.
+pub fn read_file(path: &Path) -> Result<Loaded, IoError> {
+    read_selected(path, &Selection::default())
+}
+
+/// Reads those placements of a problem file that are selected, and what they refer to: their
+/// fixtures, the logs of these, and the distances between these.
+///
+/// # Errors
+/// As [`read_file`], and if a placement that is named is not there, or none is left.
+pub fn read_selected(path: &Path, selection: &Selection) -> Result<Loaded, IoError> {
+    let inside = path.join("problem.toml");
+    if inside.is_file() {
+        let found = format!("a folder; did you mean `{}`?", inside.display());
+        return Err(IoError::unexpected(Place::file(path.display().to_string()), "a problem file", found));
+    }
+    let (text, input) = bytes::read_text(path, MAX_BYTES)?;
+    let folder = path.parent().unwrap_or(Path::new(""));
+    let context = Context { text: &text, file: &input.path, folder };
+    let toml: ProblemToml = toml::from_str(&text).map_err(|error| context.syntax(&error))?;
+    let mut loaded = build(&toml, selection, &context)?;
+    loaded.inputs.insert(0, input);
+    Ok(loaded)
+}
+
+fn build(toml: &ProblemToml, selection: &Selection, context: &Context<'_>) -> Result<Loaded, IoError> {
+    if let Some(schema) = toml.schema.as_ref().filter(|schema| *schema.get_ref() != 1) {
+        let place = context.place(schema.span(), "schema");
+        return Err(IoError::unexpected(place, "schema 1", format!("{}", schema.get_ref())));
+    }
+    let UrdfFile { robot, text: urdf, input } = robot(&toml.robot, context)?;
+    let mut inputs = vec![input];
+    let settings = Settings::of(&toml.noise, &toml.estimate, &robot, context)?;
+    let shape = Shape::of(&toml.tool, context, &mut inputs)?;
+    let tool = toml.tool.get_ref();
+    let tool = Tool {
+        tip_from_tool: context.pose(tool.tip_from_tool.as_ref(), "tool, tip_from_tool")?.unwrap_or_else(Pose::identity),
+        prior: context.freedom(tool.free, tool.sigma_mm.as_ref(), tool.sigma_deg.as_ref(), "tool")?,
+    };
+    let names = fixture_names(&toml.fixture, context)?;
+    let selected = selected(&toml.fixture, selection, context)?;
+    let mut fixtures = Vec::with_capacity(toml.fixture.len());
+    for (table, _) in toml.fixture.iter().zip(&selected).filter(|(_, selected)| selected.is_some()) {
+        fixtures.push(fixture(table, &settings, &shape, context, &mut inputs)?);
+    }
+    let mut distances = Vec::new();
+    for table in &toml.distance {
+        let distance = distance(table, &names, context)?;
+        if let (Some(first), Some(second)) = (selected[distance.between.0], selected[distance.between.1]) {
+            distances.push(Distance { between: (first, second), ..distance });
+        }
+    }
+    let mut contacts = ContactLog::new(robot.dof());
+    if toml.contacts.is_empty() {
+        return Err(IoError::unexpected(Place::file(context.file), "at least one [[contacts]] table", "none"));
+    }
+    let joints = toml.robot.get_ref().joints.as_ref();
+    check_joints(joints, &robot, context)?;
+    for table in &toml.contacts {
+        let joints = joints.map(|joints| joints.get_ref().clone());
+        let options = options(table, &names, context)?;
+        let Some(fixture) = selected[options.fixture] else { continue };
+        let options = Options { joints, fixture, ..options };
+        inputs.push(read_contacts(table, &robot, &options, context, &mut contacts)?);
+    }
+    let problem = settings.problem(robot, (tool, fixtures, distances), contacts)?;
+    Ok(Loaded { problem, urdf, inputs })
+}
+
+/// The robot that a table names, under the gravity it states.
+pub(crate) fn robot(table: &Spanned<RobotToml>, context: &Context<'_>) -> Result<UrdfFile, IoError> {
+    let RobotToml { urdf, builtin, base, tip, gravity, .. } = table.get_ref();
+    let ends = Ends { base: base.as_deref(), tip: tip.as_deref() };
+    let mut file = match (urdf, builtin) {
+        (Some(file), None) => urdf::read_file(&context.path(file, "robot, urdf")?, ends),
+        (None, Some(name)) => urdf::read_builtin(name.get_ref(), ends).map_err(|error| match error {
+            IoError::Unexpected { place, expected, found } if place.file == "builtin" => {
+                IoError::unexpected(context.place(name.span(), "robot, builtin"), expected, found)
+            }
+            error => error,
+        }),
+        (urdf, _) => {
+            let found = if urdf.is_some() { "both" } else { "neither" };
+            Err(IoError::unexpected(context.place(table.span(), "robot"), "`urdf` or `builtin`", found))
+        }
+    }?;
+    if let Some(gravity) = gravity {
+        file.robot = file.robot.with_gravity(context.vector(gravity, "robot, gravity")?.into());
+    }
+    Ok(file)
+}
+
+/// Here, where the line is known; reading a log checks again.
+fn check_joints(joints: Option<&Spanned<Vec<String>>>, robot: &Robot, context: &Context<'_>) -> Result<(), IoError> {
+    let Some(joints) = joints else { return Ok(()) };
+    let mut given: Vec<&str> = joints.get_ref().iter().map(String::as_str).collect();
+    let mut known: Vec<&str> = robot.moving().map(|joint| joint.name.as_str()).collect();
+    let expected = format!("the moving joints in the order of the columns ({})", list(known.iter().copied()));
+    given.sort_unstable();
+    known.sort_unstable();
+    if given == known {
+        return Ok(());
+    }
+    let unknown = given.iter().find(|name| !known.contains(name));
+    let found = match unknown {
+        Some(name) => format!("{}{}", quoted(name), did_you_mean(name, known.iter().copied())),
+        None => list(joints.get_ref().iter().map(String::as_str)),
+    };
+    Err(IoError::unexpected(context.place(joints.span(), "robot, joints"), expected, found))
+}
+
+fn fixture_names<'t>(
+    tables: &'t [Spanned<FixtureToml>],
+    context: &Context<'_>,
+) -> Result<HashMap<&'t str, usize>, IoError> {
+    if tables.is_empty() {
+        return Err(IoError::unexpected(Place::file(context.file), "at least one [[fixture]] table", "none"));
+    }
+    let mut names = HashMap::new();
+    for (index, table) in tables.iter().enumerate() {
+        let name = &table.get_ref().name;
+        if names.insert(name.get_ref().as_str(), index).is_some() {
+            let found = format!("{} twice", quoted(name.get_ref()));
+            return Err(IoError::unexpected(context.place(name.span(), "fixture, name"), "distinct names", found));
+        }
+    }
+    Ok(names)
+}
+
+fn fixture(
+    table: &Spanned<FixtureToml>,
+    settings: &Settings,
+    shape: &Shape,
+    context: &Context<'_>,
+    inputs: &mut Vec<Input>,
+) -> Result<Fixture, IoError> {
+    let manifold = shape.touching(table, context, inputs)?;
+    let span = table.span();
+    let table = table.get_ref();
+    let name = format!("fixture `{}`", table.name.get_ref());
+    let freedom = context.freedom(table.free, table.sigma_mm.as_ref(), table.sigma_deg.as_ref(), &name)?;
+    let fixture = Fixture {
+        name: table.name.get_ref().clone(),
+        manifold: manifold.into(),
+        base_from_fixture: context.pose(table.base_from_fixture.as_ref(), &format!("{name}, base_from_fixture"))?,
+        prior: settings.fixture_freedom(freedom),
+        placement: placement_of(table).to_owned(),
+    };
+    match missing_place(&fixture) {
+        Some(expected) => Err(IoError::unexpected(context.place(span, name), expected, "none")),
+        None => Ok(fixture),
+    }
+}
+
+/// What is to be said of a fixture that lacks a place and needs one: only a socket, a point, is
+/// found without.
+pub fn missing_place(fixture: &Fixture) -> Option<&'static str> {
+    match (fixture.base_from_fixture, fixture.manifold.residual_kind() == ResidualKind::PointOffset, fixture.prior) {
+        (Some(_), _, _) | (None, true, PlacePrior::Flat) => None,
+        (None, true, _) => Some("`base_from_fixture`, or `free = true`"),
+        (None, false, _) => Some("`base_from_fixture`, from where its place is looked for"),
+    }
+}
+
+fn fixture_index(
+    name: &Text,
+    names: &HashMap<&str, usize>,
+    context: &Context<'_>,
+    field: &str,
+) -> Result<usize, IoError> {
+    names.get(name.get_ref().as_str()).copied().ok_or_else(|| {
+        let mut known: Vec<&str> = names.keys().copied().collect();
+        known.sort_unstable();
+        let found = format!("{}{}", quoted(name.get_ref()), did_you_mean(name.get_ref(), known.iter().copied()));
+        IoError::unexpected(
+            context.place(name.span(), field),
+            format!("the name of a fixture ({})", list(known)),
+            found,
+        )
+    })
+}
+
+fn distance(
+    table: &Spanned<DistanceToml>,
+    names: &HashMap<&str, usize>,
+    context: &Context<'_>,
+) -> Result<Distance, IoError> {
+    let DistanceToml { between: [first, second], mm, sigma_mm } = table.get_ref();
+    let between = (
+        fixture_index(first, names, context, "distance, between")?,
+        fixture_index(second, names, context, "distance, between")?,
+    );
+    if between.0 == between.1 {
+        let found = format!("{} twice", quoted(first.get_ref()));
+        return Err(IoError::unexpected(context.place(second.span(), "distance, between"), "two fixtures", found));
+    }
+    let distance = context.required(Some(mm), MM, table.span(), "distance, mm")?;
+    let sigma = context.number(sigma_mm.as_ref(), MM, Allowed::Positive, "distance, sigma_mm")?;
+    Ok(Distance { between, distance, sigma: sigma.unwrap_or(DEFAULT_DISTANCE_SIGMA) })
+}
+
+fn options(
+    table: &Spanned<ContactsToml>,
+    names: &HashMap<&str, usize>,
+    context: &Context<'_>,
+) -> Result<Options, IoError> {
+    let table = table.get_ref();
+    let threshold =
+        context.number(table.force_threshold_n.as_ref(), 1.0, Allowed::Positive, "contacts, force_threshold_n")?;
+    let release = context.number(table.release_n.as_ref(), 1.0, Allowed::Positive, "contacts, release_n")?;
+    let debounce = table.debounce.as_ref();
+    if let Some(debounce) = debounce.filter(|debounce| !(1..=MAX_DEBOUNCE).contains(debounce.get_ref())) {
+        let expected = format!("a number of rows from 1 to {MAX_DEBOUNCE}");
+        let place = context.place(debounce.span(), "contacts, debounce");
+        return Err(IoError::unexpected(place, expected, format!("{}", debounce.get_ref())));
+    }
+    let companion = table.release_n.as_ref().map(Spanned::span).or(debounce.map(Spanned::span));
+    if let (None, Some(span)) = (threshold, companion) {
+        let found = "`release_n` or `debounce` without it";
+        return Err(IoError::unexpected(context.place(span, "contacts"), "`force_threshold_n`", found));
+    }
+    if let (Some(threshold), Some(release), Some(number)) = (threshold, release, &table.release_n)
+        && release > threshold
+    {
+        let expected = format!("at most force_threshold_n ({threshold})");
+        return Err(IoError::unexpected(
+            context.place(number.span(), "contacts, release_n"),
+            expected,
+            format!("{release}"),
+        ));
+    }
+    let apart = context.number(table.apart_deg.as_ref(), DEG, Allowed::Positive, "contacts, apart_deg")?;
+    let detection = threshold.map(|threshold| Detection {
+        threshold,
+        release: release.unwrap_or(threshold),
+        debounce: debounce.and_then(|debounce| usize::try_from(*debounce.get_ref()).ok()).unwrap_or(1),
+    });
+    Ok(Options {
+        fixture: fixture_index(&table.fixture, names, context, "contacts, fixture")?,
+        unit: match table.unit {
+            None => AngleUnit::Undeclared,
+            Some(UnitToml::Radian) => AngleUnit::Radian,
+            Some(UnitToml::Degree) => AngleUnit::Degree,
+        },
+        header: table.header.clone(),
+        joint_topic: table.joint_topic.clone(),
+        wrench_topic: table.wrench_topic.clone(),
+        joints: None,
+        columns: table.columns.clone(),
+        detection,
+        apart,
+        load: load(table, context)?,
+    })
+}
+
+/// What the wrench of a log says of the load on the arm.
+fn load(table: &ContactsToml, context: &Context<'_>) -> Result<Option<Load>, IoError> {
+    let frame = match table.load_frame.as_ref().map(|frame| *frame.get_ref()) {
+        Some(LoadFrameToml::Base) => LoadFrame::Base,
+        Some(LoadFrameToml::Tip) | None => LoadFrame::Tip,
+    };
+    let on = match (table.load_on, &table.load_frame) {
+        (Some(LoadOnToml::Tool), _) => LoadOn::Tool,
+        (Some(LoadOnToml::Fixture), _) => LoadOn::Fixture,
+        (None, None) => return Ok(None),
+        (None, Some(frame)) => {
+            let place = context.place(frame.span(), "contacts, load_frame");
+            return Err(IoError::unexpected(place, "`load_on`", "`load_frame` without it"));
+        }
+    };
+    Ok(Some(Load { on, frame }))
+}
+
+fn read_contacts(
+    table: &Spanned<ContactsToml>,
+    robot: &Robot,
+    options: &Options,
+    context: &Context<'_>,
+    log: &mut ContactLog,
+) -> Result<Input, IoError> {
+    let path = context.path(&table.get_ref().file, "contacts, file")?;
+    contact_log::read_file(&path, robot, options, log)
+}

@@ -1,0 +1,214 @@
+//! What to estimate, and how: the `[estimate]` table.
+
+use toml::Spanned;
+
+use super::context::{Allowed, Context, DEG, MM};
+use super::schema::{EstimateToml, LossToml, Number, OptimiserToml, PriorToml, Text};
+use crate::estimate::{GradientDescent, Loss, Method, Optimizer};
+use crate::io::base::error::{IoError, Place, quoted};
+use crate::io::base::suggest::{did_you_mean, list};
+use crate::parameter::{Block, Parameter, Unit, joint_compliance, joint_offset, joint_origin, segment_strain, strain};
+use crate::robot::Robot;
+
+/// Blocks that may be listed.
+const BLOCKS: [Block; 8] = [
+    Block::Strain,
+    Block::SegmentStrain,
+    Block::JointOffset,
+    Block::JointOrigin,
+    Block::JointCompliance,
+    Block::JointDrift,
+    Block::Tool,
+    Block::Fixture,
+];
+/// Ways to search.
+const METHODS: [&str; 2] = ["levenberg_marquardt", "gradient_descent"];
+/// Most steps, and contacts, of a gradient descent.
+const MOST_STEPS: f64 = 1e7;
+/// Scales of the losses where none is given, in standard deviations. Huber and Cauchy: 95 %
+/// efficiency on Gaussian noise (Zhang 1997, table 1). Geman–McClure: a contact at 3σ keeps a
+/// quarter of its weight.
+const HUBER: f64 = 1.345;
+const CAUCHY: f64 = 2.385;
+const GEMAN_MCCLURE: f64 = 3.0;
+
+/// What the table asks for.
+#[derive(Debug)]
+pub(super) struct Wanted {
+    pub(super) parameters: Vec<Parameter>,
+    /// The tool's place is to be estimated.
+    pub(super) tool: bool,
+    /// The place of every fixture is to be estimated.
+    pub(super) fixtures: bool,
+    /// Where the joints' compliance is asked for.
+    pub(super) joint_compliance: Option<Place>,
+    /// The joints' zeros may differ from placement to placement.
+    pub(super) joint_drift: bool,
+    pub(super) method: Method,
+    pub(super) loss: Loss,
+}
+
+pub(super) fn wanted(estimate: &EstimateToml, robot: &Robot, context: &Context<'_>) -> Result<Wanted, IoError> {
+    let mut wanted = Wanted {
+        parameters: Vec::new(),
+        tool: false,
+        fixtures: false,
+        joint_compliance: None,
+        joint_drift: false,
+        method: method(estimate, context)?,
+        loss: loss(estimate, context)?,
+    };
+    let priors = Priors::of(&estimate.prior, context)?;
+    let mut seen = Vec::new();
+    for name in &estimate.parameters {
+        let block = block(name, context)?;
+        if seen.contains(&block) {
+            let place = context.place(name.span(), "estimate, parameters");
+            return Err(IoError::unexpected(place, "distinct blocks", format!("{} twice", quoted(name.get_ref()))));
+        }
+        seen.push(block);
+        let parameters = match block {
+            Block::Strain => vec![strain()],
+            Block::SegmentStrain => segment_strain(robot),
+            Block::JointOffset => joint_offset(robot),
+            Block::JointOrigin => joint_origin(robot),
+            Block::JointCompliance => {
+                wanted.joint_compliance = Some(context.place(name.span(), "estimate, parameters"));
+                joint_compliance(robot)
+            }
+            Block::JointDrift | Block::Tool | Block::Fixture | Block::GapBias => Vec::new(),
+        };
+        wanted.tool |= block == Block::Tool;
+        wanted.joint_drift |= block == Block::JointDrift;
+        wanted.fixtures |= block == Block::Fixture;
+        wanted.parameters.extend(parameters.into_iter().map(|parameter| priors.on(parameter)));
+    }
+    freeze(&mut wanted.parameters, &estimate.freeze, context)?;
+    Ok(wanted)
+}
+
+fn block(name: &Text, context: &Context<'_>) -> Result<Block, IoError> {
+    let names = || BLOCKS.iter().map(|block| block.name());
+    BLOCKS.iter().find(|block| block.name() == name.get_ref()).copied().ok_or_else(|| {
+        let found = format!("{}{}", quoted(name.get_ref()), did_you_mean(name.get_ref(), names()));
+        let place = context.place(name.span(), "estimate, parameters");
+        IoError::unexpected(place, format!("a block of parameters ({})", list(names())), found)
+    })
+}
+
+/// Takes out the named parameters; `joint_origin.joint_a1` names all that begin so.
+fn freeze(parameters: &mut Vec<Parameter>, names: &[Text], context: &Context<'_>) -> Result<(), IoError> {
+    let all: Vec<String> = parameters.iter().map(|parameter| parameter.name.clone()).collect();
+    for name in names {
+        let frozen = |known: &str| {
+            known.strip_prefix(name.get_ref().as_str()).is_some_and(|rest| rest.is_empty() || rest.starts_with('.'))
+        };
+        if !all.iter().any(|known| frozen(known)) {
+            let known = all.iter().map(String::as_str);
+            let found = format!("{}{}", quoted(name.get_ref()), did_you_mean(name.get_ref(), known.clone()));
+            let expected = format!("a parameter of the arm that is estimated ({})", list(known));
+            return Err(IoError::unexpected(context.place(name.span(), "estimate, freeze"), expected, found));
+        }
+        parameters.retain(|parameter| !frozen(&parameter.name));
+    }
+    Ok(())
+}
+
+fn loss(estimate: &EstimateToml, context: &Context<'_>) -> Result<Loss, IoError> {
+    let field = "estimate, loss_scale";
+    let scale = context.number(estimate.loss_scale.as_ref(), 1.0, Allowed::Positive, field)?;
+    Ok(match estimate.loss {
+        LossToml::Squared => match &estimate.loss_scale {
+            None => Loss::Squared,
+            Some(scale) => {
+                let place = context.place(scale.span(), field);
+                return Err(IoError::unexpected(
+                    place,
+                    "no scale, as `squared` has none",
+                    format!("{}", scale.get_ref()),
+                ));
+            }
+        },
+        LossToml::Huber => Loss::Huber(scale.unwrap_or(HUBER)),
+        LossToml::Cauchy => Loss::Cauchy(scale.unwrap_or(CAUCHY)),
+        LossToml::GemanMcClure => Loss::GemanMcClure(scale.unwrap_or(GEMAN_MCCLURE)),
+    })
+}
+
+fn method(estimate: &EstimateToml, context: &Context<'_>) -> Result<Method, IoError> {
+    let name = estimate.method.as_ref().map_or(METHODS[0], |name| name.get_ref());
+    if !METHODS.contains(&name) {
+        let place = context.place(estimate.method.as_ref().map_or(0..0, Spanned::span), "estimate, method");
+        let found = format!("{}{}", quoted(name), did_you_mean(name, METHODS));
+        return Err(IoError::unexpected(place, list(METHODS), found));
+    }
+    if name == METHODS[0] {
+        let Some(table) = &estimate.descent else { return Ok(Method::LevenbergMarquardt) };
+        let place = context.place(table.span(), "estimate, descent");
+        return Err(IoError::unexpected(place, format!("`method = \"{}\"`", METHODS[1]), quoted(name)));
+    }
+    let mut descent = GradientDescent::default();
+    let Some(table) = &estimate.descent else { return Ok(Method::GradientDescent(descent)) };
+    let table = table.get_ref();
+    if let Some(optimiser) = table.optimiser {
+        descent.optimizer = match optimiser {
+            OptimiserToml::Adam => Optimizer::Adam,
+            OptimiserToml::Plain => Optimizer::Plain,
+        };
+    }
+    if let Some(rate) = context.number(table.rate.as_ref(), 1.0, Allowed::Positive, "estimate.descent, rate")? {
+        descent.rate = rate;
+    }
+    if let Some(steps) = context.whole(table.steps.as_ref(), MOST_STEPS, "estimate.descent, steps")? {
+        descent.steps = steps;
+    }
+    if let Some(contacts) = context.whole(table.contacts.as_ref(), MOST_STEPS, "estimate.descent, contacts")? {
+        descent.contacts = contacts;
+    }
+    Ok(Method::GradientDescent(descent))
+}
+
+/// Standard deviations of the priors, in SI units.
+struct Priors {
+    strain: Option<f64>,
+    segment_strain: Option<f64>,
+    offset_angle: Option<f64>,
+    offset_length: Option<f64>,
+    origin_length: Option<f64>,
+    origin_angle: Option<f64>,
+    compliance: Option<f64>,
+}
+
+impl Priors {
+    fn of(prior: &PriorToml, context: &Context<'_>) -> Result<Priors, IoError> {
+        let sigma = |number: &Option<Number>, unit, key: &str| {
+            context.number(number.as_ref(), unit, Allowed::Positive, &format!("estimate.prior, {key}"))
+        };
+        Ok(Priors {
+            strain: sigma(&prior.strain, 1.0, "strain")?,
+            segment_strain: sigma(&prior.segment_strain, 1.0, "segment_strain")?,
+            offset_angle: sigma(&prior.joint_offset_deg, DEG, "joint_offset_deg")?,
+            offset_length: sigma(&prior.joint_offset_mm, MM, "joint_offset_mm")?,
+            origin_length: sigma(&prior.joint_origin_mm, MM, "joint_origin_mm")?,
+            origin_angle: sigma(&prior.joint_origin_deg, DEG, "joint_origin_deg")?,
+            compliance: sigma(&prior.joint_compliance_rad_per_nm, 1.0, "joint_compliance_rad_per_nm")?,
+        })
+    }
+
+    fn on(&self, parameter: Parameter) -> Parameter {
+        let sigma = match (parameter.id.block(), parameter.unit) {
+            (Block::Strain, _) => self.strain,
+            (Block::SegmentStrain, _) => self.segment_strain,
+            (Block::JointOffset, Unit::Meter) => self.offset_length,
+            (Block::JointOffset, _) => self.offset_angle,
+            (Block::JointOrigin, Unit::Meter) => self.origin_length,
+            (Block::JointOrigin, _) => self.origin_angle,
+            (Block::JointCompliance, _) => self.compliance,
+            _ => None,
+        };
+        match sigma {
+            Some(sigma) => parameter.with_sigma(sigma),
+            None => parameter,
+        }
+    }
+}

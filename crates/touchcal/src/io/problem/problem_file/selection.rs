@@ -1,0 +1,56 @@
+//! The placements of a problem that are read.
+
+use toml::Spanned;
+
+use super::context::Context;
+use super::schema::FixtureToml;
+use crate::io::base::error::{IoError, Place, quoted};
+use crate::io::base::suggest::{did_you_mean, list};
+
+/// Which placements of a problem are read.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Selection {
+    /// Names of the placements to read; none: all.
+    pub only: Vec<String>,
+    /// Names of placements to leave out.
+    pub except: Vec<String>,
+}
+
+/// The placement of a fixture of this name where none is given: what stands before the first `/`.
+pub fn placement(name: &str) -> &str {
+    name.split('/').next().unwrap_or("")
+}
+
+/// The placement of a fixture.
+pub(super) fn placement_of(table: &FixtureToml) -> &str {
+    table.placement.as_deref().unwrap_or_else(|| placement(table.name.get_ref()))
+}
+
+/// For each fixture its index among those that are selected; none if it is not.
+pub(super) fn selected(
+    tables: &[Spanned<FixtureToml>],
+    selection: &Selection,
+    context: &Context<'_>,
+) -> Result<Vec<Option<usize>>, IoError> {
+    let Selection { only, except } = selection;
+    let mut known: Vec<&str> = tables.iter().map(|table| placement_of(table.get_ref())).collect();
+    known.sort_unstable();
+    known.dedup();
+    if let Some(name) = only.iter().chain(except).find(|name| !known.contains(&name.as_str())) {
+        let found = format!("{}{}", quoted(name), did_you_mean(name, known.iter().copied()));
+        return Err(IoError::unexpected(Place::file(context.file), format!("a placement ({})", list(known)), found));
+    }
+    let has = |names: &[String], placement: &str| names.iter().any(|name| name == placement);
+    let mut count = 0;
+    let each = tables.iter().map(|table| {
+        let placement = placement_of(table.get_ref());
+        let is_selected = (only.is_empty() || has(only, placement)) && !has(except, placement);
+        count += usize::from(is_selected);
+        is_selected.then(|| count - 1)
+    });
+    let each: Vec<Option<usize>> = each.collect();
+    if count == 0 {
+        return Err(IoError::unexpected(Place::file(context.file), "at least one placement to be left", "none"));
+    }
+    Ok(each)
+}

@@ -1,0 +1,121 @@
+//! The tables that say nothing of robot, parts and logs: `[noise]` and `[estimate]`.
+
+use std::path::Path;
+
+use serde::Deserialize;
+
+use super::context::{Allowed, Context, DEG, MAX_BYTES, MM};
+use super::parameters::{self, Wanted};
+use super::schema::{EstimateToml, NoiseToml};
+use crate::contact::ContactLog;
+use crate::estimate::{Distance, Fixture, Noise, PlacePrior, Problem, Tool};
+use crate::io::base::bytes;
+use crate::io::base::error::{IoError, Place};
+use crate::robot::Robot;
+
+/// Encoder noise where none is given (rad): 0.005°, the repeatability of a good arm's joint.
+pub const DEFAULT_ENCODER: f64 = 0.005 * DEG;
+/// Contact noise where none is given (m).
+pub const DEFAULT_CONTACT: f64 = 0.05 * MM;
+
+/// What a problem assumes of noise and asks to be estimated.
+#[derive(Debug)]
+pub struct Settings {
+    noise: Noise,
+    wanted: Wanted,
+}
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct SettingsToml {
+    #[serde(default)]
+    noise: NoiseToml,
+    estimate: EstimateToml,
+}
+
+impl Settings {
+    /// Reads a text of these two tables alone, for `robot`, as those of a problem file. `file` is
+    /// its name for messages.
+    ///
+    /// # Errors
+    /// If the text is not such.
+    pub fn read(text: &str, file: &str, robot: &Robot) -> Result<Settings, IoError> {
+        let context = Context { text, file, folder: Path::new("") };
+        bytes::check_size(text.len() as u64, MAX_BYTES, file)?;
+        let toml: SettingsToml = toml::from_str(text).map_err(|error| context.syntax(&error))?;
+        Settings::of(&toml.noise, &toml.estimate, robot, &context)
+    }
+
+    pub(super) fn of(
+        noise: &NoiseToml,
+        estimate: &EstimateToml,
+        robot: &Robot,
+        context: &Context<'_>,
+    ) -> Result<Settings, IoError> {
+        let wanted = parameters::wanted(estimate, robot, context)?;
+        Ok(Settings { noise: self::noise(noise, context)?, wanted })
+    }
+
+    /// How well a fixture's place is taken to be known: if those of all are to be estimated, one
+    /// that is given is where to begin.
+    pub fn fixture_freedom(&self, given: PlacePrior) -> PlacePrior {
+        if self.wanted.fixtures && given == PlacePrior::Fixed { PlacePrior::Flat } else { given }
+    }
+
+    /// The problem with these settings; a known tool is freed if its place is to be estimated,
+    /// fixtures are as they are.
+    ///
+    /// # Errors
+    /// If joints are to give way and nothing pulls on them, neither gravity nor a load: no contact
+    /// could tell by how much.
+    pub fn problem(
+        self,
+        robot: Robot,
+        (mut tool, fixtures, distances): (Tool, Vec<Fixture>, Vec<Distance>),
+        mut contacts: ContactLog,
+    ) -> Result<Problem, IoError> {
+        let Settings { noise, wanted } = self;
+        let (weightless, loaded) = (robot.gravity().norm() == 0.0, contacts.has_loads());
+        match wanted.joint_compliance {
+            Some(place) if weightless && !loaded => {
+                let expected = "gravity or a load (`load_on` in [[contacts]]) under which joints give way";
+                return Err(IoError::unexpected(place, expected, "\"joint_compliance\" with `gravity` of 0"));
+            }
+            None if loaded && !robot.is_compliant() => contacts.note(
+                "load_on: no joint gives way, so that the load changes nothing; ask for joint_compliance, or name a URDF that was calibrated with it",
+            ),
+            _ if !weightless && loaded && !robot.has_masses() => contacts.note(
+                "joint_compliance: the URDF lacks masses; 1 kg a link stands in for them, beside which the load counts too much or too little; \
+                 give links an <inertial>, or declare gravity = [0, 0, 0] if the arm makes up for its weight",
+            ),
+            _ => {}
+        }
+        if wanted.tool && tool.prior == PlacePrior::Fixed {
+            tool.prior = PlacePrior::Flat;
+        }
+        Ok(Problem {
+            distances,
+            noise,
+            parameters: wanted.parameters,
+            joint_drift: wanted.joint_drift,
+            method: wanted.method,
+            loss: wanted.loss,
+            ..Problem::new(robot, tool, fixtures, contacts)
+        })
+    }
+}
+
+fn noise(table: &NoiseToml, context: &Context<'_>) -> Result<Noise, IoError> {
+    let encoder = context.number(table.encoder_deg.as_ref(), DEG, Allowed::NotNegative, "noise, encoder_deg")?;
+    let contact = context.number(table.contact_mm.as_ref(), MM, Allowed::NotNegative, "noise, contact_mm")?;
+    let noise = Noise {
+        encoder: encoder.unwrap_or(DEFAULT_ENCODER),
+        contact: contact.unwrap_or(DEFAULT_CONTACT),
+        is_estimated: table.estimated.unwrap_or(encoder.is_none() && contact.is_none()),
+    };
+    if noise.encoder == 0.0 && noise.contact == 0.0 {
+        let place = Place::file(context.file).field("noise");
+        return Err(IoError::unexpected(place, "encoder or contact noise above 0", "both 0"));
+    }
+    Ok(noise)
+}

@@ -1,0 +1,260 @@
+//! Tool and fixture together: their shapes and contact manifold.
+
+use std::ops::Range;
+use std::rc::Rc;
+
+use nalgebra::Point3;
+use toml::Spanned;
+
+use super::context::{Allowed, Context, MM};
+use super::projected;
+use super::schema::{FixtureKind, FixtureToml, ManifoldToml, Number, Text, ToolKind, ToolToml};
+use super::source::{Outline, Sources};
+use crate::geometry::{MeshPair, Parts, PrismPair, TriangleMesh};
+use crate::io::base::bytes::Input;
+use crate::io::base::error::{IoError, Place};
+use crate::manifold::{self, ContactManifold, FITTING, Misfit, Unmodeled, check_fit, exact_manifold};
+
+/// What the tool table says of the tool's shape.
+pub(crate) struct Shape {
+    kind: ToolKind,
+    outline: Option<Rc<Outline>>,
+    solid: Option<Rc<TriangleMesh>>,
+    length: Option<f64>,
+    radius: Option<f64>,
+    span: Range<usize>,
+}
+
+impl Shape {
+    pub(crate) fn of(
+        tool: &Spanned<ToolToml>,
+        context: &Context<'_>,
+        inputs: &mut Vec<Input>,
+    ) -> Result<Self, IoError> {
+        let span = tool.span();
+        let tool = tool.get_ref();
+        let length = context.number(tool.length_mm.as_ref(), MM, Allowed::Positive, "tool, length_mm")?;
+        let radius = context.number(tool.radius_mm.as_ref(), MM, Allowed::Positive, "tool, radius_mm")?;
+        let sources = Sources {
+            outline: &tool.outline,
+            outline_name: &tool.outline_name,
+            outline_unit: &tool.outline_unit,
+            builtin: &tool.builtin,
+            mesh: &tool.mesh,
+            mesh_unit: &tool.mesh_unit,
+        };
+        let number = |value: &Option<Number>, key| value.as_ref().map(|value| (value.span(), key));
+        let (radius_mm, length_mm) = (number(&tool.radius_mm, "radius_mm"), number(&tool.length_mm, "length_mm"));
+        let foreign = match tool.kind {
+            ToolKind::Peg => radius_mm.or(length_mm.filter(|_| tool.mesh.is_some())),
+            ToolKind::Point => radius_mm.or(length_mm).or(sources.key()),
+            ToolKind::Ball => length_mm.or(sources.key()),
+        };
+        if let Some((span, key)) = foreign {
+            let has_mesh = tool.kind == ToolKind::Peg && tool.mesh.is_some();
+            let name = if has_mesh { "peg's mesh" } else { tool_name(tool.kind) };
+            let expected = format!("what belongs to a {name}");
+            return Err(IoError::unexpected(context.place(span, "tool"), expected, format!("`{key}`")));
+        }
+        let outline = sources.outline("tool", context, inputs)?.map(Rc::new);
+        let solid = sources.solid("tool", context, inputs)?.map(Rc::new);
+        Ok(Shape { kind: tool.kind, outline, solid, length, radius, span })
+    }
+
+    /// How this tool touches a fixture.
+    pub(super) fn touching(
+        &self,
+        fixture: &Spanned<FixtureToml>,
+        context: &Context<'_>,
+        inputs: &mut Vec<Input>,
+    ) -> Result<Box<dyn ContactManifold>, IoError> {
+        let name = format!("fixture `{}`", fixture.get_ref().name.get_ref());
+        if (self.kind, fixture.get_ref().kind) == (ToolKind::Peg, FixtureKind::Hole) {
+            projected::check_keys(fixture.get_ref(), &name, context)?;
+            match fixture.get_ref().manifold.as_ref().map_or_else(Default::default, |chosen| *chosen.get_ref()) {
+                ManifoldToml::Exact => {}
+                ManifoldToml::Nearest => return projected::nearest(fixture, context, inputs),
+                ManifoldToml::Learned => return projected::learned(fixture, context, inputs),
+                ManifoldToml::Unknown => return Ok(Box::new(Unmodeled)),
+            }
+            if let Some(peg) = &self.solid {
+                return solid_in_hole(peg, fixture, context, inputs);
+            }
+            let manifold = exact_manifold(&self.parts(fixture, context, inputs)?);
+            let depth = context.required(fixture.get_ref().depth_mm.as_ref(), MM, fixture.span(), &name)?;
+            return match check_fit(manifold.as_ref(), depth) {
+                Ok(()) => Ok(manifold),
+                Err(misfit) => Err(unfitting(misfit, context.place(fixture.span(), name))),
+            };
+        }
+        Ok(exact_manifold(&self.parts(fixture, context, inputs)?))
+    }
+
+    /// This tool and a fixture.
+    pub(crate) fn parts(
+        &self,
+        fixture: &Spanned<FixtureToml>,
+        context: &Context<'_>,
+        inputs: &mut Vec<Input>,
+    ) -> Result<Parts, IoError> {
+        let name = format!("fixture `{}`", fixture.get_ref().name.get_ref());
+        check_keys(fixture.get_ref(), &name, context)?;
+        let on_plane = |points, radius| Ok(Parts::OnPlane { points, radius });
+        match (self.kind, fixture.get_ref().kind) {
+            (ToolKind::Peg, FixtureKind::Hole) => self.in_hole(self.outline(context)?, fixture, context, inputs),
+            (ToolKind::Peg, FixtureKind::Plane) => {
+                if let Some(solid) = &self.solid {
+                    return on_plane(solid.corners(), 0.0);
+                }
+                let tip = &self.outline(context)?.profile;
+                on_plane(tip.vertices().iter().map(|vertex| Point3::new(vertex.x, vertex.y, 0.0)).collect(), 0.0)
+            }
+            (ToolKind::Ball, FixtureKind::Plane) => match self.radius {
+                Some(radius) => on_plane(vec![Point3::origin()], radius),
+                None => {
+                    let place = context.place(self.span.clone(), "tool, radius_mm");
+                    Err(IoError::unexpected(place, "the ball's radius, which a plane needs", "none"))
+                }
+            },
+            (ToolKind::Point, FixtureKind::Plane) => on_plane(vec![Point3::origin()], 0.0),
+            (ToolKind::Ball | ToolKind::Point, FixtureKind::Socket) => Ok(Parts::BallInSocket),
+            (kind, _) => {
+                let expected = match kind {
+                    ToolKind::Peg => "a hole or plane, which a peg can touch",
+                    ToolKind::Ball => "a socket or plane, which a ball can touch",
+                    ToolKind::Point => "a socket or plane, which a point can touch",
+                };
+                let found = format!("a {}", fixture_name(fixture.get_ref().kind));
+                Err(IoError::unexpected(context.place(fixture.span(), name), expected, found))
+            }
+        }
+    }
+
+    /// The peg's outline.
+    fn outline(&self, context: &Context<'_>) -> Result<&Outline, IoError> {
+        self.outline.as_deref().ok_or_else(|| {
+            let place = context.place(self.span.clone(), "tool");
+            let found = if self.solid.is_some() { "`mesh`, which contacts alone can use" } else { "none" };
+            IoError::unexpected(place, "`outline` or `builtin` of the peg", found)
+        })
+    }
+
+    fn in_hole(
+        &self,
+        outline: &Outline,
+        fixture: &Spanned<FixtureToml>,
+        context: &Context<'_>,
+        inputs: &mut Vec<Input>,
+    ) -> Result<Parts, IoError> {
+        let span = fixture.span();
+        let fixture = fixture.get_ref();
+        let name = format!("fixture `{}`", fixture.name.get_ref());
+        let depth = context.required(fixture.depth_mm.as_ref(), MM, span.clone(), &format!("{name}, depth_mm"))?;
+        let Some(length) = self.length else {
+            let place = context.place(self.span.clone(), "tool, length_mm");
+            return Err(IoError::unexpected(place, "the peg's length, which a hole needs", "none"));
+        };
+        let mesh = fixture.mesh.as_ref().map(Spanned::span);
+        if let Some(span) = mesh.or(fixture.mesh_unit.as_ref().map(Spanned::span)) {
+            let expected = "an outline of the hole, as the peg has, or a mesh of both";
+            return Err(IoError::unexpected(context.place(span, name), expected, "a mesh of the hole alone"));
+        }
+        let own = fixture_sources(fixture).outline(&name, context, inputs)?;
+        let field = format!("{name}, outline_offset_mm");
+        let offset = context.number(fixture.outline_offset_mm.as_ref(), MM, Allowed::Positive, &field)?;
+        let fault = |file: &str, message: String| IoError::syntax(Place::file(file), message);
+        let hole = match (own, offset) {
+            (Some(own), None) => own.profile,
+            (None, Some(offset)) => {
+                outline.profile.offset_mitred(offset).map_err(|error| fault(&outline.file, error.to_string()))?
+            }
+            (own, _) => {
+                let found = if own.is_some() { "both" } else { "neither" };
+                let expected = "either `outline_offset_mm` or the hole's own `outline`";
+                return Err(IoError::unexpected(context.place(span, name), expected, found));
+            }
+        };
+        let shapes = PrismPair::new(outline.profile.clone(), length, hole, depth);
+        let shapes = shapes.map_err(|error| fault(&outline.file, error.to_string()))?;
+        Ok(Parts::PegInHole(Box::new(shapes)))
+    }
+}
+
+/// A peg and a hole as meshes.
+fn solid_in_hole(
+    peg: &TriangleMesh,
+    table: &Spanned<FixtureToml>,
+    context: &Context<'_>,
+    inputs: &mut Vec<Input>,
+) -> Result<Box<dyn ContactManifold>, IoError> {
+    let fixture = table.get_ref();
+    let name = format!("fixture `{}`", fixture.name.get_ref());
+    let offset = fixture.outline_offset_mm.as_ref().map(|offset| (offset.span(), "outline_offset_mm"));
+    let sources = fixture_sources(fixture);
+    let outline = sources.key().filter(|_| fixture.mesh.is_none());
+    if let Some((span, key)) = offset.or(outline) {
+        let expected = "`mesh` of the hole, as the peg has, or outlines of both";
+        return Err(IoError::unexpected(context.place(span, name), expected, format!("`{key}`")));
+    }
+    let depth = context.required(fixture.depth_mm.as_ref(), MM, table.span(), &format!("{name}, depth_mm"))?;
+    let place = || context.place(table.span(), &name);
+    let Some(hole) = sources.solid(&name, context, inputs)? else {
+        return Err(IoError::unexpected(place(), "`mesh` of the hole, as the peg has", "none"));
+    };
+    manifold::peg_in_hole(MeshPair::new(peg.clone(), hole), depth).map_err(|misfit| unfitting(misfit, place()))
+}
+
+fn unfitting(misfit: Misfit, place: Place) -> IoError {
+    IoError::unexpected(place, FITTING, misfit.to_string())
+}
+
+fn fixture_sources(fixture: &FixtureToml) -> Sources<'_> {
+    Sources {
+        outline: &fixture.outline,
+        outline_name: &fixture.outline_name,
+        outline_unit: &fixture.outline_unit,
+        builtin: &fixture.builtin,
+        mesh: &fixture.mesh,
+        mesh_unit: &fixture.mesh_unit,
+    }
+}
+
+/// Only a hole has a depth, an outline and a choice of manifolds.
+fn check_keys(fixture: &FixtureToml, name: &str, context: &Context<'_>) -> Result<(), IoError> {
+    if fixture.kind == FixtureKind::Hole {
+        return Ok(());
+    }
+    let number = |value: &Option<Number>, key| value.as_ref().map(|value| (value.span(), key));
+    let text = |value: &Option<Text>, key| value.as_ref().map(|value| (value.span(), key));
+    let foreign = number(&fixture.depth_mm, "depth_mm")
+        .or(number(&fixture.outline_offset_mm, "outline_offset_mm"))
+        .or(fixture_sources(fixture).key())
+        .or(fixture.manifold.as_ref().map(|manifold| (manifold.span(), "manifold")))
+        .or(text(&fixture.samples, "samples"))
+        .or(text(&fixture.weights, "weights"))
+        .or(number(&fixture.neighbours, "neighbours"))
+        .or(number(&fixture.mm_per_deg, "mm_per_deg"));
+    match foreign {
+        None => Ok(()),
+        Some((span, key)) => {
+            let expected = format!("what belongs to a {}", fixture_name(fixture.kind));
+            Err(IoError::unexpected(context.place(span, name), expected, format!("`{key}`")))
+        }
+    }
+}
+
+fn tool_name(kind: ToolKind) -> &'static str {
+    match kind {
+        ToolKind::Peg => "peg",
+        ToolKind::Ball => "ball",
+        ToolKind::Point => "point",
+    }
+}
+
+fn fixture_name(kind: FixtureKind) -> &'static str {
+    match kind {
+        FixtureKind::Hole => "hole",
+        FixtureKind::Socket => "socket",
+        FixtureKind::Plane => "plane",
+    }
+}

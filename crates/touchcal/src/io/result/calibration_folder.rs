@@ -1,0 +1,250 @@
+//! A calibration's folder: `calibrated.urdf`, `estimate.json` and `report.html`.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use crate::estimate::{Estimate, Fixture, Problem, Progress, Score, Spread, Status, Warning, apply_estimated_places};
+use crate::io::base::atomic;
+use crate::io::base::bytes::Input;
+use crate::io::base::error::{IoError, Place};
+use crate::io::problem::loaded::Loaded;
+use crate::io::result::estimate_file::{
+    self, ContactCounts, EstimateFile, FixtureResidual, NullDirection, ParameterEntry, ResidualStats, Residuals,
+    TerminationEntry, WarningEntry,
+};
+use crate::io::result::offsets_yaml;
+use crate::io::robot::urdf;
+use crate::report::{self, Report, WarningText};
+use crate::robot::{Robot, split_offsets};
+use crate::se3::Pose;
+
+/// The calibrated robot's file.
+pub const CALIBRATED: &str = "calibrated.urdf";
+/// The estimate's file.
+pub const ESTIMATE: &str = "estimate.json";
+/// The page to look at.
+pub const REPORT: &str = "report.html";
+/// The file for Foxglove and Rerun.
+const MCAP: &str = "calibration.mcap";
+/// The files for a driver that takes encoder offsets.
+const DRIVER: [&str; 2] = ["robot.urdf", "joint_offsets.yaml"];
+
+/// A calibration done.
+#[derive(Clone, Debug)]
+pub struct Solved {
+    /// What came out.
+    pub estimate: Estimate,
+    /// How well the nominal arm explains the contacts.
+    pub prefit: Score,
+    /// The estimation's steps.
+    pub steps: Vec<Progress>,
+    /// What the estimation took (s).
+    pub seconds: f64,
+}
+
+/// A calibration's files.
+pub struct Written {
+    /// Path of the calibrated URDF.
+    pub urdf: PathBuf,
+    /// Path of the estimate.
+    pub estimate: PathBuf,
+    /// Path of the report.
+    pub report: PathBuf,
+    /// Paths of the URDF and the offsets that belong together, if they were asked for.
+    pub driver: Option<[PathBuf; 2]>,
+    /// Path of the calibration for Foxglove and Rerun, if it was asked for.
+    pub mcap: Option<PathBuf>,
+}
+
+/// All files that a calibration may leave in `folder`.
+pub fn paths(folder: &Path) -> Vec<PathBuf> {
+    let driver = DRIVER.iter().map(|name| folder.join("driver").join(name));
+    [CALIBRATED, ESTIMATE, REPORT, MCAP].iter().map(|name| folder.join(name)).chain(driver).collect()
+}
+
+/// Writes `calibrated.urdf`, `estimate.json` and `report.html` into `folder`; `file` is what
+/// [`estimate_file()`] made of `solved`.
+///
+/// # Errors
+/// If one of them cannot be made or written.
+pub fn write(folder: &Path, loaded: &Loaded, solved: &Solved, file: &EstimateFile) -> Result<Written, IoError> {
+    let text = calibrated_urdf(loaded, &solved.estimate)?;
+    let json = file.to_json()?;
+    let page = page(loaded, solved, file)?;
+    let written = Written {
+        urdf: folder.join(CALIBRATED),
+        estimate: folder.join(ESTIMATE),
+        report: folder.join(REPORT),
+        driver: None,
+        mcap: None,
+    };
+    atomic::write(&written.urdf, text.as_bytes())?;
+    atomic::write(&written.estimate, json.as_bytes())?;
+    atomic::write(&written.report, page.as_bytes())?;
+    Ok(written)
+}
+
+/// Writes what a driver that takes encoder offsets needs instead of `calibrated.urdf`: the offsets,
+/// and the URDF without them ([`split_offsets`]); nothing where the problem's chain has other
+/// joints.
+///
+/// # Errors
+/// If one of them cannot be made or written.
+pub fn write_driver(folder: &Path, loaded: &Loaded, estimate: &Estimate) -> Result<Option<[PathBuf; 2]>, IoError> {
+    let Some((robot, offsets)) = split_offsets(&calibrated(loaded, estimate), &loaded.problem.robot) else {
+        return Ok(None);
+    };
+    let paths = DRIVER.map(|name| folder.join("driver").join(name));
+    let texts = [urdf::rewrite(&loaded.urdf, &robot)?, offsets_yaml::text(&robot, &offsets)];
+    for (path, text) in paths.iter().zip(texts) {
+        atomic::write(path, text.as_bytes())?;
+    }
+    Ok(Some(paths))
+}
+
+/// Writes `calibration.mcap`, for Foxglove and Rerun, and returns its path.
+///
+/// # Errors
+/// If it cannot be made or written.
+#[cfg(feature = "mcap")]
+pub fn write_mcap(folder: &Path, loaded: &Loaded, estimate: &Estimate) -> Result<PathBuf, IoError> {
+    let path = folder.join(MCAP);
+    atomic::write(&path, &crate::io::result::calibration_mcap::to_bytes(&loaded.problem, estimate)?)?;
+    Ok(path)
+}
+
+/// The text of `calibrated.urdf`.
+///
+/// # Errors
+/// If the robot cannot be written into the text it was read from.
+pub fn calibrated_urdf(loaded: &Loaded, estimate: &Estimate) -> Result<String, IoError> {
+    urdf::rewrite(&loaded.urdf, &calibrated(loaded, estimate))
+}
+
+/// The text of `report.html`, with the warnings and inputs of `file`.
+///
+/// # Errors
+/// If a number cannot be said in JSON.
+pub fn page(loaded: &Loaded, solved: &Solved, file: &EstimateFile) -> Result<String, IoError> {
+    let warning = |entry: &WarningEntry| WarningText { message: entry.message.clone(), advice: entry.advice.clone() };
+    let input = |entry: &Input| report::Input { path: entry.path.clone(), sha256: entry.sha256.clone() };
+    let report = Report {
+        problem: &loaded.problem,
+        estimate: &solved.estimate,
+        prefit: &solved.prefit,
+        steps: &solved.steps,
+        warnings: &file.warnings.iter().map(warning).collect::<Vec<_>>(),
+        inputs: &file.inputs.iter().map(input).collect::<Vec<_>>(),
+    };
+    report.html().map_err(|error| IoError::syntax(Place::file(REPORT), error.to_string()))
+}
+
+/// Puts tool and fixtures where a calibration found them, as [`apply_estimated_places`] does, for
+/// an arm read from the `calibrated.urdf` that it wrote: a tool that is the tip link itself is
+/// there already.
+pub fn place_written(problem: &mut Problem, found: &EstimateFile) {
+    let nominal = Some(problem.tool.tip_from_tool).filter(|_| problem.tool_is_tip());
+    let entry = |name: &str| found.parameters.iter().find(|entry| entry.name == name);
+    apply_estimated_places(problem, |name| entry(name).map(|entry| entry.value));
+    problem.tool.tip_from_tool = nominal.unwrap_or(problem.tool.tip_from_tool);
+}
+
+/// The calibrated arm as it is written: a tool that is the tip link moves that link.
+fn calibrated(loaded: &Loaded, estimate: &Estimate) -> Robot {
+    let motion = estimate.tool_motion().filter(|_| loaded.problem.tool_is_tip());
+    motion.and_then(|motion| estimate.robot.with_tip_moved(&motion)).unwrap_or_else(|| estimate.robot.clone())
+}
+
+/// A calibration as it is written.
+pub fn estimate_file(loaded: &Loaded, solved: &Solved) -> EstimateFile {
+    let Solved { estimate, prefit, seconds, .. } = solved;
+    let size = estimate.parameters.len();
+    let fixtures = &loaded.problem.fixtures;
+    EstimateFile {
+        schema: estimate_file::SCHEMA,
+        status: match estimate.status {
+            Status::Converged => estimate_file::Status::Converged,
+            Status::NotConverged => estimate_file::Status::NotConverged,
+            Status::NotUsable => estimate_file::Status::NotUsable,
+        },
+        parameters: parameters(estimate),
+        covariance: (0..size).map(|i| (0..size).map(|j| estimate.covariance[(i, j)]).collect()).collect(),
+        rank: estimate.identifiability.rank,
+        condition: finite(estimate.identifiability.condition),
+        null_space: null_space(estimate),
+        residuals: Residuals { prefit: stats(prefit, fixtures), postfit: stats(&estimate.postfit, fixtures) },
+        contacts: ContactCounts {
+            read: estimate.contacts.read,
+            used: estimate.contacts.used as u64,
+            rejected: estimate.contacts.rejected as u64,
+        },
+        termination: TerminationEntry {
+            reason: estimate.termination.reason.name().to_owned(),
+            measured: finite(estimate.termination.measured),
+            threshold: finite(estimate.termination.threshold),
+            iterations: estimate.termination.iterations,
+        },
+        warnings: warnings(estimate),
+        inputs: loaded.inputs.clone(),
+        version: env!("CARGO_PKG_VERSION").to_owned(),
+        seconds: *seconds,
+    }
+}
+
+fn parameters(estimate: &Estimate) -> Vec<ParameterEntry> {
+    let each = estimate.parameters.iter().map(|entry| ParameterEntry {
+        name: entry.parameter.name.clone(),
+        block: entry.parameter.id.block().name().to_owned(),
+        unit: entry.parameter.unit.symbol().to_owned(),
+        value: entry.value,
+        sigma: entry.sigma,
+        prior_sigma: entry.parameter.prior_sigma(),
+        identifiable: entry.identifiable,
+    });
+    each.collect()
+}
+
+fn null_space(estimate: &Estimate) -> Vec<NullDirection> {
+    let name = |k: usize| estimate.parameters[k].parameter.name.clone();
+    let each = estimate.identifiability.null_space.iter().map(|null| NullDirection {
+        description: null.description.clone(),
+        direction: null.direction.iter().map(|&(k, part)| (name(k), part)).collect(),
+    });
+    each.collect()
+}
+
+fn warnings(estimate: &Estimate) -> Vec<WarningEntry> {
+    let entry = |warning: &Warning| match warning {
+        Warning::ToolNotInRobot { tip_from_tool } => {
+            WarningEntry { advice: format!("it is tip_from_tool = {}", as_declared(tip_from_tool)), ..warning.into() }
+        }
+        _ => warning.into(),
+    };
+    estimate.warnings.iter().map(entry).collect()
+}
+
+/// A tool's place as problem.toml states it.
+fn as_declared(tip_from_tool: &Pose) -> String {
+    let [x, y, z]: [f64; 3] = tip_from_tool.translation.vector.map(|metres| 1e3 * metres).into();
+    let [i, j, k, w]: [f64; 4] = tip_from_tool.rotation.coords.into();
+    format!("{{ xyz_mm = [{x:.4}, {y:.4}, {z:.4}], quat_wxyz = [{w:.7}, {i:.7}, {j:.7}, {k:.7}] }}")
+}
+
+/// A score as it is written.
+pub fn stats(score: &Score, fixtures: &[Fixture]) -> ResidualStats {
+    let [mean_mm, rms_mm, max_mm] = millimetres(&score.all);
+    let each = fixtures.iter().zip(&score.per_fixture).map(|(fixture, spread)| {
+        let [mean_mm, rms_mm, max_mm] = millimetres(spread);
+        (fixture.name.clone(), FixtureResidual { contacts: spread.count, mean_mm, rms_mm, max_mm })
+    });
+    ResidualStats { mean_mm, rms_mm, max_mm, per_fixture: each.collect::<BTreeMap<_, _>>() }
+}
+
+fn millimetres(spread: &Spread) -> [Option<f64>; 3] {
+    [spread.mean, spread.rms, spread.max].map(|value| finite(1e3 * value).filter(|_| spread.count > 0))
+}
+
+/// JSON has no infinities.
+fn finite(value: f64) -> Option<f64> {
+    value.is_finite().then_some(value)
+}

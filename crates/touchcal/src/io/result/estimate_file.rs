@@ -1,0 +1,179 @@
+//! `estimate.json`: the result of a calibration, schema 2. Values in SI units and radians unless a
+//! key says otherwise. Files of schema 1 are read too.
+
+use std::path::Path;
+
+use serde::{Deserialize, Serialize};
+
+use super::estimate_schema_1;
+use crate::io::base::bytes::{self, Input};
+use crate::io::base::error::{IoError, Place};
+
+pub use super::estimate_entries::{
+    ContactCounts, FixtureResidual, NullDirection, ParameterEntry, ResidualStats, Residuals, Severity, Status,
+    TerminationEntry, WarningEntry,
+};
+
+/// The schema that this version writes; it reads schema 1 too.
+pub const SCHEMA: u32 = 2;
+/// Largest file read (bytes).
+pub const MAX_BYTES: u64 = 256 << 20;
+
+/// A calibration's result.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct EstimateFile {
+    /// Always [`SCHEMA`]; files of schema 1 are converted.
+    pub schema: u32,
+    /// Whether the result may be used.
+    pub status: Status,
+    /// What was estimated.
+    pub parameters: Vec<ParameterEntry>,
+    /// Covariance of the parameters, in their order and units; square.
+    pub covariance: Vec<Vec<f64>>,
+    /// How many directions of the parameters the data determine.
+    pub rank: usize,
+    /// Condition number of the scaled Jacobian; none where it is singular.
+    pub condition: Option<f64>,
+    /// Directions of the parameters that the data do not determine.
+    pub null_space: Vec<NullDirection>,
+    /// Distances from the contact manifolds.
+    pub residuals: Residuals,
+    /// Counts of rows and contacts.
+    pub contacts: ContactCounts,
+    /// Why the solver stopped.
+    pub termination: TerminationEntry,
+    /// Warnings about the result.
+    pub warnings: Vec<WarningEntry>,
+    /// Files that were read.
+    pub inputs: Vec<Input>,
+    /// Version of this crate that wrote the file.
+    pub version: String,
+    /// Time the calibration took (s).
+    pub seconds: f64,
+}
+
+impl From<estimate_schema_1::EstimateFile1> for EstimateFile {
+    fn from(old: estimate_schema_1::EstimateFile1) -> Self {
+        EstimateFile {
+            schema: SCHEMA,
+            status: old.status,
+            parameters: old.parameters.into_iter().map(estimate_schema_1::parameter).collect(),
+            covariance: old.covariance,
+            rank: old.rank,
+            condition: old.condition,
+            null_space: old.null_space.into_iter().map(NullDirection::from).collect(),
+            residuals: old.residuals,
+            contacts: old.contacts,
+            termination: old.termination,
+            warnings: old.warnings.into_iter().map(WarningEntry::from).collect(),
+            inputs: old.inputs,
+            version: old.version,
+            seconds: old.seconds,
+        }
+    }
+}
+
+impl EstimateFile {
+    /// The file's text, indented, with a final line break.
+    ///
+    /// # Errors
+    /// If a number is NaN or infinite, which JSON cannot hold, or the covariance does not fit the
+    /// parameters.
+    pub fn to_json(&self) -> Result<String, IoError> {
+        self.check("estimate.json")?;
+        let json = serde_json::to_string_pretty(self).map_err(|error| syntax("estimate.json", &error))?;
+        Ok(json + "\n")
+    }
+
+    /// Reads the text of a file; `file` is its name for messages.
+    ///
+    /// # Errors
+    /// If it is no JSON, of another schema, or a key is missing, unknown or of the wrong kind.
+    pub fn from_json(text: &str, file: &str) -> Result<EstimateFile, IoError> {
+        /// The key that says how to read the others.
+        #[derive(Deserialize)]
+        struct Head {
+            schema: u64,
+        }
+        let head: Head = serde_json::from_str(text).map_err(|error| syntax(file, &error))?;
+        let estimate: EstimateFile = match head.schema {
+            1 => serde_json::from_str::<estimate_schema_1::EstimateFile1>(text).map(EstimateFile::from),
+            2 => serde_json::from_str(text),
+            other => {
+                let place = Place::file(file).field("schema");
+                return Err(IoError::unexpected(place, "schema 1 or 2", format!("{other}")));
+            }
+        }
+        .map_err(|error| syntax(file, &error))?;
+        estimate.check(file)?;
+        Ok(estimate)
+    }
+
+    /// Reads a file.
+    ///
+    /// # Errors
+    /// As [`EstimateFile::from_json`], and if the file cannot be read.
+    pub fn read_file(path: &Path) -> Result<EstimateFile, IoError> {
+        let (text, input) = bytes::read_text(path, MAX_BYTES)?;
+        EstimateFile::from_json(&text, &input.path)
+    }
+
+    fn check(&self, file: &str) -> Result<(), IoError> {
+        let n = self.parameters.len();
+        let place = |field: String| Place::file(file).field(field);
+        if self.covariance.len() != n || self.covariance.iter().any(|row| row.len() != n) {
+            let rows: Vec<usize> = self.covariance.iter().map(Vec::len).take(n.min(10) + 1).collect();
+            let found = format!("{} rows of {rows:?}…", self.covariance.len());
+            return Err(IoError::unexpected(place("covariance".to_owned()), format!("{n} rows of {n} numbers"), found));
+        }
+        match self.numbers().find(|(_, value)| !value.is_finite()) {
+            Some((field, value)) => Err(IoError::unexpected(place(field), "a finite number", format!("{value}"))),
+            None => Ok(()),
+        }
+    }
+
+    /// Every number that is a measure or an estimate, with its key.
+    fn numbers(&self) -> impl Iterator<Item = (String, f64)> {
+        let parameters = self.parameters.iter().flat_map(|entry| {
+            let sigmas = [("sigma", entry.sigma), ("prior_sigma", entry.prior_sigma)];
+            let all = [("value", Some(entry.value))].into_iter().chain(sigmas);
+            all.filter_map(|(key, value)| Some((format!("parameters `{}`, {key}", entry.name), value?)))
+        });
+        let covariance = self.covariance.iter().enumerate().flat_map(|(i, row)| {
+            row.iter().enumerate().map(move |(k, value)| (format!("covariance[{i}][{k}]"), *value))
+        });
+        let null = self
+            .null_space
+            .iter()
+            .flat_map(|null| null.direction.iter().map(|(name, value)| (format!("null_space, {name}"), *value)));
+        let stats = [("prefit", &self.residuals.prefit), ("postfit", &self.residuals.postfit)];
+        let residuals = stats.into_iter().flat_map(|(name, stats)| {
+            let overall = [stats.mean_mm, stats.rms_mm, stats.max_mm].into_iter().flatten();
+            let each = stats.per_fixture.values().flat_map(|f| [f.mean_mm, f.rms_mm, f.max_mm].into_iter().flatten());
+            overall.chain(each).map(move |value| (format!("residuals.{name}"), value))
+        });
+        let single = [
+            ("condition", self.condition),
+            ("termination.measured", self.termination.measured),
+            ("termination.threshold", self.termination.threshold),
+            ("seconds", Some(self.seconds)),
+        ];
+        let single = single.into_iter().filter_map(|(key, value)| Some((key.to_owned(), value?)));
+        parameters.chain(covariance).chain(null).chain(residuals).chain(single)
+    }
+}
+
+fn syntax(file: &str, error: &serde_json::Error) -> IoError {
+    let mut place = Place::file(file);
+    let mut message = error.to_string();
+    if error.line() > 0 {
+        place.line = Some(error.line() as u64);
+        place.column = Some(error.column() as u64);
+        // The place is said once.
+        if let Some(end) = message.rfind(" at line ") {
+            message.truncate(end);
+        }
+    }
+    IoError::syntax(place, message)
+}

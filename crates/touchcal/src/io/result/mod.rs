@@ -1,0 +1,9 @@
+//! Results of a calibration.
+
+pub mod calibration_folder;
+#[cfg(feature = "mcap")]
+pub mod calibration_mcap;
+mod estimate_entries;
+pub mod estimate_file;
+mod estimate_schema_1;
+pub mod offsets_yaml;

@@ -1,0 +1,3 @@
+//! Files that describe an arm.
+
+pub mod urdf;

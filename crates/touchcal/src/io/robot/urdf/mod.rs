@@ -1,0 +1,105 @@
+//! URDF: the robot's kinematics, read into a [`Robot`], and a calibrated robot written back into
+//! the same text.
+//!
+//! Only what a serial chain needs is read: joints with their kind, origin, axis and limits, their
+//! links' masses, and the joints' compliance, `<touchcal_compliance rad_per_nm="…"/>`, an element
+//! of our own that other readers of URDF pass over. Meshes, transmissions and vendor elements are
+//! left alone, when reading and when writing.
+
+mod document;
+mod numbers;
+mod read;
+mod weight;
+mod write;
+
+use std::path::Path;
+
+use crate::io::base::bytes::{self, Input};
+use crate::io::base::error::{IoError, Place};
+use crate::io::base::suggest;
+use crate::robot::{Robot, builtin};
+
+pub use read::Ends;
+pub use write::rewrite;
+
+/// Largest URDF read (bytes). Those of whole humanoids have about 1 MB.
+pub const MAX_BYTES: u64 = 64 << 20;
+
+/// A robot with the text it was read from.
+#[derive(Clone, Debug, PartialEq)]
+pub struct UrdfFile {
+    /// The chain.
+    pub robot: Robot,
+    /// The whole text.
+    pub text: String,
+    /// The file, for provenance; for a built-in arm `builtin:NAME`.
+    pub input: Input,
+}
+
+/// Reads the chain between `ends` from URDF text; `file` is its name for messages.
+///
+/// # Errors
+/// If the text is no URDF, the chain cannot be found, or a joint in it is of an unsupported kind or
+/// malformed.
+pub fn read(text: &str, file: &str, ends: Ends<'_>) -> Result<Robot, IoError> {
+    read::robot(text, file, ends)
+}
+
+/// Reads the chain between `ends` from the bytes of a URDF.
+///
+/// # Errors
+/// As [`read`], and if there are more than [`MAX_BYTES`] or they are not UTF-8.
+pub fn read_bytes(content: &[u8], file: &str, ends: Ends<'_>) -> Result<Robot, IoError> {
+    bytes::check_size(content.len() as u64, MAX_BYTES, file)?;
+    read(bytes::text_from(content, file)?, file, ends)
+}
+
+/// Reads a URDF file.
+///
+/// # Errors
+/// As [`read_bytes`], and if the file cannot be read.
+pub fn read_file(path: &Path, ends: Ends<'_>) -> Result<UrdfFile, IoError> {
+    let (text, input) = bytes::read_text(path, MAX_BYTES)?;
+    let robot = read(&text, &input.path, ends)?;
+    Ok(UrdfFile { robot, text, input })
+}
+
+/// Reads the chain that `robot` is from another URDF, to stand in the same gravity.
+///
+/// # Errors
+/// As [`read_file`], and if its moving joints are not those of `robot`.
+pub fn read_like(robot: &Robot, path: &Path) -> Result<UrdfFile, IoError> {
+    let mut other = read_file(path, Ends { base: Some(robot.base()), tip: Some(robot.tip()) })?;
+    check_like(robot, &other.robot, &other.input.path)?;
+    other.robot = other.robot.with_gravity(*robot.gravity());
+    Ok(other)
+}
+
+/// Refuses another robot, of `file`, whose moving joints are not those of `robot`.
+///
+/// # Errors
+/// If they are not.
+pub fn check_like(robot: &Robot, other: &Robot, file: &str) -> Result<(), IoError> {
+    let names = |robot: &Robot| robot.moving().map(|joint| joint.name.clone()).collect::<Vec<_>>().join(", ");
+    let (expected, found) = (names(robot), names(other));
+    if expected == found {
+        return Ok(());
+    }
+    Err(IoError::unexpected(Place::file(file), format!("the moving joints {expected}"), found))
+}
+
+/// One of the arms in [`builtin::ALL`]; its tip is its flange unless `ends` says otherwise.
+///
+/// # Errors
+/// If there is no such arm, or no such link in it.
+pub fn read_builtin(name: &str, ends: Ends<'_>) -> Result<UrdfFile, IoError> {
+    let file = format!("builtin:{name}");
+    let Some((_, text)) = builtin::ALL.iter().find(|(known, _)| *known == name) else {
+        let known = || builtin::ALL.iter().map(|(name, _)| *name);
+        let expected = format!("a built-in arm ({})", suggest::list(known()));
+        let found = format!("`{name}`{}", suggest::did_you_mean(name, known()));
+        return Err(IoError::unexpected(Place::file("builtin"), expected, found));
+    };
+    let robot = read(text, &file, ends)?;
+    Ok(UrdfFile { robot, text: (*text).to_owned(), input: Input { path: file, sha256: bytes::sha256(text) } })
+}

@@ -1,0 +1,50 @@
+//! What bends a joint: the mass of its link and its own compliance.
+
+use roxmltree::Node;
+
+use super::document::{attribute, child, numbers, place};
+use crate::io::base::error::{IoError, Place};
+use crate::robot::{Inertia, JointKind};
+
+/// The child element of a joint that holds its compliance. URDF does not know it: other readers
+/// pass it over.
+pub(super) const COMPLIANCE: &str = "touchcal_compliance";
+/// Its attribute, rad/(N m).
+pub(super) const RAD_PER_NM: &str = "rad_per_nm";
+
+/// Mass and centre of mass of a link; none if it declares none.
+pub(super) fn inertia(link: &Node<'_, '_>, file: &str) -> Result<Option<Inertia>, IoError> {
+    let Some(inertial) = child(link, "inertial") else { return Ok(None) };
+    let name = link.attribute("name").unwrap_or_default();
+    let at = |node: &Node<'_, '_>| place(node, file).field(format!("link `{name}`, inertial"));
+    let Some(mass) = child(&inertial, "mass") else {
+        return Err(IoError::unexpected(at(&inertial), "a <mass value=\"…\"/>", "none"));
+    };
+    let mass = required(&mass, "value", file, at(&mass))?;
+    if mass < 0.0 {
+        return Err(IoError::unexpected(at(&inertial), "a mass of at least 0", format!("{mass}")));
+    }
+    let center = match child(&inertial, "origin") {
+        Some(origin) => numbers::<3>(&origin, "xyz", || at(&origin))?.unwrap_or_default(),
+        None => [0.0; 3],
+    };
+    Ok(Some(Inertia { mass, center: center.into() }))
+}
+
+/// The joint's compliance; 0 where it declares none.
+pub(super) fn compliance(joint: &Node<'_, '_>, kind: JointKind, file: &str) -> Result<f64, IoError> {
+    let Some(element) = child(joint, COMPLIANCE) else { return Ok(0.0) };
+    let name = joint.attribute("name").unwrap_or_default();
+    let at = place(&element, file).field(format!("joint `{name}`, {COMPLIANCE}"));
+    if !matches!(kind, JointKind::Revolute | JointKind::Continuous) {
+        let found = joint.attribute("type").unwrap_or_default();
+        return Err(IoError::unexpected(at, "a joint of type `revolute` or `continuous`", format!("`{found}`")));
+    }
+    required(&element, RAD_PER_NM, file, at)
+}
+
+/// A number that must be there.
+fn required(element: &Node<'_, '_>, name: &str, file: &str, at: Place) -> Result<f64, IoError> {
+    attribute(element, name, file)?;
+    numbers::<1>(element, name, || at).map(|number| number.map_or(0.0, |[number]| number))
+}

@@ -1,0 +1,142 @@
+//! A calibrated chain written into the text it was read from.
+
+use std::ops::Range;
+
+use nalgebra::UnitQuaternion;
+use roxmltree::Node;
+
+use super::document::{child, children, parse, place, robot_element};
+use super::numbers::{roll_pitch_yaw, written};
+use super::read::origin;
+use super::weight::{COMPLIANCE, RAD_PER_NM, compliance};
+use crate::io::base::error::{IoError, Place};
+use crate::robot::{Joint, Robot};
+use crate::se3::Pose;
+
+/// Origins that differ by less (m, rad) from what the text says are left as they are written.
+const UNCHANGED: f64 = 1e-13;
+/// The text's name in messages: `rewrite` is given no path.
+const FILE: &str = "URDF";
+
+/// A replacement of some bytes of the text.
+struct Edit {
+    range: Range<usize>,
+    with: String,
+}
+
+/// The URDF `text` with the joint origins and compliances of `calibrated`.
+///
+/// Of every joint whose origin differs from what the text says, the values of `xyz` and `rpy` are
+/// replaced, or added where absent, and so is `<touchcal_compliance rad_per_nm="…"/>`; every other
+/// byte stays as it is. Numbers are written with all their digits.
+///
+/// # Errors
+/// If the text is no URDF, or a joint of the chain is not in it.
+pub fn rewrite(text: &str, calibrated: &Robot) -> Result<String, IoError> {
+    let document = parse(text, FILE)?;
+    let robot = robot_element(&document, FILE)?;
+    let mut edits = Vec::new();
+    for joint in calibrated.joints() {
+        let node = find(&robot, joint)?;
+        edit_origin(&node, &joint.parent_from_joint, text, &mut edits)?;
+        edits.extend(compliance_edit(&node, joint, text)?);
+    }
+    edits.sort_by_key(|edit| edit.range.start);
+    let mut out = String::with_capacity(text.len() + 64 * edits.len());
+    let mut done = 0;
+    for edit in &edits {
+        out.push_str(slice(text, done..edit.range.start));
+        out.push_str(&edit.with);
+        done = edit.range.end;
+    }
+    out.push_str(slice(text, done..text.len()));
+    Ok(out)
+}
+
+fn find<'a, 't>(robot: &Node<'a, 't>, joint: &Joint) -> Result<Node<'a, 't>, IoError> {
+    let found = children(robot, "joint").find(|node| node.attribute("name") == Some(&joint.name));
+    let leads_to =
+        |node: &Node<'_, '_>| child(node, "child").and_then(|below| below.attribute("link").map(str::to_owned));
+    found.filter(|node| leads_to(node).as_deref() == Some(&joint.child_link)).ok_or_else(|| {
+        let expected = format!("joint `{}` with child link `{}`", joint.name, joint.child_link);
+        IoError::unexpected(Place::file(FILE), expected, "none: not the text this robot was read from")
+    })
+}
+
+/// The edit that gives the joint its compliance, where the text says another.
+fn compliance_edit(node: &Node<'_, '_>, joint: &Joint, text: &str) -> Result<Option<Edit>, IoError> {
+    if compliance(node, joint.kind, FILE)? == joint.compliance {
+        return Ok(None);
+    }
+    let value = format!("{:e}", joint.compliance);
+    Ok(Some(match child(node, COMPLIANCE) {
+        Some(element) => set_attribute(&element, RAD_PER_NM, value, text)?,
+        None => insert_first(node, &format!("<{COMPLIANCE} {RAD_PER_NM}=\"{value}\"/>"))?,
+    }))
+}
+
+/// The edits that give `joint` the origin `to`.
+fn edit_origin(joint: &Node<'_, '_>, to: &Pose, text: &str, edits: &mut Vec<Edit>) -> Result<(), IoError> {
+    let from = origin(joint, FILE)?;
+    let moved = (to.translation.vector - from.translation.vector).amax() > UNCHANGED;
+    let turned = angle(&from.rotation, &to.rotation) > UNCHANGED;
+    let xyz = moved.then(|| written(to.translation.vector.into()));
+    let rpy = turned.then(|| written(roll_pitch_yaw(&to.rotation)));
+    let values = [("xyz", xyz), ("rpy", rpy)];
+    match child(joint, "origin") {
+        Some(origin) => {
+            for (name, value) in values {
+                edits.extend(value.map(|value| set_attribute(&origin, name, value, text)).transpose()?);
+            }
+        }
+        None if moved || turned => {
+            let attributes = values.into_iter().filter_map(|(name, value)| Some(format!(" {name}=\"{}\"", value?)));
+            edits.push(insert_first(joint, &format!("<origin{}/>", attributes.collect::<String>()))?);
+        }
+        None => {}
+    }
+    Ok(())
+}
+
+/// Angle between two rotations (rad), exact near zero.
+fn angle(a: &UnitQuaternion<f64>, b: &UnitQuaternion<f64>) -> f64 {
+    let between = a.inverse() * b;
+    2.0 * between.imag().norm().atan2(between.w.abs())
+}
+
+fn set_attribute(element: &Node<'_, '_>, name: &str, value: String, text: &str) -> Result<Edit, IoError> {
+    let start = element.range().start;
+    let Some(attribute) = element.attribute_node(name) else {
+        // After `<origin`: the name ends where something that no name contains begins.
+        let rest = slice(text, start..text.len());
+        let end = rest.find(|c: char| c.is_ascii_whitespace() || c == '/' || c == '>').unwrap_or(0);
+        return Ok(Edit { range: start + end..start + end, with: format!(" {name}=\"{value}\"") });
+    };
+    // Not `range_value`: it is documented to be off where very many blanks surround the equals
+    // sign.
+    let range = attribute.range();
+    let whole = slice(text, range.clone());
+    let quote = whole.find(['"', '\'']).filter(|quote| quote + 2 <= whole.len());
+    let Some(quote) = quote else {
+        return Err(IoError::unexpected(place(element, FILE), format!("a quoted `{name}`"), "none"));
+    };
+    Ok(Edit { range: range.start + quote + 1..range.end - 1, with: value })
+}
+
+/// Puts an element before the first child element, and indents that one as it was.
+fn insert_first(parent: &Node<'_, '_>, element: &str) -> Result<Edit, IoError> {
+    let Some(first) = parent.first_element_child() else {
+        return Err(IoError::unexpected(place(parent, FILE), "child elements", "none"));
+    };
+    let text = parent.document().input_text();
+    let start = first.range().start;
+    let before = slice(text, 0..start);
+    let indent = &before[before.trim_end_matches([' ', '\t', '\r', '\n']).len()..];
+    Ok(Edit { range: start..start, with: format!("{element}{indent}") })
+}
+
+/// Byte ranges of the parser lie on characters of the text; an empty string stands for one that
+/// does not.
+fn slice(text: &str, range: Range<usize>) -> &str {
+    text.get(range).unwrap_or_default()
+}

@@ -1,0 +1,3 @@
+//! Scenarios of the simulator, and the problems that they pose.
+
+pub mod scenario_file;

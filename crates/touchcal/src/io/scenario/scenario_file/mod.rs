@@ -1,0 +1,17 @@
+//! `scenario.toml`: what to simulate. Every key overrides that of a preset; lengths are millimetres
+//! and angles degrees, as the keys say.
+//!
+//! `[robot]` and `[tool]` are those of `problem.toml`; a `[[fixture]]` is too, with the joint
+//! positions from which it is explored. Every key that is not known, every name that does not
+//! resolve and every number out of range is an error with line and column.
+
+mod posed;
+mod read;
+mod schema;
+mod vary;
+mod write;
+
+pub use posed::{PROBLEM, TRUTH, check_folder, log_texts, problem_text, truth_text, write_folder};
+pub use read::{MAX_BYTES, ScenarioFile, preset, read, read_file};
+pub use vary::varied_text;
+pub use write::{SCENARIO, TextFile, scenario_text};

@@ -1,0 +1,210 @@
+//! What a simulation leaves behind: the logs, the problem that they pose, and the truth beside
+//! them.
+
+use std::collections::BTreeMap;
+use std::fmt::Write;
+use std::path::Path;
+
+use serde::Serialize;
+
+use super::read::ScenarioFile;
+use super::write::{Lines, TextFile, file_name, fixture_text, robot_text, scenario_text, tool_text};
+use crate::estimate::Distance;
+use crate::experiment;
+use crate::io::base::atomic;
+use crate::io::base::error::{IoError, Place};
+use crate::io::base::toml_text::quoted;
+use crate::parameter::Block;
+use crate::robot::segments;
+use crate::sim::{Log, Scenario, Seeds, SimulatedTrial, Touch, WRENCH_DIGITS};
+
+/// Name of the problem file.
+pub const PROBLEM: &str = "problem.toml";
+/// Name of the file that tells the truth.
+pub const TRUTH: &str = "truth.json";
+
+/// Refuses a folder whose problem file is a user's own; that of an earlier simulation may be
+/// overwritten.
+///
+/// # Errors
+/// If it is.
+pub fn check_folder(folder: &Path) -> Result<(), IoError> {
+    let problem = folder.join(PROBLEM);
+    if problem.exists() && !folder.join(TRUTH).exists() {
+        let place = Place::file(problem.display().to_string());
+        let expected = "the problem of an earlier simulation, or none";
+        return Err(IoError::unexpected(place, expected, "another; choose another folder"));
+    }
+    Ok(())
+}
+
+/// Writes all files of a simulation, the problem last.
+///
+/// # Errors
+/// As [`check_folder`] and [`truth_text`], and if a file cannot be written.
+pub fn write_folder(
+    folder: &Path,
+    file: &ScenarioFile,
+    simulated: &SimulatedTrial,
+    seeds: impl Into<Seeds>,
+) -> Result<(), IoError> {
+    check_folder(folder)?;
+    let mut files = vec![truth_text(&file.scenario, simulated, seeds)?];
+    files.extend(log_texts(&file.scenario, simulated));
+    files.extend(scenario_text(file));
+    files.extend(problem_text(file));
+    for file in files {
+        atomic::write(&folder.join(file.name), file.text.as_bytes())?;
+    }
+    Ok(())
+}
+
+/// `problem.toml`, which `touchcal calibrate` takes, and the files that it refers to but for the
+/// logs.
+pub fn problem_text(file: &ScenarioFile) -> Vec<TextFile> {
+    let scenario = &file.scenario;
+    let mut files = Vec::new();
+    let mut text = String::from(
+        "# What an arm touched; from its logs the arm's errors are estimated.\n\
+         # Paths are relative to this file. Lengths are in mm, angles in degrees, as the keys say.\n",
+    );
+    text.push_str(&robot_text(file, &mut files));
+    text.push_str(&tool_text(scenario, &mut files));
+    Lines(&mut text).place_error(scenario.tool_error);
+    for touch in &scenario.touches {
+        text.push_str(&fixture_text(scenario, touch, &mut files));
+        let mut line = Lines(&mut text);
+        if touch.free {
+            line.raw("free", "true");
+        } else {
+            line.place(touch);
+            line.place_error(touch.place_error);
+        }
+    }
+    let mut line = Lines(&mut text);
+    for Distance { between: (first, second), distance, sigma } in experiment::distances(scenario) {
+        let names = [first, second].map(|fixture| quoted(&scenario.touches[fixture].name));
+        line.table("[[distance]]");
+        line.raw("between", &format!("[{}]", names.join(", ")));
+        line.number("mm", 1e3 * distance);
+        line.number("sigma_mm", 1e3 * sigma);
+    }
+    for touch in &scenario.touches {
+        line.table("[[contacts]]");
+        line.text("file", &log_name(scenario, touch));
+        line.text("fixture", &touch.name);
+        line.number("force_threshold_n", scenario.recorder.force_threshold);
+        if scenario.errors.joint_compliance > 0.0 {
+            line.text("load_on", "tool");
+        }
+    }
+    line.table("[noise]");
+    let noise = experiment::noise(scenario);
+    line.number("encoder_deg", noise.encoder.to_degrees());
+    line.number("contact_mm", 1e3 * noise.contact);
+    line.table("[estimate]");
+    let names: Vec<&str> = experiment::blocks(scenario).into_iter().map(Block::name).collect();
+    line.raw("parameters", &format!("{names:?}"));
+    line.text("loss", "geman_mcclure");
+    line.number("loss_scale", experiment::LOSS_SCALE);
+    files.push(TextFile::new(PROBLEM, text));
+    files
+}
+
+fn log_name(scenario: &Scenario, touch: &Touch) -> String {
+    format!("{}.csv", file_name(scenario, touch))
+}
+
+/// The logs as an arm's recorder would write them: seconds, joint positions (rad or m), the wrench
+/// on the tool about the tip (N, N m), whether the recorder took it for contact, and the
+/// temperature of each segment (°C) where that is recorded.
+pub fn log_texts(scenario: &Scenario, simulated: &SimulatedTrial) -> Vec<TextFile> {
+    let each = scenario.touches.iter().zip(&simulated.logs);
+    each.map(|(touch, log)| TextFile::new(log_name(scenario, touch), log_text(scenario, log))).collect()
+}
+
+fn log_text(scenario: &Scenario, log: &Log) -> String {
+    let mut names: Vec<String> = vec!["t".to_owned()];
+    names.extend(scenario.robot.moving().map(|joint| joint.name.clone()));
+    names.extend(["fx", "fy", "fz", "tx", "ty", "tz", "contact"].map(str::to_owned));
+    let warm = if log.temperature.is_empty() { 0 } else { segments(&scenario.robot).len() };
+    names.extend((0..warm).map(|k| format!("temperature_{k}_c")));
+    let mut text = names.join(",") + "\n";
+    for row in 0..log.len() {
+        let mut written = write!(text, "{:.6}", log.time[row]);
+        for q in log.q(row) {
+            written = written.and_then(|()| write!(text, ",{q:.9}"));
+        }
+        for part in log.wrench[row] {
+            written = written.and_then(|()| write!(text, ",{part:.WRENCH_DIGITS$}"));
+        }
+        written = written.and_then(|()| write!(text, ",{}", u8::from(log.contact[row])));
+        for celsius in &log.temperature[row * warm..(row + 1) * warm] {
+            written = written.and_then(|()| write!(text, ",{celsius:.3}"));
+        }
+        // Writing to a String cannot fail.
+        debug_assert!(written.is_ok());
+        text.push('\n');
+    }
+    text
+}
+
+/// What the simulation was made with.
+#[derive(Serialize)]
+struct TruthJson<'a> {
+    note: &'static str,
+    seed: u64,
+    /// Where it is another.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    noise_seed: Option<u64>,
+    /// By name as in estimate.json, in SI units; what is right is left out.
+    parameters: BTreeMap<String, f64>,
+    clearance_mm: BTreeMap<&'a str, f64>,
+    rows: BTreeMap<&'a str, RowsJson>,
+}
+
+/// What is true of a log's rows.
+#[derive(Serialize)]
+struct RowsJson {
+    rows: usize,
+    contacts: usize,
+    /// Rows that touch and are not taken for contacts, and the other way round.
+    missed: usize,
+    spurious: usize,
+}
+
+/// `truth.json`: what is wrong with arm, tool and fixtures, by the names that `estimate.json` gives
+/// them.
+///
+/// # Errors
+/// If a number cannot be written, which does not happen.
+pub fn truth_text(
+    scenario: &Scenario,
+    simulated: &SimulatedTrial,
+    seeds: impl Into<Seeds>,
+) -> Result<TextFile, IoError> {
+    let Seeds { errors, noise } = seeds.into();
+    let names = || scenario.touches.iter().map(|touch| touch.name.as_str());
+    let touching = |log: &Log, row: usize| log.truth[row].force > scenario.recorder.force_threshold;
+    let count = |log: &Log, wrong: &dyn Fn(bool, bool) -> bool| {
+        (0..log.len()).filter(|&row| wrong(touching(log, row), log.contact[row])).count()
+    };
+    let rows = |log: &Log| RowsJson {
+        rows: log.len(),
+        contacts: log.contacts().count(),
+        missed: count(log, &|true_contact, contact| true_contact && !contact),
+        spurious: count(log, &|true_contact, contact| !true_contact && contact),
+    };
+    let named = simulated.truth.named(scenario).into_iter();
+    let truth = TruthJson {
+        note: "what the simulation was made with; calibrate does not read this file",
+        seed: errors,
+        noise_seed: Some(noise).filter(|noise| *noise != errors),
+        parameters: named.map(|(parameter, value)| (parameter.name, value)).collect(),
+        clearance_mm: names().zip(simulated.truth.clearance.iter().map(|wider| 1e3 * wider)).collect(),
+        rows: names().zip(simulated.logs.iter().map(rows)).collect(),
+    };
+    let json =
+        serde_json::to_string_pretty(&truth).map_err(|error| IoError::syntax(Place::file(TRUTH), error.to_string()))?;
+    Ok(TextFile::new(TRUTH, json + "\n"))
+}

@@ -1,0 +1,4 @@
+//! Files that describe the shapes of parts.
+
+pub mod mesh;
+pub mod outline;

@@ -1,0 +1,69 @@
+//! Outlines of pegs and holes: vertices as comma-separated values, or drawings as SVG or DXF.
+//!
+//! Curves of drawings become straight pieces, whose vertices lie on the curve and which are nowhere
+//! farther from it than [`TOLERANCE`].
+
+mod csv;
+mod curves;
+mod dxf;
+mod svg;
+
+use std::path::Path;
+
+use nalgebra::Point2;
+
+use crate::geometry::{MAX_POLYGON_VERTICES, Polygon};
+use crate::io::base::bytes::{self, Input};
+use crate::io::base::error::{IoError, Place};
+
+/// Largest file (bytes).
+pub const MAX_BYTES: u64 = 16 << 20;
+/// Largest coordinate (m). A larger one is in another unit.
+const LARGEST: f64 = 10.0;
+/// How far (m) the straight pieces are from a curve, at most, and the ends of pieces that join from
+/// each other.
+pub const TOLERANCE: f64 = 1e-6;
+
+/// What is to be said of a drawing beside its file.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Choice<'a> {
+    /// Which part of it: an SVG's id or a DXF's layer.
+    pub name: Option<&'a str>,
+    /// How long (m) its unit is, where it does not say.
+    pub unit: Option<f64>,
+}
+
+/// Reads an outline file.
+///
+/// # Errors
+/// As [`read`], and if the file cannot be read.
+pub fn read_file(path: &Path, choice: Choice<'_>) -> Result<(Polygon, Input), IoError> {
+    let (bytes, input) = bytes::read_all(path, MAX_BYTES)?;
+    Ok((read(&bytes, &input.path, choice)?, input))
+}
+
+/// Reads an outline. Which format it is follows from the extension of `file`, its name; all but
+/// `.svg` and `.dxf` are comma-separated values.
+///
+/// # Errors
+/// If the bytes are no such file, or it has not exactly one closed outline.
+pub fn read(bytes: &[u8], file: &str, choice: Choice<'_>) -> Result<Polygon, IoError> {
+    let extension = Path::new(file).extension().and_then(|extension| extension.to_str()).unwrap_or_default();
+    let extension = extension.to_ascii_lowercase();
+    let refused = |found: String| Err(IoError::unexpected(Place::file(file), "an outline as CSV, SVG or DXF", found));
+    bytes::check_size(bytes.len() as u64, MAX_BYTES, file)?;
+    let vertices = match extension.as_str() {
+        "svg" => svg::read(bytes::text_from(bytes, file)?, file, choice)?,
+        "dxf" => dxf::read(bytes::text_from(bytes, file)?, file, choice)?,
+        "stl" | "obj" => return refused("a mesh, which the key `mesh` takes".to_owned()),
+        "step" | "stp" | "iges" | "igs" | "ply" | "dwg" | "3mf" => {
+            return refused(format!("a .{extension} file, which is not supported"));
+        }
+        _ if choice.name.is_some() || choice.unit.is_some() => {
+            return refused("`outline_name` or `outline_unit`, and vertices, which are one outline in mm".to_owned());
+        }
+        _ => csv::read(bytes::text_from(bytes, file)?, file)?,
+    };
+    let vertices = vertices.iter().map(|&[x, y]| Point2::new(x, y)).collect();
+    Polygon::new(vertices).map_err(|error| IoError::syntax(Place::file(file), error.to_string()))
+}

@@ -1,0 +1,84 @@
+//! The exact contact manifold of parts of known shape.
+
+use nalgebra::Point3;
+
+use super::ball_in_socket::BallInSocket;
+use super::contact_manifold::ContactManifold;
+use super::peg_in_hole::PegInHole;
+use super::plane::Plane;
+use super::residual::Residual;
+use crate::geometry::{MeshPair, Parts, prisms_of};
+use crate::se3::Pose;
+
+/// Most that a peg may overlap the hole's walls (m): tighter fits are pressed in.
+const MOST_OVERLAP: f64 = 0.2e-3;
+/// Points of the peg's axis that are checked.
+const AXIS_POINTS: usize = 100;
+
+/// How peg and hole must lie in their frames, in words for people.
+pub const FITTING: &str = "a hole that the peg fits into: rim at z = 0 and bottom below, the peg's tip at z = 0 and the rest above, axes and corners in line";
+
+/// Why a peg does not go into a hole, with the peg at half of the hole's depth and the axes of both
+/// frames in line.
+#[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
+pub enum Misfit {
+    /// The peg overlaps the walls by this depth (m).
+    #[error("an overlap of {:.1} mm at half of the hole's depth", 1e3 * .0)]
+    Overlap(f64),
+    /// The body around the hole has material on the peg's axis.
+    #[error("a solid where the peg's axis lies")]
+    Blocked,
+}
+
+/// The exact manifold of parts; of a peg and a hole, [`check_fit`] tells whether they fit.
+pub fn exact_manifold(parts: &Parts) -> Box<dyn ContactManifold> {
+    match parts {
+        Parts::PegInHole(parts) => Box::new(PegInHole::new(parts.as_ref().clone())),
+        Parts::BallInSocket => Box::new(BallInSocket),
+        Parts::OnPlane { points, radius } => Box::new(Plane::new(points.clone(), *radius)),
+    }
+}
+
+/// The manifold of a peg (the tool) that goes `depth` (m) into the body around a hole (the
+/// fixture): of prisms, which is faster, if both meshes are straight ([`prisms_of`]), else of the
+/// meshes.
+///
+/// # Errors
+/// [`Misfit`] if the peg does not go in.
+pub fn peg_in_hole(parts: MeshPair, depth: f64) -> Result<Box<dyn ContactManifold>, Misfit> {
+    check_axis(&parts, depth)?;
+    let manifold: Box<dyn ContactManifold> = match prisms_of(&parts, depth) {
+        Some(shapes) => Box::new(PegInHole::with_depth(shapes, depth)),
+        None => Box::new(PegInHole::with_depth(parts, depth)),
+    };
+    check_fit(manifold.as_ref(), depth)?;
+    Ok(manifold)
+}
+
+/// Checks a peg and a hole of `depth` (m) by their gap, the one row of the manifold's residual.
+/// Manifolds with more rows pass.
+///
+/// # Errors
+/// [`Misfit::Overlap`] if the peg overlaps the walls by more than 0.2 mm at half of the depth.
+pub fn check_fit(manifold: &dyn ContactManifold, depth: f64) -> Result<(), Misfit> {
+    let mut rows = Residual::new();
+    manifold.residual(&Pose::translation(0.0, 0.0, -0.5 * depth), 0.0, &mut rows);
+    match rows.values() {
+        [gap] if *gap < -MOST_OVERLAP => Err(Misfit::Overlap(-gap)),
+        _ => Ok(()),
+    }
+}
+
+/// Checks that no point of a peg's axis is inside both the peg and the body around the hole, with
+/// the peg at half of `depth` (m): walls may be far from there.
+fn check_axis(parts: &MeshPair, depth: f64) -> Result<(), Misfit> {
+    let (peg, hole) = (parts.tool(), parts.fixture());
+    let heights = || peg.vertices().map(|vertex| vertex.z);
+    let (low, high) = (heights().fold(f64::INFINITY, f64::min), heights().fold(f64::NEG_INFINITY, f64::max));
+    let mut along = (0..AXIS_POINTS).map(|k| low + (high - low) * (k as f64 + 0.5) / AXIS_POINTS as f64);
+    let blocked = along.any(|z| {
+        let (of_peg, of_hole) = (Point3::new(0.0, 0.0, z), Point3::new(0.0, 0.0, z - 0.5 * depth));
+        peg.signed_distance(&of_peg).0 < 0.0 && hole.signed_distance(&of_hole).0 < -MOST_OVERLAP
+    });
+    if blocked { Err(Misfit::Blocked) } else { Ok(()) }
+}

@@ -1,0 +1,70 @@
+//! Which surfaces are near enough to be candidate contacts.
+
+use nalgebra::Matrix6;
+
+/// A gate: how near a surface must be at a noisy pose to be a candidate contact.
+#[derive(Clone, Debug)]
+pub struct Gate {
+    /// Covariance of the pose's noise (right twists `[v; ω]`; m², m rad, rad²).
+    pub covariance: Matrix6<f64>,
+    /// Variance (m²) of the noise of each gap by itself.
+    pub own_variance: f64,
+    /// Mean measured gap (m) at contact.
+    pub gap_bias: f64,
+    /// Width of the gate in standard deviations.
+    pub deviations: f64,
+}
+
+impl Gate {
+    /// Whether a surface at a signed gap (m) is a candidate, where the pose's noise contributes
+    /// `variance` (m²) to the gap.
+    pub fn accepts(&self, gap: f64, variance: f64) -> bool {
+        gap - self.gap_bias < self.deviations * (variance + self.own_variance).sqrt()
+    }
+
+    /// Distance (m) beyond which the gate accepts no surface that touches the tool within `radius`
+    /// (m) of the tool's origin.
+    pub fn cutoff(&self, radius: f64) -> f64 {
+        let size = |k: usize| self.covariance.fixed_view::<3, 3>(k, k).symmetric_eigenvalues().max().max(0.0).sqrt();
+        let deviation = (size(0) + radius * size(3)).hypot(self.own_variance.sqrt());
+        self.gap_bias.max(0.0) + self.deviations * deviation
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::Vector3;
+    use rand::{RngExt, SeedableRng};
+    use rand_pcg::Pcg64;
+
+    use super::*;
+    use crate::se3::twist;
+
+    #[test]
+    fn no_surface_beyond_the_cutoff_is_accepted() {
+        let mut chance = Pcg64::seed_from_u64(1);
+        let mut most: f64 = 0.0;
+        for k in 0..20_000 {
+            let mut each = |size: f64| size * chance.random_range(-1.0..=1.0);
+            // Of one joint far away, or of several.
+            let mut covariance = Matrix6::zeros();
+            for _ in 0..1 + k % 4 {
+                let joint = twist(&Vector3::from_fn(|_, _| each(30e-6)), &Vector3::from_fn(|_, _| each(50e-6)));
+                covariance += joint * joint.transpose();
+            }
+            let gate = Gate { covariance, own_variance: 1e-12, gap_bias: each(20e-6), deviations: 4.0 };
+            let (normal, out) = (Vector3::from_fn(|_, _| each(1.0)), Vector3::from_fn(|_, _| each(1.0)));
+            let (normal, point) = (normal.normalize(), out.normalize() * each(0.05).abs());
+            let gradient = twist(&normal, &point.cross(&normal));
+            let variance = gradient.dot(&(covariance * gradient));
+            let cutoff = gate.cutoff(0.05);
+            assert!(!gate.accepts(cutoff, variance));
+            most = most.max(variance.sqrt() / cutoff);
+        }
+        // Nor is the cutoff much greater than it must be.
+        assert!(most > 0.24, "{most}");
+        let covariance = Matrix6::identity() * 1e-10;
+        let alike = Gate { covariance, own_variance: 0.0, gap_bias: 0.0, deviations: 4.0 };
+        assert!((alike.cutoff(0.0) - 40e-6).abs() < 1e-12);
+    }
+}

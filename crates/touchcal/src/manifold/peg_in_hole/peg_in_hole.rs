@@ -1,0 +1,103 @@
+//! The contact manifold of a peg in a hole: the residual is the exact signed gap.
+
+use super::candidates::push_candidates;
+use super::hole::{Hole, ROTATION_SCALE, TRANSLATION_SCALE};
+use super::shapes::PegInHoleShapes;
+use super::surfaces::SURFACE_COUNTS;
+use crate::geometry::PrismPair;
+use crate::manifold::cache::ContactCache;
+use crate::manifold::contact_manifold::{ContactManifold, ResidualKind, SurfaceCounts};
+use crate::manifold::gate::Gate;
+use crate::manifold::residual::Residual;
+use crate::manifold::sketch::Sketch;
+use crate::se3::Pose;
+
+/// Contact of a peg (the tool) with the hole it goes into. Poses are `hole_from_peg`, frames as in
+/// [`PegInHoleShapes`].
+///
+/// - Residual, one row: the signed gap (m), positive apart, negative in penetration; the soft
+///   minimum over features that the resolution cannot tell apart, see
+///   [`GapQuery::blended_gap`](crate::geometry::GapQuery::blended_gap). The Jacobian, not the gap,
+///   leaves out what the facets of a round part add.
+/// - Envelope, six rows: place of the tip's origin in the hole — x and y towards zero, z outside
+///   `[−depth, 0]` (zero within) — over 0.5 mm, then the rotation vector of `hole_from_peg` over
+///   1°. Its Jacobian is exact and regular at every angle up to π, where the rotation vector itself
+///   jumps to its negative. If either part is round, the peg's axis less the hole's instead of the
+///   rotation vector.
+#[derive(Clone, Debug)]
+pub struct PegInHole<G> {
+    shapes: G,
+    hole: Hole,
+}
+
+impl PegInHole<PrismPair> {
+    /// A straight peg that goes in down to the floor of a straight hole.
+    pub fn new(shapes: PrismPair) -> Self {
+        let depth = shapes.depth();
+        PegInHole::with_depth(shapes, depth)
+    }
+}
+
+impl<G: PegInHoleShapes> PegInHole<G> {
+    /// A peg that goes `depth` (m) into a hole: the depth of the envelope.
+    pub fn with_depth(shapes: G, depth: f64) -> Self {
+        let hole = Hole { depth, peg_radius: shapes.peg_radius(), symmetry: shapes.symmetry() };
+        PegInHole { shapes, hole }
+    }
+
+    /// Shapes of peg and hole.
+    pub fn shapes(&self) -> &G {
+        &self.shapes
+    }
+}
+
+impl<G: PegInHoleShapes + Send + Sync + std::fmt::Debug> ContactManifold for PegInHole<G> {
+    fn name(&self) -> &'static str {
+        self.hole.name(G::IS_STRAIGHT)
+    }
+
+    fn residual(&self, hole_from_peg: &Pose, resolution: f64, residual: &mut Residual) {
+        let (gap, gradient) = self.shapes.blended_gap(hole_from_peg, resolution);
+        residual.push(gap, self.hole.without_axial_rotation(hole_from_peg)(gradient));
+    }
+
+    fn residual_kind(&self) -> ResidualKind {
+        ResidualKind::LeastGap
+    }
+
+    fn candidate_contacts(
+        &self,
+        hole_from_peg: &Pose,
+        gate: &Gate,
+        cache: &mut ContactCache,
+        candidates: &mut Residual,
+    ) {
+        push_candidates(
+            &self.hole,
+            hole_from_peg,
+            gate,
+            |cutoff, visit| self.shapes.visit_below(hole_from_peg, cutoff, &mut cache.neighbors, visit),
+            candidates,
+        );
+    }
+
+    fn surface_counts(&self) -> SurfaceCounts {
+        SURFACE_COUNTS
+    }
+
+    fn envelope(&self, hole_from_peg: &Pose, rows: &mut Residual) {
+        self.hole.push_envelope(hole_from_peg, (TRANSLATION_SCALE, ROTATION_SCALE), rows);
+    }
+
+    fn fixture_directions(&self) -> &'static [usize] {
+        &[0, 1, 2, 3, 4, 5]
+    }
+
+    fn tool_directions(&self) -> &'static [usize] {
+        &[0, 1, 2, 3, 4, 5]
+    }
+
+    fn sketch(&self) -> Sketch {
+        self.shapes.sketch(self.hole.depth)
+    }
+}

@@ -1,0 +1,65 @@
+//! The shapes that a peg and a hole may have.
+
+use crate::geometry::{AxialSymmetry, GapQuery, MeshPair, Polygon, PrismPair, is_surface_of_revolution};
+use crate::manifold::sketch::{Shape, Sketch};
+
+/// Surfaces farther from the axis than this multiple of the peg's radius are not of the hole.
+const AROUND: f64 = 1.5;
+
+/// Shapes of a peg and a hole.
+///
+/// Frames: the peg's origin is the centre of its tip, +z points away from the tip; the hole's
+/// origin is the centre of its mouth, +z points out of it; a seated peg has the axes of the hole.
+pub trait PegInHoleShapes: GapQuery {
+    /// Whether peg and hole are straight along z.
+    const IS_STRAIGHT: bool;
+
+    /// Greatest distance (m) of the peg's surface from its axis.
+    fn peg_radius(&self) -> f64;
+
+    /// Which of the two are round about their axis.
+    fn symmetry(&self) -> AxialSymmetry;
+
+    /// Shapes for a picture of a hole of `depth` (m).
+    fn sketch(&self, depth: f64) -> Sketch;
+}
+
+impl PegInHoleShapes for PrismPair {
+    const IS_STRAIGHT: bool = true;
+
+    fn peg_radius(&self) -> f64 {
+        PrismPair::peg_radius(self)
+    }
+
+    fn symmetry(&self) -> AxialSymmetry {
+        PrismPair::symmetry(self)
+    }
+
+    fn sketch(&self, depth: f64) -> Sketch {
+        let prism = |outline: &Polygon, from, to| Shape::Prism { outline: outline.vertices().to_vec(), from, to };
+        Sketch { tool: prism(self.peg(), 0.0, self.length()), fixture: prism(self.hole(), -depth, 0.0) }
+    }
+}
+
+impl PegInHoleShapes for MeshPair {
+    const IS_STRAIGHT: bool = false;
+
+    fn peg_radius(&self) -> f64 {
+        self.tool().vertices().map(|p| p.xy().coords.norm()).fold(0.0, f64::max)
+    }
+
+    fn symmetry(&self) -> AxialSymmetry {
+        AxialSymmetry {
+            peg: is_surface_of_revolution(self.tool(), f64::INFINITY),
+            hole: is_surface_of_revolution(self.fixture(), AROUND * self.peg_radius()),
+        }
+    }
+
+    /// The shadow of the peg along its axis: as long as the peg, and as deep as the hole.
+    fn sketch(&self, depth: f64) -> Sketch {
+        let outline = self.tool().shadow();
+        let length = self.tool().vertices().map(|p| p.z).fold(0.0, f64::max);
+        let tool = Shape::Prism { outline: outline.clone(), from: 0.0, to: length };
+        Sketch { tool, fixture: Shape::Prism { outline, from: -depth, to: 0.0 } }
+    }
+}

@@ -1,0 +1,78 @@
+//! How well samples cover the manifold that they stand for.
+
+use rayon::prelude::*;
+
+use super::coordinates::Metric;
+use super::samples::PoseSamples;
+use super::tree::Tree;
+
+/// Parts of a record that are held out in turn.
+const PARTS: usize = 10;
+
+/// Least, 5 %, 50 %, 95 % and greatest of some values.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Quantiles {
+    /// The least.
+    pub least: f64,
+    /// 5 % are at most this.
+    pub q05: f64,
+    /// The median.
+    pub median: f64,
+    /// 95 % are at most this.
+    pub q95: f64,
+    /// The greatest.
+    pub greatest: f64,
+}
+
+/// What samples cover.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Coverage {
+    /// Number of samples.
+    pub count: usize,
+    /// Of each coordinate (m, rad).
+    pub coordinates: [Quantiles; 6],
+    /// Distance (m) of each sample from the nearest other one: how densely they lie where they lie.
+    pub spacing: Quantiles,
+    /// Distance (m) of each tenth of the record from the nearest sample of the other nine: how far
+    /// from the samples a contact recorded anew would be. Where it is much greater than the
+    /// spacing, the record has seen only a part of the manifold.
+    pub unseen: Quantiles,
+}
+
+impl Coverage {
+    /// The coverage of samples, distances in `metric`.
+    pub fn of(samples: &PoseSamples, metric: Metric) -> Coverage {
+        let points = samples.points(metric);
+        let count = points.len();
+        let tree = Tree::new(points.iter().copied().enumerate(), metric.circumference());
+        let spacing = points.par_iter().enumerate().map(|(i, point)| {
+            // The sample itself and one other.
+            let two = tree.nearest_few(point, 2);
+            two.iter().find(|(_, index)| *index != i).map_or(0.0, |(squared, _)| squared.sqrt())
+        });
+        let unseen = (0..PARTS).into_par_iter().flat_map_iter(|part| {
+            let held_out = (part * count).div_ceil(PARTS)..((part + 1) * count).div_ceil(PARTS);
+            let others = points.iter().copied().enumerate().filter(|(i, _)| !held_out.contains(i));
+            let others = Tree::new(others, metric.circumference());
+            let away = |point| others.nearest(point).map_or(0.0, |(squared, _)| squared.sqrt());
+            points[held_out.clone()].iter().map(away).collect::<Vec<_>>()
+        });
+        Coverage {
+            count,
+            coordinates: std::array::from_fn(|k| {
+                Quantiles::of(samples.coordinates().iter().map(|each| each[k]).collect())
+            }),
+            spacing: Quantiles::of(spacing.collect()),
+            unseen: Quantiles::of(unseen.collect()),
+        }
+    }
+}
+
+impl Quantiles {
+    /// Of finite values, at least one.
+    fn of(mut values: Vec<f64>) -> Self {
+        values.sort_unstable_by(f64::total_cmp);
+        let at = |share: f64| values[(share * (values.len() - 1) as f64).round() as usize];
+        Quantiles { least: at(0.0), q05: at(0.05), median: at(0.5), q95: at(0.95), greatest: at(1.0) }
+    }
+}

@@ -1,0 +1,90 @@
+//! How well a projection does what another one teaches, near the manifold and far from it.
+
+use rayon::prelude::*;
+
+use super::pair_set::TrainingSource;
+use crate::manifold::projection::coordinates::{Coordinates, pose};
+use crate::manifold::projection::projected::Projection;
+use crate::manifold::projection::training_pairs::TrainingPairs;
+
+/// Offsets of each region as shares of those learned from: four inside, four outside, where an
+/// estimate begins.
+const REGIONS: [f64; 8] = [0.1, 0.25, 0.5, 1.0, 2.0, 3.0, 5.0, 10.0];
+/// Greatest turn (rad) of a region outside: beyond it the nearest sample says little.
+const MOST_TURN: f64 = std::f64::consts::PI / 6.0;
+/// Number of the first pair that is neither learned from nor used to choose the weights.
+const UNSEEN: u64 = 1 << 49;
+
+/// Mean of some values and what 95 % of them are at most.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Spread {
+    /// The mean.
+    pub mean: f64,
+    /// The 95 % quantile.
+    pub q95: f64,
+}
+
+/// How far poses are from others.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PoseDistance {
+    /// Distance of the places (m).
+    pub place: Spread,
+    /// Angle between the orientations (rad).
+    pub turn: Spread,
+}
+
+/// What a projection makes of poses near and far.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Accuracy {
+    /// Greatest offset from the manifold in each coordinate (m, rad).
+    pub offset: Coordinates,
+    /// Poses tried.
+    pub poses: usize,
+    /// From the pose to its nearest sample.
+    pub before: PoseDistance,
+    /// From the output to the sample nearest to the output: how far from the manifold it still is.
+    pub to_manifold: PoseDistance,
+    /// From the output to the sample nearest to the pose: the error as a projection.
+    pub to_target: PoseDistance,
+}
+
+/// The accuracy of `learned` for offsets of growing size, `count` poses each, none of which it
+/// learned from.
+pub fn accuracy(learned: &dyn Projection, source: &TrainingSource<'_>, count: u64) -> Vec<Accuracy> {
+    let regions = REGIONS.iter().map(|share| {
+        let offset = std::array::from_fn(|k| {
+            let whole = source.pairs.bounds[k];
+            if k < 3 { share * whole } else { (share * whole).min(MOST_TURN.max(whole)) }
+        });
+        let (mut poses, mut targets) = (Vec::new(), Vec::new());
+        let pairs = TrainingPairs { bounds: offset, ..source.pairs };
+        pairs.fill(source.projection, UNSEEN..UNSEEN + count, &mut poses, &mut targets);
+        let (mut projected, mut back) = (Vec::new(), Vec::new());
+        learned.project(&poses, &mut projected);
+        source.projection.project(&projected, &mut back);
+        Accuracy {
+            offset,
+            poses: poses.len(),
+            before: apart(&poses, &targets),
+            to_manifold: apart(&projected, &back),
+            to_target: apart(&projected, &targets),
+        }
+    });
+    regions.collect()
+}
+
+fn apart(all: &[Coordinates], others: &[Coordinates]) -> PoseDistance {
+    let each = all.par_iter().zip(others).map(|(a, b)| {
+        let a_from_b = pose(a).inv_mul(&pose(b));
+        (a_from_b.translation.vector.norm(), a_from_b.rotation.angle())
+    });
+    let (places, turns): (Vec<f64>, Vec<f64>) = each.unzip();
+    PoseDistance { place: spread(places), turn: spread(turns) }
+}
+
+fn spread(mut values: Vec<f64>) -> Spread {
+    let mean = values.iter().sum::<f64>() / values.len().max(1) as f64;
+    values.sort_by(f64::total_cmp);
+    let at = (values.len() as f64 * 0.95).ceil() as usize;
+    Spread { mean, q95: values.get(at.saturating_sub(1)).copied().unwrap_or(f64::NAN) }
+}

@@ -1,0 +1,119 @@
+//! Touch as distance from a projection: a pose minus the pose on the manifold that stands for it.
+
+use std::fmt::Debug;
+use std::sync::Arc;
+
+use nalgebra::Matrix6;
+
+use super::coordinates::{Coordinates, Metric, coordinates, coordinates_jacobian};
+use crate::manifold::contact_manifold::{ContactManifold, Cotangent, ResidualKind};
+use crate::manifold::residual::Residual;
+use crate::se3::{Pose, Twist};
+
+/// A map from the coordinates of poses to those of poses on a contact manifold.
+///
+/// All methods take many poses at once: a network answers them much faster together than one by
+/// one.
+pub trait Projection: Send + Sync + Debug {
+    /// What it is, in words for people: "nearest sample".
+    fn name(&self) -> &'static str;
+
+    /// What angles count in the distances that the projection makes small.
+    fn metric(&self) -> Metric;
+
+    /// Least and greatest value of each coordinate on the manifold.
+    fn bounds(&self) -> [(f64, f64); 6];
+
+    /// `F(c)` of each pose, in place of what `projected` held.
+    fn project(&self, poses: &[Coordinates], projected: &mut Vec<Coordinates>);
+
+    /// `F(c)` and `∂F/∂c` of each pose, in place of what the vectors held.
+    fn linearize(&self, poses: &[Coordinates], projected: &mut Vec<Coordinates>, jacobians: &mut Vec<Matrix6<f64>>);
+
+    /// `(∂F/∂c)ᵀ y` of each pose with `y = cotangent(i, F(cᵢ))`, in place of what `pulled` held:
+    /// reverse mode, for one gradient. `cotangent` is called once for each pose.
+    fn pull_back(
+        &self,
+        poses: &[Coordinates],
+        cotangent: &mut dyn FnMut(usize, &Coordinates) -> Coordinates,
+        pulled: &mut Vec<Coordinates>,
+    );
+}
+
+/// The contact manifold of a projection. Residual: `c − F(c)`, six rows in metres, angles times the
+/// metric's length, the shorter way round.
+///
+/// The residual is from point to point: it also counts motion along the manifold, which contacts do
+/// not measure, so that no covariance follows from it (Bonnabel, Barczyk & Goulette 2016, arXiv
+/// 1410.7632).
+#[derive(Debug)]
+pub struct Projected(pub Arc<dyn Projection>);
+
+/// Distance (m) that one unit of envelope stands for.
+const ENVELOPE_LENGTH: f64 = 0.5e-3;
+
+impl ContactManifold for Projected {
+    fn name(&self) -> &'static str {
+        self.0.name()
+    }
+
+    fn residual(&self, fixture_from_tool: &Pose, resolution: f64, rows: &mut Residual) {
+        let mut own = Residual::new();
+        self.residuals(std::slice::from_ref(fixture_from_tool), resolution, std::slice::from_mut(&mut own));
+        own.values().iter().zip(own.jacobian()).for_each(|(&value, &jacobian)| rows.push(value, jacobian));
+    }
+
+    fn residuals(&self, poses: &[Pose], _: f64, rows: &mut [Residual]) {
+        let at: Vec<Coordinates> = poses.iter().map(coordinates).collect();
+        let (mut onto, mut changes) = (Vec::new(), Vec::new());
+        self.0.linearize(&at, &mut onto, &mut changes);
+        let lengths = self.0.metric().point(&[1.0; 6]);
+        for (i, (onto, change)) in onto.iter().zip(&changes).enumerate() {
+            let jacobian = (Matrix6::identity() - change) * coordinates_jacobian(&poses[i]);
+            rows[i].clear();
+            for (k, value) in self.0.metric().difference(&at[i], onto).into_iter().enumerate() {
+                rows[i].push(value, jacobian.row(k).transpose() * lengths[k]);
+            }
+        }
+    }
+
+    fn pull_back(&self, poses: &[Pose], _: f64, cotangent: Cotangent<'_>, gradients: &mut [Twist]) {
+        let at: Vec<Coordinates> = poses.iter().map(coordinates).collect();
+        let mut direct = vec![[0.0; 6]; poses.len()];
+        let mut pulled = Vec::new();
+        let mut of_projection = |i: usize, onto: &Coordinates| {
+            let mut y = [0.0; 6];
+            cotangent(i, &self.0.metric().difference(&at[i], onto), &mut y);
+            direct[i] = self.0.metric().point(&y);
+            direct[i]
+        };
+        self.0.pull_back(&at, &mut of_projection, &mut pulled);
+        for (i, (pose, gradient)) in poses.iter().zip(gradients).enumerate() {
+            let along: Twist = std::array::from_fn::<f64, 6, _>(|k| direct[i][k] - pulled[i][k]).into();
+            *gradient = coordinates_jacobian(pose).transpose() * along;
+        }
+    }
+
+    fn envelope(&self, fixture_from_tool: &Pose, rows: &mut Residual) {
+        let at = coordinates(fixture_from_tool);
+        let jacobian = coordinates_jacobian(fixture_from_tool);
+        let lengths = self.0.metric().point(&[1.0; 6]);
+        for (k, (least, greatest)) in self.0.bounds().into_iter().enumerate() {
+            let outside = at[k] - at[k].clamp(least, greatest);
+            let scale = if outside == 0.0 { 0.0 } else { lengths[k] / ENVELOPE_LENGTH };
+            rows.push(outside * scale, jacobian.row(k).transpose() * scale);
+        }
+    }
+
+    fn fixture_directions(&self) -> &'static [usize] {
+        &[0, 1, 2, 3, 4, 5]
+    }
+
+    fn tool_directions(&self) -> &'static [usize] {
+        &[0, 1, 2, 3, 4, 5]
+    }
+
+    fn residual_kind(&self) -> ResidualKind {
+        ResidualKind::ProjectionError
+    }
+}

@@ -1,0 +1,140 @@
+//! Parts of a result: parameters, undetermined directions, warnings, termination.
+
+use std::collections::BTreeMap;
+
+use pyo3::prelude::*;
+use touchcal::estimate::{self, Identifiability};
+use touchcal::io::estimate_file::{ParameterEntry, Severity, WarningEntry};
+
+use crate::repr::{python_bool, shown};
+
+/// One estimated number.
+///
+/// Attributes:
+///     name: "joint_offset.joint_a1".
+///     block: "joint_offset".
+///     unit: "m", "rad", "1" or "rad/(N m)".
+///     value: the estimate.
+///     sigma: its standard deviation; None where the data do not determine it.
+///     prior_sigma: standard deviation of its prior, where it has one.
+///     identifiable: whether the data determine it.
+#[pyclass(frozen, get_all, eq, module = "touchcal")]
+#[derive(Clone, Debug, PartialEq)]
+pub struct Parameter {
+    name: String,
+    block: String,
+    unit: String,
+    value: f64,
+    sigma: Option<f64>,
+    prior_sigma: Option<f64>,
+    identifiable: bool,
+}
+
+impl From<&ParameterEntry> for Parameter {
+    fn from(entry: &ParameterEntry) -> Self {
+        let ParameterEntry { name, block, unit, value, sigma, prior_sigma, identifiable } = entry.clone();
+        Parameter { name, block, unit, value, sigma, prior_sigma, identifiable }
+    }
+}
+
+#[pymethods]
+impl Parameter {
+    fn __repr__(&self) -> String {
+        let Parameter { name, value, sigma, unit, identifiable, .. } = self;
+        let (sigma, known) = (shown(*sigma), python_bool(*identifiable));
+        format!("Parameter({name:?}, value={value:?}, sigma={sigma}, unit={unit:?}, identifiable={known})")
+    }
+}
+
+/// A direction of the parameters that the data do not determine.
+///
+/// Attributes:
+///     description: what cannot be determined.
+///     direction: parts of the parameters by name, in units of their scales; the largest is 1.
+#[pyclass(frozen, get_all, eq, module = "touchcal")]
+#[derive(Clone, Debug, PartialEq)]
+pub struct NullDirection {
+    description: String,
+    direction: BTreeMap<String, f64>,
+}
+
+impl NullDirection {
+    /// All of them; `name(k)` is that of parameter number `k`.
+    pub fn each(found: &Identifiability, name: impl Fn(usize) -> String) -> Vec<NullDirection> {
+        let each = found.null_space.iter().map(|null| NullDirection {
+            description: null.description.clone(),
+            direction: null.direction.iter().map(|&(k, part)| (name(k), part)).collect(),
+        });
+        each.collect()
+    }
+}
+
+#[pymethods]
+impl NullDirection {
+    fn __repr__(&self) -> String {
+        format!("NullDirection({:?})", self.description)
+    }
+}
+
+/// A warning about a problem or a result.
+///
+/// Attributes:
+///     kind: for programs: "too_few_contacts".
+///     severity: "unusable" if the result must not be used, else "caution".
+///     message: what is wrong.
+///     advice: what to do about it.
+#[pyclass(frozen, get_all, eq, module = "touchcal")]
+#[derive(Clone, Debug, PartialEq)]
+pub struct Warning {
+    kind: String,
+    severity: &'static str,
+    message: String,
+    advice: String,
+}
+
+impl From<WarningEntry> for Warning {
+    fn from(WarningEntry { kind, severity, message, advice }: WarningEntry) -> Warning {
+        let severity = match severity {
+            Severity::Unusable => "unusable",
+            Severity::Caution => "caution",
+        };
+        Warning { kind, severity, message, advice }
+    }
+}
+
+#[pymethods]
+impl Warning {
+    fn __repr__(&self) -> String {
+        format!("Warning({:?}, {:?})", self.kind, self.message)
+    }
+}
+
+/// Why the search stopped.
+///
+/// Attributes:
+///     reason: "converged", "iteration_limit", "no_descent" or "not_finite".
+///     measured: value of the criterion.
+///     threshold: its threshold.
+///     iterations: steps made.
+#[pyclass(frozen, get_all, eq, module = "touchcal")]
+#[derive(Clone, Debug, PartialEq)]
+pub struct Termination {
+    reason: &'static str,
+    measured: f64,
+    threshold: f64,
+    iterations: usize,
+}
+
+#[pymethods]
+impl Termination {
+    fn __repr__(&self) -> String {
+        format!("Termination({:?}, iterations={})", self.reason, self.iterations)
+    }
+}
+
+impl From<&estimate::Termination> for Termination {
+    fn from(termination: &estimate::Termination) -> Self {
+        let estimate::Termination { reason, measured, threshold, iterations } = *termination;
+        Termination { reason: reason.name(), measured, threshold, iterations }
+    }
+}
