@@ -27,13 +27,13 @@ pub fn io(error: IoError) -> PyErr {
         IoError::Unexpected { place, .. } | IoError::Syntax { place, .. } => (InputError::new_err(message), *place),
         _ => (Error::new_err(message), Place::default()),
     };
-    let told = Python::attach(|py| {
+    let result = Python::attach(|py| {
         let value = error.value(py);
         value.setattr("file", place.file)?;
         value.setattr("line", place.line)?;
         value.setattr("field", place.field)
     });
-    told.err().unwrap_or(error)
+    result.err().unwrap_or(error)
 }
 
 /// The exception for an argument `what` that is not as `expected`.

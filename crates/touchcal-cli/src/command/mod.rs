@@ -47,7 +47,7 @@ fn check_outputs<'a>(
 /// Reads the selected placements of a problem.
 fn load(source: &Source) -> Result<Loaded, Failure> {
     let Some(problem) = &source.problem else {
-        // clap lets none through without --mukca.
+        // clap requires a problem file or --mukca, which `refuse_replaced` has refused.
         return Err(Failure::Usage("expected a problem file, found none".to_owned()));
     };
     let selection = Selection { only: source.only.clone(), except: source.except.clone() };

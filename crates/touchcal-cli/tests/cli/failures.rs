@@ -116,7 +116,7 @@ fn wrong_usage_exits_with_2() {
     fails(folder.path(), &["calibrate", "problem.toml", "--mukca", ".", "--out", "out"], 2, &["cannot be used with"]);
 }
 
-/// Options of `--mukca` say nothing of a problem file.
+/// Options that were replaced with `--mukca` are refused beside a problem file.
 #[test]
 fn options_of_a_folder_do_not_go_with_a_problem_file() {
     let folder = one_socket(SOCKET);

@@ -143,8 +143,8 @@ fn nothing_is_overwritten() {
     }
 }
 
-/// Who starts twice is told of the problem that was filled in; who names the folder, of the problem
-/// in it.
+/// A second `new` names the problem file that exists; a folder in place of a problem file names the
+/// problem file in it.
 #[test]
 fn the_problem_is_what_is_named() {
     let folder = tempfile::tempdir().unwrap();

@@ -42,7 +42,7 @@ impl ContactLog {
         self.rows_read += rows;
     }
 
-    /// Remembers what was taken for granted in reading, for the user to be told.
+    /// Adds a note for the user on an assumption that the reader made.
     pub fn note(&mut self, note: impl Into<String>) {
         self.notes.push(note.into());
     }

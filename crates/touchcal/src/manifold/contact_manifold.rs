@@ -72,8 +72,8 @@ pub trait ContactManifold: Send + Sync + std::fmt::Debug {
     /// first.
     ///
     /// A candidate contact is a surface that can push in one direction; the gaps of all that are
-    /// touched at once are zero, on average over the pose's noise. There are none where it cannot
-    /// be told which surfaces there are. The default is the residual, for a single surface.
+    /// touched at once are zero, on average over the pose's noise. There are none where the
+    /// surfaces cannot be distinguished. The default is the residual, for a single surface.
     ///
     /// `cache` is that of the contact, which is evaluated many times at nearby poses.
     fn candidate_contacts(

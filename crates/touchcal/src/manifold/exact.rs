@@ -30,7 +30,7 @@ pub enum Misfit {
     Blocked,
 }
 
-/// The exact manifold of parts; of a peg and a hole, [`check_fit`] tells whether they fit.
+/// The exact manifold of parts; [`check_fit`] checks whether a peg fits its hole.
 pub fn exact_manifold(parts: &Parts) -> Box<dyn ContactManifold> {
     match parts {
         Parts::PegInHole(parts) => Box::new(PegInHole::new(parts.as_ref().clone())),

@@ -28,7 +28,7 @@ pub(super) struct Near {
     pub normal_in_tool: Vector3<f64>,
 }
 
-/// The surface elements of tool and fixture that come near each other.
+/// The surface elements of tool and fixture that are close to each other.
 pub(super) trait NearPairs {
     /// Heights (m) of the tool's origin over the fixture's where it first touches, upright, and
     /// where it can go no deeper.

@@ -172,11 +172,12 @@ pub fn draw_truth(scenario: &Scenario, seed: u64) -> Truth {
     Truth::draw(scenario, &mut chance(seed, 0))
 }
 
-/// Runs a truth, with the noise of `seed`: a log for each touch. `watch` is told the number of
-/// contacts after each, and may break the run off.
+/// Runs a truth, with the noise of `seed`: a log for each touch. `watch` receives the
+/// number of contacts after each row, and may end the run.
 ///
 /// # Errors
-/// If the arm cannot reach a fixture, touches too rarely, or finds no rest; and if broken off.
+/// If the arm cannot reach a fixture, touches too rarely, or finds no rest; and if `watch` ends the
+/// run.
 pub fn run(
     scenario: &Scenario,
     truth: &Truth,

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use crate::support::solve;
+use crate::support::{solve, uniform};
 use nalgebra::{DMatrix, DVector, UnitQuaternion, Vector3};
 use touchcal::contact::{ContactLog, Source};
 use touchcal::estimate::{Estimate, Fixture, Loss, Method, Noise, PlacePrior, Problem, Status, Tool};
@@ -22,21 +22,9 @@ fn iiwa() -> Robot {
     urdf::read_builtin("iiwa14", Ends::default()).expect("built in").robot
 }
 
-/// Numbers spread over (−1, 1), the same for the same seed.
-fn spread(count: usize, seed: u64) -> Vec<f64> {
-    let mut state = seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) | 1;
-    let mut next = || {
-        state ^= state << 13;
-        state ^= state >> 7;
-        state ^= state << 17;
-        (state >> 11) as f64 / (1u64 << 52) as f64 - 1.0
-    };
-    (0..count).map(|_| next()).collect()
-}
-
 /// True values of `strain` and the offsets for a seed.
 fn truth(seed: u64) -> Vec<f64> {
-    let draw = spread(8, seed);
+    let draw = uniform(8, seed);
     (0..8).map(|k| if k == 0 { 0.05 * draw[0] } else { 5f64.to_radians() * draw[k] }).collect()
 }
 
@@ -98,8 +86,8 @@ fn socket(seed: u64) -> Problem {
     let down = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI);
     let mut rows = Vec::new();
     for i in 0..60u64 {
-        let turn = UnitQuaternion::from_scaled_axis(Vector3::from_row_slice(&spread(3, 1000 + i)) * 0.6);
-        let bend: Vec<f64> = posture.iter().zip(spread(7, 2000 + i)).map(|(q, d)| q + 0.5 * d).collect();
+        let turn = UnitQuaternion::from_scaled_axis(Vector3::from_row_slice(&uniform(3, 1000 + i)) * 0.6);
+        let bend: Vec<f64> = posture.iter().zip(uniform(7, 2000 + i)).map(|(q, d)| q + 0.5 * d).collect();
         let target = Pose::from_parts(Vector3::new(0.55, 0.05, 0.2).into(), turn * down);
         q = follow(&arm, &target, &q, &bend).expect("within reach");
         rows.push(q.clone());

@@ -1,9 +1,9 @@
 //! Contact logs: columns found, contacts chosen, bad input refused.
 
-use std::io::{Read, Write};
+use crate::support::{gzip, refused};
+use std::io::Read;
 
 use crate::support::small_arm::{ARM, arm};
-use flate2::{Compression, write::GzEncoder};
 use proptest::prelude::*;
 use touchcal::contact::ContactLog;
 use touchcal::contact::{AngleUnit, Detection, Load, LoadFrame, LoadOn};
@@ -44,20 +44,6 @@ fn a_load_needs_a_whole_wrench() {
     let force = "q1,q2,fx,fy,fz\n0.1,0.2,1,2,3\n";
     refused(read_with(force.as_bytes(), &load), &["c.csv", "fx, fy, fz, tx, ty and tz", "load", "q1,q2,fx,fy,fz"]);
     refused(read_with("0.1,0.2\n".as_bytes(), &load), &["c.csv", "load", "no header"]);
-}
-
-#[track_caller]
-fn refused(result: Result<ContactLog, String>, parts: &[&str]) {
-    let message = result.expect_err("accepted");
-    for part in parts {
-        assert!(message.contains(part), "expected `{part}` in: {message}");
-    }
-}
-
-fn gzip(bytes: &[u8]) -> Vec<u8> {
-    let mut encoder = GzEncoder::new(Vec::new(), Compression::fast());
-    encoder.write_all(bytes).unwrap();
-    encoder.finish().unwrap()
 }
 
 #[test]

@@ -1,9 +1,8 @@
 //! Poses and stored manifolds: read as written, everything else refused.
 
 use crate::support;
-use std::io::Write;
+use crate::support::{gzip, refused};
 
-use flate2::{Compression, write::GzEncoder};
 use nalgebra::{Quaternion, UnitQuaternion};
 use proptest::prelude::*;
 use touchcal::io::Input;
@@ -17,20 +16,6 @@ const HEADER: &str = "x,y,z,qw,qx,qy,qz\n";
 
 fn read(content: impl AsRef<[u8]>) -> Result<Vec<Pose>, String> {
     pose_file::read(content.as_ref(), "p.csv").map_err(|error| error.to_string())
-}
-
-#[track_caller]
-fn refused<T>(result: Result<T, String>, parts: &[&str]) {
-    let message = result.err().expect("accepted");
-    for part in parts {
-        assert!(message.contains(part), "expected `{part}` in: {message}");
-    }
-}
-
-fn gzip(bytes: &[u8]) -> Vec<u8> {
-    let mut encoder = GzEncoder::new(Vec::new(), Compression::fast());
-    encoder.write_all(bytes).unwrap();
-    encoder.finish().unwrap()
 }
 
 #[test]

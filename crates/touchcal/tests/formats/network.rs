@@ -1,5 +1,6 @@
 //! Files of networks: read as written, everything else refused.
 
+use crate::support::refused;
 use proptest::prelude::*;
 use touchcal::io::Input;
 use touchcal::io::checkpoint_file::{self, CheckpointFile};
@@ -67,14 +68,6 @@ fn read(bytes: &[u8]) -> Result<WeightsFile, String> {
 
 fn read_checkpoint(bytes: &[u8]) -> Result<CheckpointFile, String> {
     checkpoint_file::from_bytes(bytes, "c.safetensors").map_err(|error| error.to_string())
-}
-
-#[track_caller]
-fn refused<T>(result: Result<T, String>, parts: &[&str]) {
-    let message = result.err().expect("accepted");
-    for part in parts {
-        assert!(message.contains(part), "expected `{part}` in: {message}");
-    }
 }
 
 /// The file with `from` in its header changed to `to`.

@@ -3,7 +3,7 @@
 
 use std::sync::Arc;
 
-use crate::support::{report, solve};
+use crate::support::{report, solve, uniform};
 use nalgebra::{Point3, UnitQuaternion, Vector3};
 use touchcal::contact::{ContactLog, Source};
 use touchcal::estimate::{
@@ -41,20 +41,8 @@ fn weighed() -> Robot {
     urdf::read(WEIGHED, "weighed.urdf", Ends::default()).expect("a valid chain")
 }
 
-/// Numbers spread over (−1, 1), the same for the same seed.
-fn spread(count: usize, seed: u64) -> Vec<f64> {
-    let mut state = seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) | 1;
-    let mut next = || {
-        state ^= state << 13;
-        state ^= state >> 7;
-        state ^= state << 17;
-        (state >> 11) as f64 / (1u64 << 52) as f64 - 1.0
-    };
-    (0..count).map(|_| next()).collect()
-}
-
 fn normal(count: usize, seed: u64) -> Vec<f64> {
-    let sums = spread(12 * count, seed);
+    let sums = uniform(12 * count, seed);
     sums.chunks(12).map(|twelve| twelve.iter().sum::<f64>() / 2.0).collect()
 }
 
@@ -90,8 +78,8 @@ fn torque_is_the_slope_of_the_potential_energy_and_the_work_of_the_load() {
         let kinematics = Kinematics::new(&robot, &[KinematicParameter::JointCompliance(0)], Pose::identity());
         let mut scratch = kinematics.scratch();
         for seed in 1..10 {
-            let q: Vec<f64> = spread(robot.dof(), seed).iter().map(|v| 2.0 * v).collect();
-            let load: Wrench = std::array::from_fn(|k| 20.0 * spread(6, seed + 50)[k]);
+            let q: Vec<f64> = uniform(robot.dof(), seed).iter().map(|v| 2.0 * v).collect();
+            let load: Wrench = std::array::from_fn(|k| 20.0 * uniform(6, seed + 50)[k]);
             kinematics.pose_and_jacobian_under(&q, &load, &mut scratch);
             let energy =
                 |q: &[f64]| -> f64 { masses(&robot, q).iter().map(|(mass, at)| -mass * robot.gravity().dot(at)).sum() };
@@ -122,8 +110,8 @@ fn jacobian_matches_central_differences() {
             parameters.iter().filter_map(|parameter| parameter.id.kinematic()).collect();
         let mut kinematics = Kinematics::new(&robot, &columns, Pose::translation(0.1, 0.05, 0.1));
         let theta: Vec<f64> =
-            spread(columns.len(), 3).iter().zip(&parameters).map(|(v, p)| 0.1 * v * p.scale).collect();
-        let q: Vec<f64> = spread(robot.dof(), 4).iter().map(|v| v * 2.0).collect();
+            uniform(columns.len(), 3).iter().zip(&parameters).map(|(v, p)| 0.1 * v * p.scale).collect();
+        let q: Vec<f64> = uniform(robot.dof(), 4).iter().map(|v| v * 2.0).collect();
         kinematics.set(&theta);
         let mut scratch = kinematics.scratch();
         let load: Wrench = [5.0, -20.0, 10.0, 1.0, -2.0, 0.5];
@@ -158,7 +146,7 @@ fn calibrated_chain_bends_in_memory_and_as_urdf() {
         let parameters = [joint_compliance(&robot), joint_origin(&robot)].concat();
         let columns: Vec<KinematicParameter> =
             parameters.iter().filter_map(|parameter| parameter.id.kinematic()).collect();
-        let theta: Vec<f64> = spread(columns.len(), 5).iter().zip(&parameters).map(|(v, p)| v * p.scale).collect();
+        let theta: Vec<f64> = uniform(columns.len(), 5).iter().zip(&parameters).map(|(v, p)| v * p.scale).collect();
         let tool = Pose::translation(0.0, 0.1, 0.1);
         let mut kinematics = Kinematics::new(&robot, &columns, tool);
         kinematics.set(&theta);
@@ -173,7 +161,7 @@ fn calibrated_chain_bends_in_memory_and_as_urdf() {
         }
         let [folded, read] = [&calibrated, &back].map(|robot| Kinematics::new(robot, &[], tool));
         for seed in 0..20 {
-            let q: Vec<f64> = spread(robot.dof(), seed).iter().map(|v| v * 3.0).collect();
+            let q: Vec<f64> = uniform(robot.dof(), seed).iter().map(|v| v * 3.0).collect();
             let pose = kinematics.pose(&q).to_homogeneous();
             for (bent, within) in [(&folded, 1e-13), (&read, 1e-12)] {
                 let difference = (pose - bent.pose(&q).to_homogeneous()).amax();
@@ -237,8 +225,8 @@ fn touching(errors: &[(KinematicParameter, f64)], sockets: &[[f64; 3]], noise: &
         let mut q = posture.to_vec();
         for i in 0..60u64 {
             let seed = 1000 * f as u64 + i;
-            let turn = UnitQuaternion::from_scaled_axis(Vector3::from_row_slice(&spread(3, 10_000 + seed)) * 0.6);
-            let bend: Vec<f64> = posture.iter().zip(spread(7, 20_000 + seed)).map(|(q, d)| q + 0.5 * d).collect();
+            let turn = UnitQuaternion::from_scaled_axis(Vector3::from_row_slice(&uniform(3, 10_000 + seed)) * 0.6);
+            let bend: Vec<f64> = posture.iter().zip(uniform(7, 20_000 + seed)).map(|(q, d)| q + 0.5 * d).collect();
             q = follow(&arm, &Pose::from_parts((*socket).into(), turn * down), &q, &bend).expect("within reach");
             let measured: Vec<f64> =
                 q.iter().zip(normal(7, 30_000 * noise.seed + seed)).map(|(q, n)| q + noise.sigma * n).collect();
@@ -274,8 +262,8 @@ fn compliances(estimate: &Estimate) -> Vec<f64> {
 
 #[test]
 fn without_noise_compliances_and_offsets_are_found() {
-    let truth: Vec<f64> = spread(7, 7).iter().map(|v| 1e-4 * (1.0 + 0.5 * v)).collect();
-    let offset: Vec<f64> = spread(7, 8).iter().map(|v| 0.02 * v).collect();
+    let truth: Vec<f64> = uniform(7, 7).iter().map(|v| 1e-4 * (1.0 + 0.5 * v)).collect();
+    let offset: Vec<f64> = uniform(7, 8).iter().map(|v| 0.02 * v).collect();
     let softness = truth.iter().enumerate().map(|(i, &c)| (KinematicParameter::JointCompliance(i), c));
     let biases = offset.iter().enumerate().map(|(i, &b)| (KinematicParameter::JointOffset(i), b));
     let mut problem = touching(&softness.chain(biases).collect::<Vec<_>>(), &SOCKETS, &Noisy { sigma: 0.0, seed: 1 });

@@ -4,9 +4,11 @@
 pub mod parts;
 pub mod small_arm;
 
+use std::io::Write;
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
+use flate2::{Compression, write::GzEncoder};
 use touchcal::estimate::{Estimate, Loss, Method, Noise, Problem, calibrate};
 use touchcal::experiment::{Search, Trial};
 use touchcal::geometry::{Parts, PrismPair};
@@ -96,6 +98,34 @@ pub fn spread(mut errors: Vec<f64>) -> [(&'static str, f64); 4] {
     let quantile = |share: f64| errors[((errors.len() - 1) as f64 * share).ceil() as usize];
     let mean = errors.iter().sum::<f64>() / errors.len() as f64;
     [("mean", mean), ("q75", quantile(0.75)), ("q99", quantile(0.99)), ("max", quantile(1.0))]
+}
+
+/// Numbers spread over (−1, 1), the same for the same seed.
+pub fn uniform(count: usize, seed: u64) -> Vec<f64> {
+    let mut state = seed.wrapping_mul(0x9E37_79B9_7F4A_7C15) | 1;
+    let mut next = || {
+        state ^= state << 13;
+        state ^= state >> 7;
+        state ^= state << 17;
+        (state >> 11) as f64 / (1u64 << 52) as f64 - 1.0
+    };
+    (0..count).map(|_| next()).collect()
+}
+
+/// Asserts that a result is an error whose message has all parts.
+#[track_caller]
+pub fn refused<T>(result: Result<T, String>, parts: &[&str]) {
+    let message = result.err().expect("accepted");
+    for part in parts {
+        assert!(message.contains(part), "expected `{part}` in: {message}");
+    }
+}
+
+/// Bytes as a gzip file.
+pub fn gzip(bytes: &[u8]) -> Vec<u8> {
+    let mut encoder = GzEncoder::new(Vec::new(), Compression::fast());
+    encoder.write_all(bytes).expect("memory");
+    encoder.finish().expect("memory")
 }
 
 /// Calibrates without watching.

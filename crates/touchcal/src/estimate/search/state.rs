@@ -96,8 +96,8 @@ impl<'p> SearchState<'p> {
         self.termination = Termination { iterations, ..minimum.termination };
     }
 
-    /// Fixes the parameters that neither data nor priors determine at zero; returns whether there
-    /// are any more than before, and the search goes on.
+    /// Fixes the parameters that neither data nor priors determine at zero; returns whether
+    /// more are fixed than before and the search continues.
     pub fn fix_unobservable(&mut self) -> bool {
         let (theta, stride) = (self.theta.clone(), self.stride());
         let information = self.normal_equations(&theta, Objective::Residual(Loss::Squared), stride).information;

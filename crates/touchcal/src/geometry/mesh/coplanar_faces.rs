@@ -34,7 +34,7 @@ impl CoplanarFace {
         CoplanarFace { offset: normal.dot(&at(vertices[0])) + middle, vertices, normal }
     }
 
-    /// Whether the vertices are in the plane, as nearly as points are told apart.
+    /// Whether the vertices are in the plane, within the tolerance at which points are distinct.
     fn is_flat(&self, at: &impl Fn(u32) -> Vector3<f64>) -> bool {
         self.vertices.iter().all(|&vertex| (self.normal.dot(&at(vertex)) - self.offset).abs() <= WELD_DISTANCE)
     }

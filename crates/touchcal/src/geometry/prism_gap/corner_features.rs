@@ -248,7 +248,7 @@ fn no_deeper<S: Sink>(depth: f64, sink: &S) -> bool {
 }
 
 /// Calls `visit` for the vertices whose distance can be below the sink's reach, the most promising
-/// first, and tells it whether the bound is positive. `bound` is a lower bound of the distance
+/// first; its argument says whether the bound is positive. `bound` is a lower bound of the distance
 /// unless it is negative.
 #[inline]
 fn promising<S: Sink>(

@@ -9,7 +9,7 @@ use super::{corner_features, edge_features};
 const LEANING: f64 = 0.99;
 
 /// Reports the features to `sink`. Families that a peg above the top face cannot have are left
-/// out: it may be far away, where nothing else tells which are the nearest.
+/// out: the peg may be far away, where no bound excludes these families.
 pub(super) fn visit_features<S: Sink>(sweep: &FeatureSweep<'_>, sink: &mut S) {
     let mut is_above = true;
     for end in [0.0, sweep.pair.length] {

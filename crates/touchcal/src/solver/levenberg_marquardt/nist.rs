@@ -34,7 +34,7 @@ struct Certified {
     starts: [Vec<f64>; 2],
     parameters: Vec<f64>,
     deviations: Vec<f64>,
-    /// Residual standard deviation: the noise that the solver is told.
+    /// Residual standard deviation: the noise declared to the solver.
     noise: f64,
     /// Response and predictors.
     data: Vec<Vec<f64>>,

@@ -20,7 +20,7 @@ use crate::sim::{Log, Scenario, Seeds, SimulatedTrial, Touch, WRENCH_DIGITS};
 
 /// Name of the problem file.
 pub const PROBLEM: &str = "problem.toml";
-/// Name of the file that tells the truth.
+/// Name of the file of the true parameters.
 pub const TRUTH: &str = "truth.json";
 
 /// Refuses a folder whose problem file is a user's own; that of an earlier simulation may be

@@ -14,8 +14,8 @@ const HEADER: usize = 84;
 const RECORD: usize = 50;
 
 pub(super) fn read(bytes: &[u8], file: &str) -> Result<Soup, IoError> {
-    // Binary files too may begin with the word; that the size fits their number of triangles is
-    // what tells.
+    // Binary files may begin with `solid` too; a file is binary if its size matches its number of
+    // triangles.
     match stated_count(bytes) {
         Some(count) if bytes.len() == HEADER + RECORD * count => binary(bytes, count, file),
         _ if bytes.trim_ascii_start().starts_with(b"solid") => text(bytes::text_from(bytes, file)?, file),

@@ -95,7 +95,7 @@ fn at(file: &str, number: u64) -> Place {
     Place::file(file).field(format!("joint state {number}"))
 }
 
-/// Names of a message's joints, to be told.
+/// Names of a message's joints, for error messages.
 fn joints_of(message: &[u8]) -> Vec<String> {
     let mut names = Vec::new();
     // It was read before.
