@@ -10,17 +10,23 @@ use super::summarize::summarize;
 /// Estimates the parameters of a problem.
 ///
 /// Minimizes, from zero, first the distance of all contact poses from their manifolds' envelopes,
-/// then `Σ ρ(‖W r(θ)‖²) + Σ (θₖ/σₖ)² + Σ ((dᵢⱼ − d̂ᵢⱼ)/σᵢⱼ)²`. `r` is a contact's residual, `W`
-/// whitens encoder and contact noise, and `ρ` is the problem's loss, its scale shrinking from one
-/// that is nearly least squares. One-sided contacts finally contribute `−2 ln L` instead, the
-/// marginal likelihood over their contact modes. Parameters without prior that nothing determines
-/// are fixed at zero. `observe` is called at each step and may end the estimation.
-/// [`Method::GradientDescent`] has its own search.
+/// then `Σ ρ(‖W r(θ)‖²) + Σ (θₖ/σₖ)² + Σ ((dᵢⱼ − d̂ᵢⱼ)/σᵢⱼ)²`. `r` (m) is a contact's residual, `W`
+/// (1/m) whitens encoder and contact noise, and `ρ` is the problem's loss, its scale shrinking from
+/// one that is nearly least squares; `θₖ` are the parameters with priors of standard deviations
+/// `σₖ`, and `dᵢⱼ` the distances (m) of fixtures `i` and `j`, declared as `d̂ᵢⱼ` with standard
+/// deviation `σᵢⱼ`. One-sided contacts finally contribute `−2 ln L` instead, the marginal
+/// likelihood over their contact modes. Parameters without prior that nothing determines are fixed
+/// at zero. `observe` is called at each step and may end the estimation: the result is then that of
+/// the parameters reached. [`Method::GradientDescent`] has its own search.
 ///
-/// The covariance of two-sided contacts is that of an M-estimator, `(A²/B · Σ JᵀJ + Λ)⁻¹`, with `A`
-/// the mean of ψ′, `B` that of ψ² over all contacts and `Λ` the priors, for at least the declared
-/// noise (Huber, *Robust statistics* (1981), section 7.6). With one-sided contacts it is the
-/// sandwich of their marginal likelihood times the design effect of correlated contacts.
+/// The covariance of two-sided contacts is that of an M-estimator, `(A²/B · Σ JᵀJ + Λ)⁻¹`, with `J`
+/// the derivative of the whitened residual by the parameters, `A` the mean of ψ′, `B` that of ψ² over
+/// all contacts, `ψ(r) = ρ′(r²) r`, and `Λ` the information of priors and known distances, for at
+/// least the declared noise (Huber, *Robust statistics* (1981), section 7.6). With one-sided contacts
+/// it is the sandwich of their marginal likelihood times the design effect of correlated contacts.
+///
+/// There is no error: an estimate that must not be used has another [`Status`](super::Status) than
+/// converged, and [`Warning`](super::Warning)s with the cause.
 pub fn calibrate(problem: &Problem, observe: Observer<'_>) -> Estimate {
     let mut search = SearchState::new(problem);
     match &problem.method {

@@ -11,23 +11,28 @@ use crate::parameter::ParameterId;
 use crate::robot::KinematicParameter;
 use crate::se3::{self, Pose, Twist};
 
-/// Distances of contacts from their manifolds by the problem's arm as it is, with tool and fixtures
-/// at their nominal places; nothing is estimated.
+/// Number, mean, root mean square and maximum (m) of the contacts' distances from their manifolds,
+/// by the problem's arm as it is, with tool and fixtures at their nominal poses; nothing is
+/// estimated. All are 0 without contacts.
 pub fn evaluate(problem: &Problem) -> Score {
     let model = CalibrationModel::new(problem);
     score(&LinearizationPoint::new(&model, &DVector::zeros(model.layout.len())))
 }
 
-/// Distance (m) of each contact from its manifold, in the order of the log, at parameters `values`
-/// (SI, in the order of [`Estimate::values`](super::Estimate::values); zeros are the problem's arm
-/// as it is). A [`Score`] is made of these.
+/// Distance (m, ≥ 0) of each contact from its manifold, in the order of the log, at parameters
+/// `values` (SI, one for each parameter, in the order of
+/// [`Estimate::values`](super::Estimate::values); zeros are the problem's arm as it is).
+///
+/// A contact's distance is the norm of its manifold's residual; for a point manifold (ball in
+/// socket) it is the distance from the mean offset of all contacts with that socket. [`Score`]
+/// summarizes these distances.
 pub fn contact_distances(problem: &Problem, values: &DVector<f64>) -> Vec<f64> {
     distances(&LinearizationPoint::new(&CalibrationModel::new(problem), values))
 }
 
-/// `fixture_from_tool` of each contact with fixture number `fixture`, by the problem's arm as it
-/// is, in the order of the log. Of a calibrated arm these are samples of the fixture's contact
-/// manifold.
+/// `fixture_from_tool` of each contact with the fixture of index `fixture` in
+/// [`Problem::fixtures`], by the problem's arm as it is, in the order of the log; empty if there is
+/// no such contact. Of a calibrated arm these are samples of the fixture's contact manifold.
 pub fn contact_poses(problem: &Problem, fixture: usize) -> Vec<Pose> {
     let model = CalibrationModel::new(problem);
     let point = LinearizationPoint::new(&model, &DVector::zeros(model.layout.len()));
@@ -35,11 +40,12 @@ pub fn contact_poses(problem: &Problem, fixture: usize) -> Vec<Pose> {
     contacts.map(|i| point.pose_without_drift(i)).collect()
 }
 
-/// Moves tool and fixtures to the poses that a calibration found: `value(name)` is the estimate of
-/// the parameter of that name (m, rad), none for what was not estimated.
+/// Moves tool and fixtures of `problem` to the poses that a calibration found, and fixes them
+/// there. `value(name)` is the estimate of the parameter of that name (m, rad): a component of the
+/// local twist `[v; ω]` on the nominal pose; `None`, for what was not estimated, counts as 0.
 ///
 /// A fixture without a nominal pose is left as it is: its parameters are relative to contacts of
-/// another log, and the score of a socket does not need its place.
+/// another log, and the score of a socket does not need its pose.
 pub fn apply_estimated_places(problem: &mut Problem, value: impl Fn(&str) -> Option<f64>) {
     let mut tool = Twist::zeros();
     let mut fixtures = vec![Twist::zeros(); problem.fixtures.len()];

@@ -9,43 +9,50 @@ use super::search::{SearchState, approach_contact_modes, coarse, sandwich};
 use super::uncertainty::Posterior;
 use crate::solver::StopReason;
 
-/// Range of a joint's measured positions.
+/// Range of a moving joint's measured positions over all contacts.
 #[derive(Clone, Debug, PartialEq)]
 pub struct JointRange {
     /// Name of the joint.
     pub joint: String,
-    /// Least position (rad or m).
+    /// Least measured position (rad, or m for a prismatic joint).
     pub least: f64,
-    /// Greatest position (rad or m).
+    /// Greatest measured position (rad, or m for a prismatic joint).
     pub greatest: f64,
-    /// Share of the joint's limits that this range covers, if it has limits.
+    /// `greatest − least` over the width of the joint's limits (1; above 1 if positions exceed
+    /// them). `None` without limits or if these have no width.
     pub share: Option<f64>,
 }
 
-/// The result of [`inspect`].
+/// What the contacts of a problem can determine: the result of [`inspect`].
 #[derive(Clone, Debug)]
 pub struct Inspection {
-    /// Range of every moving joint, in order; empty without contacts.
+    /// Measured range of every moving joint, from base to tip; empty without contacts.
     pub ranges: Vec<JointRange>,
-    /// Every parameter with the standard deviation to expect, in order; values are zero.
+    /// Every parameter with the standard deviation that a calibration is expected to reach (SI), in
+    /// the order of [`Estimate::parameters`](super::Estimate); each `value` is 0.
     pub parameters: Vec<ParameterEstimate>,
     /// What the data determine and what they do not.
     pub identifiability: Identifiability,
-    /// Observability indices O1 to O5, see [`Identifiability::observability`].
+    /// Observability indices O1 to O5 (1), see [`Identifiability::observability`].
     pub observability: [f64; 5],
-    /// What contradicts the problem's declarations.
+    /// Contradictions between the problem's declarations and its contacts: fixtures without
+    /// contacts, distances that even the nominal arm contradicts, a tool's outline beside its
+    /// frame's origin.
     pub warnings: Vec<Warning>,
-    /// Distances of the contacts from their manifolds by the nominal arm.
+    /// Distances (m) of the contacts from their manifolds by the nominal arm, as of [`evaluate`].
     pub nominal: Score,
-    /// Why the coarse stage stopped: expectations far from its minimum are unreliable.
+    /// Why the search before the inspection stopped: unless converged, the expected standard
+    /// deviations are unreliable.
     pub reason: StopReason,
 }
 
-/// What a problem's contacts can determine, with the declared noise and no outliers.
+/// Computes what a problem's contacts can determine, with the declared noise and without outliers,
+/// before the problem is solved.
 ///
 /// The Jacobian is taken after the coarse stage: a nominal arm may be centimetres off, where the
 /// derivative of a gap is not that at contact; with one-sided contacts, at the contact modes of a
-/// subsample. `observe` is called at each step and may end the search.
+/// subsample. `observe` is called at each step; if it breaks, the search ends there and
+/// [`Inspection::reason`] is [`StopReason::Interrupted`].
 pub fn inspect(problem: &Problem, observe: Observer<'_>) -> Inspection {
     let mut search = SearchState::new(problem);
     coarse(&mut search, observe);

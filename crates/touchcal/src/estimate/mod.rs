@@ -1,5 +1,5 @@
-//! The estimator: from a problem to parameters, their covariance, and what the data cannot
-//! determine.
+//! The estimator: from a problem (arm, tool, fixtures, contacts) to parameters, their covariance,
+//! and what the data cannot determine.
 
 mod calibrate;
 mod contact_mode;

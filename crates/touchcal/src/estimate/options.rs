@@ -2,54 +2,56 @@
 
 use crate::solver::LevenbergMarquardtOptions;
 
-/// All tuning of the estimator.
+/// All settings of the estimator; [`Default`] holds the recommended values.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct EstimatorOptions {
-    /// The search for the minimum.
+    /// Settings of the search for the minimum.
     pub search: SearchOptions,
-    /// The likelihood of one-sided contacts.
+    /// Settings of the likelihood of one-sided contacts.
     pub contact_mode: ContactModeOptions,
-    /// Variance components: prior widths and noise estimated from the data.
+    /// Settings of the estimation of variance components: prior widths and noise.
     pub variance_components: VarianceComponentOptions,
-    /// The search for competing minima.
+    /// Settings of the search for competing minima.
     pub multi_start: MultiStartOptions,
-    /// What counts as determined by the data.
+    /// Thresholds on singular values and standard deviations for what counts as determined by the
+    /// data.
     pub identifiability: IdentifiabilityOptions,
-    /// When a result deserves a warning, and when it must not be used.
+    /// Thresholds of warnings.
     pub thresholds: WarningThresholds,
 }
 
-/// The coarse-to-fine search.
+/// Settings of the coarse-to-fine search.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SearchOptions {
-    /// Maximum number of searches from the start, each fixing the parameters that the one before
-    /// found unobservable.
+    /// Maximum number of searches from zero, each fixing the parameters that the one before found
+    /// unobservable.
     pub max_restarts: usize,
-    /// Number of contacts that the coarse stage and graduated non-convexity use, about evenly
-    /// spread.
+    /// Number (> 0) of contacts that the coarse stage and graduated non-convexity use, about evenly
+    /// spread over the log.
     pub fit_subsample: usize,
-    /// Factor between the numbers of contacts of successive stages, from `fit_subsample` to all.
+    /// Factor between the numbers of contacts of successive stages, from `fit_subsample` to all; at
+    /// least 2.
     pub subsample_growth: usize,
     /// Number of independent measurements of the envelope's middle that all contacts together count
     /// as in the coarse stage. Deviations from the middle are motion of the tool, not noise:
     /// counted as independent measurements they make parameters of little effect explain them (with
     /// a free hole, strains of −0.4).
     pub coarse_effective_contacts: f64,
-    /// Factor by which the scale of the robust loss shrinks from step to step (graduated
+    /// Factor (> 1) by which the scale of the robust loss shrinks from step to step (graduated
     /// non-convexity: Yang, Antonante, Tzoumas & Carlone, *Graduated non-convexity for robust
     /// spatial perception* (2020)).
     pub gnc_factor: f64,
-    /// Share of the contacts that lie within the scale of the first, widest loss.
+    /// Share (0 to 1) of the contacts that lie within the scale of the first, widest loss.
     pub gnc_initial_inliers: f64,
-    /// Coarse stage: towards the manifolds' envelopes.
+    /// Stopping rule of the coarse stage, which minimizes distances from the manifolds' envelopes.
     pub coarse: LevenbergMarquardtOptions,
-    /// Intermediate steps of graduated non-convexity and subsamples.
+    /// Stopping rule of the intermediate steps of graduated non-convexity and subsamples.
     pub anneal: LevenbergMarquardtOptions,
-    /// Last step with all contacts.
+    /// Stopping rule of the last step, with all contacts.
     pub fine: LevenbergMarquardtOptions,
-    /// Last step with the marginal likelihood of all contacts. Candidate contacts enter and leave
-    /// the gate: the cost jumps by more than a step of some standard deviations gains, so the
-    /// gradient judges steps from farther off.
+    /// Stopping rule of the last step with the marginal likelihood of all contacts. Candidate
+    /// contacts enter and leave the gate: the cost jumps by more than a step of some standard
+    /// deviations gains, so steps are judged by the gradient from farther off.
     pub fine_contact_modes: LevenbergMarquardtOptions,
     /// Prior standard deviation (m) of a fixture's gap bias: parts neither float nor penetrate by
     /// much more.
@@ -75,55 +77,59 @@ impl Default for SearchOptions {
     }
 }
 
-/// The marginal likelihood of one-sided contacts and its parameters, estimated by
-/// expectation–maximisation. Distances in standard deviations of their noise unless said otherwise.
+/// Settings of the marginal likelihood of one-sided contacts; its odds, noise and bias widths are
+/// estimated by expectation–maximisation (Dempster, Laird & Rubin 1977).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ContactModeOptions {
-    /// Distance up to which a candidate contact is considered. Farther ones must not count: how
-    /// often a surface is free is to be known near zero, and a tool does not approach all of a
-    /// surface's surroundings equally often.
+    /// Distance, in standard deviations of its noise, up to which a candidate contact is
+    /// considered. Farther ones must not count: the density of free distances is wanted near zero,
+    /// and a tool does not approach all of a surface's surroundings equally often.
     pub gate: f64,
-    /// Distance from which candidates leave the gate smoothly.
+    /// Distance, in standard deviations of its noise, from which a candidate's likelihood fades
+    /// out; it ends at `gate`.
     pub gate_fade: f64,
-    /// Squared Mahalanobis distance above which an active set is left out.
+    /// Squared Mahalanobis distance (1) of its active candidates from contact above which an active
+    /// set is left out.
     pub max_squared_distance: f64,
-    /// Share of the likelihood below which an active set is left out.
+    /// Share (0 to 1) of a contact's likelihood below which an active set is left out.
     pub min_share: f64,
-    /// Initial contact odds `κ` of every surface (m): probability of contact over the density of
-    /// free distances.
+    /// Initial contact odds `κ` of every surface (m): probability of contact over the density (1/m)
+    /// of free distances.
     pub initial_odds: f64,
-    /// Initial odds `η` that a contact touches nothing (1).
+    /// Initial odds `η` (1) that a contact touches nothing.
     pub initial_no_contact: f64,
-    /// Numbers of contacts that the expectation step uses, first and last. From 500 the odds are so
-    /// rough that they cost a third of the accuracy.
+    /// Numbers (> 0) of contacts that the expectation step uses: in the first iterations, and in
+    /// the last. With 500 contacts the odds are so rough that they cost a third of the accuracy.
     pub em_subsample: [usize; 2],
-    /// Maximum number of iterations for each subsample.
+    /// Maximum number of iterations of expectation–maximisation for each of the two subsamples.
     pub em_max_iterations: usize,
-    /// Mean relative change of the odds that ends the iterations with the last subsample: from
-    /// other starts, results then differ by some hundredths of a standard deviation.
+    /// Mean relative change of the odds (1) that ends the iterations with the last subsample: from
+    /// other starts, results then differ by some hundredths of a standard deviation. For the first
+    /// subsample it is larger by the ratio of their sizes.
     pub em_tolerance: f64,
-    /// Initial noise over the declared one. The search starts where the least gaps lead, where a
-    /// surface that carries many contacts may be some standard deviations away; with the declared
-    /// noise its odds would be estimated as zero.
+    /// Ratio of the initial standard deviation of the noise to the declared one (1). The search
+    /// starts where the least gaps lead, where a surface that carries many contacts may be some
+    /// standard deviations away; with the declared noise its odds would be estimated as zero.
     pub em_initial_inflation: f64,
-    /// Newton decrement below which the parameters' step of an iteration is taken without a line
-    /// search: one standard deviation.
+    /// Newton decrement `gᵀH⁻¹g` (1) below which the parameters' step of an iteration is taken
+    /// without a line search; 1 is a step of one standard deviation.
     pub em_step_decrement: f64,
-    /// Share of the one-sided contacts that must be informative, i.e. touch something with more
-    /// probability than nothing. Below it the least gap of each contact is used instead.
+    /// Share (0 to 1) of the one-sided contacts that must be informative: more likely to touch
+    /// something than nothing. At or below it the least gap of each contact is used instead.
     pub min_informative_fraction: f64,
-    /// Number of candidate contacts that the mean odds of a region count as, for each of its
-    /// surfaces.
+    /// Weight of the mean odds of a region in the odds of each of its surfaces, as a number of
+    /// active candidate contacts.
     pub odds_strength: f64,
-    /// Number of active contacts that the declared noise counts as.
+    /// Weight of the declared noise in the estimated one, as a number of active contacts.
     pub noise_strength: f64,
-    /// Start of the standard deviation (m) of directional gap biases, a variance component.
+    /// Initial standard deviation (m) of directional gap biases, a variance component.
     pub directional_bias_sigma: f64,
-    /// Number of observed biases that this start counts as: little, because the estimate must go to
-    /// zero for good parts.
+    /// Weight of `directional_bias_sigma` in the estimate of that standard deviation, as a number
+    /// of observed biases: little, because the estimate must go to zero for good parts.
     pub directional_bias_strength: f64,
-    /// Factor on the standard deviations where least gaps are used: the ratio of errors to standard
-    /// deviations of simulated pegs at the rim and in holes with little clearance.
+    /// Factor (1) on the parameters' standard deviations where least gaps are used: the ratio of
+    /// errors to standard deviations of simulated pegs at the rim and in holes with little
+    /// clearance.
     pub least_gap_inflation: f64,
 }
 
@@ -151,16 +157,16 @@ impl Default for ContactModeOptions {
     }
 }
 
-/// Empirical Bayes for prior widths and noise, see
-/// [`Prior::VarianceComponent`](crate::parameter::Prior).
+/// Settings of the empirical Bayes estimation of prior widths and noise (expectation–maximisation:
+/// Dempster, Laird & Rubin 1977), see [`Prior::VarianceComponent`](crate::parameter::Prior).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct VarianceComponentOptions {
-    /// Maximum number of linearizations; between them the problem counts as linear.
+    /// Maximum number of linearizations of the problem; between them it is treated as linear.
     pub max_linearizations: usize,
     /// Maximum number of expectation–maximisation steps on one linearization.
     pub max_em_steps: usize,
-    /// Relative change of all standard deviations that ends the steps: far less than their own
-    /// uncertainty.
+    /// Largest relative change of any standard deviation in one step (1) at which the steps end:
+    /// far less than the standard deviations' own uncertainty.
     pub tolerance: f64,
 }
 
@@ -170,18 +176,19 @@ impl Default for VarianceComponentOptions {
     }
 }
 
-/// The search for competing minima.
+/// Settings of the search for competing minima, which is made for one-sided contacts with declared
+/// noise.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MultiStartOptions {
-    /// Scatter of whitened least gaps (root mean square) from which other starts are tried. At the
+    /// Root mean square of the whitened least gaps (1) from which other starts are tried. At the
     /// right minimum it is below 1, since soft minima scatter less than single gaps.
     pub min_scatter: f64,
-    /// Number of starts, drawn from the posterior of the coarse stage.
+    /// Number of other starts, drawn from the posterior of the coarse stage.
     pub starts: u64,
-    /// Squared Mahalanobis distance from which two minima are different ones.
+    /// Squared Mahalanobis distance (1) between two minima from which they count as different.
     pub min_squared_distance: f64,
-    /// Ratio of costs up to which another minimum competes: where minima abound, the deepest need
-    /// not be the right one.
+    /// Ratio of another minimum's cost to that found (1) up to which it competes: where minima
+    /// abound, the deepest need not be the right one.
     pub max_cost_ratio: f64,
 }
 
@@ -191,20 +198,22 @@ impl Default for MultiStartOptions {
     }
 }
 
-/// What counts as determined by the data. Singular values are of the whitened Jacobian in units of
-/// the parameters' scales (prior standard deviation, or plausible size without a prior).
+/// Thresholds for what counts as determined by the data. Singular values (1) are of the whitened
+/// Jacobian with each column multiplied by its parameter's scale (prior standard deviation, or
+/// plausible size without a prior).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct IdentifiabilityOptions {
-    /// A direction is identifiable from this singular value on: the data add as much as was known.
+    /// Singular value from which a direction is identifiable; at 1 the data contribute as much
+    /// information as was known before.
     pub min_singular_value: f64,
-    /// With the priors counted in, a direction below this value is bounded by nothing: a prior
-    /// alone gives about 1.
+    /// Singular value of data and priors together below which a direction is bounded by nothing: a
+    /// prior alone gives about 1.
     pub min_bounded_singular_value: f64,
-    /// Share of a direction in parameters with a prior from which they bound it: the rest is then
-    /// at most ten times plausible.
+    /// Share (0 to 1) of a direction's norm in parameters with a prior from which they bound it:
+    /// the rest is then at most ten times a plausible size.
     pub min_bounding_share: f64,
-    /// A parameter is identifiable if the data bring its standard deviation below this share of its
-    /// scale.
+    /// Standard deviation left by the data over the scale (1) below which a parameter is
+    /// identifiable.
     pub max_sigma_ratio: f64,
 }
 
@@ -219,33 +228,37 @@ impl Default for IdentifiabilityOptions {
     }
 }
 
-/// When a result deserves a warning, and when it must not be used.
+/// Thresholds from which a result gets a warning, and from which it must not be used.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct WarningThresholds {
-    /// Robust weight below which a contact counts as rejected.
+    /// Robust weight (0 to 1) below which a contact counts as rejected.
     pub rejected_weight: f64,
-    /// Share of rejected contacts: warning, not usable. Above the second most contacts contradict
-    /// the result.
+    /// Shares (0 to 1) of rejected contacts above which there is a warning `[0]` and the result is
+    /// not usable `[1]`: most contacts then contradict it.
     pub rejected_share: [f64; 2],
-    /// Measured over declared noise: warning; not usable with one-sided contacts. So much scatter
-    /// is no noise, but another shape or place.
+    /// Ratios of measured to declared noise above which there is a warning `[0]` and, with
+    /// one-sided contacts of declared noise, the result is not usable `[1]`: so much scatter is no
+    /// noise, but another shape or place.
     pub noise_factor: [f64; 2],
-    /// Design effect: warning (standard deviations are doubled), not usable. Errors common to so
-    /// many contacts bias the result, by how much no contact can tell.
+    /// Design effects (1) above which there is a warning `[0]` (standard deviations are doubled at
+    /// 4) and from which the result is not usable `[1]`: errors common to so many contacts bias the
+    /// result by an amount that the contacts do not determine.
     pub design_effect: [f64; 2],
-    /// Range of a joint's positions (rad or m) below which its parameters resemble its neighbours'.
+    /// Range of a joint's positions (rad, or m for a prismatic joint) below which its parameters
+    /// resemble those of its neighbours and there is a warning.
     pub joint_range: f64,
-    /// Share of the arm's prior uncertainty that the data must remove for the result to be usable,
-    /// as what they may leave.
+    /// Ratio of the uncertainty of distances between tool positions after to before the calibration
+    /// (0 to 1) above which the result is not usable.
     pub arm_uncertainty: f64,
-    /// Number of plausible sizes beyond which a parameter of the arm is no calibration: strains of
-    /// 25 %, offsets of 25°.
+    /// Absolute value of an arm's parameter, in its plausible size, above which the result is not
+    /// usable; at 5, strains of 25 % and offsets of 25°.
     pub implausible_scales: f64,
-    /// Number of prior standard deviations: warning; for a gap bias not usable, since parts in
-    /// contact touch: half a millimetre off is another place or part.
+    /// Absolute value of a parameter, in prior standard deviations, above which there is a warning;
+    /// for a gap bias the result is then not usable, since parts in contact touch: half a
+    /// millimetre off is another place or part.
     pub prior_deviations: f64,
-    /// Share of a declared distance by which the nominal arm may contradict it (or by its own
-    /// scatter, if that is more).
+    /// Share (0 to 1) of a declared distance by which the nominal arm may contradict it; where the
+    /// contacts with both fixtures scatter by more (m), that scatter is allowed.
     pub distance_contradiction: f64,
 }
 

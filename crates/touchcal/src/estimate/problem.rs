@@ -11,95 +11,104 @@ use crate::robot::Robot;
 use crate::se3::Pose;
 use crate::solver::Loss;
 
-/// Start of encoder noise that is estimated (rad): 0.005°, an industrial encoder.
+/// Initial standard deviation (rad) of the encoders where noise is estimated: 0.005°, an industrial
+/// encoder.
 pub const DEFAULT_ENCODER: f64 = 0.005 * std::f64::consts::PI / 180.0;
-/// Start of contact noise that is estimated (m): 0.05 mm, machined parts.
+/// Initial standard deviation (m) of contacts where noise is estimated: 0.05 mm, machined parts.
 pub const DEFAULT_CONTACT: f64 = 0.05e-3;
 
-/// Prior of a pose about its nominal value.
+/// Prior of a pose about its nominal value: of the local twist `ξ = [v; ω]` (m, rad) in
+/// `nominal · Exp(ξ)`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum PlacePrior {
     /// Known exactly: not estimated.
     Fixed,
-    /// Gaussian, the components of the local twist independent of each other.
+    /// Gaussian with mean zero, the components of the local twist independent of each other.
+    /// Components of standard deviation 0 are not estimated.
     Gaussian {
         /// Standard deviation of each translation component (m).
         sigma: f64,
         /// Standard deviation of each rotation component (rad).
         sigma_angle: f64,
     },
-    /// None: the contacts alone decide.
+    /// No prior: the contacts alone determine the pose.
     Flat,
 }
 
 /// The tool: the part on the arm that touches, and its pose on the tip link.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Tool {
-    /// Nominal pose of the tool frame in the tip link's frame.
+    /// Nominal pose of the tool frame in the tip link's frame (m).
     pub tip_from_tool: Pose,
-    /// Prior of that pose.
+    /// Prior of `tip_from_tool`; [`PlacePrior::Fixed`] if it is known exactly.
     pub prior: PlacePrior,
 }
 
 /// A fixture: the part that is touched, a contact manifold at a pose in base.
 #[derive(Clone, Debug)]
 pub struct Fixture {
-    /// Unique name.
+    /// Name, unique in the problem; parameters of the fixture's pose are named
+    /// `fixture.{name}.{x|y|z|rx|ry|rz}`.
     pub name: String,
-    /// How the tool touches it.
+    /// Contact manifold: the poses `fixture_from_tool` at which the tool touches the fixture.
     pub manifold: Arc<dyn ContactManifold>,
-    /// Nominal pose in base. None: the mean tool position of its contacts by the nominal arm.
+    /// Nominal pose of the fixture in base (m). `None`: the origin is the mean tool position of its
+    /// contacts by the nominal arm, the axes are those of base.
     pub base_from_fixture: Option<Pose>,
-    /// Prior of that pose.
+    /// Prior of `base_from_fixture`.
     pub prior: PlacePrior,
-    /// Fixtures of one placement share this name: they were touched in one go, with the same drift
-    /// of the joints.
+    /// Name of the placement: fixtures with the same name here were touched in one go, with the
+    /// same drift of the joints.
     pub placement: String,
 }
 
-/// A known distance between the origins of two fixtures.
+/// A known distance between the origins of two fixtures, measured independently of the arm.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Distance {
-    /// Indices of the two fixtures.
+    /// Indices of the two fixtures in [`Problem::fixtures`]; their order is without effect.
     pub between: (usize, usize),
-    /// Distance (m).
+    /// Declared distance (m).
     pub distance: f64,
-    /// Its standard deviation (m).
+    /// Standard deviation of the declared distance (m, > 0).
     pub sigma: f64,
 }
 
-/// Measurement noise, independent from contact to contact.
+/// Measurement noise: standard deviations, independent from contact to contact.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Noise {
-    /// Standard deviation of each revolute joint's measurement (rad); prismatic joints have none.
+    /// Standard deviation of each revolute joint's measured position (rad); prismatic joints count
+    /// as exact.
     pub encoder: f64,
     /// Standard deviation of each residual row apart from the encoders (m): deflection, form errors
     /// of the parts, contact detection.
     pub contact: f64,
-    /// Whether these are a start only, and a factor common to both is estimated from the contacts.
+    /// Whether `encoder` and `contact` are initial values only, and one factor on both is estimated
+    /// from the contacts.
     pub is_estimated: bool,
 }
 
 /// How the cost is minimized.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Method {
-    /// Coarse-to-fine Levenberg–Marquardt with a marginal likelihood for one-sided contacts.
+    /// Coarse-to-fine Levenberg–Marquardt (Madsen, Nielsen & Tingleff 2004), with a marginal
+    /// likelihood for one-sided contacts.
     #[default]
     LevenbergMarquardt,
     /// Gradient descent on mean absolute distances, for comparison (Negi, Manyar & Gupta 2025).
     GradientDescent(GradientDescent),
 }
 
-/// Steps of gradient descent.
+/// Optimizer, number and length of the steps of gradient descent.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct GradientDescent {
-    /// Rule of the steps.
+    /// Rule by which gradients become steps.
     pub optimizer: Optimizer,
     /// Number of steps.
     pub steps: usize,
-    /// Length of the first step, in plausible sizes of the parameters.
+    /// Length of the first step, in units of each parameter's scale (prior standard deviation, or
+    /// plausible size without a prior); it decreases to zero as half a cosine.
     pub rate: f64,
-    /// Maximum number of contacts used, about evenly spread over the log.
+    /// Approximate maximum number of contacts used, evenly spread over the log; 0 counts as 1.
     pub contacts: usize,
 }
 
@@ -113,7 +122,7 @@ impl Default for GradientDescent {
 /// Rule of gradient descent's steps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Optimizer {
-    /// Against the gradient, divided by the length of the first gradient.
+    /// Against the gradient, divided by the norm of the first gradient.
     Plain,
     /// Adam (Kingma & Ba 2015, algorithm 1).
     Adam,
@@ -122,29 +131,29 @@ pub enum Optimizer {
 /// A calibration problem. [`Problem::new`] has the defaults of everything that is optional.
 #[derive(Clone, Debug)]
 pub struct Problem {
-    /// The arm.
+    /// The nominal arm.
     pub robot: Robot,
-    /// What touches.
+    /// The tool: the part on the arm that touches.
     pub tool: Tool,
-    /// What is touched; the contacts name fixtures by their index here.
+    /// The fixtures: the parts that are touched. A contact's fixture is an index into this list.
     pub fixtures: Vec<Fixture>,
-    /// Known distances between fixtures.
+    /// Known distances between fixtures; may be empty.
     pub distances: Vec<Distance>,
-    /// The contacts.
+    /// Contacts: joint positions measured while the tool touched a fixture.
     pub contacts: ContactLog,
-    /// Measurement noise.
+    /// Measurement noise of encoders and contacts.
     pub noise: Noise,
-    /// Parameters of the arm to estimate; those of tool and fixtures follow from their
-    /// [`PlacePrior`].
+    /// Parameters of the arm to estimate, with their priors; those of tool and fixtures follow from
+    /// their [`PlacePrior`]s.
     pub parameters: Vec<Parameter>,
-    /// Whether each placement has encoder offsets of its own (`joint_drift`); takes effect with two
-    /// placements or more.
+    /// Whether each placement has encoder offsets of its own
+    /// ([`joint_drift`](crate::parameter::joint_drift)); takes effect with two placements or more.
     pub joint_drift: bool,
     /// How the cost is minimized.
     pub method: Method,
-    /// Robust loss of the residuals; gradient descent has its own.
+    /// Robust loss of the whitened residuals; [`Method::GradientDescent`] does not use it.
     pub loss: Loss,
-    /// Tuning of the estimator.
+    /// Settings of the estimator.
     pub options: EstimatorOptions,
 }
 
@@ -168,18 +177,18 @@ impl Problem {
         }
     }
 
-    /// The same problem with these parameters of the arm.
+    /// The same problem with `parameters` of the arm to estimate, in place of the former ones.
     pub fn with_parameters(self, parameters: Vec<Parameter>) -> Self {
         Problem { parameters, ..self }
     }
 
-    /// The same problem with this noise.
+    /// The same problem with this measurement noise, in place of the former.
     pub fn with_noise(self, noise: Noise) -> Self {
         Problem { noise, ..self }
     }
 
-    /// Whether the tool frame is the tip link's, whose pose the calibrated chain can carry: its
-    /// last joint is fixed.
+    /// Whether the tool frame is the tip link's frame and the calibrated chain can hold an
+    /// estimated motion of it, because its last joint is fixed.
     pub fn tool_is_tip(&self) -> bool {
         self.tool.tip_from_tool == Pose::identity() && self.robot.with_tip_moved(&Pose::identity()).is_some()
     }

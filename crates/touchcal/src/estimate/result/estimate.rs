@@ -10,15 +10,15 @@ use crate::robot::{KinematicParameter, Robot};
 use crate::se3::{self, Pose, Twist};
 use crate::solver::Termination;
 
-/// What may be done with an estimate.
+/// Whether an estimate may be used.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Status {
-    /// Use it.
+    /// The minimization converged and no warning forbids the use: use the estimate.
     Converged,
-    /// The minimization did not end: do not use it.
+    /// The minimization did not converge: do not use the estimate.
     NotConverged,
-    /// It ended, but the data do not determine the arm or contradict what was declared: do not use
-    /// it.
+    /// A warning forbids the use: the data do not determine the arm or contradict what was
+    /// declared. Do not use the estimate, whether or not the minimization converged.
     NotUsable,
 }
 
@@ -33,17 +33,20 @@ impl Status {
     }
 }
 
-/// What became of one contact in the fit.
+/// Use of one contact in the fit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Verdict {
-    /// It was used with this weight.
+    /// The contact was used with this weight.
     Used {
-        /// Robust weight, 0 to 1.
+        /// Robust weight ρ′ of its squared residual at the minimum (1), at least
+        /// [`WarningThresholds::rejected_weight`](crate::estimate::WarningThresholds) and at most
+        /// 1.
         weight: f64,
     },
-    /// It lay too far off the manifold to be used.
+    /// The contact lay too far off the manifold: the robust loss gave it a weight of about zero.
     Rejected {
-        /// Mahalanobis distance from the manifold (standard deviations).
+        /// Mahalanobis distance of the contact from the manifold (1, standard deviations of its
+        /// noise).
         deviations: f64,
     },
 }
@@ -51,64 +54,73 @@ pub enum Verdict {
 /// A parameter with its estimate.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ParameterEstimate {
-    /// Which parameter.
+    /// The parameter: name, unit and prior.
     pub parameter: Parameter,
-    /// Its estimate (SI); zero, the nominal value, before an estimation.
+    /// Estimate in the parameter's unit (SI); 0, the nominal value, where nothing was estimated yet
+    /// or the parameter was fixed.
     pub value: f64,
-    /// Its standard deviation (SI); none where neither data nor prior bound it, or where contacts
-    /// are measured by a projection.
+    /// Standard deviation of the estimate in the parameter's unit (SI); `None` where neither data
+    /// nor prior bound it, or where contacts are measured by a projection.
     pub sigma: Option<f64>,
-    /// Whether the data determine it.
+    /// Whether the data determine the parameter: they leave its standard deviation below a share of
+    /// its scale, see [`IdentifiabilityOptions`](crate::estimate::IdentifiabilityOptions).
     pub identifiable: bool,
 }
 
-/// Numbers of contacts.
+/// Numbers of rows read, contacts used and contacts rejected.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ContactCount {
-    /// Rows read, in contact or not.
+    /// Rows read from the logs, in contact or not.
     pub read: u64,
-    /// Contacts used.
+    /// Contacts used in the fit; used and rejected contacts are all contacts.
     pub used: usize,
     /// Contacts rejected by the robust loss.
     pub rejected: usize,
 }
 
-/// The result of [`calibrate`](crate::estimate::calibrate).
+/// The result of [`calibrate`](crate::estimate::calibrate): parameters with covariance, the
+/// calibrated arm, warnings and statistics.
 #[derive(Clone, Debug)]
 pub struct Estimate {
-    /// Whether it may be used.
+    /// Whether the estimate may be used.
     pub status: Status,
-    /// Every parameter, in order.
+    /// Every parameter with its estimate. Their order is that of the problem's parameters of the
+    /// arm, then drifts, tool, fixtures and gap biases; indices of parameters everywhere are into
+    /// this list.
     pub parameters: Vec<ParameterEstimate>,
-    /// Covariance of the parameters (SI); rows and columns of fixed parameters are zero.
+    /// Covariance of the estimates, square, rows and columns in the order of `parameters`; entry
+    /// (i, j) in the product of the units of parameters i and j (SI). Rows and columns of fixed
+    /// parameters are zero. Without meaning where contacts are measured by a projection.
     pub covariance: DMatrix<f64>,
-    /// What the data determine and what they do not.
+    /// Directions in parameter space that the data determine, and those that they do not.
     pub identifiability: Identifiability,
-    /// Distances of the contacts from their manifolds with the calibrated arm;
+    /// Distances (m) of the contacts from their manifolds with the calibrated arm;
     /// [`evaluate`](crate::estimate::evaluate) returns those with the nominal one.
     pub postfit: Score,
-    /// Numbers of contacts.
+    /// Numbers of rows read, and of contacts used and rejected.
     pub contacts: ContactCount,
-    /// One for each contact, in the order of the log.
+    /// Use of each contact, in the order of the log.
     pub verdicts: Vec<Verdict>,
-    /// Why the minimization stopped.
+    /// Why, where and after how many iterations the minimization stopped.
     pub termination: Termination,
     /// Warnings, those that forbid the use of the result first.
     pub warnings: Vec<Warning>,
-    /// Measured over declared standard deviation of the contacts (1).
+    /// Measured over declared standard deviation of the contacts' residuals (1): about 1 where the
+    /// declared noise is right.
     pub noise_factor: f64,
-    /// The calibrated arm.
+    /// The calibrated arm: strains, encoder offsets and origin twists are in its joint origins,
+    /// compliances in its joints; the tool's pose is not part of it.
     pub robot: Robot,
 }
 
 impl Estimate {
-    /// Parameter values (SI), in order.
+    /// Parameter values (SI), in the order of [`Estimate::parameters`].
     pub fn values(&self) -> DVector<f64> {
         DVector::from_iterator(self.parameters.len(), self.parameters.iter().map(|p| p.value))
     }
 
-    /// Estimated motion `Exp(ξ)` of the tool, to the right of its nominal `tip_from_tool`; none if
-    /// it was not estimated.
+    /// Estimated motion `Exp(ξ)` (m, rad) of the tool in its own frame, to the right of its nominal
+    /// pose: the estimated pose is `tip_from_tool · Exp(ξ)`. `None` if the pose was not estimated.
     pub fn tool_motion(&self) -> Option<Pose> {
         let mut twist = Twist::zeros();
         let mut is_estimated = false;
@@ -121,7 +133,7 @@ impl Estimate {
         is_estimated.then(|| se3::exp(&twist))
     }
 
-    /// The parameter of this name.
+    /// The parameter of this exact name, such as `joint_offset.joint_a1`; `None` if there is none.
     pub fn parameter(&self, name: &str) -> Option<&ParameterEstimate> {
         self.parameters.iter().find(|p| p.parameter.name == name)
     }

@@ -1,13 +1,16 @@
 //! What the data determine and what they do not.
 
-/// A direction in parameter space that the data do not determine.
+/// A direction in parameter space that the data do not determine: moving along it changes no
+/// contact by more than its noise.
 #[derive(Clone, Debug, PartialEq)]
 pub struct NullDirection {
     /// The direction in words: "the offset of joint_a1 cannot be told from the yaw of fixture
     /// hole".
     pub description: String,
-    /// Indices of the parameters that take part, and their components in units of their scale; the
-    /// largest component is ±1.
+    /// Pairs (index into [`Estimate::parameters`](crate::estimate::Estimate), component) of the
+    /// parameters that take part, the largest component first. Components are in units of the
+    /// parameters' scales (prior standard deviation, or plausible size without a prior); the
+    /// largest is ±1.
     pub direction: Vec<(usize, f64)>,
 }
 
@@ -18,20 +21,25 @@ pub struct NullDirection {
 /// before: it is called unidentifiable.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Identifiability {
-    /// Singular values, largest first (1).
+    /// Singular values (1), largest first: one for each parameter but the directional gap biases.
     pub singular_values: Vec<f64>,
-    /// Number of identifiable directions.
+    /// Number of identifiable directions: of singular values from 1 on (see
+    /// [`IdentifiabilityOptions`](crate::estimate::IdentifiabilityOptions)) that are not rounding.
     pub rank: usize,
-    /// Condition number: largest over smallest singular value of those directions; infinite without
-    /// any.
+    /// Condition number: largest over smallest singular value of the identifiable directions (1);
+    /// infinite if there are none.
     pub condition: f64,
-    /// The other directions, in reduced echelon form.
+    /// The other directions, in reduced echelon form: each has a parameter that takes part in no
+    /// other one.
     pub null_space: Vec<NullDirection>,
 }
 
 impl Identifiability {
-    /// The observability indices O1 to O5 of the singular values of the identifiable directions,
-    /// for a number of contacts; zeros without any such direction.
+    /// The observability indices O1 to O5 of the `m = rank` identifiable directions with singular
+    /// values `s₁ ≥ … ≥ sₘ`, for a number of contacts `n` (0 counts as 1); zeros if `m` is 0.
+    ///
+    /// In this order: `(s₁ ⋯ sₘ)^(1/m) / √n`, `sₘ / s₁`, `sₘ`, `sₘ² / s₁` and `1 / Σ (1/sₖ)`;
+    /// larger is better.
     ///
     /// Source: Sun & Hollerbach, *Observability index selection for robot calibration* (2008),
     /// section II.

@@ -1,24 +1,26 @@
 //! Progress of a running estimation.
 
-/// A stage of the estimator.
+/// Stage of a running estimation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Stage {
-    /// Towards the manifolds' envelopes.
+    /// Levenberg–Marquardt on the distances of the contacts from the manifolds' envelopes.
     Coarse,
-    /// Onto the manifolds.
+    /// Levenberg–Marquardt or expectation–maximisation on the contacts' residuals or likelihoods.
     Fine,
-    /// Gradient descent.
+    /// Gradient descent on mean absolute distances
+    /// ([`Method::GradientDescent`](crate::estimate::Method)).
     Descent,
 }
 
-/// Progress of a running estimation.
+/// Progress of a running estimation, passed to its observer at each step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Progress {
-    /// Current stage.
+    /// Stage of the estimation.
     pub stage: Stage,
-    /// Linearizations so far in this stage.
+    /// Linearizations so far in the present minimization, from 1; steps in [`Stage::Descent`].
     pub iteration: usize,
-    /// Current cost (dimensionless); of gradient descent the loss (m).
+    /// Cost at the present parameters (1), the one that [`calibrate`](crate::estimate::calibrate)
+    /// minimizes in this stage; in [`Stage::Descent`] the loss (m).
     pub cost: f64,
 }
 

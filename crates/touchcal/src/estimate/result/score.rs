@@ -1,15 +1,15 @@
 //! How well an arm explains contacts, as distances.
 
-/// Number, mean, root mean square and maximum of distances (m).
+/// Number, mean, root mean square and maximum of distances (m); zeros for no distances.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Spread {
     /// Number of distances.
     pub count: usize,
-    /// Mean.
+    /// Mean distance (m).
     pub mean: f64,
-    /// Root mean square.
+    /// Root mean square distance (m).
     pub rms: f64,
-    /// Maximum.
+    /// Largest distance (m).
     pub max: f64,
 }
 
@@ -20,9 +20,10 @@ pub struct Spread {
 /// neither the socket's place nor its spacing is needed.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Score {
-    /// Over all contacts.
+    /// Distances over all contacts.
     pub all: Spread,
-    /// For each fixture of the problem, in order.
+    /// Distances of the contacts with each fixture, in the order of
+    /// [`Problem::fixtures`](crate::estimate::Problem).
     pub per_fixture: Vec<Spread>,
 }
 

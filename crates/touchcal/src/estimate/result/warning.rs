@@ -2,7 +2,7 @@
 
 use crate::se3::Pose;
 
-/// What a warning means for the use of a result.
+/// Consequence of a warning for the use of a result.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Severity {
     /// The result must not be used.
@@ -21,7 +21,7 @@ impl Severity {
     }
 }
 
-/// Something a user should know about a problem or a result.
+/// A defect of a problem or a result, with the numbers that it is inferred from.
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum Warning {
@@ -34,59 +34,59 @@ pub enum Warning {
     },
     /// A fixture without contacts.
     FixtureWithoutContacts {
-        /// Its name.
+        /// Name of the fixture.
         fixture: String,
     },
-    /// The tool's outline does not enclose the origin of the tool's frame, as where the origin of a
-    /// drawing is a corner of the sheet.
+    /// The tool's outline does not enclose the origin of the tool's frame, for example where the
+    /// origin of a drawing is a corner of the sheet.
     OriginOutsideTool {
-        /// Middle of the outline in the tool's frame (m).
+        /// Middle `(x, y)` of the outline in the tool's frame (m).
         middle: [f64; 2],
     },
-    /// Even by the nominal arm two sockets are at another distance than declared.
+    /// The distance of two sockets by the nominal arm contradicts the declared one.
     DistanceContradicted {
         /// Names of the fixtures.
         between: [String; 2],
-        /// Distance declared (m).
+        /// Declared distance (m).
         declared: f64,
-        /// Distance by the nominal arm (m).
+        /// Distance by the nominal arm (m), from the mean tool positions of their contacts.
         measured: f64,
     },
     /// Parameters that neither data nor priors determine were fixed at zero.
     Unobservable {
-        /// Their names.
+        /// Names of the parameters.
         names: Vec<String>,
     },
-    /// Even together with their priors the data leave the arm's geometry about as uncertain as it
-    /// was.
+    /// Data and priors together leave the arm's geometry about as uncertain as it was before the
+    /// calibration.
     ArmUndetermined {
-        /// Uncertainty of distances between tool positions after over before, 0 to 1.
+        /// Uncertainty of distances between tool positions after over before the calibration (1).
         remaining: f64,
     },
     /// Contacts scatter more than the declared noise explains, or the assumed one where none is
     /// declared; standard deviations are scaled accordingly.
     NoiseExceeded {
-        /// Measured over declared or assumed standard deviation.
+        /// Measured over declared or assumed standard deviation (1).
         factor: f64,
         /// Whether the noise was declared.
         declared: bool,
     },
     /// One-sided contacts scatter so much more than declared that it is no noise.
     NoiseContradicted {
-        /// Measured over declared standard deviation.
+        /// Measured over declared standard deviation (1).
         factor: f64,
     },
     /// Errors of contacts close in the log are correlated; standard deviations are scaled
     /// accordingly.
     CorrelatedErrors {
-        /// Design effect: number of contacts that carry the information of an independent one.
+        /// Design effect: number of contacts that carry the information of an independent one (1).
         design_effect: f64,
         /// Whether the result may be used.
         usable: bool,
     },
-    /// The mean gap at contact is larger than of parts that touch.
+    /// The mean gap at contact with a fixture is larger than it can be for parts that touch.
     NotTouching {
-        /// Name of the gap bias.
+        /// Name of the gap bias parameter.
         name: String,
         /// Mean gap (m), negative if parts penetrate.
         gap: f64,
@@ -96,7 +96,7 @@ pub enum Warning {
     FewInformativeContacts {
         /// Share of one-sided contacts that are informative, 0 to 1.
         informative_fraction: f64,
-        /// Factor on the standard deviations.
+        /// Factor by which the standard deviations were multiplied (1).
         inflation: f64,
     },
     /// Searches from other starts ended in another minimum that fits about as well.
@@ -112,14 +112,14 @@ pub enum Warning {
     LittleJointMotion {
         /// Name of the joint.
         joint: String,
-        /// Range of its positions (rad or m).
+        /// Range of the joint's positions (rad, or m for a prismatic joint).
         range: f64,
     },
-    /// A parameter of the arm ended beyond anything that a calibration corrects.
+    /// A parameter of the arm ended at a value beyond any that a calibration corrects.
     Implausible {
         /// Name of the parameter.
         name: String,
-        /// Its value (SI).
+        /// Estimate in the parameter's unit (SI).
         value: f64,
     },
     /// Contacts were measured by their distance from a projection, from which no uncertainty
@@ -129,12 +129,13 @@ pub enum Warning {
     FarFromPrior {
         /// Name of the parameter.
         name: String,
-        /// Distance from zero in prior standard deviations.
+        /// Distance of the estimate from zero in prior standard deviations (1).
         deviations: f64,
     },
-    /// The tool's pose was estimated, and the calibrated chain ends before the tool.
+    /// The tool's pose was estimated, but the calibrated chain ends at the tip link and does not
+    /// contain it.
     ToolNotInRobot {
-        /// Estimated pose of the tool frame in the tip link's frame.
+        /// Estimated pose of the tool frame in the tip link's frame (m).
         tip_from_tool: Pose,
     },
     /// The calibrated arm is compliant, which a URDF reader that ignores compliance cannot
@@ -143,7 +144,8 @@ pub enum Warning {
 }
 
 impl Warning {
-    /// Whether a result with this warning may be used.
+    /// Whether a result with this warning may be used with care or must not be used; for
+    /// [`Warning::CorrelatedErrors`] and [`Warning::ManyRejected`] their `usable` decides.
     pub fn severity(&self) -> Severity {
         let usable = match self {
             Warning::TooFewContacts { .. }
@@ -159,7 +161,8 @@ impl Warning {
         if usable { Severity::Caution } else { Severity::Unusable }
     }
 
-    /// Name in files: `too_few_contacts`, …
+    /// Name of the variant in files: `too_few_contacts`, `fixture_without_contacts`, … (snake
+    /// case).
     pub fn kind(&self) -> &'static str {
         match self {
             Warning::TooFewContacts { .. } => "too_few_contacts",
@@ -184,7 +187,7 @@ impl Warning {
         }
     }
 
-    /// What is the matter, in one sentence without a full stop.
+    /// The defect in one English sentence without a full stop, lengths in mm and angles in degrees.
     pub fn message(&self) -> String {
         let percent = |share: &f64| format!("{:.0} %", 100.0 * share);
         let mm = |metres: &f64| 1e3 * metres;
@@ -248,7 +251,7 @@ impl Warning {
         }
     }
 
-    /// What to do about it.
+    /// A remedy in one English sentence without a full stop.
     pub fn advice(&self) -> &'static str {
         match self {
             Warning::TooFewContacts { .. } => "record more contacts, or estimate fewer parameters",

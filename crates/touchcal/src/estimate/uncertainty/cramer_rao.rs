@@ -17,12 +17,14 @@ const EM_SUBSAMPLE: usize = 3000;
 const EM_TOLERANCE: f64 = 0.25;
 
 /// The Cramér–Rao bound: the covariance (SI) that no unbiased estimate from as many contacts can
-/// beat, of the parameters in the order of [`Estimate::parameters`](crate::estimate::Estimate).
+/// beat; rows and columns are in the order of [`Estimate::parameters`](crate::estimate::Estimate).
 ///
-/// The inverse of the information at the true parameters `truth` (SI, 0 for what is right): of the
-/// contacts, whose exact residuals have the declared encoder and contact noise (errors in
-/// variables), of known distances and priors. One-sided contacts have the marginal likelihood over
-/// their contact modes: their information is the sum of the outer products of scores.
+/// It is the inverse of the information at the true parameters: `truth(id)` is the true value of
+/// each (SI, 0 for what is right). The information is that of the contacts, whose exact residuals
+/// have the declared encoder and contact noise (errors in variables), of known distances and of
+/// priors. One-sided contacts have the marginal likelihood over their contact modes: their
+/// information is the sum of the outer products of scores. If it is singular, the pseudo-inverse is
+/// returned; zeros if it is not finite.
 pub fn cramer_rao(problem: &Problem, truth: impl Fn(ParameterId) -> f64) -> DMatrix<f64> {
     let mut model = CalibrationModel::new(problem);
     let each = model.layout.parameters.iter().map(|parameter| truth(parameter.id));

@@ -10,7 +10,7 @@ use crate::se3;
 
 /// Pairs of configurations that the mean is taken over.
 const PAIRS: usize = 100;
-/// Range of a prismatic joint without limits (m), half to each side.
+/// Positions of a prismatic joint without limits are within ± this (m).
 const PRISMATIC_RANGE: f64 = 0.5;
 
 /// Root mean square uncertainty of distances between tool positions across the workspace, after
@@ -65,19 +65,21 @@ impl ToolPosition {
     }
 }
 
-/// Uncertainty of the tool's pose in base: roots of the traces of the covariances of its position
-/// and of its rotation vector.
+/// Uncertainty of the tool's pose in base at one configuration: square roots of the traces of the
+/// covariances of its position and of its rotation vector.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ToolUncertainty {
-    /// Standard deviation of the position (m).
+    /// Standard deviation of the tool's position, all three components together (m).
     pub position: f64,
-    /// Standard deviation of the rotation (rad).
+    /// Standard deviation of the tool's rotation vector, all three components together (rad).
     pub angle: f64,
 }
 
-/// Uncertainty of the calibrated arm's tool at each of the joint positions (rad, m): `J Σ Jᵀ` with
-/// `Σ` the estimate's covariance. Fixed parameters have their scale as standard deviation: no datum
-/// makes them zero. None if the estimate has no uncertainty.
+/// Uncertainty of the calibrated arm's tool at each of the joint `positions` (rad, or m for a
+/// prismatic joint; one for each moving joint, base first), in their order: of `J Σ Jᵀ`, with `J`
+/// the derivative of the tool's pose by the parameters and `Σ` the estimate's covariance. Fixed
+/// parameters have their scale as standard deviation: no datum makes them zero. `None` if the
+/// contacts of any fixture are measured by a projection, from which no uncertainty follows.
 pub fn tool_uncertainty<'q>(
     problem: &Problem,
     estimate: &Estimate,
@@ -96,8 +98,9 @@ pub fn tool_uncertainty<'q>(
 }
 
 /// Standard deviation (m) of the distance between the tool's positions at every two successive
-/// joint positions (rad, m): independent of the base, so motion of the whole arm does not count.
-/// None if the estimate has no uncertainty.
+/// joint `positions` (rad, or m for a prismatic joint; one for each moving joint): one number fewer
+/// than positions, none for an empty list. Independent of the base, so motion of the whole arm does
+/// not count. `None` if the contacts of any fixture are measured by a projection.
 pub fn distance_uncertainty(problem: &Problem, estimate: &Estimate, positions: &[Vec<f64>]) -> Option<Vec<f64>> {
     let CalibratedKinematics { kinematics, covariance } = calibrated_kinematics(problem, estimate)?;
     let mut scratch = kinematics.scratch();
@@ -132,8 +135,9 @@ fn calibrated_kinematics(problem: &Problem, estimate: &Estimate) -> Option<Calib
     (!problem.has_projection()).then_some(CalibratedKinematics { kinematics, covariance })
 }
 
-/// Joint positions (rad, m) spread evenly over the joint limits, or over ±π and ±0.5 m without
-/// limits; the same for the same robot.
+/// `count` lists of joint positions (rad, or m for a prismatic joint; one for each moving joint,
+/// base first), spread evenly over the joint limits, or over ±π and ±0.5 m without limits: a Halton
+/// sequence (Halton 1960), the same for the same robot.
 pub fn workspace_configurations(robot: &Robot, count: usize) -> Vec<Vec<f64>> {
     (1..=count).map(|index| configuration(robot, index)).collect()
 }
