@@ -25,19 +25,22 @@ fn ratio(name: String, id: KinematicParameter) -> Parameter {
     Parameter { name, id: id.into(), unit: Unit::One, prior: Prior::Flat, scale: STRAIN_SCALE }
 }
 
-/// The strain common to all links (1), without prior.
+/// The strain `r` common to all links (1), named `strain`, without prior: lengths are
+/// `l = (1 + r) l₀`.
 pub fn strain() -> Parameter {
     ratio("strain".to_owned(), KinematicParameter::Strain)
 }
 
-/// A strain for each of the arm's [`segments`](segments()) (1), without prior.
+/// A strain (1) for each of the arm's [`segments`](segments()), in their order, named
+/// `segment_strain.{segment}`, without prior. Empty for an arm without lengths.
 pub fn segment_strain(robot: &Robot) -> Vec<Parameter> {
     let each = segments(robot).into_iter().enumerate();
     each.map(|(k, segment)| ratio(format!("segment_strain.{}", segment.name), KinematicParameter::SegmentStrain(k)))
         .collect()
 }
 
-/// An encoder offset for each moving joint (rad, or m for a prismatic one), without prior.
+/// An encoder offset for each moving joint (rad, or m for a prismatic one), base first, named
+/// `joint_offset.{joint}`, without prior: true position = measured − offset.
 pub fn joint_offset(robot: &Robot) -> Vec<Parameter> {
     let each = robot.moving().enumerate();
     each.map(|(i, joint)| {
@@ -51,12 +54,14 @@ pub fn joint_offset(robot: &Robot) -> Vec<Parameter> {
     .collect()
 }
 
-/// A twist on each moving joint's origin, six numbers (m, rad): the full geometric model.
+/// A local twist `[v; ω]` on each moving joint's origin: the full geometric model, six numbers
+/// `x, y, z` (m) and `rx, ry, rz` (rad) a joint, base first, named
+/// `joint_origin.{joint}.{component}`.
 ///
-/// The priors hold what is common to arms: links are made to about half a millimetre and a tenth of
-/// a degree; the zero of an encoder (the rotation about the joint's own axis) is off by about half
-/// a degree, a variance component estimated from the data. Without priors about half of the
-/// directions would be undetermined: displacements of neighbouring origins compensate each other.
+/// The priors are typical of arms: links are made to about 0.5 mm and 0.1°; the zero of an encoder
+/// (the rotation about the joint's own axis) is off by about 0.5°, a variance component estimated
+/// from the data. Without priors about half of the directions would be undetermined: displacements
+/// of neighbouring origins compensate each other.
 pub fn joint_origin(robot: &Robot) -> Vec<Parameter> {
     let each = robot.moving().enumerate();
     each.flat_map(|(i, joint)| {
@@ -79,16 +84,18 @@ pub fn joint_origin(robot: &Robot) -> Vec<Parameter> {
     .collect()
 }
 
-/// A compliance `c` for each revolute joint (rad/(N m)), its prior a variance component: gravity
-/// and the load on the tool deflect the joints on the far side of their encoders.
+/// A compliance `c` (rad/(N m)) for each revolute or continuous joint, base first, named
+/// `joint_compliance.{joint}`, its prior a variance component: gravity and the load on the tool
+/// deflect the joints on the far side of their encoders.
 ///
-/// The true angle is `q − b + c τ(q)`, with `τ` the torque (N m) about the joint's axis of gravity
-/// on all that it carries, and of the contact's [load](crate::contact::ContactLog::load) where that
-/// is known. Masses are those of the links' [`Inertia`](crate::robot::Inertia)s if every moving
-/// joint carries one before the next; links beside the chain do not count. Otherwise a kilogram in
-/// the middle of each moving link, between its joint's origin and the next, and one at the tip
-/// stand in for them: then `c` carries the arm's unknown mass and is a compliance only together
-/// with these masses, not with a load.
+/// The true angle is `q − b + c τ(q)`, with the measured angle `q` (rad), the encoder offset `b`
+/// (rad) and the torque `τ` (N m) about the joint's axis: of gravity on all that the joint carries,
+/// and of the contact's [load](crate::contact::ContactLog::load) where that is known. Masses are
+/// those of the links' [`Inertia`](crate::robot::Inertia)s if every moving joint carries one before
+/// the next; links beside the chain do not count. Otherwise a kilogram in the middle of each moving
+/// link, between its joint's origin and the next, and one at the tip stand in for them: then `c`
+/// carries the arm's unknown mass and is a compliance only together with these masses, not with a
+/// load.
 pub fn joint_compliance(robot: &Robot) -> Vec<Parameter> {
     let revolute = robot.moving().enumerate().filter(|(_, joint)| joint.kind != JointKind::Prismatic);
     let each = revolute.map(|(i, joint)| Parameter {

@@ -3,28 +3,28 @@
 /// A named group of parameters, as chosen in a problem file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Block {
-    /// One strain common to all links.
+    /// One strain common to all links (1).
     Strain,
-    /// One strain a segment.
+    /// One strain for each segment of the arm (1).
     SegmentStrain,
-    /// One encoder offset a joint.
+    /// One encoder offset for each moving joint (rad, or m for a prismatic one).
     JointOffset,
-    /// One encoder offset a joint and placement, a nuisance.
+    /// One encoder offset for each revolute joint and placement (rad), a nuisance.
     JointDrift,
-    /// A twist on every joint origin: the full geometric model.
+    /// Six components of a twist on each moving joint's origin (m, rad): the full geometric model.
     JointOrigin,
-    /// One compliance a revolute joint.
+    /// One compliance for each revolute joint (rad/(N m)).
     JointCompliance,
-    /// Pose of the tool on the tip link.
+    /// Components of the local twist on the tool's pose on the tip link (m, rad), a nuisance.
     Tool,
-    /// Pose of a fixture in base.
+    /// Components of the local twist on a fixture's pose in base (m, rad), a nuisance.
     Fixture,
-    /// Mean gap at contact, a nuisance.
+    /// Mean gap at contact with a fixture (m), common to all surfaces and by direction, a nuisance.
     GapBias,
 }
 
 impl Block {
-    /// Name in files and reports.
+    /// Name in files and reports: `strain`, `segment_strain`, `joint_offset`, … (snake case).
     pub fn name(self) -> &'static str {
         match self {
             Block::Strain => "strain",
@@ -39,7 +39,7 @@ impl Block {
         }
     }
 
-    /// Whether the block is no part of the arm: tool, fixtures, drifts and gap biases.
+    /// Whether the block is not part of the arm: true for tool, fixtures, drifts and gap biases.
     pub fn is_nuisance(self) -> bool {
         matches!(self, Block::Tool | Block::Fixture | Block::GapBias | Block::JointDrift)
     }

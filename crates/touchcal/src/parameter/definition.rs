@@ -10,18 +10,18 @@ pub(super) const ANGLE_SCALE: f64 = 5.0 * std::f64::consts::PI / 180.0;
 /// The unit of a parameter, always SI.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Unit {
-    /// Metres.
+    /// Metres (m).
     Meter,
-    /// Radians.
+    /// Radians (rad).
     Radian,
-    /// Radians per newton metre.
+    /// Radians per newton metre (rad/(N m)).
     RadianPerNewtonMeter,
-    /// A ratio.
+    /// A dimensionless ratio (1).
     One,
 }
 
 impl Unit {
-    /// The unit as written in files: `m`, `rad`, `rad/(N m)`, `1`.
+    /// Symbol of the unit in files: `m`, `rad`, `rad/(N m)`, `1`.
     pub fn symbol(self) -> &'static str {
         match self {
             Unit::Meter => "m",
@@ -32,30 +32,32 @@ impl Unit {
     }
 }
 
-/// Prior of a parameter about zero; standard deviations in the parameter's unit.
+/// Prior of a parameter, with mean zero; standard deviations are in the parameter's unit (SI).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Prior {
-    /// None: the data alone decide.
+    /// No prior: the data alone determine the parameter.
     Flat,
     /// Gaussian of known standard deviation.
     Gaussian {
-        /// Standard deviation.
+        /// Standard deviation, in the parameter's unit (> 0).
         sigma: f64,
     },
     /// Gaussian whose standard deviation is a variance component: estimated from the data, common
-    /// to the parameters of one group.
+    /// to all parameters of one group.
     VarianceComponent {
-        /// Present standard deviation; before the estimation, its start.
+        /// Standard deviation, in the parameter's unit (> 0): in a problem the initial one, in an
+        /// estimate the estimated one.
         sigma: f64,
-        /// Name of the group.
+        /// Name of the group: parameters with the same name share one standard deviation.
         group: &'static str,
-        /// Number of observed values of size `sigma` that the start counts as.
+        /// Weight of the initial `sigma` in the estimate, as a number of observed values of that
+        /// size (1).
         strength: f64,
     },
 }
 
 impl Prior {
-    /// Standard deviation; none for a flat prior.
+    /// Standard deviation in the parameter's unit; `None` for a flat prior.
     pub fn sigma(self) -> Option<f64> {
         match self {
             Prior::Flat => None,
@@ -63,7 +65,8 @@ impl Prior {
         }
     }
 
-    /// The same kind of prior with another standard deviation; a flat one stays flat.
+    /// The same kind of prior with standard deviation `sigma` (> 0, in the parameter's unit); a
+    /// flat one stays flat.
     pub fn with_sigma(self, sigma: f64) -> Prior {
         match self {
             Prior::Flat => Prior::Flat,
@@ -73,20 +76,21 @@ impl Prior {
     }
 }
 
-/// One number to estimate. It starts at zero, which is also the mean of its prior.
+/// One number to estimate. The estimation starts at zero, the nominal value, which is also the mean
+/// of its prior.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Parameter {
     /// Unique name: `strain`, `joint_offset.joint_a1`, `joint_origin.joint_a1.rx`,
     /// `fixture.hole.z`.
     pub name: String,
-    /// What it changes.
+    /// The quantity of arm, tool, fixture or contacts that the parameter changes.
     pub id: ParameterId,
-    /// Its unit.
+    /// Unit of the parameter's value, prior and scale.
     pub unit: Unit,
-    /// Its prior.
+    /// Prior, with mean zero.
     pub prior: Prior,
-    /// Size of a large but plausible value, in its unit: makes parameters of different units
-    /// comparable.
+    /// Size of a large but plausible value, in the parameter's unit (> 0): the size by which
+    /// parameters of different units are compared where there is no prior.
     pub scale: f64,
 }
 
@@ -101,8 +105,9 @@ impl Parameter {
         Parameter { name, id, unit: Unit::Radian, prior: Prior::Flat, scale: ANGLE_SCALE }
     }
 
-    /// Component `k` of a twist `[v; ω]` (m, rad), named `{prefix}.{x|y|z|rx|ry|rz}`, without
-    /// prior.
+    /// Component `k` (0 to 5; larger counts as 5) of a twist `[v; ω]`, named
+    /// `{prefix}.{x|y|z|rx|ry|rz}`, without prior: a length (m) for `k` below 3, else an angle
+    /// (rad).
     pub fn twist(prefix: &str, id: ParameterId, k: usize) -> Self {
         let name = format!("{prefix}.{}", TWIST_NAMES[k.min(5)]);
         if k < 3 { Parameter::length(name, id) } else { Parameter::angle(name, id) }
@@ -113,17 +118,18 @@ impl Parameter {
         Parameter { prior, ..self }
     }
 
-    /// The same parameter with a Gaussian prior of this standard deviation, in its unit.
+    /// The same parameter with a Gaussian prior of standard deviation `sigma` (> 0, in its unit).
     pub fn with_sigma(self, sigma: f64) -> Self {
         self.with_prior(Prior::Gaussian { sigma })
     }
 
-    /// Standard deviation of the prior, in its unit; none for a flat one.
+    /// Standard deviation of the prior, in the parameter's unit; `None` for a flat one.
     pub fn prior_sigma(&self) -> Option<f64> {
         self.prior.sigma()
     }
 
-    /// The parameter in words: "the offset of joint_a1", "the yaw of fixture hole".
+    /// The parameter in English words for messages, for example "the offset of joint_a1" or "the
+    /// yaw of fixture hole".
     pub fn description(&self) -> String {
         const COMPONENTS: [&str; 6] = ["x", "y", "z", "roll", "pitch", "yaw"];
         let rest = self.name.split_once('.').map_or(self.name.as_str(), |(_, rest)| rest);

@@ -1,4 +1,5 @@
-//! What may be wrong: the parameters of a calibration, their names, units and priors.
+//! The parameters of a calibration: what may be wrong with arm, tool and fixtures, as numbers with
+//! names, units and priors.
 
 mod arm;
 mod block;

@@ -3,32 +3,36 @@
 use super::block::Block;
 use crate::robot::KinematicParameter;
 
-/// Names of the components of a twist `[v; ω]`, as they end parameter names.
+/// Names of the components of a twist `[v; ω]` in its order: `x`, `y`, `z` (m), then `rx`, `ry`,
+/// `rz` (rad), as they end parameter names.
 pub const TWIST_NAMES: [&str; 6] = ["x", "y", "z", "rx", "ry", "rz"];
 
 /// Names of the axis directions that contact normals are sorted into.
 pub(super) const DIRECTION_NAMES: [&str; 6] = ["+x", "-x", "+y", "-y", "+z", "-z"];
 
-/// What a parameter changes. Indices count moving joints, placements and fixtures of the problem,
-/// and components `k` of twists `[v; ω]`.
+/// The quantity that a parameter changes. An index `i` counts the moving joints from the base, `p`
+/// the placements in the order of their first fixture, `f` the fixtures of the problem, and `k` the
+/// components of a twist `[v; ω]`, all from 0.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum ParameterId {
-    /// The arm or the tool on it.
+    /// A parameter of the arm or of the tool's pose on it.
     Kinematic(KinematicParameter),
-    /// Encoder offset of joint `i` in placement `p` only (rad), on top of its offset; no part of
-    /// the calibrated arm.
+    /// `(p, i)`: encoder offset of joint `i` in placement `p` only (rad), on top of the joint's
+    /// offset; no part of the calibrated arm.
     JointDrift(usize, usize),
-    /// Component `k` of the local twist on fixture `f`'s pose in base (m, rad).
+    /// `(f, k)`: component `k` of the local twist on fixture `f`'s pose in base (m, rad).
     Fixture(usize, usize),
-    /// Mean measured gap (m) at contacts with fixture `f`, negative where parts penetrate.
+    /// `(f)`: mean measured gap (m) at contacts with fixture `f`, negative where parts penetrate.
     GapBias(usize),
-    /// What is added to it for contacts whose normal points in direction `k` of fixture `f` (m):
-    /// +x, −x, +y, −y, +z, −z.
+    /// `(f, k)`: gap bias (m), on top of [`ParameterId::GapBias`], of contacts whose normal, from
+    /// the fixture into the tool, is nearest to axis direction `k` of fixture `f`: +x, −x, +y, −y,
+    /// +z, −z.
     DirectionalGapBias(usize, usize),
 }
 
 impl ParameterId {
-    /// Component `k` of the twist on the tool's pose on the tip link.
+    /// Component `k` (0 to 5) of the local twist `[v; ω]` (m, rad) on the tool's pose on the tip
+    /// link.
     pub fn tool(k: usize) -> ParameterId {
         ParameterId::Kinematic(KinematicParameter::Tool(k))
     }
@@ -50,7 +54,7 @@ impl ParameterId {
         }
     }
 
-    /// The parameter that kinematics know, if it is one.
+    /// The parameter of the kinematics; `None` for drifts, fixtures and gap biases.
     pub fn kinematic(self) -> Option<KinematicParameter> {
         match self {
             ParameterId::Kinematic(parameter) => Some(parameter),
@@ -65,7 +69,8 @@ impl From<KinematicParameter> for ParameterId {
     }
 }
 
-/// The parameters of the kinematics among some, with their values.
+/// The parameters of the kinematics among (parameter, value) pairs, and their values (SI), two
+/// lists of equal length in the order given.
 pub fn kinematic_part(values: impl IntoIterator<Item = (ParameterId, f64)>) -> (Vec<KinematicParameter>, Vec<f64>) {
     values.into_iter().filter_map(|(id, value)| Some((id.kinematic()?, value))).unzip()
 }

@@ -1,11 +1,13 @@
 //! Arms that come with the crate, as URDF text with the makers' published kinematics.
 
-/// KUKA LBR iiwa 14 R820: 0.360, 0.420, 0.400 and 0.126 m between base, shoulder, elbow, wrist and
-/// media flange (KUKA Sunrise.OS / LBR iiwa specification, 2015).
+/// URDF text (m, rad) of the KUKA LBR iiwa 14 R820, 7 joints: 0.360, 0.420, 0.400 and 0.126 m
+/// between base, shoulder, elbow, wrist and media flange (KUKA Sunrise.OS / LBR iiwa specification,
+/// 2015).
 pub const IIWA14: &str = include_str!("builtin/iiwa14.urdf");
 
-/// Franka Emika Panda (Franka Control Interface documentation, Denavit–Hartenberg parameters).
+/// URDF text (m, rad) of the Franka Emika Panda, 7 joints, from `panda_link0` to the flange
+/// `panda_link8` (Franka Control Interface documentation, Denavit–Hartenberg parameters).
 pub const PANDA: &str = include_str!("builtin/panda.urdf");
 
-/// Names and URDF texts of all built-in arms.
+/// Name and URDF text of each built-in arm.
 pub const ALL: [(&str, &str); 2] = [("iiwa14", IIWA14), ("panda", PANDA)];

@@ -7,8 +7,9 @@ use super::kinematic_parameter::KinematicParameter;
 use super::segments::segment_of_each_joint;
 use crate::se3::{self, Pose, Twist};
 
-/// The chain with the parameter values `theta` (SI, one for each parameter) applied: compliances
-/// added to the joints', strains, offsets and twists folded into the joint origins.
+/// The nominal chain with parameter values applied: compliances added to the joints', strains,
+/// offsets and twists folded into the joint origins. `theta` (SI) has one value for each of
+/// `parameters`, in their order; values of a parameter that is listed twice are added.
 ///
 /// An encoder offset folds exactly: `Rot(axis, q − b) = Rot(axis, −b) · Rot(axis, q)`. Parameters
 /// of the tool are not the arm's and are left out.
@@ -38,14 +39,15 @@ pub fn calibrated(robot: &Robot, parameters: &[KinematicParameter], theta: &[f64
     calibrated
 }
 
-/// Splits a calibrated chain into encoder offsets `b` of the moving joints (rad or m), for a driver
-/// that takes them, and the chain that goes with them: the calibrated chain at `q` is that one at
-/// `q − b`. None if the `nominal` chain has other joints.
+/// Splits a calibrated chain into a chain and encoder offsets `b` of the moving joints (rad, or m
+/// for a prismatic joint; base first), for a driver that subtracts them: the calibrated chain at
+/// positions `q` has the pose of the returned one at `q − b`. `None` if the `nominal` chain has
+/// joints of other names, kinds or number.
 ///
 /// The origin of a revolute joint differs from the nominal one by a rotation
 /// `swing · Rot(axis, −b)`, the swing's axis orthogonal to the joint's; for a prismatic joint `−b`
-/// is the component of the translation along its axis. Offsets are so recovered exactly from
-/// whatever block they were estimated in.
+/// is the component of the translation along its axis. Offsets are so recovered exactly, `b`
+/// between −π and π, from whatever block they were estimated in.
 pub fn split_offsets(calibrated: &Robot, nominal: &Robot) -> Option<(Robot, Vec<f64>)> {
     let same = |(a, b): (&Joint, &Joint)| (&a.name, a.kind) == (&b.name, b.kind);
     let joints = calibrated.joints().len();

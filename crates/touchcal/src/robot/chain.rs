@@ -4,10 +4,10 @@ use nalgebra::{Unit as UnitVector, Vector3};
 
 use crate::se3::Pose;
 
-/// How a joint moves.
+/// How a joint moves, and the unit of its position.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum JointKind {
-    /// Does not move.
+    /// Does not move and has no position.
     Fixed,
     /// Rotates about its axis between limits (rad).
     Revolute,
@@ -17,71 +17,75 @@ pub enum JointKind {
     Prismatic,
 }
 
-/// Joint limits: radians, or metres for a prismatic joint.
+/// Limits of a joint's position: rad, or m for a prismatic joint.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Limits {
-    /// Least position.
+    /// Least position (rad, or m for a prismatic joint).
     pub lower: f64,
-    /// Greatest position.
+    /// Greatest position (rad, or m for a prismatic joint).
     pub upper: f64,
 }
 
-/// Mass of a link and where it is.
+/// Mass of a link and the position of its centre of mass.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Inertia {
     /// Mass (kg).
     pub mass: f64,
-    /// Centre of mass in the frame of the joint that carries the link, after its motion (m).
+    /// Centre of mass (m) in the frame of the joint that carries the link, which moves with the
+    /// joint.
     pub center: Vector3<f64>,
 }
 
-/// A joint and the link it carries.
+/// A joint and the link that it carries.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Joint {
-    /// Name of the joint.
+    /// Name of the joint, unique in the chain.
     pub name: String,
     /// Name of the link that the joint carries.
     pub child_link: String,
-    /// How it moves.
+    /// How the joint moves.
     pub kind: JointKind,
-    /// Pose of the joint's frame, at position zero, in the frame of the link that carries it.
+    /// Joint origin: pose of the joint's frame, at position zero, in the frame of the link before
+    /// it (m).
     pub parent_from_joint: Pose,
-    /// Axis in the joint's frame; without meaning for a fixed joint.
+    /// Unit vector along the axis of motion, in the joint's frame; without meaning for a fixed
+    /// joint.
     pub axis: UnitVector<Vector3<f64>>,
-    /// Range of positions, where one is declared.
+    /// Limits of the position (rad, or m for a prismatic joint); `None` where none are declared.
     pub limits: Option<Limits>,
     /// Compliance about the axis, on the far side of the encoder (rad/(N m)); 0 for a stiff joint.
     pub compliance: f64,
-    /// Mass of the link that it carries, where it is known.
+    /// Mass of the link that the joint carries, and its centre; `None` where it is not known.
     pub inertia: Option<Inertia>,
 }
 
-/// What is wrong with a chain.
+/// Why joints do not form a valid [`Robot`].
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum RobotError {
     /// No joint of the chain moves.
     #[error("expected at least one moving joint between base `{base}` and tip `{tip}`, found none")]
     NoMovingJoint {
-        /// Base link.
+        /// Name of the base link.
         base: String,
-        /// Tip link.
+        /// Name of the tip link.
         tip: String,
     },
-    /// Two joints carry the same name.
+    /// Two joints have the same name.
     #[error("expected distinct joint names, found `{name}` twice")]
     RepeatedName {
-        /// The name.
+        /// The repeated joint name.
         name: String,
     },
-    /// A number that is not finite.
+    /// A joint's origin, axis or compliance is NaN or infinite.
     #[error("joint `{name}`: expected a finite origin, axis and compliance, found NaN or infinity")]
     NotFinite {
-        /// The joint.
+        /// Name of the joint.
         name: String,
     },
 }
 
-/// Acceleration of gravity (m/s²) in the base of an arm that stands upright on Earth.
+/// Acceleration of gravity `(x, y, z)` (m/s²) in the base frame of an arm that stands upright on
+/// Earth, z up.
 pub const GRAVITY: [f64; 3] = [0.0, 0.0, -9.81];
 
 /// A serial chain of joints from a base link to a tip link. Immutable: calibration returns a new
@@ -95,11 +99,11 @@ pub struct Robot {
 }
 
 impl Robot {
-    /// A chain from `base` through `joints`, base first; the last joint's child is the tip. It
+    /// A chain from link `base` through `joints`, base first; the last joint's child is the tip. It
     /// stands upright in [`GRAVITY`].
     ///
     /// # Errors
-    /// If no joint moves, a name repeats, or a number is not finite.
+    /// If no joint moves, a joint name repeats, or an origin, axis or compliance is not finite.
     pub fn new(name: impl Into<String>, base: impl Into<String>, joints: Vec<Joint>) -> Result<Self, RobotError> {
         let robot = Robot { name: name.into(), base: base.into(), joints, gravity: GRAVITY.into() };
         if robot.moving().next().is_none() {
@@ -121,7 +125,7 @@ impl Robot {
         Ok(robot)
     }
 
-    /// Name of the robot.
+    /// Name of the robot, as in its description.
     pub fn name(&self) -> &str {
         &self.name
     }
@@ -147,23 +151,23 @@ impl Robot {
         self.joints.iter().filter(|joint| joint.kind != JointKind::Fixed)
     }
 
-    /// Number of joints that move.
+    /// Number of joints that move: the length of every list of joint positions.
     pub fn dof(&self) -> usize {
         self.moving().count()
     }
 
-    /// The same chain where gravity accelerates by `gravity` (m/s², in base).
+    /// The same chain in another gravity: `gravity` is the acceleration (m/s²) in the base frame.
     pub fn with_gravity(mut self, gravity: Vector3<f64>) -> Robot {
         self.gravity = gravity;
         self
     }
 
-    /// Acceleration of gravity (m/s²) in base.
+    /// Acceleration of gravity (m/s²) in the base frame.
     pub fn gravity(&self) -> &Vector3<f64> {
         &self.gravity
     }
 
-    /// Whether any joint is compliant.
+    /// Whether any joint has a compliance other than 0.
     pub fn is_compliant(&self) -> bool {
         self.joints.iter().any(|joint| joint.compliance != 0.0)
     }
@@ -184,8 +188,8 @@ impl Robot {
         carried.iter().all(|mass| *mass > 0.0)
     }
 
-    /// The chain with its tip moved: the last joint's origin followed by `tip_from_moved_tip`. None
-    /// if that joint moves: its origin then lies before its motion, not at the tip.
+    /// The chain with its tip frame moved: the last joint's origin followed by `tip_from_moved_tip`
+    /// (m). `None` if that joint moves: its origin then lies before its motion, not at the tip.
     pub fn with_tip_moved(&self, tip_from_moved_tip: &Pose) -> Option<Robot> {
         let mut robot = self.clone();
         let last = robot.joints.last_mut().filter(|joint| joint.kind == JointKind::Fixed)?;

@@ -12,14 +12,17 @@ use crate::se3::{self, Pose, Twist, Wrench};
 
 const NO_LOAD: Wrench = [0.0; 6];
 
-/// Kinematics of one arm at one value of its parameters.
+/// Forward kinematics of one arm with its tool at one value of its parameters.
 ///
 /// `base_from_tool(q) = ∏ᵢ [Oᵢ(r) · Exp(ξᵢ) · Motion(axisᵢ, qᵢ − bᵢ + cᵢ τᵢ)] · O_tip(r) ·
 /// tip_from_tool · Exp(ξ_tool)`
 ///
-/// The translation of the joint origin `Oᵢ(r)` is scaled by `1 + r + r_segment`. `τᵢ` (N m) is the
-/// torque about joint `i` of gravity and of the load at the tip, on the same arm undeflected, at
-/// `q − b`: the change of torques by deflection is of second order in `c`.
+/// The product is over the moving joints, base first: `qᵢ` is the measured position (rad, or m for
+/// a prismatic joint), `bᵢ` the encoder offset, `cᵢ` the compliance (rad/(N m)), and `ξᵢ` the twist
+/// on the origin (m, rad). The translation of the joint origin `Oᵢ(r)` is scaled by
+/// `1 + r + r_segment`. `τᵢ` (N m) is the torque about joint `i` of gravity and of the load at the
+/// tip, on the same arm undeflected, at `q − b`: the change of torques by deflection is of second
+/// order in `c`.
 ///
 /// Derivatives leave out how torques change with positions and with other parameters: relative
 /// errors of about `c ∂τ/∂q`, less than 1 % for compliances of 1e-4 rad/(N m) and loads of tens of
@@ -37,25 +40,28 @@ pub struct Kinematics {
     tool_jacobian: Matrix6<f64>,
 }
 
-/// Results of [`Kinematics::pose_and_jacobian`], reused from evaluation to evaluation.
+/// Torques and derivatives of the last evaluation by [`Kinematics::pose_and_jacobian`], in memory
+/// that is reused from evaluation to evaluation. Made by [`Kinematics::scratch`].
 #[derive(Clone, Debug)]
 pub struct KinematicsScratch {
     rotation: Vec<Matrix3<f64>>,
     position: Vec<Vector3<f64>>,
     /// Rotation of the frame that each stage's translation is given in, the tip's last.
     parent: Vec<Matrix3<f64>>,
-    /// Torque (N m) of gravity and load about each moving joint; zeros for a stiff arm.
+    /// Torque (N m) of gravity and load about each moving joint, base first; zeros for a stiff arm
+    /// and for prismatic joints.
     pub torques: Vec<f64>,
-    /// Derivative of the tool pose by each joint position, right twists in the tool frame (m, rad
-    /// per rad or m).
+    /// Derivative of the tool pose by each joint position, base first: right twists `[v; ω]` in the
+    /// tool frame (m, rad per rad, or per m for a prismatic joint).
     pub joints: Vec<Twist>,
-    /// Derivative of the tool pose by each parameter, right twists in the tool frame (m, rad per
-    /// unit of the parameter).
+    /// Derivative of the tool pose by each parameter, in the order given to [`Kinematics::new`]:
+    /// right twists `[v; ω]` in the tool frame (m, rad per unit of the parameter).
     pub parameters: Vec<Twist>,
 }
 
 impl Kinematics {
-    /// Kinematics with these parameters, all at zero.
+    /// Kinematics of `robot` with the tool at pose `tip_from_tool` (m), and all `parameters` at
+    /// zero. Indices of joints in `parameters` must be below [`Robot::dof`].
     pub fn new(robot: &Robot, parameters: &[KinematicParameter], tip_from_tool: Pose) -> Self {
         let segment_of = segment_of_each_joint(robot);
         let mut stages = Vec::with_capacity(robot.dof());
@@ -87,7 +93,8 @@ impl Kinematics {
         kinematics
     }
 
-    /// Sets the parameter values (SI), in the order given to [`Kinematics::new`].
+    /// Sets the parameter values `theta` (SI), one for each parameter in the order given to
+    /// [`Kinematics::new`].
     pub fn set(&mut self, theta: &[f64]) {
         let mut strain = 0.0;
         let mut segment_strain: Vec<f64> = Vec::new();
@@ -121,7 +128,7 @@ impl Kinematics {
         self.stages.len()
     }
 
-    /// Scratch for [`Kinematics::pose_and_jacobian`].
+    /// Scratch of the right size for [`Kinematics::pose_and_jacobian`].
     pub fn scratch(&self) -> KinematicsScratch {
         let n = self.stages.len();
         KinematicsScratch {
@@ -134,26 +141,31 @@ impl Kinematics {
         }
     }
 
-    /// Pose `base_from_tool` at measured joint positions `q` (rad or m), without load.
+    /// Pose `base_from_tool` (m) at measured joint positions `q` (rad, or m for a prismatic joint;
+    /// [`Kinematics::dof`] of them, base first), without load.
     pub fn pose(&self, q: &[f64]) -> Pose {
         self.pose_under(q, &NO_LOAD)
     }
 
-    /// Pose `base_from_tool` at measured joint positions `q` (rad or m) under `load`, the wrench
-    /// (N, N m) exerted on the tool about the tip's origin, in the tip frame.
+    /// Pose `base_from_tool` (m) at measured joint positions `q` (rad, or m for a prismatic joint;
+    /// [`Kinematics::dof`] of them, base first) under `load`: the wrench `[f; τ]` (N, N m) exerted
+    /// on the tool about the tip's origin, in the tip frame. A stiff arm does not depend on it.
     pub fn pose_under(&self, q: &[f64], load: &Wrench) -> Pose {
         let tool = self.forward(q, load, |_, _, _, _| {});
         to_pose(&tool)
     }
 
-    /// Pose `base_from_tool` without load at joint positions `q` (rad, or m for a prismatic joint;
-    /// [`Kinematics::dof`] of them). Its derivatives by joint positions and parameters are written
-    /// to `scratch`.
+    /// Pose `base_from_tool` (m) without load at measured joint positions `q` (rad, or m for a
+    /// prismatic joint; [`Kinematics::dof`] of them, base first). Its derivatives by joint
+    /// positions and parameters are written to `scratch`.
     pub fn pose_and_jacobian(&self, q: &[f64], scratch: &mut KinematicsScratch) -> Pose {
         self.pose_and_jacobian_under(q, &NO_LOAD, scratch)
     }
 
-    /// The same under a load, see [`pose_under`](Kinematics::pose_under).
+    /// Pose `base_from_tool` (m) at measured joint positions `q` under `load`, the wrench `[f; τ]`
+    /// (N, N m) exerted on the tool about the tip's origin, in the tip frame. Its derivatives by
+    /// joint positions and parameters are written to `scratch`; `q` is as in
+    /// [`Kinematics::pose_and_jacobian`].
     pub fn pose_and_jacobian_under(&self, q: &[f64], load: &Wrench, scratch: &mut KinematicsScratch) -> Pose {
         let tool = self.forward(q, load, |i, parent, joint, torque| {
             scratch.parent[i] = parent;

@@ -1,5 +1,5 @@
-//! The arm: a serial chain of joints, and its kinematics with their derivatives by joint positions
-//! and by the parameters that may be wrong.
+//! The arm: a serial chain of joints, and its kinematics with derivatives by joint positions and by
+//! the parameters that may be wrong.
 
 pub mod builtin;
 mod calibrated;

@@ -1,4 +1,4 @@
-//! Which joint origins can be told apart by their lengths.
+//! Runs of joint origins whose lengths can be strained independently.
 
 use nalgebra::Vector3;
 
@@ -11,23 +11,24 @@ const PARALLEL: f64 = 1e-3;
 /// A translation shorter than this (m) is no length to strain.
 const SHORTEST: f64 = 1e-6;
 
-/// A run of joint origins whose translations lie on one line in every configuration, so that only
-/// their sum shows.
+/// A run of joint origins whose translations lie on one line in every configuration, so that the
+/// data determine only the sum of their lengths.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Segment {
-    /// Names the joints at whose origins the run begins and ends: `joint_a1..joint_a2`.
+    /// Names of the joints at whose origins the run begins and ends, `joint_a1..joint_a2`; one name
+    /// for a run of one origin.
     pub name: String,
-    /// Length of the run (m).
+    /// Length of the run, from its begin to its end (m).
     pub length: f64,
-    /// Indices into [`Robot::joints`] of the origins it is made of.
+    /// Indices into [`Robot::joints`] of the joints whose origins form the run, ascending.
     pub joints: Vec<usize>,
 }
 
-/// The segments of a chain, base first.
+/// The segments of a chain, base first; empty for a chain without lengths.
 ///
 /// Translations merge across a joint exactly when both lie along its axis (an iiwa's 0.1575 +
-/// 0.2025 m), or when no joint moves between them. Joint origins without a translation belong to no
-/// segment.
+/// 0.2025 m), or when no joint moves between them. Joint origins with a translation of at most 1e-6
+/// m belong to no segment.
 pub fn segments(robot: &Robot) -> Vec<Segment> {
     let mut found: Vec<Segment> = Vec::new();
     // The open segment's vector in the current frame, while nothing has yet turned it away from

@@ -2,29 +2,34 @@
 
 use nalgebra::DVector;
 
-/// Decay rates of Adam's running means, and the constant that bounds steps where gradients vanish.
+/// Constants of Adam: decay rates of its running means, and the one that bounds steps where
+/// gradients vanish.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Adam {
-    /// Decay rate β₁ of the mean gradient.
+    /// Decay rate β₁ of the running mean of the gradient (1), from 0 to below 1.
     pub beta1: f64,
-    /// Decay rate β₂ of the mean squared gradient.
+    /// Decay rate β₂ of the running mean of the squared gradient (1), from 0 to below 1.
     pub beta2: f64,
-    /// ε, added to the root of the mean square, in units of the gradient.
+    /// Constant ε > 0 added to the root of the mean square, in units of the gradient.
     pub epsilon: f64,
 }
 
-/// The step `θ ← θ − rate · m / (√v + epsilon)` with the means' bias corrections folded into both
-/// numbers (Kingma & Ba 2015, end of section 2).
+/// Factors of one step `θ ← θ − rate · m / (√v + epsilon)`, element by element, with the running
+/// means `m ← β₁ m + (1 − β₁) g` and `v ← β₂ v + (1 − β₂) g²` of the gradient `g`, both from zero.
+/// Their bias corrections are folded into the two factors (Kingma & Ba 2015, end of section 2).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct AdamStep {
-    /// Learning rate times `√(1 − β₂ᵗ) / (1 − β₁ᵗ)`.
+    /// Learning rate times `√(1 − β₂ᵗ) / (1 − β₁ᵗ)`, in units of the parameters; `t` is the number
+    /// of the step.
     pub rate: f64,
-    /// ε times `√(1 − β₂ᵗ)`.
+    /// ε times `√(1 − β₂ᵗ)`, in units of the gradient.
     pub epsilon: f64,
 }
 
 impl Adam {
-    /// Step number `t` (from 1) with this learning rate.
+    /// Factors of step number `t`, counted from 1 (0 gives NaN), for the learning rate `rate`: the
+    /// length of a step along each parameter where the gradient's sign is constant, in units of the
+    /// parameters.
     pub fn step(&self, rate: f64, t: u64) -> AdamStep {
         let t = t as f64;
         let root = (1.0 - self.beta2.powf(t)).sqrt();
@@ -42,11 +47,13 @@ pub(crate) struct AdamMoments {
 }
 
 impl AdamMoments {
+    /// Both means zero, for `size` parameters.
     pub fn new(adam: Adam, size: usize) -> Self {
         AdamMoments { adam, steps: 0, mean: DVector::zeros(size), square: DVector::zeros(size) }
     }
 
-    /// The next step's direction for a learning rate of one, of about unit entries.
+    /// The next step's direction for a learning rate of one, of about unit entries; the step is
+    /// against it. `gradient` has one entry for each parameter.
     pub fn direction(&mut self, gradient: &DVector<f64>) -> DVector<f64> {
         let Adam { beta1, beta2, .. } = self.adam;
         self.steps += 1;

@@ -17,12 +17,13 @@ pub(crate) struct FreeParameters {
 }
 
 impl FreeParameters {
-    /// All parameters free but those of scale zero.
+    /// All parameters free but those of scale zero; `scale` has one entry for each, in its unit
+    /// (SI).
     pub fn new(scale: DVector<f64>) -> Self {
         FreeParameters { scale }
     }
 
-    /// These parameters and more behind them, free and of scale one.
+    /// These parameters and, behind them, free ones of scale one, `size` in all.
     pub fn extended(&self, size: usize) -> Self {
         FreeParameters { scale: self.scale.clone().resize_vertically(size, 1.0) }
     }
@@ -32,17 +33,18 @@ impl FreeParameters {
         self.scale.len()
     }
 
-    /// Whether parameter `k` is free.
+    /// Whether parameter `k` is free: estimated.
     pub fn is_free(&self, k: usize) -> bool {
         self.scale[k] != 0.0
     }
 
-    /// Fixes parameter `k`.
+    /// Fixes parameter `k` at its value.
     pub fn fix(&mut self, k: usize) {
         self.scale[k] = 0.0;
     }
 
-    /// Takes over the scales of the free parameters.
+    /// Replaces the scales (SI, one for each parameter) of the free parameters; fixed ones stay
+    /// fixed.
     pub fn rescale(&mut self, scale: &DVector<f64>) {
         for (own, new) in self.scale.iter_mut().zip(scale.iter()) {
             if *own != 0.0 {
@@ -51,17 +53,18 @@ impl FreeParameters {
         }
     }
 
-    /// Indices of the free parameters.
+    /// Indices of the free parameters, ascending.
     pub fn indices(&self) -> impl Iterator<Item = usize> {
         (0..self.len()).filter(|&k| self.is_free(k))
     }
 
-    /// The scales, zero for fixed parameters.
+    /// The scales (SI), zero for fixed parameters.
     pub fn scale(&self) -> &DVector<f64> {
         &self.scale
     }
 
-    /// `S M S`; rows and columns of fixed parameters are zero.
+    /// `S M S` of a square `matrix` M over all parameters; rows and columns of fixed parameters are
+    /// zero.
     pub fn scaled(&self, matrix: &DMatrix<f64>) -> DMatrix<f64> {
         let s = &self.scale;
         DMatrix::from_fn(self.len(), self.len(), |i, j| s[i] * matrix[(i, j)] * s[j])
@@ -76,7 +79,7 @@ impl FreeParameters {
         scaled
     }
 
-    /// Inverse of an information matrix over the free parameters; rows and columns of fixed
+    /// Inverse (SI) of an information matrix over the free parameters; rows and columns of fixed
     /// parameters are zero. Of a singular matrix the pseudo-inverse (in scaled units); zero if an
     /// entry is not finite.
     pub fn covariance(&self, information: &DMatrix<f64>) -> DMatrix<f64> {

@@ -10,21 +10,22 @@
 //! Source: Zhang, *Parameter estimation techniques* (1997), table 1, scaled so that ρ(s) ≈ s near
 //! zero. The last one redescends: the weight of a contact far off the manifold vanishes.
 
-/// A robust loss; `k` is in whitened units (standard deviations).
+/// A robust loss ρ(s) of a squared whitened residual norm `s = ‖r‖²` (1). Its scale `k` > 0 is in
+/// whitened units: standard deviations of the residual.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Loss {
-    /// Least squares.
+    /// Least squares, ρ = s: no contact is down-weighted.
     Squared,
-    /// Huber (1964).
+    /// Huber (1964) with scale `k`: quadratic in ‖r‖ up to `k`, linear beyond.
     Huber(f64),
-    /// Cauchy.
+    /// Cauchy or Lorentzian with scale `k`, ρ = k² ln(1 + s/k²): grows logarithmically.
     Cauchy(f64),
-    /// Geman & McClure (1985).
+    /// Geman & McClure (1985) with scale `k`, ρ = k²s/(k² + s): bounded by k².
     GemanMcClure(f64),
 }
 
 impl Loss {
-    /// Cost ρ(s) of a squared whitened residual norm `s` (dimensionless, ≥ 0; table above).
+    /// Cost ρ(s) (1) of a squared whitened residual norm `s` (1, ≥ 0): s near zero.
     pub fn cost(self, s: f64) -> f64 {
         match self {
             Loss::Squared => s,
@@ -36,7 +37,7 @@ impl Loss {
     }
 
     /// Weight ρ′(s) of a contact in the normal equations, 0 to 1, for a squared whitened residual
-    /// norm `s`.
+    /// norm `s` (1, ≥ 0): 1 near zero.
     pub fn weight(self, s: f64) -> f64 {
         match self {
             Loss::Squared => 1.0,
@@ -47,7 +48,8 @@ impl Loss {
         }
     }
 
-    /// Derivative ρ″(s) of the weight by the squared whitened residual norm `s`.
+    /// Derivative ρ″(s) ≤ 0 of the weight by the squared whitened residual norm `s` (1, ≥ 0). That
+    /// of [`Loss::Huber`] jumps at k².
     pub fn weight_slope(self, s: f64) -> f64 {
         match self {
             Loss::Squared => 0.0,
@@ -58,9 +60,10 @@ impl Loss {
         }
     }
 
-    /// `E[ψ²]/E[ψ′]²` of `dimension` standard normal rows that share one weight: the variance of an
-    /// estimate with this loss over that of least squares where there are no outliers (Huber 1981,
-    /// section 4.4).
+    /// Variance of an estimate with this loss over that of least squares where there are no
+    /// outliers: `E[ψ²]/E[ψ′]²` of `dimension` standard normal residual rows that share one weight,
+    /// with `ψ(r) = ρ′(‖r‖²) r` (Huber 1981, section 4.4). It is 1 for [`Loss::Squared`] and larger
+    /// for the others; a `dimension` of 0 counts as 1.
     pub fn gaussian_variance(self, dimension: usize) -> f64 {
         const STEP: f64 = 0.001;
         let d = dimension.max(1) as f64;
@@ -77,7 +80,8 @@ impl Loss {
         square * total / (slope * slope)
     }
 
-    /// The same loss with its scale multiplied: a larger one is nearer to least squares.
+    /// The same loss with its scale `k` multiplied by `factor` > 0: a larger one is nearer to least
+    /// squares. [`Loss::Squared`] has no scale and stays as it is.
     pub fn scaled(self, factor: f64) -> Loss {
         match self {
             Loss::Squared => Loss::Squared,

@@ -1,6 +1,6 @@
 //! Nonlinear least squares: normal equations, Levenberg–Marquardt, robust losses, Adam.
 //!
-//! Nothing here knows of robots or contacts.
+//! The module is independent of robots and contacts.
 
 mod adam;
 mod free_parameters;

@@ -9,19 +9,21 @@ use super::free_parameters::FreeParameters;
 /// The information starts at zero: a prior is a row like any other.
 #[derive(Clone, Debug)]
 pub(crate) struct NormalEquations {
-    /// `H`; the upper triangle while accumulating, symmetric after [`NormalEquations::complete`].
+    /// `H`, square, one row for each parameter (inverse SI units): the upper triangle while
+    /// accumulating, symmetric after [`NormalEquations::complete`].
     pub information: DMatrix<f64>,
-    /// `g`, half the gradient of the cost.
+    /// `g`, half the gradient of the cost by the parameters (inverse SI units).
     pub gradient: DVector<f64>,
-    /// `Σ ρ`.
+    /// `Σ ρ` (1).
     pub cost: f64,
-    /// `Σ w ‖r‖²` of the contacts.
+    /// `Σ w ‖r‖²` of the contacts (1).
     pub squares: f64,
-    /// `Σ w · rows` of the contacts.
+    /// `Σ w · rows` of the contacts: their weighted number of residual rows.
     pub rows: f64,
 }
 
 impl NormalEquations {
+    /// Zero sums over `size` parameters.
     pub fn new(size: usize) -> Self {
         NormalEquations {
             information: DMatrix::zeros(size, size),
@@ -32,8 +34,9 @@ impl NormalEquations {
         }
     }
 
-    /// Adds one row: `weight · (residual + Σ jacobian[k] δ[index[k]])²`, indices ascending. The
-    /// caller adds the cost.
+    /// Adds one row: `weight · (residual + Σ jacobian[k] δ[index[k]])²` with whitened `residual`
+    /// (1); `index` holds the parameters that the row depends on, ascending, `jacobian` its
+    /// derivatives by them. The caller adds the cost.
     pub fn add_row(&mut self, index: &[usize], jacobian: &[f64], residual: f64, weight: f64) {
         for (b, (&column, &right)) in index.iter().zip(jacobian).enumerate() {
             let weighted = weight * right;
@@ -48,8 +51,9 @@ impl NormalEquations {
         }
     }
 
-    /// Adds the quadratic form `score · J δ + ½ δᵀ Jᵀ K J δ`, the rows of `J` one after the other,
-    /// the curvature `K` symmetric. The caller adds the cost.
+    /// Adds the quadratic form `score · J δ + ½ δᵀ Jᵀ K J δ`. `jacobian` holds `J` row by row, a
+    /// column for each parameter in `index` (ascending); `score(r)` is the entry of row `r`,
+    /// `curvature(r, s)` that of the symmetric `K`. The caller adds the cost.
     pub fn add_form(
         &mut self,
         index: &[usize],
@@ -80,7 +84,7 @@ impl NormalEquations {
         self.rows *= factor;
     }
 
-    /// Adds another set of rows.
+    /// Adds the sums of another set of rows over the same parameters.
     pub fn add(&mut self, other: &NormalEquations) {
         self.information += &other.information;
         self.gradient += &other.gradient;
@@ -89,14 +93,14 @@ impl NormalEquations {
         self.rows += other.rows;
     }
 
-    /// Fills the lower triangle.
+    /// Fills the lower triangle of the information from the upper one.
     pub fn complete(mut self) -> Self {
         self.information.fill_lower_triangle_with_upper_triangle();
         self
     }
 
-    /// The factored matrix of Newton steps, `S H S + λ I` over the free parameters. `None` where it
-    /// is not positive definite in floating point.
+    /// The factored matrix of Newton steps, `S H S + λ I` over the free parameters with scales `S`
+    /// and `damping` λ (1). `None` where it is not positive definite in floating point.
     pub fn damped(&self, free: &FreeParameters, damping: f64) -> Option<DampedInformation> {
         let mut scaled = free.scaled(&self.information);
         for k in 0..scaled.nrows() {
@@ -106,20 +110,20 @@ impl NormalEquations {
     }
 }
 
-/// A damped information matrix, factored.
+/// A damped information matrix `S H S + λ I`, factored.
 pub(crate) struct DampedInformation {
     factor: Cholesky<f64, Dyn>,
     scale: DVector<f64>,
 }
 
 impl DampedInformation {
-    /// The step against gradient `g`; zero for fixed parameters.
+    /// The step (SI) against `gradient`, one entry for each parameter; zero for fixed ones.
     pub fn step(&self, gradient: &DVector<f64>) -> DVector<f64> {
         let right = -gradient.component_mul(&self.scale);
         self.factor.solve(&right).component_mul(&self.scale)
     }
 
-    /// Newton decrement `gᵀ(H + λS⁻²)⁻¹g` of gradient `g`.
+    /// Newton decrement `gᵀ(H + λS⁻²)⁻¹g` (1) of gradient `g`.
     pub fn decrement(&self, gradient: &DVector<f64>) -> f64 {
         -gradient.dot(&self.step(gradient))
     }

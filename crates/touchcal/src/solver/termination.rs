@@ -3,20 +3,21 @@
 /// Why a minimization stopped.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum StopReason {
-    /// The measured quantity of [`Termination`] fell below its threshold.
+    /// The measured quantity of [`Termination`] reached its threshold; or no step lowered the cost
+    /// where it was within ten times the threshold, on a kink of the cost.
     Converged,
-    /// The iteration limit came first.
+    /// The maximum number of iterations came before the threshold was reached.
     IterationLimit,
-    /// No step, however short, lowered the cost.
+    /// No step, however short, lowered the cost, and the threshold was not reached.
     NoDescent,
     /// The cost became NaN or infinite.
     NotFinite,
-    /// The caller asked to stop.
+    /// The observer ended the minimization.
     Interrupted,
 }
 
 impl StopReason {
-    /// The reason as written in files: `converged`, `iteration_limit`, …
+    /// Name in files: `converged`, `iteration_limit`, `no_descent`, `not_finite`, `interrupted`.
     pub fn name(self) -> &'static str {
         match self {
             StopReason::Converged => "converged",
@@ -28,16 +29,18 @@ impl StopReason {
     }
 }
 
-/// Why and where a minimization stopped.
+/// Reason, accuracy and number of iterations at which a minimization stopped.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Termination {
-    /// Why.
+    /// Why the minimization stopped.
     pub reason: StopReason,
-    /// Newton decrement `gᵀH⁻¹g` of the last step (in units of the cost, dimensionless); of
-    /// gradient descent, the share of the loss that a further step would take off.
+    /// Newton decrement `gᵀH⁻¹g` of the last step (1, in units of the cost), with half the cost's
+    /// gradient `g` and the information `H`; infinite before the first step. In gradient descent,
+    /// the share of the loss (0 to 1) by which a further step would lower it, and 0 if it was
+    /// interrupted or not finite.
     pub measured: f64,
-    /// Value below which `measured` counts as converged.
+    /// Value up to which `measured` counts as converged.
     pub threshold: f64,
-    /// Linearizations of all stages, or steps of gradient descent.
+    /// Number of linearizations in all stages, or of steps in gradient descent.
     pub iterations: usize,
 }

@@ -19,7 +19,7 @@ pub struct Progress {
     pub stage: Stage,
     /// Linearizations so far in the present minimization, from 1; steps in [`Stage::Descent`].
     pub iteration: usize,
-    /// Cost at the present parameters (1), the one that [`calibrate`](crate::estimate::calibrate)
+    /// Cost at the present parameters (1), the one that [`calibrate`](crate::estimate::calibrate())
     /// minimizes in this stage; in [`Stage::Descent`] the loss (m).
     pub cost: f64,
 }

@@ -19,16 +19,18 @@ use super::free_parameters::FreeParameters;
 use super::normal_equations::{DampedInformation, NormalEquations};
 use super::termination::{StopReason, Termination};
 
-/// When to stop, and how to judge steps.
+/// When Levenberg–Marquardt stops, and how it judges steps.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LevenbergMarquardtOptions {
-    /// Maximum number of linearizations.
+    /// Maximum number of linearizations, those at rejected steps included.
     pub max_iterations: usize,
-    /// Newton decrement `gᵀH⁻¹g` (in units of the cost) below which the minimum is reached; that
-    /// last step is still taken if it descends. 1e-2 is a tenth of a standard deviation.
+    /// Newton decrement `gᵀH⁻¹g` (1, in units of the cost) at or below which the minimum is
+    /// reached, with half the cost's gradient `g` and the information `H`; that last step is still
+    /// taken if it descends. 1e-2 is a tenth of a standard deviation.
     pub decrement: f64,
-    /// A step is judged by the gradient, not by the cost, if it moves rows by less than this share
-    /// of their noise (root mean square).
+    /// A step is judged by the gradient (natural monotonicity test: Deuflhard 2004), not by the
+    /// cost, if it moves the whitened rows by less than this (1, root mean square): a share of
+    /// their noise.
     pub gradient_test_below: f64,
 }
 
@@ -47,9 +49,11 @@ const MAX_DAMPING: f64 = 1e6;
 /// Growth of the damping after a first failure; it doubles with each failure in a row.
 const DAMPING_GROWTH: f64 = 4.0;
 
-/// The end of a minimization.
+/// The end of a minimization: the parameters there, and why it stopped.
 pub(crate) struct Minimum {
+    /// Parameters (SI), in the order of the problem.
     pub theta: DVector<f64>,
+    /// Why the minimization stopped.
     pub termination: Termination,
 }
 
