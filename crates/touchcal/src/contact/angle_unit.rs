@@ -2,10 +2,11 @@
 
 use crate::robot::{JointKind, Robot};
 
-/// Unit of the revolute joints' positions in a log; prismatic joints are in metres.
+/// Unit of the revolute joints' positions in a log; prismatic joints are in metres in any case.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum AngleUnit {
-    /// Not declared: radians, but guessed for logs of KUKA's recorder, with a note.
+    /// Not declared: radians, but guessed from the joint limits for logs of KUKA's recorder, with a
+    /// note.
     #[default]
     Undeclared,
     /// Radians.

@@ -2,22 +2,24 @@
 
 use crate::se3::Wrench;
 
-/// Thresholds of contact detection by force: see [`Detector`].
+/// Thresholds of contact detection by force, see [`Detector`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Detection {
-    /// Force above which contact begins (N).
+    /// Magnitude of the force above which contact begins (N).
     pub threshold: f64,
-    /// Force below which contact ends (N).
+    /// Magnitude of the force below which contact ends (N); above `threshold` it counts as
+    /// `threshold`.
     pub release: f64,
-    /// Number of consecutive rows that either takes.
+    /// Number of consecutive rows for which the force must be beyond either threshold; 0 counts as
+    /// 1.
     pub debounce: usize,
 }
 
-/// Turns force magnitudes into contact flags, with hysteresis and debounce.
+/// Turns the wrenches of successive rows into contact flags, with hysteresis and debounce.
 ///
-/// Contact begins when |F| > `threshold` and ends when |F| < `release`; either takes effect after
-/// it has held for `debounce` rows in a row, and then only from there on, so a spike shorter than
-/// that changes nothing.
+/// Contact begins when |F| > `threshold` and ends when |F| < `release` (N); either takes effect
+/// after it has held for `debounce` rows in a row, and then only from there on, so a spike shorter
+/// than that changes nothing.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Detector {
     threshold: f64,
@@ -28,13 +30,15 @@ pub struct Detector {
 }
 
 impl Detector {
-    /// A detector with force threshold and release (N) and debounce (rows, at least 1).
-    /// A release above the threshold is taken as the threshold: then there is no hysteresis.
+    /// A detector, not yet in contact, with force threshold and release (N) and debounce (rows; 0
+    /// counts as 1). A release above the threshold is taken as the threshold: then there is no
+    /// hysteresis.
     pub fn new(threshold: f64, release: f64, debounce: usize) -> Self {
         Detector { threshold, release: release.min(threshold), debounce: debounce.max(1), touching: false, pending: 0 }
     }
 
-    /// Whether the tool is touching, from the wrench (N, N m) of the next row.
+    /// Takes the wrench `[f; τ]` (N, N m) of the next row; returns whether the tool touches there.
+    /// The torque has no effect.
     pub fn update(&mut self, wrench: &Wrench) -> bool {
         let force = (wrench[0].powi(2) + wrench[1].powi(2) + wrench[2].powi(2)).sqrt();
         let changes = if self.touching { force < self.release } else { force > self.threshold };

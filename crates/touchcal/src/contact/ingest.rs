@@ -6,7 +6,8 @@ use super::log::{ContactLog, Source};
 use crate::robot::Robot;
 use crate::se3::Wrench;
 
-/// Most contacts of one problem, about 80 bytes of memory each, and 48 for its load.
+/// Largest number of contacts in one log. A contact takes about 80 bytes of memory, and 48 for its
+/// load.
 pub const MAX_CONTACTS: usize = 20_000_000;
 /// Motion of an arm at rest (rad or m): 0.01°, or as far as that is a metre from the axis.
 const REST: f64 = 1.7e-4;
@@ -28,25 +29,27 @@ impl Row {
     }
 }
 
-/// Which rows are contacts, and what becomes of their wrenches.
+/// Which rows of a file are contacts, and what becomes of their wrenches.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct IngestOptions {
-    /// Index of the fixture that the contacts touch.
+    /// Index of the touched fixture in [`Problem::fixtures`](crate::estimate::Problem).
     pub fixture: usize,
-    /// Contact detection by force; none: rows that are flagged, or all.
+    /// Contact detection by force; `None`: the rows that are flagged are contacts, or all where
+    /// there are no flags.
     pub detection: Option<Detection>,
-    /// How far (rad or m) some joint must have moved since the last contact for a row to be another
-    /// one; none: every row is.
+    /// How far (rad, or m for a prismatic joint) some joint must have moved since the last contact
+    /// for a row to be another contact; `None`: every row is.
     pub apart: Option<f64>,
-    /// How the wrench is a load on the arm; none: it is not.
+    /// Body and frame of the wrench as a load on the arm; `None`: wrenches are not used as loads.
     pub load: Option<Load>,
 }
 
-/// A log holds [`MAX_CONTACTS`] contacts already.
+/// Error: the log holds [`MAX_CONTACTS`] contacts already.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct LogFull;
 
-/// Appends the contacts among the rows of one file to a [`ContactLog`].
+/// Appends the contacts among the rows of one file to a [`ContactLog`]. Call
+/// [`ContactIngest::push`] for each row in order and [`ContactIngest::finish`] at the end.
 pub struct ContactIngest<'a> {
     robot: &'a Robot,
     log: &'a mut ContactLog,
@@ -60,24 +63,26 @@ pub struct ContactIngest<'a> {
 }
 
 impl<'a> ContactIngest<'a> {
-    /// Rows of the file named `file`, of `robot`.
+    /// Starts a file named `file`, with rows of `robot`; its contacts are appended to `log`.
     pub fn new(robot: &'a Robot, file: &str, options: IngestOptions, log: &'a mut ContactLog) -> Self {
         let detector = options.detection.map(|d| Detector::new(d.threshold, d.release, d.debounce));
         let (file, first) = (log.add_file(file), log.len());
         ContactIngest { robot, log, options, detector, file, first, has_unused_forces: false }
     }
 
-    /// Declares that the rows have forces but no contact flags: without a threshold, a note says
-    /// that all rows count as contacts.
+    /// Declares that the rows have forces but no contact flags: without detection by force, all
+    /// rows count as contacts and [`ContactIngest::finish`] appends a note on that.
     pub fn declare_unflagged_forces(&mut self) {
         self.has_unused_forces = self.options.detection.is_none();
     }
 
-    /// Takes row `number`: joint positions `q` (rad or m), wrench (N, N m), and whether the row is
-    /// flagged as a contact.
+    /// Takes row `number` of the file (1 for the first): measured joint positions `q` (rad, or m
+    /// for a prismatic joint; one for each moving joint, base first), measured wrench `[f; τ]` (N,
+    /// N m; zeros if there is none), and whether the row is flagged as a contact. The flag has no
+    /// effect with detection by force.
     ///
     /// # Errors
-    /// If it is a contact and the log is full.
+    /// If the row is a contact and the log is full.
     pub fn push(&mut self, number: u64, q: &[f64], wrench: Wrench, flag: bool) -> Result<(), LogFull> {
         let is_touching = match &mut self.detector {
             Some(detector) => detector.update(&wrench),
@@ -96,18 +101,20 @@ impl<'a> ContactIngest<'a> {
         Ok(())
     }
 
-    /// Multiplies the joint positions of the file's contacts, each joint's by its `scale`.
+    /// Multiplies the joint positions of the file's contacts: `scale` has one factor (1) for each
+    /// moving joint, base first.
     pub fn rescale(&mut self, scale: &[f64]) {
         self.log.rescale(self.first, scale);
     }
 
-    /// Appends a note about the file to those of the log.
+    /// Appends a note about the file, in words for the user, to those of the log.
     pub fn note(&mut self, note: &str) {
         let file = &self.log.files()[self.file as usize];
         self.log.note(format!("{file}: {note}"));
     }
 
-    /// Ends the file after so many `rows`: thins contacts, converts loads, and notes assumptions.
+    /// Ends the file after `rows` rows, in contact or not: thins contacts, converts wrenches to
+    /// loads, and appends notes on assumptions.
     pub fn finish(&mut self, rows: u64) {
         if let Some(note) = self.thin() {
             self.note(&note);

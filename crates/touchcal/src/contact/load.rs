@@ -6,12 +6,12 @@ use super::log::ContactLog;
 use crate::robot::{Kinematics, Robot};
 use crate::se3::{Pose, Wrench};
 
-/// The body on which a measured wrench acts.
+/// The body on which a measured wrench acts: determines its sign.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LoadOn {
-    /// The wrench that the fixture exerts on the tool.
+    /// The tool: the wrench is the one that the fixture exerts on the tool.
     Tool,
-    /// The wrench that the tool exerts on the fixture.
+    /// The fixture: the wrench is the one that the tool exerts on the fixture.
     Fixture,
 }
 
@@ -19,20 +19,20 @@ pub enum LoadOn {
 /// either.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum LoadFrame {
-    /// The arm's tip link.
+    /// The frame of the arm's tip link.
     #[default]
     Tip,
-    /// The arm's base link.
+    /// The frame of the arm's base link.
     Base,
 }
 
-/// How the wrench of a log (N, N m) is a load on the arm. The wrench must not contain the tool's
-/// weight.
+/// How the measured wrench `[f; τ]` (N, N m) of a log is a load on the arm. The wrench must not
+/// contain the tool's weight.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Load {
     /// The body on which the wrench acts.
     pub on: LoadOn,
-    /// The frame of its axes.
+    /// The frame in whose axes the wrench is expressed; its reference point is the tip's origin.
     pub frame: LoadFrame,
 }
 

@@ -2,7 +2,7 @@
 
 use crate::se3::Wrench;
 
-/// Where a contact was read: a file and a row of it.
+/// Where a contact was read: the file and the row in it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Source {
     /// Index into [`ContactLog::files`].
@@ -11,7 +11,8 @@ pub struct Source {
     pub line: u64,
 }
 
-/// Joint positions in contact, in one flat array.
+/// Contacts: measured joint positions while the tool touched a fixture, each with fixture, source
+/// and load. Contacts are numbered from 0 in the order in which they were appended.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ContactLog {
     dof: usize,
@@ -26,28 +27,28 @@ pub struct ContactLog {
 }
 
 impl ContactLog {
-    /// An empty log of an arm with `dof` moving joints.
+    /// An empty log of an arm with `dof` moving joints ([`Robot::dof`](crate::robot::Robot::dof)).
     pub fn new(dof: usize) -> Self {
         ContactLog { dof, ..ContactLog::default() }
     }
 
-    /// Registers a file and returns its index for [`Source::file`].
+    /// Registers a file by name and returns its index for [`Source::file`].
     pub fn add_file(&mut self, name: impl Into<String>) -> u32 {
         self.files.push(name.into());
         (self.files.len() - 1) as u32
     }
 
-    /// Counts rows that were read, in contact or not.
+    /// Adds `rows` to the number of rows that were read, in contact or not.
     pub fn count_rows(&mut self, rows: u64) {
         self.rows_read += rows;
     }
 
-    /// Adds a note for the user on an assumption that the reader made.
+    /// Appends a note for the user, in words, on an assumption that the reader made.
     pub fn note(&mut self, note: impl Into<String>) {
         self.notes.push(note.into());
     }
 
-    /// What was taken for granted in reading.
+    /// Notes on assumptions that readers made, in the order in which they were added.
     pub fn notes(&self) -> &[String] {
         &self.notes
     }
@@ -97,9 +98,9 @@ impl ContactLog {
         self.loads.truncate(left);
     }
 
-    /// Appends a contact: measured joint positions `q` (rad or m) while touching fixture number
-    /// `fixture`. Positions beyond [`ContactLog::dof`] are ignored; missing ones make the contact
-    /// ignored as a whole.
+    /// Appends a contact: measured joint positions `q` (rad, or m for a prismatic joint; base
+    /// first) while touching the fixture of index `fixture`. Positions beyond [`ContactLog::dof`]
+    /// are ignored; if any is missing, the whole contact is ignored.
     pub fn push(&mut self, q: &[f64], fixture: usize, source: Source) {
         if let Some(q) = q.get(..self.dof) {
             self.q.extend_from_slice(q);
@@ -108,8 +109,8 @@ impl ContactLog {
         }
     }
 
-    /// Says what the fixture exerted on the tool in the last contact: a wrench about the tip's
-    /// origin, in the tip frame.
+    /// Sets the load of the last contact: the wrench `[f; τ]` (N, N m) that the fixture exerted on
+    /// the tool, about the tip's origin, in the tip frame. Without effect on an empty log.
     pub fn set_load(&mut self, load: Wrench) {
         if let Some(last) = self.len().checked_sub(1) {
             self.loads.resize(last, [0.0; 6]);
@@ -117,8 +118,8 @@ impl ContactLog {
         }
     }
 
-    /// Appends the contacts of `other`, all made while touching fixture number `fixture`, with its
-    /// files, notes and counts.
+    /// Appends the contacts of `other`, all with fixture index `fixture`, with its files, notes,
+    /// loads and number of rows read. Contacts of an arm with fewer moving joints are left out.
     pub fn append(&mut self, other: &ContactLog, fixture: usize) {
         let first = self.files.len() as u32;
         self.files.extend_from_slice(&other.files);
@@ -131,7 +132,7 @@ impl ContactLog {
         }
     }
 
-    /// Number of moving joints.
+    /// Number of moving joints of the arm.
     pub fn dof(&self) -> usize {
         self.dof
     }
@@ -146,13 +147,14 @@ impl ContactLog {
         self.fixture.is_empty()
     }
 
-    /// Measured joint positions of contact `i` (rad or m).
+    /// Measured joint positions of contact `i` < [`ContactLog::len`] (rad, or m for a prismatic
+    /// joint), one for each moving joint, base first.
     pub fn q(&self, i: usize) -> &[f64] {
         &self.q[i * self.dof..(i + 1) * self.dof]
     }
 
-    /// What the fixture exerted on the tool in contact `i`, about the tip's origin, in the tip
-    /// frame; zero where that is not known.
+    /// Wrench `[f; τ]` (N, N m) that the fixture exerted on the tool in contact `i`, about the
+    /// tip's origin, in the tip frame; zeros where it is not known.
     pub fn load(&self, i: usize) -> Wrench {
         self.loads.get(i).copied().unwrap_or([0.0; 6])
     }
@@ -162,27 +164,28 @@ impl ContactLog {
         !self.loads.is_empty()
     }
 
-    /// The fixture touched in contact `i`.
+    /// Index of the fixture touched in contact `i` < [`ContactLog::len`].
     pub fn fixture(&self, i: usize) -> usize {
         self.fixture[i] as usize
     }
 
-    /// Where contact `i` was read.
+    /// File and row from which contact `i` < [`ContactLog::len`] was read.
     pub fn source(&self, i: usize) -> Source {
         self.source[i]
     }
 
-    /// Names of the files read.
+    /// Names of the files read, in the order of [`Source::file`].
     pub fn files(&self) -> &[String] {
         &self.files
     }
 
-    /// Rows read, in contact or not.
+    /// Number of rows read, in contact or not.
     pub fn rows_read(&self) -> u64 {
         self.rows_read
     }
 
-    /// The contacts for which `keep(i)` holds, in order.
+    /// The contacts whose number `i` fulfils `keep(i)`, in order, with all files and notes and the
+    /// number of rows read.
     pub fn filtered(&self, mut keep: impl FnMut(usize) -> bool) -> ContactLog {
         let (files, notes) = (self.files.clone(), self.notes.clone());
         let mut log = ContactLog { files, notes, rows_read: self.rows_read, ..ContactLog::new(self.dof) };

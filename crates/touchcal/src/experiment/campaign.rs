@@ -11,7 +11,8 @@ use crate::parameter::{Block, kinematic_part};
 use crate::robot::{Robot, calibrated};
 use crate::sim::{self, Scenario, SimulationError, Truth};
 
-/// Shares of intervals that are counted.
+/// Nominal probabilities (1) of the two-sided intervals whose coverage is counted: 50, 90, 95 and
+/// 99 %.
 pub const LEVELS: [f64; 4] = [0.50, 0.90, 0.95, 0.99];
 /// Half widths of these intervals (standard deviations of a normal distribution).
 pub(super) const HALF_WIDTHS: [f64; 4] = [0.674_489_75, 1.644_853_63, 1.959_963_98, 2.575_829_30];
@@ -22,48 +23,52 @@ const WORKSPACE_POSES: usize = 1000;
 /// Their seed.
 const WORKSPACE_SEED: u64 = 1;
 
-/// One trial of a campaign, measured against its truth. Counts and averages are over the arm's
-/// parameters that were estimated.
+/// One simulated trial of a campaign, measured against its truth. Counts and averages are over the
+/// arm's parameters that were estimated.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct CampaignRow {
-    /// Number in the campaign.
+    /// Number of the trial in the campaign, from 0.
     pub trial: u64,
-    /// Seed that it was simulated with.
+    /// Seed of the trial's simulation.
     pub seed: u64,
-    /// Contacts.
+    /// Number of contacts.
     pub contacts: u64,
-    /// 0 converged, 1 not converged, 2 not usable.
+    /// Status of the estimate: 0 converged, 1 not converged, 2 not usable.
     pub status: u64,
-    /// Parameters of the arm with a standard deviation.
+    /// Number of the arm's parameters that have a standard deviation above 0.
     pub parameters: u64,
-    /// True values within their intervals of each of [`LEVELS`].
+    /// Number of true values within their intervals, for each of [`LEVELS`].
     pub inside: [u64; 4],
-    /// Normalised estimation error squared `eᵀ P⁻¹ e`: on average the number of parameters, if
-    /// uncertainties are true.
+    /// Normalised estimation error squared `eᵀ P⁻¹ e` (1), with the errors `e` of the parameters
+    /// and their estimated covariance `P`: on average the number of parameters if uncertainties are
+    /// right. NaN if `P` is not positive definite.
     pub nees: f64,
-    /// The same with the Cramér–Rao bound for `P`: on average the number of parameters, if nothing
-    /// could be better.
+    /// `eᵀ P⁻¹ e` (1) with the Cramér–Rao bound for `P`: on average the number of parameters if the
+    /// estimator is efficient. NaN if the bound is not positive definite.
     pub nees_of_bound: f64,
-    /// Mean error of strains (none: 0).
+    /// Mean absolute error of strains (1); 0 if none was estimated.
     pub strain_error: f64,
-    /// Mean error of joint offsets (rad or m).
+    /// Mean absolute error of joint offsets (rad, or m for prismatic joints); 0 if none was
+    /// estimated.
     pub offset_error: f64,
-    /// What `strain_error` would be on average at the Cramér–Rao bound.
+    /// Mean absolute error of strains (1) to expect at the Cramér–Rao bound.
     pub strain_bound: f64,
-    /// What `offset_error` would be.
+    /// Mean absolute error of joint offsets (rad, or m for prismatic joints) to expect at the
+    /// Cramér–Rao bound.
     pub offset_bound: f64,
-    /// Mean error of the tool's place (m) over the workspace.
+    /// Mean distance (m) of the tool's estimated from its true position over the workspace.
     pub tool_distance: f64,
-    /// Mean error of the tool's rotation (rad) over the workspace.
+    /// Mean angle (rad) between the tool's estimated and its true orientation over the workspace.
     pub tool_angle: f64,
-    /// Measured over declared noise.
+    /// Measured over declared standard deviation of the contacts (1).
     pub noise_factor: f64,
 }
 
-/// Simulates and calibrates trial number `trial`, whose seed is `first_seed + trial`.
+/// Simulates and calibrates trial number `trial`, whose seed is `first_seed + trial` (wrapping
+/// around), and compares the estimate with the truth.
 ///
 /// # Errors
-/// As [`simulate`](crate::sim::simulate()).
+/// If the scenario cannot be simulated, see [`simulate`](crate::sim::simulate()).
 pub fn campaign_trial(scenario: &Scenario, first_seed: u64, trial: u64) -> Result<CampaignRow, SimulationError> {
     let seed = first_seed.wrapping_add(trial);
     let simulated = sim::simulate(scenario, seed)?;

@@ -13,8 +13,9 @@ const LEAST_CONTACT: f64 = 1e-6;
 /// Declared standard deviation of the distance of fixtures on one block (m).
 const SPACING_SIGMA: f64 = 1e-5;
 
-/// The problem of one simulated trial: its contacts, all that may be wrong with the arm to be
-/// estimated, places as uncertain as they are drawn.
+/// The calibration problem of a simulated trial: its contacts, the scenario's nominal arm and
+/// poses, the parameters that the scenario draws, priors of poses as wide as they are drawn, and
+/// the recorder's noise as declared noise. The truth is not used.
 pub fn problem(scenario: &Scenario, simulated: &SimulatedTrial) -> Problem {
     let robot = &scenario.robot;
     let mut contacts = ContactLog::new(robot.dof());

@@ -2,16 +2,18 @@
 
 use super::campaign::{CampaignRow, HALF_WIDTHS, LEVELS};
 
-/// Sums over the trials of a campaign.
+/// Coverage, NEES and errors over the trials of a campaign, summed trial by trial. Means and
+/// quantiles are over the converged trials; without any they are NaN.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CampaignSummary {
-    /// Trials.
+    /// Number of trials added.
     pub trials: u64,
-    /// Trials called converged; all else is over these.
+    /// Number of trials whose estimate converged and is usable; everything else is over these.
     pub converged: u64,
-    /// Parameters of the arm, over all trials.
+    /// Number of the arm's parameters, summed over the converged trials.
     pub parameters: u64,
-    /// True values within their intervals.
+    /// Number of true values within their intervals, for each of [`LEVELS`], over the converged
+    /// trials.
     pub inside: [u64; 4],
     /// Sums of squares of how many more of a trial's true values are inside than should be.
     scatter: [f64; 4],
@@ -52,7 +54,7 @@ impl Default for CampaignSummary {
 const BOUND: f64 = HALF_WIDTHS[3];
 
 impl CampaignSummary {
-    /// Adds a trial.
+    /// Adds a trial. One that is not converged counts in [`CampaignSummary::trials`] only.
     pub fn add(&mut self, row: &CampaignRow) {
         self.trials += 1;
         if row.status != 0 {
@@ -75,14 +77,15 @@ impl CampaignSummary {
         self.tool.add(row.tool_distance);
     }
 
-    /// Share of true values within the intervals of each of [`LEVELS`].
+    /// Share (0 to 1) of true values within their intervals, for each of [`LEVELS`].
     pub fn coverage(&self) -> [f64; 4] {
         self.inside.map(|inside| inside as f64 / self.parameters as f64)
     }
 
-    /// The 99 % bounds that chance leaves each share. A trial's parameters err together, so the
-    /// bounds are as wide as the trials scatter, and at least as wide as if each parameter erred by
-    /// itself (binomial).
+    /// Bounds `[least, greatest]` within which each share of [`CampaignSummary::coverage`] lies
+    /// with a probability of 99 % if uncertainties are right, for each of [`LEVELS`]. A trial's
+    /// parameters err together, so the bounds are as wide as the trials scatter, and at least as
+    /// wide as if each parameter erred by itself (binomial).
     pub fn coverage_bounds(&self) -> [[f64; 2]; 4] {
         let count = self.parameters as f64;
         std::array::from_fn(|k| {
@@ -92,45 +95,51 @@ impl CampaignSummary {
         })
     }
 
-    /// Mean NEES over the number of parameters (1 if uncertainties are true), and the 99 % bounds
-    /// that chance leaves it (χ², normal approximation).
+    /// Mean NEES over the number of parameters (1 if uncertainties are right), and the bounds
+    /// `[least, greatest]` within which it then lies with a probability of 99 % (χ², normal
+    /// approximation).
     pub fn nees(&self) -> (f64, [f64; 2]) {
         let chance = BOUND * (2.0 / self.parameters as f64).sqrt();
         (self.nees / self.parameters as f64, [1.0 - chance, 1.0 + chance])
     }
 
-    /// Errors over those of the Cramér–Rao bound, root mean square.
+    /// Root mean square error in standard deviations of the Cramér–Rao bound (1): 1 for an
+    /// efficient estimator.
     pub fn error_over_bound(&self) -> f64 {
         (self.nees_of_bound / self.parameters as f64).sqrt()
     }
 
-    /// Mean error of the tool's place (m) and rotation (rad) over the workspace.
+    /// Means over the trials of the tool's position error (m) and rotation error (rad) over the
+    /// workspace.
     pub fn tool(&self) -> (f64, f64) {
         (self.tool_distance / self.converged as f64, self.tool_angle / self.converged as f64)
     }
 
-    /// Quantile `share` of the trials' mean error of joint offsets (rad or m), to 1 %.
+    /// Quantile `share` (0 to 1) of the trials' mean absolute error of joint offsets (rad, or m for
+    /// prismatic joints), accurate to 1 %.
     pub fn offset_error(&self, share: f64) -> f64 {
         self.offset.quantile(share)
     }
 
-    /// Quantile `share` of the trials' mean error of strains, to 1 %.
+    /// Quantile `share` (0 to 1) of the trials' mean absolute error of strains (1), accurate to 1
+    /// %.
     pub fn strain_error(&self, share: f64) -> f64 {
         self.strain.quantile(share)
     }
 
-    /// Quantile `share` of the trials' mean error of the tool's place (m) over the workspace, to 1
-    /// %.
+    /// Quantile `share` (0 to 1) of the trials' mean position error of the tool (m) over the
+    /// workspace, accurate to 1 %.
     pub fn tool_distance(&self, share: f64) -> f64 {
         self.tool.quantile(share)
     }
 
-    /// Mean error of joint offsets (rad or m) on average at the Cramér–Rao bound.
+    /// Mean over the trials of the absolute error of joint offsets (rad, or m for prismatic joints)
+    /// to expect at the Cramér–Rao bound.
     pub fn offset_bound(&self) -> f64 {
         self.offset_bound / self.converged as f64
     }
 
-    /// The same of strains.
+    /// Mean over the trials of the absolute error of strains (1) to expect at the Cramér–Rao bound.
     pub fn strain_bound(&self) -> f64 {
         self.strain_bound / self.converged as f64
     }

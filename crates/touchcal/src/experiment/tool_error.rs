@@ -7,21 +7,22 @@ use crate::robot::{Kinematics, Robot};
 use crate::se3::Pose;
 use crate::statistics::{mean, nearest_rank};
 
-/// Errors of the tool's pose over many joint positions.
+/// Errors of the tool's pose over many joint positions: means and 95 % quantiles (nearest rank).
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ToolError {
-    /// Mean distance (m).
+    /// Mean distance between true and modelled tool position (m).
     pub mean_distance: f64,
-    /// 95 % quantile of the distance (m).
+    /// 95 % quantile of that distance (m).
     pub distance_95: f64,
-    /// Mean angle (rad).
+    /// Mean angle between true and modelled tool orientation (rad).
     pub mean_angle: f64,
-    /// 95 % quantile of the angle (rad).
+    /// 95 % quantile of that angle (rad).
     pub angle_95: f64,
 }
 
-/// Errors of `model`'s tool pose relative to `truth`'s at the same encoder readings `positions`
-/// (rad or m).
+/// Errors of the `model` arm's tool pose relative to that of the `truth` at the same encoder
+/// readings `positions` (rad, or m for a prismatic joint; one for each moving joint, base first),
+/// with the tool at `tip_from_tool` on both. Zeros without positions.
 pub fn tool_error<'q>(
     truth: &Robot,
     model: &Robot,
@@ -42,8 +43,9 @@ fn mean_and_95(mut values: Vec<f64>) -> (f64, f64) {
     (mean(&values), nearest_rank(&values, 95).unwrap_or(0.0))
 }
 
-/// Joint positions (rad or m), uniform between the joint limits, over a full turn where there are
-/// none.
+/// `count` lists of joint positions (rad, or m for a prismatic joint; one for each moving joint,
+/// base first), uniform between the joint limits, or over ±π (rad or m) where there are none; the
+/// same for the same `seed`.
 pub fn random_positions(robot: &Robot, count: usize, seed: u64) -> Vec<Vec<f64>> {
     let mut rng = Pcg64::seed_from_u64(seed);
     let mut position = || {

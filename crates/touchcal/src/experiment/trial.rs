@@ -10,42 +10,46 @@ use crate::robot::{Robot, calibrated};
 use crate::se3::Pose;
 use crate::sim::{self, Scenario, SimulationError};
 
-/// Contacts of a peg with a hole, both at known poses, by an arm with known errors.
+/// A calibration with known truth: contacts of a peg with a hole, both at known poses, by an arm
+/// with known errors.
 #[derive(Clone, Debug)]
 pub struct Trial {
     /// Unique name.
     pub name: String,
-    /// Origin of the contacts: SHA-256 of the simulated ones, or of the files.
+    /// SHA-256, in hexadecimal, of the simulated joint positions, or of the files that the contacts
+    /// were read from.
     pub origin: String,
-    /// The nominal arm.
+    /// The nominal arm, without the errors.
     pub robot: Robot,
-    /// The peg's place on the tip.
+    /// Pose of the peg's frame in the tip link's frame (m).
     pub tip_from_peg: Pose,
-    /// The hole's place in base.
+    /// Pose of the hole's frame in base (m).
     pub base_from_hole: Pose,
-    /// The contacts, all of fixture 0.
+    /// The contacts, all with fixture index 0.
     pub contacts: ContactLog,
-    /// True errors of the arm: read by [`Trial::error`] and nothing else.
+    /// True errors of the arm: parameters and their values (SI); parameters that are not listed are
+    /// 0. A calibration does not read them.
     pub truth: Vec<(ParameterId, f64)>,
 }
 
-/// Optimizer, noise and loss of a trial's calibration.
+/// Optimizer, declared noise and loss of a trial's calibration.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Search {
-    /// The optimizer.
+    /// Optimizer of the calibration.
     pub method: Method,
-    /// Noise that the contacts are taken to have.
+    /// Noise that the contacts are declared to have.
     pub noise: Noise,
-    /// Robust loss, for Levenberg–Marquardt.
+    /// Robust loss, used by Levenberg–Marquardt only.
     pub loss: Loss,
 }
 
-/// Mean absolute errors of estimated parameters.
+/// Mean absolute errors of estimated strains and encoder offsets.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct TrialError {
-    /// Of the common strain.
+    /// Absolute error of the common strain (1).
     pub strain: f64,
-    /// Of the encoder biases (rad).
+    /// Mean absolute error of the encoder offsets (rad, or m for prismatic joints) that are listed
+    /// in [`Trial::truth`].
     pub offset: f64,
 }
 
@@ -57,10 +61,11 @@ fn fingerprint(contacts: &ContactLog) -> String {
 }
 
 impl Trial {
-    /// Simulates the first fixture of a scenario, a hole, and takes the rows recorded as contacts.
+    /// Simulates the first fixture of `scenario`, which must be a hole, with `seed`, and takes the
+    /// rows recorded as contacts. The trial's name is `seed_{seed}`.
     ///
     /// # Errors
-    /// As [`simulate`](crate::sim::simulate()).
+    /// If the scenario cannot be simulated, see [`simulate`](crate::sim::simulate()).
     pub fn simulated(scenario: &Scenario, seed: u64) -> Result<Trial, SimulationError> {
         let simulated = sim::simulate(scenario, seed)?;
         let mut contacts = ContactLog::new(scenario.robot.dof());
@@ -78,8 +83,8 @@ impl Trial {
         })
     }
 
-    /// The problem of estimating strain and encoder biases with known poses of peg and hole and the
-    /// contact model `manifold`.
+    /// The problem of estimating the common strain and the encoder offsets with known poses of peg
+    /// and hole, the contact model `manifold`, and noise, optimizer and loss of `search`.
     pub fn problem(&self, manifold: Box<dyn ContactManifold>, search: Search) -> Problem {
         let mut parameters = vec![strain()];
         parameters.extend(joint_offset(&self.robot));
@@ -100,13 +105,15 @@ impl Trial {
         }
     }
 
-    /// The arm with its true errors.
+    /// The nominal arm with the true errors applied.
     pub fn true_robot(&self) -> Robot {
         let (parameters, values) = kinematic_part(self.truth.iter().copied());
         calibrated(&self.robot, &parameters, &values)
     }
 
-    /// Errors of parameters; `estimate` gives their values, 0 where it gives none.
+    /// Mean absolute errors of strain and encoder offsets against the truth; `estimate(id)` is the
+    /// estimated value of a parameter (SI), and `None` counts as 0. Parameters of other blocks do
+    /// not count.
     pub fn error(&self, estimate: impl Fn(ParameterId) -> Option<f64>) -> TrialError {
         let mut error = TrialError::default();
         let offsets = self.truth.iter().filter(|(id, _)| id.block() == Block::JointOffset).count();
