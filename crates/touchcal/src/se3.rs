@@ -13,54 +13,57 @@
 
 use nalgebra::{Isometry3, Matrix3, Matrix6, Translation3, UnitQuaternion, Vector3, Vector6};
 
-/// A rigid motion, `a_from_b`: the pose of frame b in frame a.
+/// A rigid motion `a_from_b`: the pose of frame b in frame a, with `p_a = a_from_b * p_b` for a
+/// point `p` (m).
 pub type Pose = Isometry3<f64>;
-/// A twist `[v; ω]`: metres, then radians.
+/// A twist `[v; ω]` = `[vx, vy, vz, ωx, ωy, ωz]`: translation (m), then rotation (rad).
 pub type Twist = Vector6<f64>;
-/// A wrench `[f; τ]` (N, N m).
+/// A wrench `[f; τ]` = `[fx, fy, fz, τx, τy, τz]`: force (N), then torque (N m).
 pub type Wrench = [f64; 6];
 
 /// Below this angle (rad) series replace the closed forms: the first neglected term is then under
 /// 1e-14, and so is the cancellation of the closed forms above it.
 const SERIES_BELOW: f64 = 0.1;
 
-/// The matrix `[a]×` with `[a]× b = a × b`.
+/// The antisymmetric 3×3 matrix `[a]×` with `[a]× b = a × b`.
 pub fn skew(a: &Vector3<f64>) -> Matrix3<f64> {
     Matrix3::new(0.0, -a.z, a.y, a.z, 0.0, -a.x, -a.y, a.x, 0.0)
 }
 
-/// Linear part `v` of a twist.
+/// Linear part `v` (m) of a twist `[v; ω]`: its first three components.
 pub fn linear(twist: &Twist) -> Vector3<f64> {
     Vector3::new(twist[0], twist[1], twist[2])
 }
 
-/// Angular part `ω` of a twist.
+/// Angular part `ω` (rad) of a twist `[v; ω]`: its last three components.
 pub fn angular(twist: &Twist) -> Vector3<f64> {
     Vector3::new(twist[3], twist[4], twist[5])
 }
 
-/// The twist `[v; ω]`.
+/// The twist `[v; ω]` of a linear part `v` (m) and an angular part `w` = ω (rad).
 pub fn twist(v: &Vector3<f64>, w: &Vector3<f64>) -> Twist {
     Vector6::new(v.x, v.y, v.z, w.x, w.y, w.z)
 }
 
-/// `Exp: ℝ⁶ → SE(3)`, the motion of moving along a constant twist for unit time (Solà et al. 2018,
-/// eq. 172).
+/// `Exp: ℝ⁶ → SE(3)`, the motion of moving along the constant twist `xi` = `[v; ω]` (m, rad) for
+/// unit time (Solà et al. 2018, eq. 172). Exact for any angle ‖ω‖; series where it is small.
 pub fn exp(xi: &Twist) -> Pose {
     let w = angular(xi);
     let translation = so3_left_jacobian(&w) * linear(xi);
     Pose::from_parts(Translation3::from(translation), UnitQuaternion::from_scaled_axis(w))
 }
 
-/// `Log: SE(3) → ℝ⁶`, the inverse of [`exp`] for rotation angles up to π (Solà et al. 2018, eq.
-/// 173).
+/// `Log: SE(3) → ℝ⁶`, the twist `[v; ω]` (m, rad) with ‖ω‖ ≤ π whose [`exp`] is `pose` (Solà et al.
+/// 2018, eq. 173). At an angle of π either direction of the axis is a solution, and one of them is
+/// returned.
 pub fn log(pose: &Pose) -> Twist {
     let w = rotation_log(&pose.rotation);
     let v = so3_left_jacobian_inverse(&w) * pose.translation.vector;
     twist(&v, &w)
 }
 
-/// `Ad_T`, with `T · Exp(ξ) = Exp(Ad_T ξ) · T` (Solà et al. 2018, eq. 175).
+/// `Ad_T` of a pose `T`, 6×6 for twists `[v; ω]`, with `T · Exp(ξ) = Exp(Ad_T ξ) · T` (Solà et al.
+/// 2018, eq. 175).
 pub fn adjoint(pose: &Pose) -> Matrix6<f64> {
     let r = *pose.rotation.to_rotation_matrix().matrix();
     let mut ad = Matrix6::zeros();
@@ -70,8 +73,9 @@ pub fn adjoint(pose: &Pose) -> Matrix6<f64> {
     ad
 }
 
-/// `Jr(ξ)`, with `Exp(ξ + δ) ≈ Exp(ξ) · Exp(Jr(ξ) δ)` (Solà et al. 2018, eqs. 179–182, with
-/// `Jr(ξ) = Jl(−ξ)`).
+/// `Jr(ξ)` of SE(3) at the twist `xi` = `[v; ω]` (m, rad), 6×6, with
+/// `Exp(ξ + δ) ≈ Exp(ξ) · Exp(Jr(ξ) δ)` for small δ (Solà et al. 2018, eqs. 179–182, with
+/// `Jr(ξ) = Jl(−ξ)`). The identity at ξ = 0.
 pub fn right_jacobian(xi: &Twist) -> Matrix6<f64> {
     let v = -linear(xi);
     let w = -angular(xi);
@@ -83,7 +87,8 @@ pub fn right_jacobian(xi: &Twist) -> Matrix6<f64> {
     jacobian
 }
 
-/// Logarithm of a rotation, its rotation vector φ (rad), the shorter way round; exact up to π.
+/// Logarithm of a rotation: its rotation vector φ (rad) with ‖φ‖ ≤ π, axis times angle. At an angle
+/// of π either direction of the axis is a solution, and one of them is returned.
 pub fn rotation_log(rotation: &UnitQuaternion<f64>) -> Vector3<f64> {
     let q = rotation.quaternion();
     let (vector, scalar) = if q.w < 0.0 { (-q.imag(), -q.w) } else { (q.imag(), q.w) };
@@ -94,8 +99,9 @@ pub fn rotation_log(rotation: &UnitQuaternion<f64>) -> Vector3<f64> {
     vector * (2.0 * sine.atan2(scalar) / sine)
 }
 
-/// `∂φ/∂δ` of the rotation vector φ for a local rotation, `Log(Exp(φ) · Exp(δ)) ≈ φ + Jr⁻¹(φ) δ`
-/// (Solà et al. 2018, eq. 144).
+/// `∂φ/∂δ` = `Jr⁻¹(φ)` (3×3) of the rotation vector φ = `vector` (rad) for a local rotation δ
+/// (rad): `Log(Exp(φ) · Exp(δ)) ≈ φ + Jr⁻¹(φ) δ` for small δ (Solà et al. 2018, eq. 144). Grows
+/// without bound as ‖φ‖ → 2π.
 pub fn rotation_log_jacobian(vector: &Vector3<f64>) -> Matrix3<f64> {
     so3_left_jacobian_inverse(&-vector)
 }

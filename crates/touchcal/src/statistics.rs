@@ -1,30 +1,30 @@
-//! Quantiles of samples, under the names of their conventions.
+//! Quantiles and means of samples; each quantile bears the name of its definition.
 
 /// The `percent` % quantile of `n` samples by nearest rank: the sample of index
-/// `⌈percent · n / 100⌉ − 1`, the first for 0 % (type 1 of Hyndman & Fan 1996). `None` of an empty
-/// sample.
+/// `⌈percent · n / 100⌉ − 1`, the first for 0 % (type 1 of Hyndman & Fan 1996). `None` if there are
+/// no samples or `percent` is above 100.
 ///
-/// `sorted` is ascending; `percent` is from 0 to 100.
+/// `sorted` holds the samples in ascending order, in any unit; the result has the same unit.
 pub fn nearest_rank(sorted: &[f64], percent: usize) -> Option<f64> {
     sorted.get((sorted.len() * percent).div_ceil(100).saturating_sub(1)).copied()
 }
 
-/// The sample of index `⌊p n / 100⌋`: the smallest of which more than `percent` % of all are no
-/// larger.
-/// None of an empty sample.
+/// The sample of index `⌊percent · n / 100⌋` of `n` samples: the smallest of which more than
+/// `percent` % of all are no larger. `None` if there are no samples or `percent` is 100 or more.
 ///
-/// `sorted` is ascending; `percent` is below 100.
+/// `sorted` holds the samples in ascending order, in any unit; the result has the same unit.
 pub fn floor_rank(sorted: &[f64], percent: usize) -> Option<f64> {
     sorted.get(sorted.len() * percent / 100).copied()
 }
 
-/// The upper median: of an even number of values the larger of the middle two. None of no values.
+/// The upper median of `values`, in any order: of an even number of values the larger of the middle
+/// two. `None` if there are no values. NaN (of positive sign) counts as larger than all numbers.
 pub fn upper_median(mut values: Vec<f64>) -> Option<f64> {
     values.sort_unstable_by(f64::total_cmp);
     floor_rank(&values, 50)
 }
 
-/// Arithmetic mean; 0 of no values.
+/// Arithmetic mean of `values`, in their unit; 0 if there are none, NaN if any is NaN.
 pub fn mean(values: &[f64]) -> f64 {
     values.iter().sum::<f64>() / values.len().max(1) as f64
 }

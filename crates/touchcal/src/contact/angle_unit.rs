@@ -52,6 +52,7 @@ pub(crate) struct UnitCheck {
 }
 
 impl UnitCheck {
+    /// A check of positions declared in `unit`, against the joint limits of `robot`.
     pub(crate) fn new(robot: &Robot, unit: AngleUnit) -> Self {
         let range = |joint: &crate::robot::Joint| match (joint.kind, joint.limits) {
             (JointKind::Prismatic, _) => None,
@@ -114,6 +115,7 @@ pub(crate) struct UnitGuess {
 }
 
 impl UnitGuess {
+    /// A guess for the moving joints of `robot`.
     pub(crate) fn new(robot: &Robot) -> Self {
         let scale = |kind| if kind == JointKind::Prismatic { 1.0 } else { std::f64::consts::PI / 180.0 };
         let scale: Vec<f64> = robot.moving().map(|joint| scale(joint.kind)).collect();

@@ -20,10 +20,11 @@ use super::summarize::summarize;
 /// the parameters reached. [`Method::GradientDescent`] has its own search.
 ///
 /// The covariance of two-sided contacts is that of an M-estimator, `(A²/B · Σ JᵀJ + Λ)⁻¹`, with `J`
-/// the derivative of the whitened residual by the parameters, `A` the mean of ψ′, `B` that of ψ² over
-/// all contacts, `ψ(r) = ρ′(r²) r`, and `Λ` the information of priors and known distances, for at
-/// least the declared noise (Huber, *Robust statistics* (1981), section 7.6). With one-sided contacts
-/// it is the sandwich of their marginal likelihood times the design effect of correlated contacts.
+/// the derivative of the whitened residual by the parameters, `A` the mean of ψ′ and `B` that of ψ²
+/// over all contacts, `ψ(r) = ρ′(r²) r`, and `Λ` the information of priors and known distances, for
+/// at least the declared noise (Huber, *Robust statistics* (1981), section 7.6). With one-sided
+/// contacts it is the sandwich of their marginal likelihood times the design effect of correlated
+/// contacts.
 ///
 /// There is no error: an estimate that must not be used has another [`Status`](super::Status) than
 /// converged, and [`Warning`](super::Warning)s with the cause.

@@ -7,17 +7,18 @@ use super::result::{Estimate, ParameterEstimate, Warning};
 use super::search::SearchState;
 use crate::parameter::{Parameter, ParameterId};
 
-/// Numbers that warnings are decided by.
+/// Numbers by which warnings about a result are decided.
 pub(super) struct FitStatistics {
     /// Number of residual rows and known distances.
     pub rows: usize,
-    /// Share of contacts that were rejected.
+    /// Share (0 to 1) of contacts that were rejected.
     pub rejected_share: f64,
-    /// Measured over declared standard deviation of the noise.
+    /// Measured over declared standard deviation of the noise (1).
     pub noise_factor: f64,
-    /// Number of contacts that carry the information of an independent one, with contact modes.
+    /// Number of contacts that carry the information of an independent one; `None` without contact
+    /// modes.
     pub design_effect: Option<f64>,
-    /// Uncertainty of the arm's distances after over before.
+    /// Uncertainty of distances between tool positions after over before the calibration (1).
     pub arm_uncertainty: f64,
 }
 

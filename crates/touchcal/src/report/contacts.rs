@@ -7,7 +7,8 @@ use crate::contact::ContactLog;
 use crate::estimate::{Estimate, Problem, Verdict, contact_distances};
 use crate::statistics::upper_median;
 
-/// Approximate largest number of contacts drawn one by one.
+/// Approximate largest number of contacts that the page draws one by one; of more, it draws an even
+/// subsample and those with the largest distances.
 pub const MOST_DRAWN: usize = 3000;
 /// Number of these with the largest distances; the others are evenly spread over the log.
 const FARTHEST_DRAWN: usize = 300;
@@ -43,6 +44,7 @@ pub(super) struct Contacts<'a> {
 /// Contacts drawn one by one, a column each.
 #[derive(Default, Serialize)]
 pub(super) struct DrawnContacts {
+    /// Index of each drawn contact in the log.
     pub index: Vec<usize>,
     fixture: Vec<usize>,
     file: Vec<u32>,
@@ -83,6 +85,7 @@ struct Outlier {
 }
 
 impl<'a> Contacts<'a> {
+    /// Statistics of the contacts of `problem` with its result.
     pub fn new(problem: &'a Problem, estimate: &Estimate) -> Self {
         let log = &problem.contacts;
         let values = estimate.values();

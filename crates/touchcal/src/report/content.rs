@@ -11,50 +11,50 @@ use crate::estimate::{
     tool_uncertainty, workspace_configurations,
 };
 
-/// What a report shows.
+/// The parts of a calibration that a report shows.
 #[derive(Clone, Copy, Debug)]
 pub struct Report<'a> {
-    /// The problem.
+    /// The problem that was solved.
     pub problem: &'a Problem,
-    /// The result.
+    /// The result of its calibration.
     pub estimate: &'a Estimate,
-    /// How well the nominal arm explains the contacts: [`evaluate`](crate::estimate::evaluate) of
-    /// the problem.
+    /// Distances (m) of the contacts by the nominal arm: [`evaluate`](crate::estimate::evaluate())
+    /// of the problem.
     pub prefit: &'a Score,
-    /// Steps of the estimation, as passed to its observer.
+    /// Progress of the estimation at each step, as passed to its observer; may be empty.
     pub steps: &'a [Progress],
-    /// Warnings, in the order of the page.
+    /// Warnings, in the order in which the page lists them.
     pub warnings: &'a [WarningText],
-    /// Input files.
+    /// Input files, in the order in which the page lists them.
     pub inputs: &'a [Input],
 }
 
 impl Report<'_> {
-    /// The text of the page.
+    /// The text of the page: one HTML document.
     ///
     /// # Errors
-    /// If the data cannot be written as JSON, which is known of no calibration: numbers that are
-    /// not finite become null.
+    /// If the data cannot be written as JSON, which no calibration is known to cause: numbers that
+    /// are not finite become null.
     pub fn html(&self) -> serde_json::Result<String> {
         Ok(page(&serde_json::to_string(&Content::new(self))?))
     }
 }
 
-/// A warning as the page shows it.
+/// A warning as the page shows it; see [`Warning`](crate::estimate::Warning).
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct WarningText {
-    /// What is wrong.
+    /// The defect, in one sentence.
     pub message: String,
-    /// Advice.
+    /// A remedy, in one sentence.
     pub advice: String,
 }
 
-/// An input file.
+/// An input file with its checksum.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Input {
-    /// Its path.
+    /// Path of the file, as the page shows it.
     pub path: String,
-    /// SHA-256 of its bytes, in hexadecimal.
+    /// SHA-256 of the file's bytes, in hexadecimal.
     pub sha256: String,
 }
 
@@ -151,6 +151,7 @@ struct PoseUncertainty {
 }
 
 impl<'a> Content<'a> {
+    /// The page's data of a report.
     pub fn new(report: &Report<'a>) -> Self {
         let Report { problem, estimate, prefit, .. } = *report;
         let robot = &problem.robot;

@@ -37,6 +37,7 @@ struct ParameterEntry<'a> {
 }
 
 impl<'a> Parameters<'a> {
+    /// The page's data of the parameters of `estimate`.
     pub fn new(estimate: &'a Estimate) -> Self {
         let fixed = estimate.warnings.iter().find_map(|warning| match warning {
             Warning::Unobservable { names } => Some(names.as_slice()),

@@ -68,6 +68,7 @@ impl From<&Shape> for ShapeEntry {
 }
 
 impl<'a> Scene<'a> {
+    /// The view of `problem` and its result, with the contacts of indices `drawn`.
     pub fn new(problem: &'a Problem, estimate: &'a Estimate, drawn: &[usize]) -> Self {
         let nominal_tool = problem.tool.tip_from_tool;
         let tool = nominal_tool * estimate.tool_motion().unwrap_or_else(Pose::identity);

@@ -197,6 +197,7 @@ impl Robot {
         Some(robot)
     }
 
+    /// All joints from base to tip, to be changed.
     pub(super) fn joints_mut(&mut self) -> &mut [Joint] {
         &mut self.joints
     }

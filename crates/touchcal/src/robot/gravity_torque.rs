@@ -51,6 +51,8 @@ pub(super) struct Gravity {
 }
 
 impl Gravity {
+    /// Gravity and the link masses of `robot`; default masses where not every moving joint carries
+    /// one.
     pub fn of(robot: &Robot) -> Gravity {
         let masses = if robot.has_masses() { link_masses(robot) } else { default_masses(robot.dof()) };
         Gravity { acceleration: *robot.gravity(), masses }

@@ -9,12 +9,14 @@ use crate::se3::{self, Pose, Twist};
 /// One moving joint with the fixed joints before it, the current parameters applied.
 #[derive(Clone, Debug)]
 pub(super) struct JointStage {
-    /// Merged origin without parameters.
+    /// Merged origin without parameters (m).
     pub nominal: Pose,
     /// Merged origin, strained and twisted.
     origin_rotation: Matrix3<f64>,
     origin_translation: Vector3<f64>,
+    /// Unit vector of the axis, in the joint's frame.
     pub axis: Vector3<f64>,
+    /// Whether the joint translates.
     pub prismatic: bool,
     /// Encoder offset (rad or m).
     pub offset: f64,
@@ -22,7 +24,7 @@ pub(super) struct JointStage {
     pub nominal_compliance: f64,
     /// Compliance (rad/(N m)).
     pub compliance: f64,
-    /// Local twist on the origin.
+    /// Local twist `[v; ω]` on the origin (m, rad).
     pub twist: Twist,
     /// `Jr` of that twist.
     pub right_jacobian: Matrix6<f64>,
@@ -60,7 +62,8 @@ impl JointStage {
         }
     }
 
-    /// Updates the origin for strains and the stage's own twist.
+    /// Updates the origin for the common `strain` (1), the strain of each segment (1; missing ones
+    /// 0) and the stage's twist.
     pub fn update_origin(&mut self, strain: f64, segment_strain: &[f64]) {
         let mut origin = self.nominal;
         origin.translation.vector *= 1.0 + strain;
@@ -77,11 +80,14 @@ impl JointStage {
 /// Pose of a frame along the chain in base.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct LinkPose {
+    /// Rotation of the frame in base.
     pub rotation: Matrix3<f64>,
+    /// Origin of the frame in base (m).
     pub position: Vector3<f64>,
 }
 
 impl LinkPose {
+    /// The base frame.
     pub fn base() -> LinkPose {
         LinkPose { rotation: Matrix3::identity(), position: Vector3::zeros() }
     }

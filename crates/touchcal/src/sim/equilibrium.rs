@@ -12,12 +12,12 @@ use super::parts::{Near, NearPairs, Pair};
 use crate::geometry::Parts;
 use crate::se3::{self, Pose, Twist};
 
-/// How an arm under Cartesian impedance control yields at the tool's origin.
+/// Isotropic stiffness of an arm under Cartesian impedance control, at the tool's origin.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stiffness {
-    /// Force over displacement (N/m).
+    /// Force over displacement (N/m, > 0).
     pub translation: f64,
-    /// Torque over rotation (N m/rad).
+    /// Torque over rotation (N m/rad, > 0).
     pub rotation: f64,
 }
 
@@ -45,6 +45,7 @@ const NEGLIGIBLE: f64 = 1e-18;
 /// A tool at rest.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Rest {
+    /// Pose of the tool in the fixture's frame (m).
     pub fixture_from_tool: Pose,
     /// `[f; τ]` (N, N m) of the fixture on the tool, in the tool frame about its origin.
     pub wrench: Twist,
@@ -130,6 +131,7 @@ pub(super) struct Equilibrium<'a> {
 }
 
 impl<'a> Equilibrium<'a> {
+    /// A tool at rest at `fixture_from_tool`, with friction μ (1).
     pub fn new(parts: &'a Parts, stiffness: Stiffness, friction: f64, fixture_from_tool: Pose) -> Self {
         Equilibrium {
             parts,

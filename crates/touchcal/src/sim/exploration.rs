@@ -4,19 +4,21 @@ use std::f64::consts::TAU;
 
 use crate::se3::{self, Pose, Twist};
 
-/// An exploration command: a spiral in x and y, rotations out of step about all axes, a press in
-/// and out along z, and a swing of the redundant joints.
+/// An exploration command: a spiral in x and y of the fixture, rotations out of step about all
+/// axes, a press in and out along z, and a swing of the joints about their posture.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Exploration {
     /// Radius of the spiral in x and y (m).
     pub radius: f64,
     /// Amplitude of the rotations about all three axes (rad).
     pub tilt: f64,
-    /// How far the command goes beyond the deepest place that the fixture allows (m).
+    /// Distance of the command beyond the deepest pose that the fixture allows (m).
     pub press: f64,
-    /// Amplitude of the swing of each joint about its posture (rad).
+    /// Amplitude of the swing of each joint about its posture (rad, or m for a prismatic joint),
+    /// neighbours in opposite directions. Only redundant joints follow it.
     pub swing: f64,
-    /// How many times as fast as the paper's exploration.
+    /// Frequency of the motion over that of the built-in one (1): at 1 the spiral turns at 1.3 Hz
+    /// and the press repeats at 0.17 Hz.
     pub pace: f64,
 }
 

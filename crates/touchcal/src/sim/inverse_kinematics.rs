@@ -14,11 +14,14 @@ const LONGEST_STEP: f64 = 0.2;
 /// Close enough to the posture (rad or m): the pose is what counts.
 const POSTURE_MET: f64 = 1e-3;
 
-/// Joint positions that put the tool at `base_from_tool`, searched from `q`; redundant joints go
-/// towards `posture`. `None` if the pose is out of reach from there.
+/// Joint positions (rad, or m for a prismatic joint; base first) that put the tool at
+/// `base_from_tool`, searched from `q`; redundant joints go towards `posture`. `q` and `posture`
+/// have one position for each moving joint. `None` if the pose is out of reach from `q`. Joint
+/// limits have no effect.
 ///
-/// Newton steps `q ← q + J⁺ e + (I − J⁺J)(posture − q)` with `J⁺ = Jᵀ(JJᵀ + λI)⁻¹`, the last ones
-/// without the posture; the pose is met to 1e-12.
+/// Newton steps `q ← q + J⁺ e + (I − J⁺J)(posture − q)` with the pose error `e` (right twist, m and
+/// rad), its Jacobian `J` and `J⁺ = Jᵀ(JJᵀ + λI)⁻¹`, the last ones without the posture; the pose is
+/// met to 1e-12 (m, rad), or to 1e-10 after the last of 200 steps.
 pub fn follow(kinematics: &Kinematics, base_from_tool: &Pose, q: &[f64], posture: &[f64]) -> Option<Vec<f64>> {
     let mut q = q.to_vec();
     Follower::new(kinematics).follow(base_from_tool, &mut q, posture).then_some(q)
@@ -33,6 +36,7 @@ pub(super) struct Follower<'a> {
 }
 
 impl<'a> Follower<'a> {
+    /// A follower for an arm with these kinematics.
     pub fn new(kinematics: &'a Kinematics) -> Self {
         let zeros = || DVector::zeros(kinematics.dof());
         Follower { kinematics, scratch: kinematics.scratch(), towards: zeros(), step: zeros() }

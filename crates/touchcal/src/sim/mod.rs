@@ -1,11 +1,13 @@
-//! Simulated touching: what a wrong arm would log while it explores fixtures, and what was truly
-//! the case.
+//! Simulated touching: the log of an arm with errors while it explores fixtures, and the true
+//! errors.
 //!
-//! A [`Scenario`] says what may happen; [`simulate()`] draws a truth from a seed, lets an
-//! arm under impedance control push the tool along an exploration command, and records it.
-//! Quasi-static: at each command the tool rests where the springs' energy is least, gap ≥ 0.
+//! A [`Scenario`] holds the arm, its possible errors and the fixtures; [`simulate()`] draws a truth
+//! from a seed, lets an arm under impedance control push the tool along an exploration command, and
+//! records it. Quasi-static: at each command the tool rests where the springs' energy is least,
+//! with all gaps at least 0.
 //!
-//! Nothing here knows the estimator or its manifolds; the parts' geometry is all they share.
+//! The simulator depends on neither the estimator nor its manifolds; it has the arm's kinematics,
+//! the parameters and the geometry of parts in common with them.
 
 mod equilibrium;
 mod exploration;

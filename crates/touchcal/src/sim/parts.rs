@@ -17,6 +17,7 @@ pub(super) enum Pair {
 /// A pair of surface elements that touch or nearly do.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Near {
+    /// The surface elements.
     pub pair: Pair,
     /// Signed distance (m), negative in penetration.
     pub gap: f64,

@@ -20,43 +20,44 @@ const CFRP: f64 = 2e-6;
 /// Distance of two sockets of a block (m).
 const SPACING: f64 = 50.0 * MM;
 
-/// Parts that cannot be.
+/// Why the shapes of tool and fixture are not valid.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum PartsError {
-    /// An outline.
+    /// The outline of a peg or hole is not valid.
     #[error(transparent)]
     Polygon(#[from] PolygonError),
-    /// Peg and hole together.
+    /// Peg and hole do not form a valid pair.
     #[error(transparent)]
     Extrusion(#[from] PrismPairError),
 }
 
-/// A scenario by name. All are of an iiwa 14, and differ in what may be wrong with it and in what
-/// it touches.
+/// A built-in scenario. All are of an iiwa 14, and differ in its possible errors and in what it
+/// touches.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Preset {
     /// The experiment of Negi, Manyar & Gupta (2025, arXiv 2506.17458): strain ±0.05, encoder
     /// biases ±5°; a T-slot peg in a known hole.
     Paper,
-    /// An aluminium arm in low Earth orbit: strain ±0.003, ±0.001 on top of it for each segment,
-    /// encoder biases ±0.1°.
+    /// An aluminium arm in low Earth orbit, its temperature recorded: strain ±0.003, ±0.001 on top
+    /// of it for each segment, encoder biases ±0.1°; the hole as in [`Preset::Paper`].
     LeoAluminium,
-    /// The same of carbon fibre: strain ±2e-4, encoder biases ±0.02°.
+    /// An arm of carbon fibre in low Earth orbit: strain ±2e-4, encoder biases ±0.02°.
     LeoCfrp,
-    /// A cell in a hall: no strain, encoder biases ±0.3°; the hole's place known to 1 mm and 0.2°.
+    /// A cell in a hall: no strain, encoder biases ±0.3°; the hole's pose known to 1 mm and 0.2°
+    /// (standard deviations).
     Workcell,
     /// The set-up of the MUKCa project (arXiv 2503.12584): a ball in two sockets 50 mm apart, three
-    /// placements of their block, places unknown; joint origins off by 0.5 mm and 0.1°, encoder
-    /// zeros by 0.5°.
+    /// placements of their block, poses unknown; joint origins off by 0.5 mm and 0.1°, encoder
+    /// zeros by 0.5° (standard deviations).
     Mukca,
 }
 
 impl Preset {
-    /// All presets.
+    /// All presets, in the order of their definition.
     pub const ALL: [Preset; 5] =
         [Preset::Paper, Preset::LeoAluminium, Preset::LeoCfrp, Preset::Workcell, Preset::Mukca];
 
-    /// Name in files and arguments.
+    /// Name in files and arguments: `paper`, `leo_aluminium`, `leo_cfrp`, `workcell`, `mukca`.
     pub fn name(self) -> &'static str {
         match self {
             Preset::Paper => "paper",
@@ -67,10 +68,10 @@ impl Preset {
         }
     }
 
-    /// The scenario, with an iiwa 14 (`robot`).
+    /// The scenario with `robot`, which must be an iiwa 14: the postures are its own.
     ///
     /// # Errors
-    /// If the parts cannot be made, which these can.
+    /// If the parts are not valid, which does not happen for the built-in ones.
     pub fn scenario(self, robot: Robot) -> Result<Scenario, PartsError> {
         let mut scenario = in_hole(robot)?;
         let (uniform, none) = (Distribution::Uniform, ArmErrors::NONE);

@@ -7,14 +7,14 @@ use rand_pcg::Pcg64;
 
 use crate::se3::Pose;
 
-/// Encoders, force sensor and contact detection.
+/// Encoders, force sensor and contact detection of a simulated recorder.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Recorder {
-    /// Rows per second.
+    /// Rows per second (Hz, > 0).
     pub rate: f64,
-    /// Standard deviation of the encoders (rad or m).
+    /// Standard deviation of each encoder's noise (rad, or m for a prismatic joint).
     pub encoder_sigma: f64,
-    /// Steps in which encoders count (rad or m); 0 for none.
+    /// Quantisation step of the encoders (rad, or m for a prismatic joint); 0 for none.
     pub encoder_step: f64,
     /// Standard deviation of each component of the force (N).
     pub force_sigma: f64,
@@ -24,17 +24,18 @@ pub struct Recorder {
     pub force_bias: f64,
     /// Standard deviation of the bias of each component of the torque, drawn once a log (N m).
     pub torque_bias: f64,
-    /// Force above which a row counts as contact (N).
+    /// Magnitude of the measured force above which a row counts as contact (N).
     pub force_threshold: f64,
-    /// Share of the touching rows that are taken for free.
+    /// Share (0 to 1) of the rows measured as contact that are recorded as free.
     pub missed: f64,
-    /// Share of the contacts that are none: free poses close to the fixture.
+    /// Share (0 to 1) of the rows recorded as contact that are none: free poses close to the
+    /// fixture.
     pub spurious: f64,
 }
 
 impl Recorder {
-    /// A recorder that sees everything as it is, at `rate` rows a second, with contact above
-    /// `force_threshold` (N).
+    /// A recorder without noise, bias and quantisation of encoders, at `rate` rows per second (Hz),
+    /// with contact above `force_threshold` (N).
     pub const fn exact(rate: f64, force_threshold: f64) -> Recorder {
         Recorder {
             rate,
@@ -84,8 +85,8 @@ impl Recorder {
     }
 }
 
-/// Digits after the point to which force sensors are read (N, N m): a log written so says the same
-/// as the recorder.
+/// Number of decimal places to which the recorder rounds forces (N) and torques (N m), enough to
+/// write its logs without loss.
 pub const WRENCH_DIGITS: usize = 4;
 
 fn to_last_digit(value: f64) -> f64 {

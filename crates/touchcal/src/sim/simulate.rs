@@ -16,61 +16,62 @@ use crate::geometry::{GapQuery, Parts};
 use crate::robot::{Kinematics, segments};
 use crate::se3::{self, Pose, Twist};
 
-/// One simulated trial.
+/// One simulated trial: true errors and logs.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SimulatedTrial {
-    /// What the estimator looks for and never reads.
+    /// True errors of arm, tool and fixtures; an estimator does not read them.
     pub truth: Truth,
-    /// A log for each touch of the scenario.
+    /// One log for each touch of the scenario, in its order.
     pub logs: Vec<Log>,
 }
 
-/// Where a simulation's chance comes from.
+/// Seeds of a simulation's random numbers, made from one number by `From<u64>`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Seeds {
-    /// Of what is wrong: of arm, tool and fixtures.
+    /// Seed of the true errors of arm, tool and fixtures.
     pub errors: u64,
-    /// Of the noise.
+    /// Seed of the measurement noise.
     pub noise: u64,
 }
 
-/// One seed for both.
+/// The same seed for errors and noise.
 impl From<u64> for Seeds {
     fn from(seed: u64) -> Seeds {
         Seeds { errors: seed, noise: seed }
     }
 }
 
-/// What was recorded at one fixture, row by row, in contact or not.
+/// Recording at one fixture: parallel lists with one entry for each row, in contact or not.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Log {
-    /// Moving joints.
+    /// Number of moving joints.
     pub dof: usize,
-    /// Seconds since the start.
+    /// Time of each row since the start (s).
     pub time: Vec<f64>,
-    /// Measured joint positions, `dof` a row (rad or m).
+    /// Measured joint positions (rad, or m for a prismatic joint), row by row: `dof` numbers for
+    /// each row, base first.
     pub q: Vec<f64>,
-    /// Measured wrench `[f; τ]` of the fixture on the tool about the tip's origin, in the tip frame
-    /// (N, N m).
+    /// Measured wrench `[f; τ]` (N, N m) of the fixture on the tool in each row, about the tip's
+    /// origin, in the tip frame.
     pub wrench: Vec<[f64; 6]>,
-    /// Measured temperature of each segment of the arm (°C), `segments` a row; empty where it is
-    /// not recorded.
+    /// Measured temperature (°C) of each of the arm's [`segments`](crate::robot::segments()), row
+    /// by row: one number a segment for each row. Empty where temperatures are not recorded.
     pub temperature: Vec<f64>,
-    /// Whether the recorder takes the row for a contact.
+    /// Whether the recorder counts each row as a contact.
     pub contact: Vec<bool>,
-    /// What is truly the case in each row; not part of what is recorded.
+    /// True pose, force and contact of each row; not part of the recording.
     pub truth: Vec<TrueRow>,
 }
 
-/// The truth of a row.
+/// True pose, force and contact of a row.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TrueRow {
-    /// Where the tool is in the fixture: at rest, where parts overlap by less than 1 µm, but for
-    /// their form errors.
+    /// Pose of the tool in the fixture's frame (m): at rest, where parts overlap by less than 1 µm,
+    /// but for their form errors.
     pub fixture_from_tool: Pose,
-    /// Force of the fixture on the tool (N).
+    /// Magnitude of the force of the fixture on the tool (N).
     pub force: f64,
-    /// Whether it touches.
+    /// Whether the tool touches the fixture.
     pub touching: bool,
 }
 
@@ -80,23 +81,24 @@ impl Log {
         self.time.len()
     }
 
-    /// Whether there are none.
+    /// Whether the log has no rows.
     pub fn is_empty(&self) -> bool {
         self.time.is_empty()
     }
 
-    /// Measured joint positions of row `i` (rad or m).
+    /// Measured joint positions of row `i` < [`Log::len`] (rad, or m for a prismatic joint), `dof`
+    /// of them, base first.
     pub fn q(&self, i: usize) -> &[f64] {
         &self.q[i * self.dof..(i + 1) * self.dof]
     }
 
-    /// Numbers of the rows taken for contacts.
+    /// Indices of the rows that the recorder counts as contacts, ascending from 0.
     pub fn contacts(&self) -> impl Iterator<Item = usize> {
         (0..self.len()).filter(|&i| self.contact[i])
     }
 }
 
-/// Why a simulation cannot run.
+/// Why a simulation ended without a result.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum SimulationError {
@@ -105,42 +107,43 @@ pub enum SimulationError {
         "the arm cannot reach `{fixture}`: no joint positions put the tool there from the posture given, {time:.2} s after the start"
     )]
     OutOfReach {
-        /// The fixture.
+        /// Name of the fixture.
         fixture: String,
-        /// Seconds since the start.
+        /// Time since the start (s).
         time: f64,
     },
-    /// The exploration hardly ever touches.
+    /// The exploration touches the fixture too rarely: the contacts wanted were not found in 20
+    /// times as many rows (at least 2000).
     #[error(
         "expected contacts with `{fixture}`, found only {found} in {rows} rows: widen the exploration or lower the force threshold"
     )]
     NoContact {
-        /// The fixture.
+        /// Name of the fixture.
         fixture: String,
-        /// Contacts found.
+        /// Number of contacts found.
         found: usize,
-        /// Rows simulated.
+        /// Number of rows simulated.
         rows: usize,
     },
-    /// The tool finds no place to rest.
+    /// The search for the pose at which the tool rests did not end.
     #[error(
         "the tool comes to no rest at `{fixture}`, {time:.2} s after the start: slow the exploration or lower the friction"
     )]
     NoRest {
-        /// The fixture.
+        /// Name of the fixture.
         fixture: String,
-        /// Seconds since the start.
+        /// Time since the start (s).
         time: f64,
     },
-    /// Broken off by who watched it.
+    /// The observer ended the simulation.
     #[error("the simulation was broken off")]
     Interrupted,
-    /// A hole whose outline does not survive the change drawn for it.
+    /// A hole whose outline is not valid after the change of width drawn for it.
     #[error("`{fixture}` cannot be {wider_mm:+.3} mm wider: lower its clearance_sigma")]
     Clearance {
-        /// The fixture.
+        /// Name of the fixture.
         fixture: String,
-        /// How much wider it was to be (mm per side).
+        /// How much wider the hole was to be (mm per side).
         wider_mm: f64,
     },
 }
@@ -156,8 +159,8 @@ fn chance(seed: u64, purpose: u64) -> Pcg64 {
     Pcg64::seed_from_u64(seed ^ purpose.wrapping_mul(0x9E37_79B9_7F4A_7C15))
 }
 
-/// Draws the truth and runs it. The same seed gives the same trial, to the last bit where sine
-/// and cosine are the same.
+/// Draws the truth of `scenario` from `seed` and runs it with noise of the same seed. The same seed
+/// gives the same trial, to the last bit where sine and cosine are the same.
 ///
 /// # Errors
 /// As [`run`].
@@ -167,17 +170,18 @@ pub fn simulate(scenario: &Scenario, seed: u64) -> Result<SimulatedTrial, Simula
     Ok(SimulatedTrial { truth, logs })
 }
 
-/// Draws what is wrong in the trial of `seed`.
+/// Draws the true errors of arm, tool and fixtures in the trial of `seed`.
 pub fn draw_truth(scenario: &Scenario, seed: u64) -> Truth {
     Truth::draw(scenario, &mut chance(seed, 0))
 }
 
-/// Runs a truth, with the noise of `seed`: a log for each touch. `watch` receives the
-/// number of contacts after each row, and may end the run.
+/// Runs `scenario` with the errors of `truth` and the noise of `seed`: one log for each touch, in
+/// the scenario's order. `watch` receives the number of contacts so far after each contact; if it
+/// breaks, the run ends with [`SimulationError::Interrupted`].
 ///
 /// # Errors
-/// If the arm cannot reach a fixture, touches too rarely, or finds no rest; and if `watch` ends the
-/// run.
+/// If the arm cannot reach a fixture, touches too rarely, or finds no rest; if a hole cannot be as
+/// wide as drawn; and if `watch` ends the run.
 pub fn run(
     scenario: &Scenario,
     truth: &Truth,

@@ -1,4 +1,4 @@
-//! What is truly the case in one trial, drawn from a scenario.
+//! The true errors of one trial, drawn from a scenario.
 
 use rand::RngExt;
 use rand_pcg::Pcg64;
@@ -12,13 +12,14 @@ use crate::parameter::{
 use crate::robot::{JointKind, KinematicParameter, Robot, segments};
 use crate::se3::{self, Pose, Twist};
 
-/// What is wrong with an arm, its tool and the fixtures: the numbers that a calibration looks for.
+/// True errors of an arm, its tool and the fixtures: the numbers that a calibration estimates.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Truth {
-    /// Parameters that are not zero. Places are off by `believed · Exp(ξ)`, `ξ` the columns `Tool`
-    /// or `Fixture`.
+    /// Parameters that are not zero, with their values (SI). True poses of tool and fixtures are
+    /// `nominal · Exp(ξ)`, with `ξ` the components `Tool` or `Fixture`.
     pub errors: Vec<(ParameterId, f64)>,
-    /// How much wider each hole is than believed (m per side).
+    /// How much wider each hole is than its nominal outline (m per side), one number for each touch
+    /// of the scenario; missing ones count as 0.
     pub clearance: Vec<f64>,
 }
 
@@ -51,28 +52,30 @@ impl Truth {
         Truth { errors, clearance }
     }
 
-    /// The value of a parameter, 0 if it is right.
+    /// Value (SI) of the parameter `column`; 0 if it is not among the errors.
     pub fn value(&self, column: ParameterId) -> f64 {
         self.errors.iter().filter(|(c, _)| *c == column).map(|(_, value)| value).sum()
     }
 
-    /// Strain of segment `k` of the arm, the common one included.
+    /// Strain (1) of segment `k` of the arm's [`segments`](segments()), the common one included.
     pub fn strain(&self, k: usize) -> f64 {
         self.value(KinematicParameter::Strain.into()) + self.value(KinematicParameter::SegmentStrain(k).into())
     }
 
-    /// True parameters of the kinematics of the arm with its tool, and their values (SI).
+    /// Erroneous parameters of the kinematics of the arm with its tool, and their values (SI): two
+    /// lists of equal length.
     pub fn of_kinematics(&self) -> (Vec<KinematicParameter>, Vec<f64>) {
         kinematic_part(self.errors.iter().copied())
     }
 
-    /// Where fixture `f` truly is.
+    /// True pose of the fixture of touch `f` in base (m); `f` is an index into
+    /// [`Scenario::touches`].
     pub fn base_from_fixture(&self, scenario: &Scenario, f: usize) -> Pose {
         let xi = Twist::from_fn(|k, _| self.value(ParameterId::Fixture(f, k)));
         scenario.touches[f].base_from_fixture * se3::exp(&xi)
     }
 
-    /// Where the tool truly is on the tip.
+    /// True pose of the tool frame in the tip link's frame (m).
     pub fn tip_from_tool(&self, scenario: &Scenario) -> Pose {
         scenario.tip_from_tool * se3::exp(&Twist::from_fn(|k, _| self.value(ParameterId::tool(k))))
     }
@@ -90,7 +93,9 @@ impl Truth {
         }
     }
 
-    /// The true parameters with their names and units.
+    /// The erroneous parameters with names and units, and their values (SI), in the order: strain,
+    /// segment strains, joint offsets, joint origins, compliances, tool, fixtures. Priors are
+    /// without meaning.
     pub fn named(&self, scenario: &Scenario) -> Vec<(Parameter, f64)> {
         let robot = &scenario.robot;
         let mut known = vec![strain()];

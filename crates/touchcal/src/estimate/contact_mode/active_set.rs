@@ -10,8 +10,11 @@ const FAR_TAIL: f64 = -20.0;
 
 /// Logarithms of the odds `κⱼ` and `η`, and what bounds the visit.
 pub(super) struct LogOdds<'o, const N: usize> {
+    /// `ln κⱼ` of each candidate's surface, κ in m.
     pub odds: CandidateVector<N>,
+    /// `ln η` of the odds (1) that nothing is touched.
     pub no_contact: f64,
+    /// Bounds on active sets that are visited.
     pub options: &'o ContactModeOptions,
 }
 

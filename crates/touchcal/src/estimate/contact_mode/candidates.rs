@@ -11,6 +11,7 @@ pub(crate) type CandidateMatrix<const N: usize = MAX_ROWS> = SMatrix<f64, N, N>;
 
 /// The candidate contacts of one pose, the first `count` of each array.
 pub(crate) struct CandidateContacts {
+    /// Number of candidates, at most [`MAX_ROWS`].
     pub count: usize,
     /// Signed distances (m).
     pub distances: CandidateVector,

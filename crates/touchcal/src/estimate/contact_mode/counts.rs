@@ -26,11 +26,13 @@ pub(crate) struct ContactCounts {
 }
 
 impl ContactCounts {
+    /// Zero counts for a region of so many `surfaces`.
     pub fn new(surfaces: usize) -> Self {
         ContactCounts { in_contact: 0.0, no_contact: 0.0, candidates: vec![0.0; surfaces], active: vec![0.0; surfaces] }
     }
 
-    /// Adds one contact, given the surface of each of its candidates.
+    /// Adds the responsibilities of one contact; `surfaces` is the surface of each of its
+    /// candidates, an index within the region.
     pub fn add_contact(&mut self, likelihood: &MarginalLikelihood, surfaces: impl ExactSizeIterator<Item = usize>) {
         self.in_contact += likelihood.in_contact;
         self.no_contact += if surfaces.len() > 0 { 1.0 - likelihood.in_contact } else { 0.0 };
@@ -40,7 +42,7 @@ impl ContactCounts {
         }
     }
 
-    /// Adds the counts of other contacts.
+    /// Adds the counts of other contacts in the same region.
     pub fn add(&mut self, other: &ContactCounts) {
         self.in_contact += other.in_contact;
         self.no_contact += other.no_contact;
@@ -55,17 +57,18 @@ impl ContactCounts {
         self.candidates.iter_mut().chain(&mut self.active).for_each(|count| *count *= factor);
     }
 
-    /// Contacts that touch something, and contacts with candidates that touch nothing.
+    /// Expected numbers of contacts that touch something, and of contacts with candidates that
+    /// touch nothing.
     pub fn contacts(&self) -> (f64, f64) {
         (self.in_contact, self.no_contact)
     }
 
-    /// Candidates within the gate, over all surfaces.
+    /// Number of candidates within the gate, over all surfaces.
     pub fn candidates(&self) -> f64 {
         self.candidates.iter().sum()
     }
 
-    /// Active candidates of each surface.
+    /// Expected number of active candidates of each surface.
     pub fn active(&self) -> &[f64] {
         &self.active
     }

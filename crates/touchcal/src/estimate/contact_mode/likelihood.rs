@@ -30,15 +30,17 @@ use crate::manifold::MAX_ROWS;
 /// The likelihood of one contact with its derivatives by the candidates' distances.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct MarginalLikelihood {
-    /// Negative log-likelihood `−ln L`.
+    /// Negative log-likelihood `−ln L` (1; `L` in units that cancel in differences).
     pub nll: f64,
-    /// Its derivative (1/m).
+    /// Derivative of `nll` by each candidate's distance (1/m).
     pub score: CandidateVector,
-    /// Its second derivative if the active set were known (1/m²): positive semi-definite.
+    /// Second derivative of `nll` by the distances if the active set were known (1/m²): positive
+    /// semi-definite.
     pub complete_information: CandidateMatrix,
-    /// Its second derivative (1/m²).
+    /// Second derivative of `nll` by the distances (1/m²): the observed information of Louis
+    /// (1982), but for the gate.
     pub observed_information: CandidateMatrix,
-    /// Posterior probability that anything is touched.
+    /// Posterior probability that any candidate is active.
     pub in_contact: f64,
     /// Responsibilities: posterior probability that each candidate is active.
     pub active: CandidateVector,
@@ -47,7 +49,7 @@ pub(crate) struct MarginalLikelihood {
     pub active_covariance: CandidateMatrix,
     /// Derivative of the score by each `ln κⱼ`, a column each (1/m).
     pub score_by_odds: CandidateMatrix,
-    /// Expected `d_Aᵀ S_AA⁻¹ d_A`.
+    /// Expected squared Mahalanobis distance `d_Aᵀ S_AA⁻¹ d_A` (1) of the active candidates.
     pub squared_distance: f64,
     /// Sum of the standard deviations of all candidates (m).
     pub sigma_sum: f64,

@@ -9,16 +9,17 @@ use crate::estimate::options::ContactModeOptions;
 /// odds of its own.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct ContactModePrior {
-    /// `κⱼ` (m) of each surface.
+    /// Odds `κⱼ` (m) of each surface of the region.
     pub odds: Vec<f64>,
-    /// `η`, odds (1) that a contact touches nothing.
+    /// Odds `η` (1) that a contact touches nothing.
     pub no_contact: f64,
-    /// Share of each surface's candidates within the gate that are active.
+    /// Share (0 to 1) of each surface's candidates within the gate that are active.
     pub active_share: Vec<f64>,
 }
 
 impl ContactModePrior {
-    /// Before anything is known of so many surfaces.
+    /// The prior before any contact is evaluated, for a region of so many `surfaces`: the odds of
+    /// `options` for each.
     pub fn initial(surfaces: usize, options: &ContactModeOptions) -> Self {
         ContactModePrior {
             odds: vec![options.initial_odds; surfaces],

@@ -8,8 +8,11 @@ const MIN_WIDTH: f64 = 1e-12;
 /// A term of the cost with its first two derivatives by the distance (1, 1/m, 1/m²).
 #[derive(Clone, Copy, Debug)]
 pub(super) struct GateCost {
+    /// The term (1), −1 to 0.
     pub cost: f64,
+    /// First derivative by the distance (1/m).
     pub slope: f64,
+    /// Second derivative by the distance (1/m²).
     pub curvature: f64,
 }
 

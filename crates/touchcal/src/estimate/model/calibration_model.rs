@@ -10,20 +10,24 @@ use crate::manifold::{Residual, ResidualKind, SurfaceCounts};
 use crate::robot::Kinematics;
 use crate::se3::Pose;
 
-/// A problem with the parameters in order and what was estimated of its noise and contact modes.
+/// A problem with its parameters in order, and the present estimates of noise and contact modes.
 pub(crate) struct CalibrationModel<'p> {
+    /// The problem.
     pub problem: &'p Problem,
+    /// The parameters in order.
     pub layout: ParameterLayout,
-    /// Nominal pose of every fixture.
+    /// Nominal pose of every fixture in base (m), the mean tool position where none is declared.
     pub base_from_fixture: Vec<Pose>,
-    /// At parameters zero.
+    /// Kinematics with all parameters at zero.
     pub kinematics: Kinematics,
+    /// Variances of the measurements, with estimated factors.
     pub noise: NoiseModel,
-    /// For each fixture and region of its manifold.
+    /// Prior of the contact mode, for each fixture and each region of its manifold.
     pub mode_priors: Vec<Vec<ContactModePrior>>,
 }
 
 impl<'p> CalibrationModel<'p> {
+    /// The model of `problem` before anything is estimated.
     pub fn new(problem: &'p Problem) -> Self {
         let layout = ParameterLayout::new(problem);
         let kinematics = Kinematics::new(&problem.robot, &layout.kinematic(), problem.tool.tip_from_tool);
@@ -41,12 +45,14 @@ impl<'p> CalibrationModel<'p> {
         }
     }
 
-    /// Distance between contacts of a subsample of about `count` contacts.
+    /// Difference of the indices of successive contacts in an even subsample of about `count` > 0
+    /// contacts; at least 1.
     pub fn stride(&self, count: usize) -> usize {
         (self.problem.contacts.len() / count).max(1)
     }
 
-    /// Whether any contact is one-sided, so that its contact mode is latent.
+    /// Whether any fixture is one-sided, so that the contact mode is latent; false without contacts
+    /// or encoder noise.
     pub fn has_one_sided_contacts(&self) -> bool {
         let one_sided =
             self.problem.fixtures.iter().any(|fixture| fixture.manifold.residual_kind() == ResidualKind::LeastGap);

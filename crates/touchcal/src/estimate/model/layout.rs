@@ -12,16 +12,18 @@ const DIRECTIONS: usize = 6;
 
 /// The parameters of a problem in order, and which contacts depend on which.
 pub(crate) struct ParameterLayout {
+    /// All parameters: the arm's, drifts, the tool's, each fixture's and each gap bias.
     pub parameters: Vec<Parameter>,
     /// Index of each parameter among those of the kinematics; 0 for the others.
     pub kinematic_index: Vec<usize>,
     /// For each fixture, the indices of all parameters that its contacts depend on, ascending.
     pub dependencies: Vec<Vec<usize>>,
-    /// Index of each fixture's placement.
+    /// Index of each fixture's placement, in the order of their first fixture.
     pub placement: Vec<usize>,
 }
 
 impl ParameterLayout {
+    /// The parameters of `problem` in order.
     pub fn new(problem: &Problem) -> Self {
         let (placement_names, placement) = placements(problem);
         let parameters = all_parameters(problem, &placement_names);
@@ -50,7 +52,8 @@ impl ParameterLayout {
         self.parameters.iter().filter_map(|parameter| parameter.id.kinematic()).collect()
     }
 
-    /// Scale of every parameter: its prior's standard deviation, else its plausible size.
+    /// Scale of every parameter, in its unit: its prior's standard deviation, else its plausible
+    /// size.
     pub fn scale(&self) -> DVector<f64> {
         let each = self.parameters.iter().map(|parameter| parameter.prior_sigma().unwrap_or(parameter.scale));
         DVector::from_iterator(self.len(), each)
@@ -68,6 +71,7 @@ impl ParameterLayout {
 
 /// Parameters whose priors share a standard deviation, a variance component.
 pub(crate) struct PriorGroup {
+    /// Indices of the group's parameters.
     pub members: Vec<usize>,
     /// Start of the standard deviation, and the number of observed values that it counts as.
     start: f64,
@@ -107,7 +111,8 @@ impl PriorGroup {
     }
 
     /// The maximisation step: the standard deviation with the greatest expected likelihood,
-    /// `σ² = (Σ (xᵢ² + Sᵢᵢ) + n₀ b²) / (n + n₀)`, for a posterior with mean `x` and covariance `S`.
+    /// `σ² = (Σ (xᵢ² + Sᵢᵢ) + n₀ b²) / (n + n₀)`, for a posterior with mean `x` (`theta`) and
+    /// covariance `S` of all parameters (SI).
     pub fn m_step(&self, theta: &DVector<f64>, covariance: &DMatrix<f64>) -> f64 {
         let squares: f64 = self.members.iter().map(|&k| theta[k].powi(2) + covariance[(k, k)].max(0.0)).sum();
         let count = self.members.len() as f64 + self.strength;

@@ -12,6 +12,7 @@ use crate::se3::{self, Pose, Twist};
 pub(crate) struct LinearizationPoint<'m> {
     pub model: &'m CalibrationModel<'m>,
     kinematics: Kinematics,
+    /// State of each fixture at these parameters.
     pub fixtures: Vec<FixtureState>,
     /// Drift of each joint in each placement (rad), one placement after the other.
     drift: Vec<f64>,
@@ -20,11 +21,13 @@ pub(crate) struct LinearizationPoint<'m> {
 /// A fixture at given parameters.
 pub(crate) struct FixtureState {
     fixture_from_base: Pose,
+    /// Pose in base (m).
     pub base_from_fixture: Pose,
-    /// `Jr` of the twist on its pose.
+    /// `Jr` of the twist on the fixture's pose (6×6).
     pub right_jacobian: Matrix6<f64>,
+    /// Gap bias (m) common to all directions.
     pub gap_bias: f64,
-    /// What is added to it in each direction.
+    /// Gap bias (m) on top of `gap_bias` for contact normals nearest to +x, −x, +y, −y, +z and −z.
     pub directional_gap_bias: [f64; 6],
 }
 
@@ -86,7 +89,8 @@ impl<'m> LinearizationPoint<'m> {
         self.fixtures[contacts.fixture(i)].fixture_from_base * self.kinematics.pose_under(q, &contacts.load(i))
     }
 
-    /// The same pose, with its derivatives written to `scratch`.
+    /// `fixture_from_tool` of contact `i`, with the derivatives of the tool pose written to
+    /// `scratch`; `q` is scratch for joint positions.
     pub fn pose_and_jacobian(&self, i: usize, q: &mut [f64], scratch: &mut KinematicsScratch) -> Pose {
         let contacts = &self.model.problem.contacts;
         self.subtract_drift(i, q);

@@ -30,17 +30,19 @@ pub(crate) struct ContactModeStatistics {
     pub derivatives: NormalEquations,
     /// `Σ s sᵀ` of each contact's score `s`: the covariance of their sum. Empty for complete data.
     pub score_outer_product: NormalEquations,
-    /// Sums of scores over blocks of contacts close in the log.
+    /// Sums of scores (inverse SI units) over blocks of contacts close in the log, one vector a
+    /// block.
     pub block_scores: Vec<DVector<f64>>,
-    /// Expected squared Mahalanobis distances of active candidates.
+    /// Sum of the expected squared Mahalanobis distances (1) of active candidates.
     pub squared_distance: f64,
     /// Sum of the standard deviations (m) of all candidates.
     pub sigma_sum: f64,
-    /// Of each fixture and region of it.
+    /// Expected counts of contacts, for each fixture and each region of its manifold.
     pub counts: Vec<Vec<ContactCounts>>,
 }
 
 impl ContactModeStatistics {
+    /// Zero sums for so many `parameters` and the surfaces of `priors`.
     pub fn new(parameters: usize, priors: &[Vec<ContactModePrior>], curvature: Curvature) -> Self {
         let surfaces = || priors.iter().flatten().map(|prior| prior.odds.len()).sum::<usize>();
         let (size, score_size) = match curvature {
@@ -80,8 +82,8 @@ impl ContactModeStatistics {
         self.counts.iter_mut().flatten().for_each(|counts| counts.scale(factor));
     }
 
-    /// Share of the one-sided contacts that are informative: with the expected number of those in
-    /// contact.
+    /// Share (0 to 1) of the one-sided contacts that are informative: the expected number of those
+    /// in contact over all.
     pub fn informative_fraction(&self, model: &CalibrationModel<'_>) -> f64 {
         let one_sided = (0..model.problem.contacts.len()).filter(|&i| model.is_one_sided(i)).count();
         let in_contact: f64 = self.counts.iter().flatten().map(|counts| counts.contacts().0).sum();

@@ -12,24 +12,29 @@ use crate::solver::{
     FreeParameters, LevenbergMarquardtOptions, Loss, NormalEquations, StopReason, Termination, minimize,
 };
 
-/// A search under way: where it stands, and what it has found out.
+/// The state of a search: model, present parameters, and what was fixed or estimated so far.
 pub(crate) struct SearchState<'p> {
+    /// The problem with what is estimated of its noise and contact modes.
     pub model: CalibrationModel<'p>,
-    /// What the manifolds keep of each contact between evaluations.
+    /// Data that the manifolds keep of each contact between evaluations.
     pub caches: Vec<ContactCache>,
+    /// Present parameters (SI), in the order of the model's layout.
     pub theta: DVector<f64>,
+    /// Which parameters are free, and their scales.
     pub free: FreeParameters,
     /// Parameters that were fixed because nothing determines them.
     pub fixed: GaugeFix,
-    /// Share of the one-sided contacts that are informative, where contact modes were fitted.
+    /// Share (0 to 1) of the one-sided contacts that are informative; `None` where no contact modes
+    /// were fitted.
     pub informative_fraction: Option<f64>,
     /// Whether another start led to another minimum that fits about as well.
     pub has_competing_minimum: bool,
+    /// Why the last minimization stopped, with the iterations of all.
     pub termination: Termination,
 }
 
 impl<'p> SearchState<'p> {
-    /// At parameters zero.
+    /// The search at its start: all parameters zero and free.
     pub fn new(problem: &'p Problem) -> Self {
         let model = CalibrationModel::new(problem);
         let scale = model.layout.scale();
@@ -46,16 +51,17 @@ impl<'p> SearchState<'p> {
         }
     }
 
-    /// Options of the search.
+    /// Options of the search in the problem.
     pub fn options(&self) -> &'p SearchOptions {
         &self.model.problem.options.search
     }
 
-    /// Distance between contacts of the smallest subsample.
+    /// Difference of the indices of successive contacts in the smallest subsample.
     pub fn stride(&self) -> usize {
         self.model.stride(self.options().fit_subsample)
     }
 
+    /// Whether the observer ended the search.
     pub fn is_interrupted(&self) -> bool {
         self.termination.reason == StopReason::Interrupted
     }
@@ -96,8 +102,8 @@ impl<'p> SearchState<'p> {
         self.termination = Termination { iterations, ..minimum.termination };
     }
 
-    /// Fixes the parameters that neither data nor priors determine at zero; returns whether
-    /// more are fixed than before and the search continues.
+    /// Fixes the parameters at zero that neither data nor priors determine; returns whether there
+    /// are new ones and the search continues.
     pub fn fix_unobservable(&mut self) -> bool {
         let (theta, stride) = (self.theta.clone(), self.stride());
         let information = self.normal_equations(&theta, Objective::Residual(Loss::Squared), stride).information;

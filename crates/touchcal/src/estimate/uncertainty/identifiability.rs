@@ -56,8 +56,9 @@ pub(crate) fn identifiability(
 /// then absorb what cannot be told apart.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct GaugeFix {
+    /// Indices of the parameters to fix.
     pub pivots: Vec<usize>,
-    /// Parameters that take part in such a direction.
+    /// Indices of the parameters that take part in such a direction.
     pub participants: Vec<usize>,
 }
 

@@ -15,16 +15,17 @@ pub(crate) struct Posterior {
     /// Covariance (SI) if every parameter, free or fixed, had a prior of its scale: what the data
     /// leave of that.
     pub covariance_from_scales: DMatrix<f64>,
-    /// What the data determine and what they do not.
+    /// Directions that the data determine, and those that they do not.
     pub identifiability: Identifiability,
-    /// Whether the data determine each parameter.
+    /// Whether the data determine each parameter, in order.
     pub identifiable: Vec<bool>,
     /// Whether anything, data or prior, bounds each parameter.
     bounded: Vec<bool>,
 }
 
 impl Posterior {
-    /// From the information `data` of contacts and known distances.
+    /// The posterior from the information `data` (inverse SI units) of contacts and known
+    /// distances, and the priors.
     pub fn new(model: &CalibrationModel<'_>, data: &DMatrix<f64>, free: &FreeParameters, fixed: &GaugeFix) -> Self {
         let parameters = &model.layout.parameters;
         let options = &model.problem.options.identifiability;
@@ -48,7 +49,7 @@ impl Posterior {
         }
     }
 
-    /// Standard deviation of parameter `k` (SI); none where nothing bounds it.
+    /// Standard deviation of parameter `k` (SI); `None` where neither data nor prior bound it.
     pub fn sigma(&self, k: usize) -> Option<f64> {
         self.bounded[k].then(|| self.covariance[(k, k)].max(0.0).sqrt())
     }

@@ -10,9 +10,9 @@ use crate::solver::FreeParameters;
 
 /// A sandwich covariance.
 pub(crate) struct Sandwich {
-    /// Of the parameters (SI); rows and columns of fixed parameters are zero.
+    /// Covariance of the parameters (SI); rows and columns of fixed parameters are zero.
     pub covariance: DMatrix<f64>,
-    /// Number of contacts that carry the information of an independent one.
+    /// Design effect: number of contacts that carry the information of an independent one (1).
     pub design_effect: f64,
 }
 
