@@ -13,6 +13,11 @@
 //!      + Σ ((d − d̂) / σ_d)²                      known distances between fixtures
 //! ```
 //!
+//! over contacts `i` with measured joint positions `qᵢ` and parameters `k`: `T_bt` is the pose
+//! `base_from_tool`, `T_fb` the pose `fixture_from_base`, `W` (1/m) whitens residuals (m), `ρ` is
+//! a robust loss, `L` a likelihood, `σₖ` the standard deviation of the prior of `θₖ`, and
+//! `d̂ ± σ_d` (m) the declared value of a distance `d`.
+//!
 //! The symbols are the modules, in the order of the data flow:
 //!
 //! | symbol | module | holds |
@@ -27,7 +32,7 @@
 //! | `W`, `L`, `F` | [`estimate`] | the estimator, covariance, identifiability, warnings |
 //! | | [`sim`] | simulated touching, for demonstrations and tests |
 //! | | [`experiment`] | calibrations with known truth |
-//! | | [`report`] | a result as a page to look at |
+//! | | [`report`] | a result as an HTML page |
 //! | | [`io`] | files, to and from these types |
 //!
 //! # Example

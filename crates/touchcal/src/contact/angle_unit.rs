@@ -9,9 +9,9 @@ pub enum AngleUnit {
     /// note.
     #[default]
     Undeclared,
-    /// Radians.
+    /// Radians (rad).
     Radian,
-    /// Degrees.
+    /// Degrees (°), converted to radians on reading.
     Degree,
 }
 

@@ -39,9 +39,9 @@ pub struct CampaignRow {
     pub parameters: u64,
     /// Number of true values within their intervals, for each of [`LEVELS`].
     pub inside: [u64; 4],
-    /// Normalised estimation error squared `eᵀ P⁻¹ e` (1), with the errors `e` of the parameters
-    /// and their estimated covariance `P`: on average the number of parameters if uncertainties are
-    /// right. NaN if `P` is not positive definite.
+    /// Normalised estimation error squared `eᵀ P⁻¹ e` (1; Bar-Shalom, Li & Kirubarajan 2001), with
+    /// the errors `e` of the parameters and their estimated covariance `P`: on average the number
+    /// of parameters if uncertainties are right. NaN if `P` is not positive definite.
     pub nees: f64,
     /// `eᵀ P⁻¹ e` (1) with the Cramér–Rao bound for `P`: on average the number of parameters if the
     /// estimator is efficient. NaN if the bound is not positive definite.

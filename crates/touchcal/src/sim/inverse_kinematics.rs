@@ -75,8 +75,8 @@ impl<'a> Follower<'a> {
         error.amax() < 1e-10
     }
 
-    /// Torque or force that `wrench` (tool frame, about its origin) exerts on joint `i` where the
-    /// arm is.
+    /// Torque (N m), or force (N) for a prismatic joint, that the `wrench` (N, N m) on the tool
+    /// exerts on joint `i` at the last positions; tool frame, about its origin.
     pub fn torque(&self, i: usize, wrench: &Twist) -> f64 {
         self.scratch.joints[i].dot(wrench)
     }

@@ -10,7 +10,7 @@ use crate::se3::{Pose, Twist, twist};
 pub(super) enum Pair {
     /// Of a peg and a hole.
     Feature(Feature),
-    /// A point of the tool and a face of the fixture.
+    /// Indices of a point of the tool and of a face of the fixture.
     PointFace(usize, usize),
 }
 
@@ -23,9 +23,9 @@ pub(super) struct Near {
     pub gap: f64,
     /// `∂gap/∂ξ` for `fixture_from_tool · Exp(ξ)`: `[n; p × n]` in the tool frame.
     pub gradient: Twist,
-    /// Where the tool is nearest (m, tool frame).
+    /// Nearest point of the tool (m), in the tool frame.
     pub point_in_tool: Point3<f64>,
-    /// From the fixture into the tool (tool frame).
+    /// Unit normal from the fixture into the tool, in the tool frame.
     pub normal_in_tool: Vector3<f64>,
 }
 

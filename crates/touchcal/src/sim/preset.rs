@@ -41,7 +41,8 @@ pub enum Preset {
     /// An aluminium arm in low Earth orbit, its temperature recorded: strain ±0.003, ±0.001 on top
     /// of it for each segment, encoder biases ±0.1°; the hole as in [`Preset::Paper`].
     LeoAluminium,
-    /// An arm of carbon fibre in low Earth orbit: strain ±2e-4, encoder biases ±0.02°.
+    /// An arm of carbon fibre in low Earth orbit, its temperature recorded: strain ±2e-4, encoder
+    /// biases ±0.02°; the hole as in [`Preset::Paper`].
     LeoCfrp,
     /// A cell in a hall: no strain, encoder biases ±0.3°; the hole's pose known to 1 mm and 0.2°
     /// (standard deviations).

@@ -13,11 +13,11 @@ pub(crate) type CandidateMatrix<const N: usize = MAX_ROWS> = SMatrix<f64, N, N>;
 pub(crate) struct CandidateContacts {
     /// Number of candidates, at most [`MAX_ROWS`].
     pub count: usize,
-    /// Signed distances (m).
+    /// Signed distance (m) of each candidate, negative in penetration.
     pub distances: CandidateVector,
-    /// Covariance of their noise (m²).
+    /// Covariance of the distances' noise (m²).
     pub covariance: CandidateMatrix,
-    /// Odds `κⱼ` (m) of each one's surface.
+    /// Odds `κⱼ` (m) of each candidate's surface.
     pub odds: CandidateVector,
     /// Odds `η` of no contact (1).
     pub no_contact: f64,

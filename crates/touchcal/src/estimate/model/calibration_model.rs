@@ -64,8 +64,8 @@ impl<'p> CalibrationModel<'p> {
         self.problem.fixtures[self.problem.contacts.fixture(i)].manifold.residual_kind() == ResidualKind::LeastGap
     }
 
-    /// Region (its index among the depths of fixture number `f`) that the candidate contacts belong
-    /// to, and the number of surfaces in it.
+    /// Region of fixture `f`'s manifold that the candidate contacts belong to (an index, 0 if there
+    /// are none), and the number of surfaces in each region.
     pub fn region(&self, f: usize, candidates: &Residual) -> (usize, usize) {
         let surfaces = self.mode_priors[f].first().map_or(1, |prior| prior.odds.len());
         (candidates.surfaces().first().map_or(0, |surface| surface / surfaces), surfaces)

@@ -27,7 +27,8 @@ pub(crate) struct ContactFactor {
 }
 
 impl ContactFactor {
-    /// Scratch for the contacts of a model.
+    /// Scratch for the contacts of the model at `point`; `with_odds_derivatives` asks for
+    /// derivatives by the odds of contact modes.
     pub fn new(point: &LinearizationPoint<'_>, with_odds_derivatives: bool) -> Self {
         ContactFactor {
             q: vec![0.0; point.dof()],
@@ -46,13 +47,13 @@ impl ContactFactor {
         &self.residual[..self.rows.len()]
     }
 
-    /// Their derivatives by the parameters that the contact depends on, row by row, `width`
-    /// columns.
+    /// Derivatives of the residual rows by the parameters that the contact depends on, row by row,
+    /// `width` columns.
     pub fn jacobian(&self, width: usize) -> &[f64] {
         &self.jacobian[..self.rows.len() * width]
     }
 
-    /// Squared norm of the residual.
+    /// Squared norm of the residual rows (1 if they are whitened).
     pub fn squared_norm(&self) -> f64 {
         self.residual().iter().map(|r| r * r).sum()
     }
@@ -62,12 +63,13 @@ impl ContactFactor {
         self.sigma
     }
 
-    /// The marginal likelihood of a one-sided contact, with the candidate contacts it is of.
+    /// The marginal likelihood of a one-sided contact, and its candidate contacts; `None` after the
+    /// evaluation of a residual.
     pub fn likelihood(&self) -> Option<(&MarginalLikelihood, &Residual)> {
         self.likelihood.as_ref().map(|likelihood| (likelihood, &self.rows))
     }
 
-    /// Scratch for joint positions.
+    /// Scratch for joint positions (rad, or m for a prismatic joint).
     pub fn joint_positions(&mut self) -> &mut [f64] {
         &mut self.q
     }
@@ -80,7 +82,8 @@ impl ContactFactor {
         self.finish_residual(point, i, &pose, objective);
     }
 
-    /// The same from the manifold's rows at the contact's pose, see [`residual_rows`].
+    /// Evaluates the residual of contact `i` from the manifold's `rows` at its pose, see
+    /// [`residual_rows`].
     pub fn evaluate_rows(&mut self, point: &LinearizationPoint<'_>, i: usize, objective: Objective, rows: Residual) {
         let pose = point.pose_and_jacobian(i, &mut self.q, &mut self.kinematics);
         self.rows = rows;

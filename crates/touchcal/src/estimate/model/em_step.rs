@@ -18,13 +18,13 @@ const WIDTH_ITERATIONS: usize = 20;
 
 /// The outcome of an iteration.
 pub(crate) struct EmStep {
-    /// Share of the one-sided contacts that are informative.
+    /// Share (0 to 1) of the one-sided contacts that are informative.
     pub informative_fraction: f64,
-    /// Mean relative change of the odds, or that of the noise or of a width if it is larger.
+    /// Mean relative change of the odds (1), or that of the noise or of a width if it is larger.
     pub change: f64,
-    /// The cost before the iteration.
+    /// Cost (1) before the iteration.
     pub cost: f64,
-    /// The Newton step of the parameters, if it is short enough to be taken without a line search.
+    /// Newton step of the parameters (SI), if it is short enough to be taken without a line search.
     pub step: Option<DVector<f64>>,
 }
 

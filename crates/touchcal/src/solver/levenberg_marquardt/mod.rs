@@ -22,7 +22,8 @@ use super::termination::{StopReason, Termination};
 /// When Levenberg–Marquardt stops, and how it judges steps.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LevenbergMarquardtOptions {
-    /// Maximum number of linearizations, those at rejected steps included.
+    /// Number of linearizations, those at rejected steps included, from which no further step is
+    /// begun.
     pub max_iterations: usize,
     /// Newton decrement `gᵀH⁻¹g` (1, in units of the cost) at or below which the minimum is
     /// reached, with half the cost's gradient `g` and the information `H`; that last step is still
