@@ -2,7 +2,7 @@
 
 use crate::solver::LevenbergMarquardtOptions;
 
-/// All settings of the estimator; [`Default`] holds the recommended values.
+/// All settings of the estimator; `Default` holds the recommended values.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct EstimatorOptions {
     /// Settings of the search for the minimum.
