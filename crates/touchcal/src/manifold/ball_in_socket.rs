@@ -4,9 +4,11 @@ use super::contact_manifold::{ContactManifold, ResidualKind};
 use super::residual::Residual;
 use crate::se3::{self, Pose};
 
-/// Ball centre minus socket centre, in the fixture's frame (3 rows, m).
+/// Contact manifold of a ball in a socket. Residual: ball centre minus socket centre in the
+/// fixture's frame, three rows x, y, z (m).
 ///
-/// Tool frame: origin at the ball's centre. Fixture frame: origin at the socket's centre.
+/// Tool frame: origin at the ball's centre. Fixture frame: origin at the socket's centre. The
+/// envelope is the residual over 0.5 mm. The radius does not matter.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct BallInSocket;
 

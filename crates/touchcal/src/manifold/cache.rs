@@ -2,10 +2,10 @@
 
 use crate::geometry::NeighborList;
 
-/// What manifolds keep of one contact between evaluations at nearby poses.
+/// What a manifold keeps of one contact between evaluations at nearby poses; empty by default.
 ///
-/// Speed depends on the cache, results do not, to the bit. A cache belongs to one contact of one
-/// manifold.
+/// A cache changes the speed of an evaluation, never its result, to the bit. Each contact of each
+/// manifold needs a cache of its own.
 #[derive(Clone, Debug, Default)]
 pub struct ContactCache {
     /// Pairs of features of tool and fixture that are near each other.

@@ -1,4 +1,4 @@
-//! The contact manifold: all that the estimator knows of a tool and a fixture.
+//! The contact manifold: the interface between the estimator and a pair of tool and fixture.
 
 use super::cache::ContactCache;
 use super::gate::Gate;
@@ -6,56 +6,64 @@ use super::residual::{MAX_ROWS, Residual};
 use super::sketch::{Shape, Sketch};
 use crate::se3::{Pose, Twist};
 
-/// Given a pose's index and its residual, writes the derivative of a loss by each row.
+/// Callback of [`ContactManifold::pull_back`]: `cotangent(i, residual, derivatives)` receives the
+/// index `i` of a pose and its residual (m) and writes `∂loss/∂residual[k]` into `derivatives[k]`,
+/// which are zero before and of which those beyond the residual's rows are ignored.
 pub type Cotangent<'c> = &'c mut dyn FnMut(usize, &[f64], &mut [f64; MAX_ROWS]);
 
 /// What a manifold's residual measures, and with it what the estimator may conclude from it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum ResidualKind {
-    /// Two-sided distance from the manifold: positive and negative values are as likely.
+    /// Signed distance (m) from the manifold, two-sided: positive and negative values are as
+    /// likely.
     #[default]
     Distance,
-    /// Offset from the one point that is the manifold. The fixture's place may then be unknown, and
-    /// contacts are scored by their distance from their mean.
+    /// Offset (m) from the one point that is the manifold. The fixture's place may then be unknown,
+    /// and contacts are scored by their distance from their mean.
     PointOffset,
-    /// The least of several one-sided gaps, of which any may be closed at a contact: the active set
-    /// is latent. The least of noisy gaps is negative on average even at the true pose, and real
-    /// contacts press parts into each other, so a mean gap at contact is fitted.
+    /// The least of several one-sided gaps (m), of which any may be closed at a contact: the active
+    /// set is latent. The least of noisy gaps is negative on average even at the true pose, and
+    /// real contacts press parts into each other, so a mean gap at contact is fitted.
     LeastGap,
-    /// Difference from a projected pose. Motion along the manifold counts too, which contacts do
-    /// not measure: no covariance follows from it.
+    /// Difference (m) between a pose and its projection onto the manifold. Motion along the
+    /// manifold counts too, which contacts do not measure: no covariance follows from it.
     ProjectionError,
     /// Nothing: the shapes are not known and there are no rows.
     Unmodeled,
 }
 
-/// Numbers of the surfaces that candidate contacts are of. How often a surface is touched is
-/// estimated region by region: a tool leans to one side in one region and to another elsewhere.
+/// How many surfaces the candidate contacts of a manifold can belong to. How often a surface is
+/// touched is estimated for each region and surface, because a tool tilts to different sides in
+/// different regions. Surface `s` of region `r` has the number `r · per_region + s`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct SurfaceCounts {
-    /// Regions of the manifold.
+    /// Number of regions into which the manifold is divided, such as ranges of depth; at least 1.
     pub regions: usize,
-    /// Surfaces of each region.
+    /// Number of surfaces in each region; at least 1.
     pub per_region: usize,
 }
 
-/// A pair of tool and fixture that can touch.
+/// Poses at which a tool and a fixture can touch, as a residual and its derivatives.
 ///
-/// Poses are `fixture_from_tool`, the tool's pose in the fixture's frame. Values are in metres.
+/// Poses are `fixture_from_tool`, the tool's pose in the fixture's frame (m). Derivatives are by
+/// the right perturbation `fixture_from_tool · Exp(ξ)` with `ξ = [v; ω]` in the tool's frame.
 pub trait ContactManifold: Send + Sync + std::fmt::Debug {
-    /// Tool and fixture in words for people: "ball in socket".
+    /// Names of tool and fixture for messages and reports, such as "ball in socket".
     fn name(&self) -> &'static str;
 
-    /// Appends to `residual` how far the pose is from touching (m): zero on the manifold.
+    /// Appends to `residual` how far the pose is from touching (m): at most [`MAX_ROWS`] rows, as
+    /// many at every pose, all zero on the manifold.
     ///
     /// `resolution` (m) is the standard deviation to which gaps are known at the contact. Features
-    /// whose gaps differ by less cannot be told apart, and a manifold of several features may blend
-    /// them; 0 asks for the exact distance.
+    /// whose gaps differ by less cannot be distinguished, and a manifold of several features may
+    /// blend them; 0 asks for the exact distance.
     fn residual(&self, fixture_from_tool: &Pose, resolution: f64, residual: &mut Residual);
 
-    /// [`residual`](Self::residual) of each pose, in place of the former rows. A manifold that
-    /// evaluates many poses faster together than one by one overrides this method.
+    /// Residuals of many poses: replaces the rows of `residuals[i]` by those that
+    /// [`residual`](Self::residual) appends for `poses[i]`. Both slices have one entry per pose;
+    /// surplus entries of the longer one are left alone. A manifold that evaluates many poses
+    /// faster together than one by one overrides this method.
     fn residuals(&self, poses: &[Pose], resolution: f64, residuals: &mut [Residual]) {
         for (pose, residual) in poses.iter().zip(residuals) {
             residual.clear();
@@ -63,19 +71,20 @@ pub trait ContactManifold: Send + Sync + std::fmt::Debug {
         }
     }
 
-    /// What the residual measures.
+    /// What the residual measures; [`ResidualKind::Distance`] unless overridden.
     fn residual_kind(&self) -> ResidualKind {
         ResidualKind::Distance
     }
 
     /// Appends the signed gaps (m) of the candidate contacts that `gate` accepts, the nearest
-    /// first.
+    /// first, at most [`MAX_ROWS`].
     ///
     /// A candidate contact is a surface that can push in one direction; the gaps of all that are
-    /// touched at once are zero, on average over the pose's noise. There are none where the
-    /// surfaces cannot be distinguished. The default is the residual, for a single surface.
+    /// touched at once are zero, on average over the pose's noise. Nothing is appended where the
+    /// surfaces cannot be distinguished or all are too far. The default is the residual, which
+    /// suits a manifold of one surface.
     ///
-    /// `cache` is that of the contact, which is evaluated many times at nearby poses.
+    /// `cache` belongs to the contact, which is evaluated many times at nearby poses.
     fn candidate_contacts(
         &self,
         fixture_from_tool: &Pose,
@@ -88,13 +97,16 @@ pub trait ContactManifold: Send + Sync + std::fmt::Debug {
         candidates.retain(|gap, gradient| gate.accepts(gap, gradient.dot(&(gate.covariance * gradient))));
     }
 
-    /// Numbers of the surfaces that candidate contacts are of.
+    /// Number of regions and of surfaces in each, by which candidate contacts are numbered; one
+    /// region of one surface unless overridden.
     fn surface_counts(&self) -> SurfaceCounts {
         SurfaceCounts { regions: 1, per_region: 1 }
     }
 
-    /// Derivatives of a loss by a right twist of each pose, from those by its residual: `Jᵀ
-    /// cotangent(i, residual)`.
+    /// Gradient of a loss by a right twist `[v; ω]` of each pose: `gradients[i] = Jᵢᵀ yᵢ`, where
+    /// `Jᵢ` (rows × 6) is the Jacobian of the residual of `poses[i]` and `yᵢ` what `cotangent`
+    /// writes for it. One entry of `gradients` per pose; `resolution` (m) as in
+    /// [`residual`](Self::residual).
     fn pull_back(&self, poses: &[Pose], resolution: f64, cotangent: Cotangent<'_>, gradients: &mut [Twist]) {
         let mut residual = Residual::new();
         for (i, (pose, gradient)) in poses.iter().zip(gradients).enumerate() {
@@ -106,20 +118,23 @@ pub trait ContactManifold: Send + Sync + std::fmt::Debug {
         }
     }
 
-    /// Appends how far the pose lies outside the region in which contacts happen, each row divided
-    /// by its scale. Nearly convex in the pose, so that the coarse stage converges from afar.
+    /// Appends how far the pose lies outside the region in which contacts happen, at most
+    /// [`MAX_ROWS`] rows, each divided by its scale and so without unit. Nearly convex in the pose,
+    /// so that the coarse stage converges from afar. The default is the residual in metres.
     fn envelope(&self, fixture_from_tool: &Pose, rows: &mut Residual) {
         self.residual(fixture_from_tool, 0.0, rows);
     }
 
-    /// Components of a fixture twist `[v; ω]` that move the manifold: a socket is a point, a plane
-    /// has no place along itself.
+    /// Indices (0–5) of the components of a twist `[v; ω]` of the fixture in its own frame that
+    /// move the manifold: 0–2 for a socket, which is a point; 2–4 for the plane z = 0, which is
+    /// unchanged by motion in itself.
     fn fixture_directions(&self) -> &'static [usize];
 
-    /// Components of a tool twist `[v; ω]` that move the residual.
+    /// Indices (0–5) of the components of a twist `[v; ω]` of the tool in its own frame that change
+    /// the residual; 0–2 for a ball about the tool's origin.
     fn tool_directions(&self) -> &'static [usize];
 
-    /// Shapes of tool and fixture for a picture.
+    /// Shapes of tool and fixture for a picture; two points unless overridden.
     fn sketch(&self) -> Sketch {
         Sketch { tool: Shape::Point, fixture: Shape::Point }
     }

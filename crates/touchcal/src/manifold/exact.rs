@@ -15,22 +15,24 @@ const MOST_OVERLAP: f64 = 0.2e-3;
 /// Points of the peg's axis that are checked.
 const AXIS_POINTS: usize = 100;
 
-/// How peg and hole must lie in their frames, in words for people.
+/// How peg and hole must lie in their frames, as a phrase for error messages: "expected …".
 pub const FITTING: &str = "a hole that the peg fits into: rim at z = 0 and bottom below, the peg's tip at z = 0 and the rest above, axes and corners in line";
 
-/// Why a peg does not go into a hole, with the peg at half of the hole's depth and the axes of both
-/// frames in line.
+/// Why a peg does not go into a hole: the peg is tested with its tip at half of the hole's depth
+/// and the axes of both frames aligned.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum Misfit {
-    /// The peg overlaps the walls by this depth (m).
+    /// The peg overlaps the walls by this depth (m, positive).
     #[error("an overlap of {:.1} mm at half of the hole's depth", 1e3 * .0)]
     Overlap(f64),
-    /// The body around the hole has material on the peg's axis.
+    /// The body around the hole has material on the part of the peg's axis that lies inside the
+    /// peg.
     #[error("a solid where the peg's axis lies")]
     Blocked,
 }
 
-/// The exact manifold of parts; [`check_fit`] checks whether a peg fits its hole.
+/// Contact manifold of parts of known shape: [`PegInHole`], [`BallInSocket`] or [`Plane`]. Whether
+/// a peg fits its hole is not checked; [`check_fit`] does that.
 pub fn exact_manifold(parts: &Parts) -> Box<dyn ContactManifold> {
     match parts {
         Parts::PegInHole(parts) => Box::new(PegInHole::new(parts.as_ref().clone())),
@@ -39,12 +41,13 @@ pub fn exact_manifold(parts: &Parts) -> Box<dyn ContactManifold> {
     }
 }
 
-/// The manifold of a peg (the tool) that goes `depth` (m) into the body around a hole (the
-/// fixture): of prisms, which is faster, if both meshes are straight ([`prisms_of`]), else of the
+/// Manifold of a peg (the tool) that goes `depth` (m, positive) into the body around a hole (the
+/// fixture), frames as in [`PegInHoleShapes`](super::peg_in_hole::PegInHoleShapes). It is made of
+/// prisms, which is faster, if both meshes are straight along z ([`prisms_of`]), else of the
 /// meshes.
 ///
 /// # Errors
-/// [`Misfit`] if the peg does not go in.
+/// [`Misfit`] if the peg does not go in, with the tip at half of `depth`.
 pub fn peg_in_hole(parts: MeshPair, depth: f64) -> Result<Box<dyn ContactManifold>, Misfit> {
     check_axis(&parts, depth)?;
     let manifold: Box<dyn ContactManifold> = match prisms_of(&parts, depth) {
@@ -55,11 +58,11 @@ pub fn peg_in_hole(parts: MeshPair, depth: f64) -> Result<Box<dyn ContactManifol
     Ok(manifold)
 }
 
-/// Checks a peg and a hole of `depth` (m) by their gap, the one row of the manifold's residual.
-/// Manifolds with more rows pass.
+/// Checks a peg and a hole of `depth` (m) by their signed gap with the tip at half of the depth,
+/// which is the one row of the manifold's residual. Manifolds with another number of rows pass.
 ///
 /// # Errors
-/// [`Misfit::Overlap`] if the peg overlaps the walls by more than 0.2 mm at half of the depth.
+/// [`Misfit::Overlap`] if the gap is below −0.2 mm.
 pub fn check_fit(manifold: &dyn ContactManifold, depth: f64) -> Result<(), Misfit> {
     let mut rows = Residual::new();
     manifold.residual(&Pose::translation(0.0, 0.0, -0.5 * depth), 0.0, &mut rows);

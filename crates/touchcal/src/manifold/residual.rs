@@ -2,15 +2,16 @@
 
 use crate::se3::Twist;
 
-/// Most rows of any manifold's residual, envelope or list of candidate contacts.
+/// Largest number of rows of any manifold's residual, envelope or list of candidate contacts.
 pub const MAX_ROWS: usize = 6;
 
 /// Up to [`MAX_ROWS`] values with their derivatives, held in place so that the evaluation of a
-/// contact allocates nothing: a residual (m), an envelope, or the gaps of candidate contacts (m).
+/// contact allocates nothing: a residual (m), an envelope (no unit), or the gaps of candidate
+/// contacts (m).
 ///
-/// `jacobian[k]` is `∂value[k]/∂ξ` for the right perturbation `fixture_from_tool · Exp(ξ)`, ordered
-/// `[v; ω]`; what the facets of round parts would add is left out. `surface[k]` is the surface of a
-/// candidate contact, numbered region by region (see
+/// `jacobian()[k]` is `∂values()[k]/∂ξ` for the right perturbation `fixture_from_tool · Exp(ξ)`,
+/// ordered `[v; ω]`; what the facets of round parts would add is left out. `surfaces()[k]` is the
+/// surface of a candidate contact, numbered region by region (see
 /// [`SurfaceCounts`](super::contact_manifold::SurfaceCounts)), and 0 for other rows.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Residual {
@@ -26,7 +27,8 @@ impl Residual {
         Residual { len: 0, value: [0.0; MAX_ROWS], jacobian: [Twist::zeros(); MAX_ROWS], surface: [0; MAX_ROWS] }
     }
 
-    /// Keeps the rows for which `keep(value, derivative)` is true, in their order.
+    /// Keeps the rows for which `keep(value, derivative)` is true, in their order, with their
+    /// surfaces.
     pub fn retain(&mut self, mut keep: impl FnMut(f64, &Twist) -> bool) {
         let before = std::mem::take(&mut self.len);
         for k in 0..before {
@@ -37,19 +39,21 @@ impl Residual {
         }
     }
 
-    /// Removes all rows.
+    /// Removes all rows, without deallocation.
     pub fn clear(&mut self) {
         self.len = 0;
     }
 
-    /// Appends a row. Rows beyond [`MAX_ROWS`] are a mistake of the manifold: debug builds stop
-    /// there, release builds leave the row out.
+    /// Appends a row: a value (m, in an envelope without unit) and its derivative `[v; ω]`, of
+    /// surface 0. Rows beyond [`MAX_ROWS`] are a mistake of the manifold: debug builds stop there,
+    /// release builds leave the row out.
     pub fn push(&mut self, value: f64, jacobian: Twist) {
         self.push_candidate(value, jacobian, 0);
     }
 
-    /// Appends a candidate contact with one of the manifold's surfaces; all candidates of a pose
-    /// are of one region.
+    /// Appends a candidate contact: its signed gap (m), the gap's derivative `[v; ω]`, and the
+    /// number of its surface; all candidates of a pose belong to one region. Beyond [`MAX_ROWS`] as
+    /// [`push`](Self::push).
     pub fn push_candidate(&mut self, gap: f64, jacobian: Twist, surface: usize) {
         debug_assert!(self.len < MAX_ROWS, "a manifold pushed more than {MAX_ROWS} rows");
         if self.len < MAX_ROWS {
@@ -60,7 +64,7 @@ impl Residual {
         }
     }
 
-    /// Number of rows.
+    /// Number of rows, 0 to [`MAX_ROWS`].
     pub fn len(&self) -> usize {
         self.len
     }
@@ -70,17 +74,18 @@ impl Residual {
         self.len == 0
     }
 
-    /// Values: metres, but in an envelope, whose rows are divided by their scales.
+    /// Values of the rows: metres, except in an envelope, whose rows are divided by their scales.
     pub fn values(&self) -> &[f64] {
         &self.value[..self.len]
     }
 
-    /// Derivatives, a twist row `[v; ω]` for each value.
+    /// Derivatives of the rows, a twist `[v; ω]` for each value: unit of the value per m, per rad.
     pub fn jacobian(&self) -> &[Twist] {
         &self.jacobian[..self.len]
     }
 
-    /// Surface of each candidate contact.
+    /// Number of the surface of each candidate contact, one per row; 0 for rows of a residual or
+    /// envelope.
     pub fn surfaces(&self) -> &[usize] {
         &self.surface[..self.len]
     }

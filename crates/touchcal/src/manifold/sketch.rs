@@ -1,4 +1,4 @@
-//! What tool and fixture look like, for pictures and for telling how their frames lie.
+//! What tool and fixture look like, for pictures and to show how their frames lie.
 
 use nalgebra::{Point2, center};
 
@@ -8,20 +8,20 @@ use crate::geometry::Polygon;
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum Shape {
-    /// Nothing but where it is.
+    /// A point at the origin of the frame; also a part of unknown shape.
     Point,
-    /// A ball of this radius (m) about the origin.
+    /// A ball about the origin.
     Ball {
         /// Radius (m).
         radius: f64,
     },
-    /// A straight piece of this outline (m), along z.
+    /// A prism along z.
     Prism {
-        /// Vertices in x and y (m).
+        /// Vertices of the cross section in x and y (m), in order around it.
         outline: Vec<Point2<f64>>,
-        /// Lower end (m).
+        /// Height z of the lower end (m).
         from: f64,
-        /// Upper end (m).
+        /// Height z of the upper end (m).
         to: f64,
     },
     /// The plane z = 0.
@@ -29,7 +29,9 @@ pub enum Shape {
 }
 
 impl Shape {
-    /// The middle (m) of a piece whose outline does not enclose the origin of its frame.
+    /// Middle (x and y, m) of the bounding box of a prism whose outline does not enclose the origin
+    /// of its frame: a sign that the frame lies in the wrong place. `None` for other shapes, for an
+    /// outline around the origin, and for an outline that is no valid [`Polygon`].
     pub fn aside(&self) -> Option<Point2<f64>> {
         let Shape::Prism { outline, .. } = self else { return None };
         let outline = Polygon::new(outline.clone()).ok()?;
@@ -39,11 +41,11 @@ impl Shape {
     }
 }
 
-/// What touches what.
+/// Shapes of a tool and a fixture for a picture.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Sketch {
     /// The tool, in its frame.
     pub tool: Shape,
-    /// The fixture, in its frame; of a hole, the hollow.
+    /// The fixture, in its frame; for a hole, the hollow space.
     pub fixture: Shape,
 }

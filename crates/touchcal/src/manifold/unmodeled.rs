@@ -5,7 +5,7 @@ use super::residual::Residual;
 use crate::se3::Pose;
 
 /// Contact between parts whose shapes are not known: a residual without rows. Such contacts can be
-/// recorded as samples of a manifold, and determine nothing before that.
+/// recorded as samples of a manifold; by themselves they determine no parameter.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Unmodeled;
 

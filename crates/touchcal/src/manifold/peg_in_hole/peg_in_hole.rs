@@ -13,17 +13,17 @@ use crate::manifold::sketch::Sketch;
 use crate::se3::Pose;
 
 /// Contact of a peg (the tool) with the hole it goes into. Poses are `hole_from_peg`, frames as in
-/// [`PegInHoleShapes`].
+/// [`PegInHoleShapes`]; `G` are the shapes, prisms or meshes.
 ///
 /// - Residual, one row: the signed gap (m), positive apart, negative in penetration; the soft
-///   minimum over features that the resolution cannot tell apart, see
+///   minimum over features that the resolution cannot distinguish, see
 ///   [`GapQuery::blended_gap`](crate::geometry::GapQuery::blended_gap). The Jacobian, not the gap,
 ///   leaves out what the facets of a round part add.
-/// - Envelope, six rows: place of the tip's origin in the hole — x and y towards zero, z outside
-///   `[−depth, 0]` (zero within) — over 0.5 mm, then the rotation vector of `hole_from_peg` over
-///   1°. Its Jacobian is exact and regular at every angle up to π, where the rotation vector itself
-///   jumps to its negative. If either part is round, the peg's axis less the hole's instead of the
-///   rotation vector.
+/// - Envelope, six rows without unit: position of the tip's origin in the hole — x and y towards
+///   zero, z outside `[−depth, 0]` (zero within) — over 0.5 mm, then the rotation vector of
+///   `hole_from_peg` over 1°. Its Jacobian is exact and regular at every angle up to π, where the
+///   rotation vector itself jumps to its negative. If either part is round, the last three rows are
+///   the peg's axis minus the hole's (unit vectors in the hole's frame) over 1°.
 #[derive(Clone, Debug)]
 pub struct PegInHole<G> {
     shapes: G,
@@ -31,7 +31,7 @@ pub struct PegInHole<G> {
 }
 
 impl PegInHole<PrismPair> {
-    /// A straight peg that goes in down to the floor of a straight hole.
+    /// A straight peg that goes in down to the floor of a straight hole: [`PrismPair::depth`].
     pub fn new(shapes: PrismPair) -> Self {
         let depth = shapes.depth();
         PegInHole::with_depth(shapes, depth)
@@ -39,13 +39,14 @@ impl PegInHole<PrismPair> {
 }
 
 impl<G: PegInHoleShapes> PegInHole<G> {
-    /// A peg that goes `depth` (m) into a hole: the depth of the envelope.
+    /// A peg whose tip reaches down to `depth` (m, positive) below the mouth of a hole. The depth
+    /// bounds the envelope and divides the hole into regions; the gap does not depend on it.
     pub fn with_depth(shapes: G, depth: f64) -> Self {
         let hole = Hole { depth, peg_radius: shapes.peg_radius(), symmetry: shapes.symmetry() };
         PegInHole { shapes, hole }
     }
 
-    /// Shapes of peg and hole.
+    /// Shapes of peg and hole, each in its frame.
     pub fn shapes(&self) -> &G {
         &self.shapes
     }

@@ -6,21 +6,22 @@ use crate::manifold::sketch::{Shape, Sketch};
 /// Surfaces farther from the axis than this multiple of the peg's radius are not of the hole.
 const AROUND: f64 = 1.5;
 
-/// Shapes of a peg and a hole.
+/// Shapes of a peg and a hole, and the signed gap between them.
 ///
-/// Frames: the peg's origin is the centre of its tip, +z points away from the tip; the hole's
-/// origin is the centre of its mouth, +z points out of it; a seated peg has the axes of the hole.
+/// Frames: the peg's origin is the centre of its tip, +z points away from the tip into the peg; the
+/// hole's origin is the centre of its mouth, +z points out of it; a seated peg has the axes of the
+/// hole.
 pub trait PegInHoleShapes: GapQuery {
-    /// Whether peg and hole are straight along z.
+    /// Whether peg and hole are straight along z, which only names the manifold.
     const IS_STRAIGHT: bool;
 
-    /// Greatest distance (m) of the peg's surface from its axis.
+    /// Greatest distance (m) of the peg's surface from the z axis of the peg.
     fn peg_radius(&self) -> f64;
 
-    /// Which of the two are round about their axis.
+    /// Whether peg and hole are each round about the z axis of their frame.
     fn symmetry(&self) -> AxialSymmetry;
 
-    /// Shapes for a picture of a hole of `depth` (m).
+    /// Outlines of peg and hole for a picture of a hole of `depth` (m).
     fn sketch(&self, depth: f64) -> Sketch;
 }
 

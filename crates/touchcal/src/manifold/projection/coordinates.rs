@@ -6,29 +6,32 @@ use nalgebra::{Matrix3, Matrix6, Translation3, UnitQuaternion};
 
 use crate::se3::Pose;
 
-/// `[x, y, z, α, β, γ]`: place (m) and roll, pitch and yaw (rad), with `R = Rz(γ) Ry(β) Rx(α)` as
-/// in a URDF.
+/// Coordinates `[x, y, z, α, β, γ]` of a pose: position (m), then roll, pitch and yaw (rad) with `R
+/// = Rz(γ) Ry(β) Rx(α)`, as in a URDF.
 pub type Coordinates = [f64; 6];
 
 /// Least `cos β` that derivatives divide by: at a pitch of 90° roll and yaw are one.
 const LEAST_COSINE: f64 = 1e-6;
 
-/// The coordinates of a pose.
+/// Coordinates (m, rad) of a pose, angles within ±π and the pitch within ±π/2. At a pitch of ±π/2
+/// roll and yaw are not unique.
 pub fn coordinates(pose: &Pose) -> Coordinates {
     let place = pose.translation.vector;
     let (roll, pitch, yaw) = pose.rotation.euler_angles();
     [place.x, place.y, place.z, roll, pitch, yaw]
 }
 
-/// The pose with these coordinates.
+/// The pose with these coordinates (m, rad); angles of any size.
 pub fn pose(coordinates: &Coordinates) -> Pose {
     let [x, y, z, roll, pitch, yaw] = *coordinates;
     Pose::from_parts(Translation3::new(x, y, z), UnitQuaternion::from_euler_angles(roll, pitch, yaw))
 }
 
-/// `∂c/∂ξ` of the coordinates `c` of `pose · Exp(ξ)`: the place moves with the rotation's columns,
-/// the angles as the body's rates of turn say (Diebel, *Representing attitude* (2006), eq. 76). At
-/// a pitch of 90° the derivative is bounded, not exact.
+/// `∂c/∂ξ` of the coordinates `c` of `pose · Exp(ξ)` at `ξ = 0`: rows `[x, y, z, α, β, γ]`, columns
+/// `[v; ω]` in the body's frame. The upper left block is the rotation matrix, the lower right block
+/// maps angular velocity to the rates of the angles (Diebel, *Representing attitude* (2006), eq.
+/// 76), the others are zero. Near a pitch of ±π/2 the derivative is bounded (1/cos β ≤ 10⁶), not
+/// exact.
 pub fn coordinates_jacobian(pose: &Pose) -> Matrix6<f64> {
     let (roll, pitch, _) = pose.rotation.euler_angles();
     let (sin_roll, cos_roll) = roll.sin_cos();
@@ -47,23 +50,24 @@ pub fn coordinates_jacobian(pose: &Pose) -> Matrix6<f64> {
     jacobian
 }
 
-/// An angle (rad) brought within half a turn of zero.
+/// An angle (rad) brought into ±π by whole turns; NaN if the angle is not finite.
 pub fn wrapped(angle: f64) -> f64 {
     if angle.abs() <= PI { angle } else { (angle + PI).rem_euclid(TAU) - PI }
 }
 
-/// How angles compare with lengths in a distance of poses.
+/// A distance between poses: the Euclidean one of coordinates, angles multiplied by a length.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Metric {
-    /// Length (m) that a radian counts as.
+    /// Length that a radian counts as (m/rad), positive.
     pub metres_per_radian: f64,
 }
 
 impl Metric {
-    /// A millimetre counts as much as a degree.
+    /// The metric in which a millimetre counts as much as a degree: 0.18/π m/rad.
     pub const MILLIMETRE_PER_DEGREE: Metric = Metric { metres_per_radian: 0.18 / std::f64::consts::PI };
 
-    /// The coordinates as a point (m) of the space in which the metric is Euclid's.
+    /// The coordinates `[x, y, z, α, β, γ]` (m, rad) as a point (six lengths, m) of the space in
+    /// which the metric is Euclidean; angles are not wrapped.
     pub fn point(&self, coordinates: &Coordinates) -> [f64; 6] {
         let [x, y, z, roll, pitch, yaw] = *coordinates;
         let length = self.metres_per_radian;
@@ -75,7 +79,8 @@ impl Metric {
         TAU * self.metres_per_radian
     }
 
-    /// `to − from` as such a vector (m), turns the shorter way round.
+    /// `to − from` as six lengths (m): positions, then angle differences the shorter way round
+    /// times [`metres_per_radian`](Metric::metres_per_radian).
     pub fn difference(&self, to: &Coordinates, from: &Coordinates) -> [f64; 6] {
         self.point(&std::array::from_fn(|k| if k < 3 { to[k] - from[k] } else { wrapped(to[k] - from[k]) }))
     }

@@ -9,38 +9,40 @@ use super::tree::Tree;
 /// Parts of a record that are held out in turn.
 const PARTS: usize = 10;
 
-/// Least, 5 %, 50 %, 95 % and greatest of some values.
+/// Quantiles of a set of values, in their unit: each is the value of nearest rank, without
+/// interpolation.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Quantiles {
-    /// The least.
+    /// The smallest value.
     pub least: f64,
-    /// 5 % are at most this.
+    /// The 5 % quantile.
     pub q05: f64,
-    /// The median.
+    /// The median (50 % quantile).
     pub median: f64,
-    /// 95 % are at most this.
+    /// The 95 % quantile.
     pub q95: f64,
-    /// The greatest.
+    /// The largest value.
     pub greatest: f64,
 }
 
-/// What samples cover.
+/// How densely and how completely samples cover a contact manifold.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Coverage {
     /// Number of samples.
     pub count: usize,
-    /// Of each coordinate (m, rad).
+    /// Quantiles of each coordinate `[x, y, z, α, β, γ]` over the samples (m for 0–2, rad for 3–5).
     pub coordinates: [Quantiles; 6],
-    /// Distance (m) of each sample from the nearest other one: how densely they lie where they lie.
+    /// Distance (m) of each sample from the nearest other one: the density of the samples.
     pub spacing: Quantiles,
-    /// Distance (m) of each tenth of the record from the nearest sample of the other nine: how far
-    /// from the samples a contact recorded anew would be. Where it is much greater than the
-    /// spacing, the record has seen only a part of the manifold.
+    /// Distance (m) of each sample from the nearest one outside its own tenth of the record (ten
+    /// consecutive parts, held out in turn): how far from the samples a newly recorded contact
+    /// would be. Where it is much greater than the spacing, the record covers only a part of the
+    /// manifold.
     pub unseen: Quantiles,
 }
 
 impl Coverage {
-    /// The coverage of samples, distances in `metric`.
+    /// Coverage of samples, with distances in `metric`; computed in parallel.
     pub fn of(samples: &PoseSamples, metric: Metric) -> Coverage {
         let points = samples.points(metric);
         let count = points.len();

@@ -17,12 +17,16 @@ const BATCH: usize = 64;
 /// The search is exact: the sample at the least [`Metric::distance`], of equally near ones the
 /// first.
 ///
-/// One neighbour: `F` is constant wherever the same sample is the nearest, so `∂F/∂c` is zero.
+/// One neighbour: `F(c)` is the nearest sample, constant wherever the same sample is the nearest,
+/// so `∂F/∂c` is zero.
 ///
-/// `k` neighbours: `F(c) = Σ wᵢ sᵢ / Σ wᵢ` over the nearest `k`, with `wᵢ = (1/dᵢ − 1/d₍ₖ₊₁₎)²` of
-/// their distances (Franke & Nielson, *Smooth interpolation of large sets of scattered data*
-/// (1980)). A sample projects onto itself, and `F` is continuous: a neighbour's weight vanishes
-/// where another takes its place. `∂F/∂c` is that of this formula.
+/// `k` neighbours: `F(c) = Σ wᵢ sᵢ / Σ wᵢ` over the nearest samples `s₁ … s_k` at distances `dᵢ`,
+/// with `wᵢ = (1/dᵢ − 1/d₍ₖ₊₁₎)²` (Franke & Nielson, *Smooth interpolation of large sets of
+/// scattered data* (1980)). A sample projects onto itself, and `F` is continuous: a neighbour's
+/// weight vanishes where another takes its place. `∂F/∂c` is the derivative of this formula, and
+/// zero at a sample.
+///
+/// A pose that is not finite projects onto NaN.
 #[derive(Debug)]
 pub struct NearestSample {
     samples: PoseSamples,
@@ -31,49 +35,52 @@ pub struct NearestSample {
     tree: Tree,
 }
 
-/// A sample and how far it is.
+/// A sample near a pose, and its distance.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Neighbour {
-    /// Index into [`PoseSamples::coordinates`].
+    /// Index of the sample in [`PoseSamples::coordinates`].
     pub index: usize,
-    /// Distance in the metric (m).
+    /// Distance (m) between pose and sample in the metric.
     pub distance: f64,
 }
 
 impl NearestSample {
-    /// Onto the nearest of `samples` in `metric`.
+    /// Projection onto the nearest of `samples` in `metric`.
     pub fn new(samples: PoseSamples, metric: Metric) -> Self {
         let tree = Tree::new(samples.points(metric).into_iter().enumerate(), metric.circumference());
         NearestSample { samples, metric, neighbours: 1, tree }
     }
 
-    /// Onto the weighted mean of this many neighbours; at least one, fewer than there are samples.
+    /// Projects onto the weighted mean of this many nearest samples instead; clamped to at least
+    /// one and at most the number of samples minus one.
     pub fn with_neighbours(mut self, neighbours: usize) -> Self {
         self.neighbours = neighbours.clamp(1, self.samples.len() - 1);
         self
     }
 
-    /// The samples.
+    /// The samples that are projected onto.
     pub fn samples(&self) -> &PoseSamples {
         &self.samples
     }
 
-    /// How many neighbours a projection is the mean of.
+    /// Number of nearest samples that a projection is the mean of.
     pub fn neighbours(&self) -> usize {
         self.neighbours
     }
 
-    /// The nearest sample; none if the pose is not finite.
+    /// The sample nearest to a pose (m, rad); `None` if the pose is not finite.
     pub fn nearest(&self, pose: &Coordinates) -> Option<Neighbour> {
         self.tree.nearest(&self.point(pose)).map(|(squared, index)| Neighbour { index, distance: squared.sqrt() })
     }
 
-    /// The nearest sample of each pose, in parallel; none where a pose is not finite.
+    /// The nearest sample of each pose (m, rad), one entry per pose, in parallel; `None` where a
+    /// pose is not finite.
     pub fn nearest_of_each(&self, poses: &[Coordinates]) -> Vec<Option<Neighbour>> {
         poses.par_iter().with_min_len(BATCH).map(|pose| self.nearest(pose)).collect()
     }
 
-    /// The nearest `k` samples, the nearest first; none if the pose is not finite.
+    /// The `k` samples nearest to a pose (m, rad), the nearest first; all of them if there are
+    /// fewer than `k`. Empty if the pose is not finite.
     pub fn nearest_few(&self, pose: &Coordinates, k: usize) -> Vec<Neighbour> {
         let few = self.tree.nearest_few(&self.point(pose), k);
         few.into_iter().map(|(squared, index)| Neighbour { index, distance: squared.sqrt() }).collect()

@@ -1,4 +1,4 @@
-//! Touch as distance from a projection: a pose minus the pose on the manifold that stands for it.
+//! Residual of a contact as the difference between a pose and its projection onto the manifold.
 
 use std::fmt::Debug;
 use std::sync::Arc;
@@ -10,28 +10,31 @@ use crate::manifold::contact_manifold::{ContactManifold, Cotangent, ResidualKind
 use crate::manifold::residual::Residual;
 use crate::se3::{Pose, Twist};
 
-/// A map from the coordinates of poses to those of poses on a contact manifold.
+/// A map `F` from the coordinates `c` of poses to those of poses on a contact manifold, `[x, y, z,
+/// α, β, γ]` (m, rad) of `fixture_from_tool`.
 ///
-/// All methods take many poses at once: a network answers them much faster together than one by
-/// one.
+/// All methods take many poses at once, which a network evaluates much faster than one by one.
 pub trait Projection: Send + Sync + Debug {
-    /// What it is, in words for people: "nearest sample".
+    /// Name of the projection for messages and reports, such as "nearest sample".
     fn name(&self) -> &'static str;
 
-    /// What angles count in the distances that the projection makes small.
+    /// Length that a radian counts as in the distances that the projection minimizes.
     fn metric(&self) -> Metric;
 
-    /// Least and greatest value of each coordinate on the manifold.
+    /// Least and greatest value of each coordinate on the manifold (m for 0–2, rad for 3–5).
     fn bounds(&self) -> [(f64, f64); 6];
 
-    /// `F(c)` of each pose, in place of what `projected` held.
+    /// `F(c)` of each pose; replaces the contents of `projected`, one entry per pose. Coordinates
+    /// of a pose that is not finite are NaN.
     fn project(&self, poses: &[Coordinates], projected: &mut Vec<Coordinates>);
 
-    /// `F(c)` and `∂F/∂c` of each pose, in place of what the vectors held.
+    /// `F(c)` and `∂F/∂c` (row: coordinate of `F`, column: coordinate of `c`) of each pose;
+    /// replaces the contents of both vectors, one entry per pose.
     fn linearize(&self, poses: &[Coordinates], projected: &mut Vec<Coordinates>, jacobians: &mut Vec<Matrix6<f64>>);
 
-    /// `(∂F/∂c)ᵀ y` of each pose with `y = cotangent(i, F(cᵢ))`, in place of what `pulled` held:
-    /// reverse mode, for one gradient. `cotangent` is called once for each pose.
+    /// `(∂F/∂c)ᵀ y` of each pose with `y = cotangent(i, F(cᵢ))`, in reverse mode; replaces the
+    /// contents of `pulled`, one entry per pose. `cotangent` is called once for each pose, in
+    /// order.
     fn pull_back(
         &self,
         poses: &[Coordinates],
@@ -40,8 +43,10 @@ pub trait Projection: Send + Sync + Debug {
     );
 }
 
-/// The contact manifold of a projection. Residual: `c − F(c)`, six rows in metres, angles times the
-/// metric's length, the shorter way round.
+/// The contact manifold of a projection `F`. Residual: `c − F(c)`, six rows (m) in the order x, y,
+/// z, roll, pitch, yaw; angle differences, the shorter way round, are multiplied by
+/// [`Metric::metres_per_radian`]. Envelope, six rows without unit: how far each coordinate lies
+/// outside the projection's bounds, over 0.5 mm.
 ///
 /// The residual is from point to point: it also counts motion along the manifold, which contacts do
 /// not measure, so that no covariance follows from it (Bonnabel, Barczyk & Goulette 2016, arXiv

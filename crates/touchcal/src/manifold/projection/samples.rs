@@ -4,8 +4,8 @@ use super::coordinates::{Coordinates, Metric, coordinates, wrapped};
 use super::tree::{Point, Tree};
 use crate::se3::Pose;
 
-/// Poses at which the tool touched, `fixture_from_tool`, in the order in which they were recorded;
-/// at least two different ones.
+/// Poses `fixture_from_tool` at which the tool touched, in the order in which they were recorded;
+/// all finite and at least two different ones.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PoseSamples {
     coordinates: Vec<Coordinates>,
@@ -15,29 +15,31 @@ pub struct PoseSamples {
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum SamplesError {
-    /// None at all, or the same one again and again.
+    /// Fewer than two different poses: none at all, or one repeated.
     #[error("expected at least two different poses, found {distinct} in {count}")]
     TooFew {
-        /// Different poses.
+        /// Number of different poses, 0 or 1.
         distinct: usize,
-        /// All poses.
+        /// Number of all poses.
         count: usize,
     },
-    /// A coordinate that is no number or infinite.
+    /// A coordinate that is NaN or infinite.
     #[error("expected finite coordinates, found {value} in pose {index}")]
     NotFinite {
-        /// Which pose, 0 for the first.
+        /// Index of the pose, 0 for the first.
         index: usize,
-        /// What was there.
+        /// The coordinate as found (m or rad).
         value: f64,
     },
 }
 
 impl PoseSamples {
-    /// The manifold through these poses; angles are brought within half a turn of zero.
+    /// Samples from coordinates `[x, y, z, α, β, γ]` (m, rad) of `fixture_from_tool`; angles are
+    /// brought into ±π.
     ///
     /// # Errors
-    /// If there are fewer than two different ones, or a coordinate is not finite.
+    /// [`SamplesError::NotFinite`] if a coordinate is not finite, [`SamplesError::TooFew`] if there
+    /// are fewer than two different poses.
     pub fn new(mut coordinates: Vec<Coordinates>) -> Result<Self, SamplesError> {
         for (index, each) in coordinates.iter_mut().enumerate() {
             if let Some(&value) = each.iter().find(|value| !value.is_finite()) {
@@ -53,7 +55,7 @@ impl PoseSamples {
         Ok(PoseSamples { coordinates })
     }
 
-    /// As [`new`](PoseSamples::new), from poses `fixture_from_tool`.
+    /// Samples from poses `fixture_from_tool` (m).
     ///
     /// # Errors
     /// As [`new`](PoseSamples::new).
@@ -61,18 +63,19 @@ impl PoseSamples {
         PoseSamples::new(poses.into_iter().map(coordinates).collect())
     }
 
-    /// The samples' coordinates.
+    /// Coordinates `[x, y, z, α, β, γ]` (m, rad) of each sample, angles within ±π, in recorded
+    /// order.
     pub fn coordinates(&self) -> &[Coordinates] {
         &self.coordinates
     }
 
-    /// Number of samples; never zero.
+    /// Number of samples; at least two.
     #[expect(clippy::len_without_is_empty, reason = "there are always some")]
     pub fn len(&self) -> usize {
         self.coordinates.len()
     }
 
-    /// Least and greatest value of each coordinate.
+    /// Least and greatest value of each coordinate over the samples (m for 0–2, rad for 3–5).
     pub fn bounds(&self) -> [(f64, f64); 6] {
         let mut bounds = [(f64::INFINITY, f64::NEG_INFINITY); 6];
         for each in &self.coordinates {
@@ -83,12 +86,12 @@ impl PoseSamples {
         bounds
     }
 
-    /// Those samples that no kept earlier one is nearer to than `spacing` (m): any two of them are
-    /// at least that far apart, and each sample left out is nearer to a kept one. A spacing of 0
-    /// keeps all.
+    /// Samples at least `spacing` (m, in `metric`) apart: goes through them in order and keeps each
+    /// that is not nearer than `spacing` to a kept one. Every sample left out is nearer than
+    /// `spacing` to a kept one. A spacing of 0 or less keeps all.
     ///
     /// # Errors
-    /// If fewer than two are left.
+    /// [`SamplesError::TooFew`] if fewer than two different ones are left.
     pub fn thinned(&self, spacing: f64, metric: Metric) -> Result<PoseSamples, SamplesError> {
         let points = self.points(metric);
         let tree = Tree::new(points.iter().copied().enumerate(), metric.circumference());

@@ -13,27 +13,29 @@ use super::projected::Projection;
 /// Random numbers set aside for a pair, of which it uses seven.
 const DRAWS: u128 = 8;
 
-/// An endless list of pairs (input, target), each of which follows from the seed and its own number
-/// alone.
+/// An endless list of pairs (input, target) from which a projection is learned; pair number `k`
+/// depends on `seed` and `k` alone.
 ///
-/// Input: a sample, each as likely, composed on the right with an offset, each of whose coordinates
-/// is uniform within ± its bound. Target: the input's projection.
+/// Input: a random sample (all equally likely) composed on the right with an offset whose six
+/// coordinates are uniform within ± their bound. Target: the projection of the input.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TrainingPairs {
-    /// Greatest offset in each coordinate (m, rad), in the frame of the tool.
+    /// Largest offset in each coordinate `[x, y, z, α, β, γ]` (m, rad), in the tool's frame.
     pub bounds: Coordinates,
-    /// Seed of the list.
+    /// Seed of the random numbers.
     pub seed: u64,
 }
 
 impl TrainingPairs {
-    /// Offsets within ±10 mm and ±10° (Negi, Manyar & Gupta 2025, arXiv 2506.17458).
+    /// Pairs with offsets within ±10 mm and ±10° (Negi, Manyar & Gupta 2025, arXiv 2506.17458).
     pub fn new(seed: u64) -> Self {
         const TURN: f64 = std::f64::consts::PI / 18.0;
         TrainingPairs { bounds: [0.01, 0.01, 0.01, TURN, TURN, TURN], seed }
     }
 
-    /// Pairs number `range`, in place of what `inputs` and `targets` held; in parallel.
+    /// Computes the pairs whose numbers lie in `range`, in parallel; replaces the contents of
+    /// `inputs` and `targets`, one entry (m, rad) per pair, in order. An empty range leaves both
+    /// empty.
     pub fn fill(
         &self,
         projection: &NearestSample,
