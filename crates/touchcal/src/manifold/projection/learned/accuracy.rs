@@ -1,4 +1,5 @@
-//! How well a projection does what another one teaches, near the manifold and far from it.
+//! Accuracy of a learned projection relative to the one that it was trained on, near the manifold
+//! and far from it.
 
 use rayon::prelude::*;
 
@@ -15,41 +16,46 @@ const MOST_TURN: f64 = std::f64::consts::PI / 6.0;
 /// Number of the first pair that is neither learned from nor used to choose the weights.
 const UNSEEN: u64 = 1 << 49;
 
-/// Mean of some values and what 95 % of them are at most.
+/// Mean and 95 % quantile of a set of values, in their unit.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Spread {
-    /// The mean.
+    /// The mean; 0 for an empty set.
     pub mean: f64,
-    /// The 95 % quantile.
+    /// The 95 % quantile, without interpolation; NaN for an empty set.
     pub q95: f64,
 }
 
-/// How far poses are from others.
+/// Distances between the poses of two lists, pair by pair.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PoseDistance {
-    /// Distance of the places (m).
+    /// Distance between the positions (m).
     pub place: Spread,
-    /// Angle between the orientations (rad).
+    /// Angle between the orientations (rad), from 0 to π.
     pub turn: Spread,
 }
 
-/// What a projection makes of poses near and far.
+/// Accuracy of a projection for poses within one range of offsets from the manifold.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Accuracy {
-    /// Greatest offset from the manifold in each coordinate (m, rad).
+    /// Largest offset from a sample in each coordinate `[x, y, z, α, β, γ]` (m, rad), in the tool's
+    /// frame.
     pub offset: Coordinates,
-    /// Poses tried.
+    /// Number of poses tried.
     pub poses: usize,
-    /// From the pose to its nearest sample.
+    /// Distance of each pose from its nearest sample: the error without projection.
     pub before: PoseDistance,
-    /// From the output to the sample nearest to the output: how far from the manifold it still is.
+    /// Distance of each projected pose from the sample nearest to it: how far from the manifold it
+    /// still is.
     pub to_manifold: PoseDistance,
-    /// From the output to the sample nearest to the pose: the error as a projection.
+    /// Distance of each projected pose from the sample nearest to the original pose: the error as a
+    /// projection.
     pub to_target: PoseDistance,
 }
 
-/// The accuracy of `learned` for offsets of growing size, `count` poses each, none of which it
-/// learned from.
+/// Accuracy of `learned` in eight ranges of offsets, 0.1 to 10 times those of the training pairs
+/// (angles at most 30°, or the training's own if larger), the smallest first. `count` poses in each
+/// range, none of which it was trained on. With a `count` of 0 the means are 0 and the quantiles
+/// NaN.
 pub fn accuracy(learned: &dyn Projection, source: &TrainingSource<'_>, count: u64) -> Vec<Accuracy> {
     let regions = REGIONS.iter().map(|share| {
         let offset = std::array::from_fn(|k| {

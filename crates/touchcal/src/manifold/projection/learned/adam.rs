@@ -12,19 +12,21 @@ pub(super) const KEEP_SECOND: f32 = ADAM.beta2 as f32;
 pub(super) const TAKE_FIRST: f32 = (1.0 - ADAM.beta1) as f32;
 pub(super) const TAKE_SECOND: f32 = (1.0 - ADAM.beta2) as f32;
 
-/// Means of a network's gradients and of their squares (Kingma & Ba 2015, arXiv 1412.6980).
+/// State of the optimizer Adam: running means of the gradient and of its square, not bias-corrected
+/// (Kingma & Ba 2015, arXiv 1412.6980).
 #[derive(Clone, Debug, PartialEq)]
 pub struct AdamState {
-    /// Mean gradients, as layers.
+    /// Running mean of the gradient by each weight and bias, shaped as the network's layers.
     pub first: Vec<Layer>,
-    /// Mean squared gradients, as layers.
+    /// Running mean of the squared gradient by each weight and bias, shaped as the network's
+    /// layers.
     pub second: Vec<Layer>,
-    /// Steps done.
+    /// Number of steps done.
     pub steps: u64,
 }
 
 impl AdamState {
-    /// Before the first step.
+    /// The state before the first step: zeros in the shape of the network's layers.
     pub fn new(network: &Network) -> AdamState {
         let zeros: Vec<Layer> = network.layers().iter().map(|l| Layer::zeros(l.inputs(), l.outputs())).collect();
         AdamState { first: zeros.clone(), second: zeros, steps: 0 }

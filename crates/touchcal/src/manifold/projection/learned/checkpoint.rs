@@ -11,31 +11,32 @@ const WARM_UP: f64 = 0.02;
 /// Rate at the end, as a share of the greatest.
 const FINAL_RATE: f64 = 1e-3;
 
-/// How to learn.
+/// Options of training a network; all numbers but `patience` and `seed` must be above zero.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TrainingOptions {
-    /// Width of each hidden layer.
+    /// Width of each hidden layer, from input to output; empty for a linear map.
     pub hidden: Vec<usize>,
-    /// What outputs stand for.
+    /// Quantity that the network's outputs represent.
     pub output: Output,
-    /// Pairs a step.
+    /// Number of pairs in each step.
     pub batch: usize,
-    /// Steps in all.
+    /// Total number of steps.
     pub steps: u64,
-    /// Greatest learning rate. It rises linearly in the first 2 % of the steps and then falls to a
-    /// thousandth along a cosine (Loshchilov & Hutter 2017, arXiv 1608.03983).
+    /// Peak learning rate of Adam. It rises linearly in the first 2 % of the steps and then falls
+    /// to a thousandth along a cosine (Loshchilov & Hutter 2017, arXiv 1608.03983).
     pub rate: f64,
-    /// Different pairs to learn from, rounded up to whole batches; they are taken in turn, again
-    /// and again.
+    /// Number of different pairs to learn from, rounded up to whole batches; they are taken in turn
+    /// and repeated.
     pub pairs: u64,
-    /// Held-out pairs on which the best weights are chosen.
+    /// Number of held-out pairs on which the best weights are chosen.
     pub held_out: usize,
-    /// Steps between two looks at them.
+    /// Steps between two evaluations on the held-out pairs; the last step is always followed by
+    /// one.
     pub check_every: u64,
-    /// Looks in a row that may find no better weights before training stops early; 0 to go on
-    /// always.
+    /// Number of successive evaluations on the held-out pairs without better weights after which
+    /// training stops early; 0 never stops early.
     pub patience: u64,
-    /// Seed of the first weights; the pairs have their own.
+    /// Seed of the initial weights; the pairs have a seed of their own.
     pub seed: u64,
 }
 
@@ -58,7 +59,8 @@ impl Default for TrainingOptions {
 }
 
 impl TrainingOptions {
-    /// Learning rate of step `k`, the first one being 0.
+    /// Learning rate of step `k`, counted from 0: linear rise, then cosine; a thousandth of the
+    /// peak from the last step on.
     pub fn rate_at(&self, k: u64) -> f64 {
         let rise = (WARM_UP * self.steps as f64).max(1.0);
         let done = k as f64 + 1.0;
@@ -70,28 +72,30 @@ impl TrainingOptions {
     }
 }
 
-/// The best weights so far.
+/// Weights with the least loss on the held-out pairs so far.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BestWeights {
-    /// The weights.
+    /// Network with the current weights.
     pub network: Network,
-    /// Their loss on the held-out pairs.
+    /// Mean square of the network's output errors over the held-out pairs (no unit);
+    /// [`Scaling::distance`] converts it to a distance (m).
     pub loss: f64,
-    /// Steps after which they were found.
+    /// Number of steps after which they were found.
     pub step: u64,
 }
 
-/// All that training needs to go on: from the same one, the same weights follow, bit for bit.
+/// State of training. From the same checkpoint and source the same weights follow, bit for bit, on
+/// the processor.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Checkpoint {
-    /// How to learn.
+    /// Options of the training.
     pub options: TrainingOptions,
-    /// What the network's numbers mean.
+    /// Conversion between coordinates of poses and the network's inputs and outputs.
     pub scaling: Scaling,
     /// The weights.
     pub network: Network,
     /// Running means of the gradients, and the number of steps done.
     pub adam: AdamState,
-    /// The best weights, after the first look at the held-out pairs.
+    /// Best weights so far; `None` before the first evaluation on the held-out pairs.
     pub best: Option<BestWeights>,
 }

@@ -1,16 +1,16 @@
-//! What training runs on.
+//! Devices that training can run on.
 
 use std::fmt;
 
-/// What training runs on.
+/// Device that training runs on; the processor by default.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Device {
-    /// The processor, by this crate's own engine.
+    /// The processor, always available.
     #[default]
     Cpu,
     /// The first NVIDIA GPU, through CUDA; with the cargo feature `cuda`.
     Cuda,
-    /// The fastest GPU there is, through Vulkan, Metal or DirectX 12; with the cargo feature
+    /// The default adapter of wgpu, through Vulkan, Metal or DirectX 12; with the cargo feature
     /// `wgpu`.
     Wgpu,
 }
@@ -19,33 +19,34 @@ pub enum Device {
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum DeviceError {
-    /// Its cargo feature is off.
+    /// The device needs a cargo feature that this build lacks.
     #[error("this build has no {device}: build with --features {feature}", feature = .device.name())]
     NotBuilt {
-        /// The device.
+        /// Device that was asked for.
         device: Device,
     },
-    /// This machine lacks it, or something that it needs.
+    /// The machine lacks the device, or a driver or library that the device needs.
     #[error("{device} does not work here; it needs {needed}", needed = .device.needed())]
     Unusable {
-        /// The device.
+        /// Device that was asked for.
         device: Device,
     },
-    /// It fails at its work.
+    /// The device reported an error during computation.
     #[error("{device} failed: {message}")]
     Failed {
-        /// The device.
+        /// Device that failed.
         device: Device,
-        /// What it says.
+        /// Error message of the device's driver or library.
         message: String,
     },
 }
 
 impl Device {
-    /// All there are.
+    /// All devices, whether or not this build and this machine have them.
     pub const ALL: [Device; 3] = [Device::Cpu, Device::Cuda, Device::Wgpu];
 
-    /// What it is called, as is the cargo feature it needs.
+    /// Name of the device in lower case ("cpu", "cuda", "wgpu"), which is also that of its cargo
+    /// feature.
     pub fn name(self) -> &'static str {
         match self {
             Device::Cpu => "cpu",

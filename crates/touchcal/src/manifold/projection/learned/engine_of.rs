@@ -9,10 +9,11 @@ use super::gpu;
 #[cfg(not(any(feature = "cuda", feature = "wgpu")))]
 use super::no_gpu as gpu;
 
-/// Whether this build and this machine have a device, tried by adding two numbers.
+/// Checks that this build and this machine have a device, by adding two numbers on it.
 ///
 /// # Errors
-/// If one of them has not.
+/// [`DeviceError::NotBuilt`] without the device's cargo feature, [`DeviceError::Unusable`] without
+/// device, driver or library, [`DeviceError::Failed`] if the sum fails. Never for [`Device::Cpu`].
 pub fn probe(device: Device) -> Result<(), DeviceError> {
     if device == Device::Cpu { Ok(()) } else { gpu::probe(device) }
 }

@@ -14,7 +14,8 @@ const MEMORY: usize = 8 << 20;
 /// Width above which a layer's weights fill a core's cache.
 const WIDE: usize = 1024;
 
-/// A trained network as a projection.
+/// A projection computed by a trained network, in single precision (Negi, Manyar & Gupta 2025,
+/// arXiv 2506.17458). A pose that is not finite projects onto NaN.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LearnedProjection {
     network: Network,
@@ -23,10 +24,12 @@ pub struct LearnedProjection {
 }
 
 impl LearnedProjection {
-    /// From a network of six inputs and outputs, and the bounds of the manifold it learned.
+    /// A projection from a network of six inputs and six outputs, the scaling of both, and the
+    /// least and greatest value of each coordinate on the manifold it was trained for (m for 0–2,
+    /// rad for 3–5).
     ///
     /// # Errors
-    /// If it has others.
+    /// [`NetworkError::Shape`] if the network has not six inputs and six outputs.
     pub fn new(network: Network, scaling: Scaling, bounds: [(f64, f64); 6]) -> Result<Self, NetworkError> {
         let widths: Vec<usize> = network.widths().collect();
         for (layer, what, found) in [(0, "inputs", widths[0]), (widths.len() - 2, "outputs", widths[widths.len() - 1])]
@@ -38,12 +41,12 @@ impl LearnedProjection {
         Ok(LearnedProjection { network, scaling, bounds })
     }
 
-    /// The network.
+    /// The trained network.
     pub fn network(&self) -> &Network {
         &self.network
     }
 
-    /// What its numbers mean.
+    /// Conversion between coordinates of poses and the network's inputs and outputs.
     pub fn scaling(&self) -> &Scaling {
         &self.scaling
     }

@@ -27,7 +27,8 @@ fn transposed_mut(values: &mut [f32], rows: usize, columns: usize) -> ViewMut<'_
     ViewMut::from_slice_with_strides_mut(values, rows, columns, 1, rows)
 }
 
-/// `y = W x + b`.
+/// A fully connected layer `y = W x + b`: weights `W` (outputs × inputs) and biases `b`, in single
+/// precision.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Layer {
     inputs: usize,
@@ -35,43 +36,46 @@ pub struct Layer {
     bias: Vec<f32>,
 }
 
-/// Layers, with `max(0, ·)` between them.
+/// A multilayer perceptron: layers with `max(0, ·)` (ReLU) between them, none after the last.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Network {
     layers: Vec<Layer>,
 }
 
-/// Why layers make no network.
+/// Why layers cannot be combined into a network.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum NetworkError {
     /// No layers, or one without inputs or outputs.
     #[error("expected layers with inputs and outputs, found none")]
     Empty,
-    /// Numbers that don't fill a matrix, or inputs that are not the outputs before.
+    /// The number of weights does not match the layer's inputs and outputs, or the number of inputs
+    /// (outputs) does not match the layer before (the use of the network).
     #[error("layer {layer}: expected {expected} {what}, found {found}")]
     Shape {
-        /// Which layer, 0 for the first.
+        /// Index of the layer, 0 for the first.
         layer: usize,
-        /// Inputs, or weights.
+        /// What was counted: "weights", "inputs" or "outputs".
         what: &'static str,
-        /// How many there should be.
+        /// Required number.
         expected: usize,
-        /// How many there are.
+        /// Actual number.
         found: usize,
     },
-    /// A weight or bias that is no number or infinite.
+    /// A weight or bias that is NaN or infinite.
     #[error("layer {layer}: expected finite weights, found {value}")]
     NotFinite {
-        /// Which layer, 0 for the first.
+        /// Index of the layer, 0 for the first.
         layer: usize,
-        /// What was there.
+        /// The weight or bias as found, as text.
         value: String,
     },
 }
 
 impl Layer {
-    /// `weights`: a row for each output, one after another. `bias`: one for each output.
+    /// A layer of `inputs` inputs and as many outputs as `bias` has entries. `weights` is
+    /// row-major: `inputs` numbers for each output, one output after another. The lengths are
+    /// checked by [`Network::new`], not here.
     pub fn new(inputs: usize, weights: Vec<f32>, bias: Vec<f32>) -> Layer {
         Layer { inputs, weights, bias }
     }
@@ -90,12 +94,12 @@ impl Layer {
         self.bias.len()
     }
 
-    /// A row of weights for each output, one after another.
+    /// Weights `W`, row-major: `inputs` numbers for each output, one output after another.
     pub fn weights(&self) -> &[f32] {
         &self.weights
     }
 
-    /// One for each output.
+    /// Biases `b`, one for each output.
     pub fn bias(&self) -> &[f32] {
         &self.bias
     }
@@ -201,10 +205,11 @@ pub(super) enum Back {
 }
 
 impl Network {
-    /// From layers.
+    /// A network of layers in order from input to output.
     ///
     /// # Errors
-    /// If there are none, their shapes don't follow on each other, or a weight is not finite.
+    /// [`NetworkError`] if there are no layers, a layer has no inputs or outputs, shapes do not
+    /// match, or a weight or bias is not finite.
     pub fn new(layers: Vec<Layer>) -> Result<Network, NetworkError> {
         let mut outputs = layers.first().ok_or(NetworkError::Empty)?.inputs;
         for (k, layer) in layers.iter().enumerate() {
@@ -217,12 +222,13 @@ impl Network {
         Ok(Network { layers })
     }
 
-    /// Random layers between these widths, at least two. Weights are uniform with variance `2 /
-    /// inputs`, which keeps the size of values from layer to layer, in the last one `1 / inputs`;
-    /// biases are zero (He et al. 2015, arXiv 1502.01852).
+    /// Random layers between these widths: number of inputs, of outputs of each hidden layer, of
+    /// outputs. Weights are uniform about zero with variance `2 / inputs`, which keeps the size of
+    /// values from layer to layer, in the last layer `1 / inputs`; biases are zero (He et al. 2015,
+    /// arXiv 1502.01852).
     ///
     /// # Errors
-    /// If there are fewer than two widths, or one is zero.
+    /// [`NetworkError::Empty`] if there are fewer than two widths, or one is zero.
     pub fn random(widths: &[usize], seed: u64) -> Result<Network, NetworkError> {
         let mut random = Pcg64::seed_from_u64(seed);
         let layers = widths.windows(2).enumerate().map(|(k, pair)| {
@@ -235,7 +241,7 @@ impl Network {
         Network::new(layers.collect())
     }
 
-    /// The layers, first to last.
+    /// The layers, from input to output.
     pub fn layers(&self) -> &[Layer] {
         &self.layers
     }
@@ -244,12 +250,14 @@ impl Network {
         &mut self.layers
     }
 
-    /// Number of inputs, then of outputs of each layer.
+    /// Number of inputs of the network, then number of outputs of each layer.
     pub fn widths(&self) -> impl Iterator<Item = usize> {
         self.layers.first().map(Layer::inputs).into_iter().chain(self.layers.iter().map(Layer::outputs))
     }
 
-    /// Outputs of each row of inputs, one after another.
+    /// Outputs of the network for a batch of inputs. `inputs` is row-major: one row of
+    /// [`widths`](Network::widths)' first number per sample, one after another; so is the result
+    /// with rows of the last number. Surplus numbers of an incomplete last row are ignored.
     pub fn forward(&self, inputs: &[f32]) -> Vec<f32> {
         let width = self.layers.first().map_or(1, Layer::inputs);
         let mut values = Stack::default();

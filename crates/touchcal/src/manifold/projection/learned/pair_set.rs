@@ -12,12 +12,12 @@ use crate::manifold::projection::training_pairs::TrainingPairs;
 /// Pairs made at a time.
 pub(super) const PORTION: u64 = 1 << 16;
 
-/// Pairs to learn from, and the projection that labels them.
+/// What a projection is learned from: pairs of poses, and the projection that labels them.
 #[derive(Clone, Copy, Debug)]
 pub struct TrainingSource<'t> {
-    /// The teacher.
+    /// Projection that computes the target of each input.
     pub projection: &'t NearestSample,
-    /// The pairs.
+    /// Distribution and seed of the pairs.
     pub pairs: TrainingPairs,
 }
 

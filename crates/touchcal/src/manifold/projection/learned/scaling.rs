@@ -1,35 +1,37 @@
-//! Between coordinates of poses and the numbers of order one that a network likes.
+//! Conversion between coordinates of poses and the network's inputs and outputs, of order one.
 
 use crate::manifold::projection::coordinates::{Coordinates, Metric, wrapped};
 
-/// What a network's outputs stand for.
+/// Quantity that a network's outputs represent.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Output {
     /// The projected pose (Negi, Manyar & Gupta 2025, arXiv 2506.17458).
     Pose,
-    /// The way from the pose to its projection.
+    /// The difference from the pose to its projection.
     Correction,
 }
 
-/// `x = (c − centre) / scale` of the network's input, angles the shorter way round; of its output
-/// `y`, `F(c) = from + y · length / metric` where `from` is the centre of the targets or the pose
-/// itself.
+/// Conversion between coordinates `c` (m, rad) of poses and a network's six inputs `x` and six
+/// outputs `y`, both without unit: `x = (c − input_centre) / input_scale`, angles the shorter way
+/// round, and `F(c) = from + y · output_length / metric`, where `from` is `output_centre` or, for
+/// corrections, `c`, and `metric` is 1 for positions and [`Metric::metres_per_radian`] for angles.
 ///
-/// One length for all outputs, so that the mean square of an error of `y` is that of the metric's
-/// distance.
+/// One length for all outputs, so that the mean square of an error of `y` is proportional to that
+/// of the metric's distance.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Scaling {
-    /// What outputs stand for.
+    /// Quantity that the outputs represent.
     pub output: Output,
-    /// How angles compare with lengths.
+    /// Length that a radian counts as in the outputs.
     pub metric: Metric,
-    /// Centre of the inputs (m, rad).
+    /// Mean of the inputs `[x, y, z, α, β, γ]` (m, rad).
     pub input_centre: Coordinates,
-    /// What counts as one in each input (m, rad).
+    /// Root mean square of each input about its mean (m, rad), at least 10⁻⁹.
     pub input_scale: Coordinates,
-    /// Centre of the targets (m, rad); unused for corrections.
+    /// Mean of the targets `[x, y, z, α, β, γ]` (m, rad); unused for corrections.
     pub output_centre: Coordinates,
-    /// What counts as one in the outputs (m).
+    /// Length (m) that one unit of an output represents: root mean square of the outputs, at least
+    /// 10⁻⁹.
     pub output_length: f64,
 }
 
@@ -37,7 +39,8 @@ pub struct Scaling {
 const LEAST: f64 = 1e-9;
 
 impl Scaling {
-    /// Centres and root mean squares of pairs, at least one.
+    /// Scaling by means and root mean squares of training pairs: `inputs[i]` and its projection
+    /// `targets[i]` (m, rad). Without pairs the centres are zero and the scales 10⁻⁹.
     pub fn of(output: Output, metric: Metric, inputs: &[Coordinates], targets: &[Coordinates]) -> Scaling {
         let input_centre = centre(inputs);
         let input_scale = root_mean_square(inputs.iter().map(|c| difference(c, &input_centre))).map(|s| s.max(LEAST));
@@ -70,12 +73,13 @@ impl Scaling {
         std::array::from_fn(|k| from[k] + f64::from(output[k]) * scale[k])
     }
 
-    /// What one unit of each output is (m, rad).
+    /// Size of one unit of each output (m for 0–2, rad for 3–5).
     pub fn output_scale(&self) -> Coordinates {
         self.metric.point(&[1.0; 6]).map(|length| self.output_length / length)
     }
 
-    /// Distance (m) in the metric of which `loss` is the mean square in each output.
+    /// Root mean square distance (m, in the metric) between projected poses and targets whose
+    /// outputs have the mean square error `loss`.
     pub fn distance(&self, loss: f64) -> f64 {
         self.output_length * (6.0 * loss).sqrt()
     }

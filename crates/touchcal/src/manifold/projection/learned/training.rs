@@ -17,45 +17,46 @@ use crate::manifold::projection::projected::Projection;
 /// own.
 const HELD_OUT: u64 = 1 << 48;
 
-/// Why training cannot begin or go on.
+/// Why training cannot begin or continue.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum TrainingError {
-    /// Widths.
+    /// The widths of the hidden layers make no network, or a checkpoint's network is unusable.
     #[error(transparent)]
     Network(#[from] NetworkError),
-    /// What it should run on.
+    /// The device is missing or failed.
     #[error(transparent)]
     Device(#[from] DeviceError),
-    /// A number of steps, pairs, or the rate, that leaves nothing to do.
+    /// An option that must be finite and above zero is not.
     #[error("expected {what} above zero, found {found}")]
     Option {
-        /// Which.
+        /// Name of the option, such as "the batch".
         what: &'static str,
-        /// What it was.
+        /// Value of the option.
         found: f64,
     },
-    /// Loss or weights are no longer finite.
+    /// The loss is no longer finite: the learning rate is too high.
     #[error("the loss is {loss} after {step} steps: the learning rate is too high")]
     Diverged {
-        /// Steps done.
+        /// Number of steps done.
         step: u64,
-        /// The loss.
+        /// The loss, NaN or infinite.
         loss: f64,
     },
 }
 
-/// Where training stands, after a step.
+/// Progress of training after a step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Progress {
-    /// Steps done.
+    /// Number of steps done, 1 after the first.
     pub step: u64,
-    /// Steps in all.
+    /// Total number of steps.
     pub steps: u64,
-    /// Mean square of the outputs' errors in this step's batch, before the step;
-    /// [`Scaling::distance`] makes it a length.
+    /// Mean square of the outputs' errors (no unit) in this step's batch, before the step;
+    /// [`Scaling::distance`] converts it to a distance (m).
     pub loss: f64,
-    /// Of the held-out pairs, where this step looked at them.
+    /// The same mean square over the held-out pairs, after the step; `None` at steps without
+    /// evaluation.
     pub held_out: Option<f64>,
 }
 
@@ -64,17 +65,18 @@ pub struct Progress {
 pub enum Ending {
     /// All steps are done.
     AllSteps,
-    /// Held-out pairs got no better for as long as patience reached.
+    /// The held-out loss did not fall for [`TrainingOptions::patience`] evaluations.
     NoGain,
-    /// The observer said so.
+    /// The observer returned [`ControlFlow::Break`].
     Interrupted,
 }
 
-/// Who watches, and may break off. On the processor the checkpoint is that of the step; elsewhere
-/// it is that of the last look at held-out pairs, which is as good to go on from.
+/// Callback after each step; [`ControlFlow::Break`] ends the training. On the processor the
+/// checkpoint is that of the step; on other devices it is that of the last evaluation on held-out
+/// pairs, from which training can also be resumed.
 pub type Observer<'o> = &'o mut dyn FnMut(&Progress, &Checkpoint) -> ControlFlow<()>;
 
-/// Training under way.
+/// A training in progress.
 #[derive(Debug)]
 pub struct Training {
     state: Checkpoint,
@@ -87,10 +89,12 @@ pub struct Training {
 }
 
 impl Training {
-    /// Before the first step, on the processor.
+    /// Prepares training before the first step, on the processor: a random network from
+    /// `options.seed`, and all pairs, computed here and held in memory.
     ///
     /// # Errors
-    /// If an option leaves nothing to do.
+    /// [`TrainingError::Option`] if an option that must be positive is not,
+    /// [`TrainingError::Network`] if a hidden layer has width zero.
     pub fn start(options: TrainingOptions, source: &TrainingSource<'_>) -> Result<Training, TrainingError> {
         check(&options)?;
         let widths: Vec<usize> = [6].into_iter().chain(options.hidden.iter().copied()).chain([6]).collect();
@@ -103,10 +107,11 @@ impl Training {
         Training::resume(Checkpoint { options, scaling, network, adam, best: None }, source)
     }
 
-    /// From where `state` left off, with the source it learned from.
+    /// Prepares training from a checkpoint, on the processor; `source` must be the one that the
+    /// checkpoint was trained with.
     ///
     /// # Errors
-    /// If an option leaves nothing to do.
+    /// [`TrainingError::Option`] if an option that must be positive is not.
     pub fn resume(state: Checkpoint, source: &TrainingSource<'_>) -> Result<Training, TrainingError> {
         check(&state.options)?;
         let batch = state.options.batch as u64;
@@ -122,26 +127,29 @@ impl Training {
         })
     }
 
-    /// The same from here on another device. Its sums are rounded in another order than the
-    /// processor's, and may be from run to run.
+    /// Moves the training to another device. Its sums are rounded in another order than the
+    /// processor's, and possibly differently from run to run.
     ///
     /// # Errors
-    /// If this build or this machine lacks the device.
+    /// [`TrainingError::Device`] if this build or this machine lacks the device.
     pub fn on(mut self, device: Device) -> Result<Training, TrainingError> {
         self.engine.read(&mut self.state)?;
         self.engine = engine_of(device, &self.state)?;
         Ok(self)
     }
 
-    /// Where it stood when it last ended.
+    /// Checkpoint of the training; on the processor that of the last step, on other devices that of
+    /// the last evaluation on held-out pairs or of the end of [`run`](Training::run).
     pub fn state(&self) -> &Checkpoint {
         &self.state
     }
 
-    /// Goes on to the end, or until `observer` breaks it off after some step.
+    /// Trains until all steps are done, patience is exhausted, or `observer` ends it after some
+    /// step.
     ///
     /// # Errors
-    /// If the loss is no longer finite, or the device fails.
+    /// [`TrainingError::Diverged`] if the loss is no longer finite, [`TrainingError::Device`] if
+    /// the device fails.
     pub fn run(&mut self, observer: Observer<'_>) -> Result<Ending, TrainingError> {
         while self.done < self.state.options.steps {
             if self.out_of_patience() {
@@ -163,11 +171,12 @@ impl Training {
         Ok(Ending::AllSteps)
     }
 
-    /// The best weights so far as a projection.
+    /// The best weights so far as a projection; the current weights before the first evaluation on
+    /// held-out pairs.
     ///
     /// # Errors
-    /// If the network has not six inputs and outputs, which only a changed checkpoint can bring
-    /// about.
+    /// [`NetworkError::Shape`] if the network has not six inputs and outputs, which only a changed
+    /// checkpoint can cause.
     pub fn learned(&self) -> Result<LearnedProjection, NetworkError> {
         let network = self.state.best.as_ref().map_or(&self.state.network, |best| &best.network);
         LearnedProjection::new(network.clone(), self.state.scaling, self.bounds)
