@@ -2,7 +2,7 @@
 
 use nalgebra::{Point2, Vector2};
 
-/// Most vertices an outline may have.
+/// Largest number of vertices of a [`Polygon`].
 pub const MAX_POLYGON_VERTICES: usize = 10_000;
 
 /// Why a list of points is not an outline.
@@ -18,11 +18,11 @@ pub enum PolygonError {
     /// A coordinate is NaN or infinite.
     #[error("vertex {vertex}: expected finite coordinates, found ({x}, {y})")]
     NotFinite {
-        /// Which vertex, from 0.
+        /// Index of the vertex, from 0.
         vertex: usize,
-        /// Its first coordinate.
+        /// Coordinate x of the vertex (m).
         x: f64,
-        /// Its second coordinate.
+        /// Coordinate y of the vertex (m).
         y: f64,
     },
     /// Two consecutive vertices coincide.
@@ -30,9 +30,9 @@ pub enum PolygonError {
         "vertices {vertex} and {next}: expected distinct points, found the same point twice (the last vertex is joined to the first)"
     )]
     RepeatedVertex {
-        /// First of the two, from 0.
+        /// Index of the first of the two vertices, from 0.
         vertex: usize,
-        /// The one after it.
+        /// Index of the vertex after it; 0 after the last.
         next: usize,
     },
     /// Two edges that are not neighbours touch or cross, or two neighbours overlap.
@@ -40,12 +40,12 @@ pub enum PolygonError {
         "expected an outline that does not meet itself, found that the edges from vertices {first} and {second} meet"
     )]
     SelfIntersecting {
-        /// Start vertex of one edge, from 0.
+        /// Index of one edge, from 0: that of its start vertex.
         first: usize,
-        /// Start vertex of the other.
+        /// Index of the other edge.
         second: usize,
     },
-    /// The outline encloses nothing.
+    /// The outline encloses no area, or one that is not finite.
     #[error("expected an outline that encloses an area, found {area} m²")]
     NoArea {
         /// The signed area (m²).
@@ -58,12 +58,13 @@ pub enum PolygonError {
     EdgeLost {
         /// The offset asked for (m).
         distance: f64,
-        /// Start vertex of the lost edge, from 0.
+        /// Index of the lost edge, from 0: that of its start vertex.
         edge: usize,
     },
 }
 
-/// A simple polygon, counter-clockwise, possibly non-convex. Metres.
+/// A simple polygon in the plane (m), counter-clockwise, possibly non-convex: the cross section of
+/// a peg or a hole. Edge `i` runs from vertex `i` to vertex `i + 1`, the last to vertex 0.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Polygon {
     vertices: Vec<Point2<f64>>,
@@ -71,10 +72,13 @@ pub struct Polygon {
 }
 
 impl Polygon {
-    /// An outline from its vertices in order, either way round; the last is joined to the first.
+    /// An outline from its vertices (m) in order, either way round; the last is joined to the
+    /// first. If they are clockwise, their order is reversed.
     ///
     /// # Errors
-    /// [`PolygonError`] if the points are not a simple polygon with an area.
+    /// [`PolygonError`] if the number of vertices is not 3 to [`MAX_POLYGON_VERTICES`], a
+    /// coordinate is not finite, two consecutive vertices coincide, the outline intersects itself,
+    /// or it encloses no area.
     pub fn new(mut vertices: Vec<Point2<f64>>) -> Result<Self, PolygonError> {
         let n = vertices.len();
         if !(3..=MAX_POLYGON_VERTICES).contains(&n) {
@@ -135,7 +139,8 @@ impl Polygon {
         Polygon { vertices, convex }
     }
 
-    /// The outline moved outwards by `distance` (m), corners mitred; inwards if negative.
+    /// The outline with every edge moved outwards by `distance` (m), corners mitred; inwards if
+    /// negative.
     ///
     /// # Errors
     /// [`PolygonError::EdgeLost`] if an edge shrinks to nothing, otherwise as [`Polygon::new`].
@@ -157,7 +162,7 @@ impl Polygon {
         Polygon::new(moved)
     }
 
-    /// Number of vertices, and of edges.
+    /// Number of vertices, which is also that of edges.
     #[inline]
     pub fn len(&self) -> usize {
         self.vertices.len()
@@ -174,28 +179,29 @@ impl Polygon {
         &self.vertices
     }
 
-    /// Whether the interior angle at vertex `i` is below 180°. A straight vertex counts as reflex:
-    /// it is no corner.
+    /// Whether the interior angle at vertex `i` is below 180°. A vertex on a straight line counts
+    /// as reflex. Panics if `i` is not below [`len`](Polygon::len).
     #[inline]
     pub fn is_convex_at(&self, i: usize) -> bool {
         self.convex[i]
     }
 
-    /// Ends of edge `i`, from vertex `i` to the next.
+    /// Start and end (m) of edge `i`, from vertex `i` to the next. Panics if `i` is not below
+    /// [`len`](Polygon::len).
     #[inline]
     pub fn edge(&self, i: usize) -> (Point2<f64>, Point2<f64>) {
         let next = if i + 1 == self.len() { 0 } else { i + 1 };
         (self.vertices[i], self.vertices[next])
     }
 
-    /// Unit outward normal of edge `i`.
+    /// Unit outward normal of edge `i`. Panics if `i` is not below [`len`](Polygon::len).
     pub fn outward(&self, i: usize) -> Vector2<f64> {
         let (a, b) = self.edge(i);
         let along = (b - a).normalize();
         Vector2::new(along.y, -along.x)
     }
 
-    /// Enclosed area (m²).
+    /// Enclosed area (m²), positive.
     pub fn area(&self) -> f64 {
         signed_area(&self.vertices)
     }
@@ -205,8 +211,8 @@ impl Polygon {
         self.vertices.iter().map(|p| p.coords.norm()).fold(0.0, f64::max)
     }
 
-    /// Whether `point` lies strictly inside (winding number; points on the outline may go either
-    /// way).
+    /// Whether `point` (m) lies inside, by the winding number; a point on the outline may count
+    /// either way.
     pub fn contains(&self, point: &Point2<f64>) -> bool {
         let mut winding = 0;
         for i in 0..self.len() {
@@ -221,7 +227,7 @@ impl Polygon {
         winding != 0
     }
 
-    /// Distance from `point` to the outline, negative inside (m).
+    /// Distance (m) from `point` (m) to the outline, negative inside.
     pub fn signed_distance(&self, point: &Point2<f64>) -> f64 {
         let nearest = (0..self.len()).map(|i| distance_to_segment(point, self.edge(i))).fold(f64::INFINITY, f64::min);
         if self.contains(point) { -nearest } else { nearest }

@@ -11,12 +11,12 @@ use parry3d_f64::shape::{TriMesh, TriMeshFlags};
 use super::features::MeshFeatures;
 use super::weld::weld;
 
-/// Most triangles of a solid.
+/// Largest number of triangles of a body.
 pub const MAX_TRIANGLES: usize = 500_000;
 /// Height (m) of a triangle below which it has no direction.
 const FLAT: f64 = 1e-9;
 
-/// A point whose coordinates are millimetres, for messages.
+/// A point in millimetres, for messages.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PointMm(pub Point3<f64>);
 
@@ -42,18 +42,18 @@ pub enum TriangleMeshError {
         /// Number of triangles given.
         found: usize,
     },
-    /// A coordinate is NaN or infinite, or a triangle names a vertex that is not there.
+    /// A coordinate is NaN or infinite, or a triangle has a vertex index that is out of range.
     #[error("triangle {triangle}: expected three vertices of finite coordinates")]
     Vertex {
-        /// Which triangle, from 0.
+        /// Index of the triangle, from 0.
         triangle: usize,
     },
-    /// A triangle without area.
+    /// A triangle without area: its height is below 1 nm.
     #[error("triangle {triangle} at {at}: expected three corners that are not on one line")]
     Flat {
-        /// Which triangle, from 0.
+        /// Index of the triangle, from 0.
         triangle: usize,
-        /// One of its corners.
+        /// One of its corners (mm).
         at: PointMm,
     },
     /// An edge that does not have one triangle on each side.
@@ -61,28 +61,29 @@ pub enum TriangleMeshError {
         "expected a closed surface, of which each edge has two triangles; the edge from {from} to {to} has {found} (edges of that kind: {edges})"
     )]
     Open {
-        /// One end.
+        /// One end of the first such edge (mm).
         from: PointMm,
-        /// The other end.
+        /// The other end of that edge (mm).
         to: PointMm,
-        /// How many triangles have this edge.
+        /// Number of triangles that have this edge; 2 is right.
         found: usize,
-        /// How many edges are so.
+        /// Number of edges without two triangles.
         edges: usize,
     },
-    /// Two triangles of which one is turned over.
+    /// Two neighbouring triangles whose corners are listed in opposite directions seen from
+    /// outside.
     #[error(
         "expected triangles whose corners all go the same way round seen from outside; those at the edge from {from} to {to} do not (edges of that kind: {edges})"
     )]
     InconsistentWinding {
-        /// One end.
+        /// One end of the first edge between such triangles (mm).
         from: PointMm,
-        /// The other end.
+        /// The other end of that edge (mm).
         to: PointMm,
-        /// How many edges are so.
+        /// Number of edges between such triangles.
         edges: usize,
     },
-    /// The surface encloses nothing.
+    /// The surface encloses no volume, or one that is not finite.
     #[error("expected a surface that encloses a volume, found {volume} m³")]
     NoVolume {
         /// The signed volume (m³).
@@ -90,10 +91,10 @@ pub enum TriangleMeshError {
     },
 }
 
-/// A body as the closed surface of triangles, in metres.
+/// A body bounded by a closed surface of triangles (m, in the body's frame).
 ///
-/// Vertices nearer to each other than [`WELD_DISTANCE`](super::weld::WELD_DISTANCE) are one. A
-/// surface that is inside out is turned over.
+/// Vertices nearer to each other than [`WELD_DISTANCE`](super::weld::WELD_DISTANCE) are merged. A
+/// surface that is inside out is reversed.
 #[derive(Clone, Debug)]
 pub struct TriangleMesh {
     surface: TriMesh,
@@ -110,11 +111,14 @@ fn from_parry(v: Vector) -> Point3<f64> {
 }
 
 impl TriangleMesh {
-    /// A body from vertices (m, in the body's frame) and triangles: three vertex indices each,
-    /// counter-clockwise seen from outside.
+    /// A body from vertices (m, in the body's frame) and triangles: three indices into `vertices`
+    /// each, counter-clockwise seen from outside. Triangles of which two corners coincide are left
+    /// out.
     ///
     /// # Errors
-    /// [`TriangleMeshError`] if the surface is not closed, and where.
+    /// [`TriangleMeshError`] if there are too few or too many triangles, an index or a coordinate
+    /// is invalid, a triangle is flat, the surface is not closed or not consistently oriented, or
+    /// it encloses no volume. That it does not intersect itself is not checked.
     pub fn new(vertices: &[Point3<f64>], triangles: &[[u32; 3]]) -> Result<Self, TriangleMeshError> {
         if !(4..=MAX_TRIANGLES).contains(&triangles.len()) {
             return Err(TriangleMeshError::TriangleCount { found: triangles.len() });
@@ -153,28 +157,29 @@ impl TriangleMesh {
         Ok(TriangleMesh { surface, features, volume: volume.abs() })
     }
 
-    /// Number of triangles.
+    /// Number of triangles, without those of which two corners coincided.
     pub fn triangle_count(&self) -> usize {
         self.surface.num_triangles()
     }
 
-    /// Vertices (m).
+    /// Vertices (m, in the body's frame) after merging, in the order of their first appearance.
     pub fn vertices(&self) -> impl ExactSizeIterator<Item = Point3<f64>> + '_ {
         self.surface.vertices().iter().map(|&v| from_parry(v))
     }
 
-    /// Vertices of each triangle, counter-clockwise seen from outside.
+    /// Triangles: three indices into [`vertices`](TriangleMesh::vertices) each, counter-clockwise
+    /// seen from outside.
     pub fn triangles(&self) -> &[[u32; 3]] {
         self.surface.indices()
     }
 
-    /// Enclosed volume (m³).
+    /// Enclosed volume (m³), positive.
     pub fn volume(&self) -> f64 {
         self.volume
     }
 
     /// Distance (m) from a point to the surface, negative inside, and the nearest point of the
-    /// surface.
+    /// surface; both points in the body's frame (m).
     ///
     /// Inside and outside follow from pseudonormals (Bærentzen & Aanæs, *Signed distance
     /// computation using the angle weighted pseudonormal*, 2005).
@@ -185,12 +190,13 @@ impl TriangleMesh {
         (if projection.is_inside { -distance } else { distance }, foot)
     }
 
-    /// Corners (m): vertices where it sticks out.
+    /// Vertices at which a convex edge of the body ends (m, in the body's frame), without those
+    /// that only divide a straight edge.
     pub fn corners(&self) -> Vec<Point3<f64>> {
         self.features.corners.iter().map(|corner| self.features.vertices[corner.vertex as usize].into()).collect()
     }
 
-    /// The hull of its shadow along z, counter-clockwise (m).
+    /// Convex hull of the body projected along z: x and y of its vertices (m), counter-clockwise.
     pub fn shadow(&self) -> Vec<Point2<f64>> {
         let mut points: Vec<Point2<f64>> = self.vertices().map(|p| p.xy()).collect();
         points.sort_unstable_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)));

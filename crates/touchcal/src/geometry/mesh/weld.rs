@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use nalgebra::Point3;
 
-/// Points nearer to each other than this distance (m) are one.
+/// Distance (m) below which two points of a surface are merged into one.
 pub const WELD_DISTANCE: f64 = 1e-8;
 
 /// The distinct points among `points` (m), and for each point the index of its distinct one.

@@ -29,17 +29,17 @@ pub struct MeshPair {
 }
 
 impl MeshPair {
-    /// A tool and a fixture, each in its own frame.
+    /// A tool and a fixture, each in its own frame (m).
     pub fn new(tool: TriangleMesh, fixture: TriangleMesh) -> Self {
         MeshPair { tool, fixture }
     }
 
-    /// The tool.
+    /// Mesh of the tool, in the tool frame.
     pub fn tool(&self) -> &TriangleMesh {
         &self.tool
     }
 
-    /// The fixture.
+    /// Mesh of the fixture, in the fixture frame.
     pub fn fixture(&self) -> &TriangleMesh {
         &self.fixture
     }

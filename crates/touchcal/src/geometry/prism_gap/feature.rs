@@ -2,8 +2,10 @@
 
 use nalgebra::Vector3;
 
-/// The pair of surface elements between which a distance is measured. Indices are those of the
-/// profiles.
+/// The pair of surface elements of a straight peg and a straight hole between which a distance is
+/// measured. Vertices and edges are indices into the outlines
+/// [`PrismPair::peg`](super::prism_pair::PrismPair::peg) and
+/// [`PrismPair::hole`](super::prism_pair::PrismPair::hole), edge `i` from vertex `i` to the next.
 ///
 /// A *rim* edge is where a wall meets the top face, a *wall corner* the vertical edge at a hole
 /// vertex. The peg has two end faces, the tip at z = 0 and the other at z = length.
@@ -12,59 +14,59 @@ use nalgebra::Vector3;
 pub enum Feature {
     /// A corner of a peg end against the floor.
     CornerFloor {
-        /// Peg vertex.
+        /// Index of the vertex of the peg's outline.
         peg_vertex: usize,
     },
     /// A corner of a peg end against the top face.
     CornerTop {
-        /// Peg vertex.
+        /// Index of the vertex of the peg's outline.
         peg_vertex: usize,
     },
     /// A corner of a peg end against a wall, or against its rim from above.
     CornerWall {
-        /// Peg vertex.
+        /// Index of the vertex of the peg's outline.
         peg_vertex: usize,
-        /// Hole edge.
+        /// Index of the edge of the hole's outline.
         hole_edge: usize,
     },
     /// A corner of the rim against a side face of the peg, or against an edge of its end.
     RimCornerSide {
-        /// Hole vertex.
+        /// Index of the vertex of the hole's outline.
         hole_vertex: usize,
-        /// Peg edge.
+        /// Index of the edge of the peg's outline.
         peg_edge: usize,
     },
     /// A corner of the rim against an end face of the peg.
     RimCornerEnd {
-        /// Hole vertex.
+        /// Index of the vertex of the hole's outline.
         hole_vertex: usize,
     },
     /// A wall corner against an edge of a peg end.
     WallCornerEndEdge {
-        /// Hole vertex.
+        /// Index of the vertex of the hole's outline.
         hole_vertex: usize,
-        /// Peg edge.
+        /// Index of the edge of the peg's outline.
         peg_edge: usize,
     },
     /// A longitudinal edge of the peg against a rim edge.
     SideEdgeRim {
-        /// Peg vertex.
+        /// Index of the vertex of the peg's outline at which the longitudinal edge lies.
         peg_vertex: usize,
-        /// Hole edge.
+        /// Index of the edge of the hole's outline.
         hole_edge: usize,
     },
     /// An edge of a peg end against a rim edge.
     EndEdgeRim {
-        /// Peg edge.
+        /// Index of the edge of the peg's outline.
         peg_edge: usize,
-        /// Hole edge.
+        /// Index of the edge of the hole's outline.
         hole_edge: usize,
     },
     /// A longitudinal edge of the peg against a wall corner.
     SideEdgeWallCorner {
-        /// Peg vertex.
+        /// Index of the vertex of the peg's outline at which the longitudinal edge lies.
         peg_vertex: usize,
-        /// Hole vertex.
+        /// Index of the vertex of the hole's outline.
         hole_vertex: usize,
     },
 }

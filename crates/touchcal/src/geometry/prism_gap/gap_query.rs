@@ -49,16 +49,16 @@ impl GapQuery for PrismPair {
     }
 }
 
-/// The signed gap of a peg and a hole, and the features between which it is attained. Allocates
-/// nothing.
+/// The signed gap (m) of a peg and a hole at the pose `hole_from_peg`, and the pair of features
+/// between which it is attained. Allocates nothing.
 pub fn nearest_feature(pair: &PrismPair, hole_from_peg: &Pose) -> (SignedGap, Feature) {
     let sweep = FeatureSweep::new(pair, hole_from_peg);
     let least = smallest(&sweep);
     (sweep.signed_gap(&least), least.feature)
 }
 
-/// Calls `visit` for the features whose signed distance exceeds the gap by at most `margin` (m), in
-/// no particular order, and returns the gap. Allocates nothing.
+/// Calls `visit` for the pairs of features whose signed distance exceeds the gap by at most
+/// `margin` (m), in no particular order, and returns the gap. Allocates nothing.
 ///
 /// A corner or edge that penetrates is reported against the nearest face or edge and that one's
 /// neighbours in a corner of the hole.
@@ -74,8 +74,8 @@ pub fn visit_features_within(
     gap
 }
 
-/// Calls `visit` as [`visit_features_within`] does, for the features whose signed distance is below
-/// `cutoff` (m): in one sweep.
+/// Calls `visit` for the pairs of features whose signed distance is below `cutoff` (m), in one
+/// sweep and in no particular order; penetrating features as in [`visit_features_within`].
 pub fn visit_features_below(
     pair: &PrismPair,
     hole_from_peg: &Pose,

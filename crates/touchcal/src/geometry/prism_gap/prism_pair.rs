@@ -6,14 +6,14 @@ use crate::geometry::recognize::AxialSymmetry;
 use crate::geometry::recognize::is_circle;
 use nalgebra::Point2;
 
-/// Why a peg and a hole cannot be modelled.
+/// Why no [`PrismPair`] can be made.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum PrismPairError {
     /// A length that is not a positive finite number.
     #[error("{what}: expected a positive length in metres, found {found}")]
     Length {
-        /// Which length.
+        /// Name of the length: "peg length" or "hole depth".
         what: &'static str,
         /// The value given (m).
         found: f64,
@@ -23,7 +23,7 @@ pub enum PrismPairError {
 /// A straight peg and the straight hole it goes into.
 ///
 /// The peg is its outline extruded over `0 ≤ z ≤ length` of the peg frame, its tip face at z = 0.
-/// The solid is the half space z ≤ 0 of the hole frame less the hole's outline extruded over
+/// The solid is the half space z ≤ 0 of the hole frame without the hole's outline extruded over
 /// `−depth ≤ z ≤ 0`; it extends sideways without limit.
 ///
 /// # Signed gap
@@ -34,7 +34,7 @@ pub enum PrismPairError {
 /// or edge; it is negative exactly when the bodies overlap.
 ///
 /// # Numerics
-/// Edges that are parallel to 1e-12 are left to their end points.
+/// Edges that are parallel to 1e-12 are represented by their end points.
 #[derive(Clone, Debug)]
 pub struct PrismPair {
     pub(super) peg: Polygon,
@@ -68,7 +68,8 @@ pub struct PrismPair {
 }
 
 impl PrismPair {
-    /// A peg of `length` (m) and a hole of `depth` (m), outlines in metres in their own frames.
+    /// A peg of `length` (m) and a hole of `depth` (m), outlines in x and y of their own frames
+    /// (m). Whether the peg fits the hole is not checked.
     ///
     /// # Errors
     /// [`PrismPairError::Length`] if a length is not positive and finite.
@@ -123,7 +124,7 @@ impl PrismPair {
         })
     }
 
-    /// Outline of the peg.
+    /// Outline of the peg in x and y of the peg frame (m).
     pub fn peg(&self) -> &Polygon {
         &self.peg
     }
@@ -133,7 +134,7 @@ impl PrismPair {
         self.length
     }
 
-    /// Outline of the hole.
+    /// Outline of the hole in x and y of the hole frame (m).
     pub fn hole(&self) -> &Polygon {
         &self.hole
     }
@@ -143,12 +144,12 @@ impl PrismPair {
         self.depth
     }
 
-    /// Bounding radius of the peg's outline (m).
+    /// Largest distance (m) of the peg's outline from the z axis of the peg.
     pub fn peg_radius(&self) -> f64 {
         self.peg_radius
     }
 
-    /// Which of their outlines are circles, but for facets.
+    /// Whether the outlines of peg and hole are circles about the z axis, up to facets.
     pub fn symmetry(&self) -> AxialSymmetry {
         self.symmetry
     }

@@ -7,18 +7,18 @@ use nalgebra::{Point2, Point3};
 use crate::geometry::mesh::TriangleMesh;
 use crate::geometry::polygon::{Polygon, foot_on_segment};
 
-/// Which of peg and hole is round about its axis z, but for facets: turning about that axis changes
-/// no gap.
+/// Whether peg and hole are each round about the z axis of their frame, up to facets: a rotation
+/// about that axis changes no gap.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct AxialSymmetry {
-    /// The peg.
+    /// Whether the peg is round.
     pub peg: bool,
-    /// The hole.
+    /// Whether the hole is round.
     pub hole: bool,
 }
 
 impl AxialSymmetry {
-    /// Whether either is.
+    /// Whether peg or hole is round.
     pub fn any(self) -> bool {
         self.peg || self.hole
     }
@@ -43,8 +43,9 @@ pub(crate) fn is_circle(outline: &Polygon) -> bool {
     vertices.iter().all(is_on_circle) && are_facets(vertices.iter().zip(next).map(|(a, b)| turn(a, b)).collect())
 }
 
-/// Whether a body's surface within `reach` (m) of the axis z is one of revolution about it: each
-/// triangle lies flat or has an edge around the axis.
+/// Whether a body's surface within `reach` (m) of the z axis is one of revolution about it, up to
+/// facets: each triangle is horizontal or has an edge around the axis, and facets span at most 24°.
+/// False if no such facet is within reach.
 pub fn is_surface_of_revolution(body: &TriangleMesh, reach: f64) -> bool {
     let vertices: Vec<Point3<f64>> = body.vertices().collect();
     let mut turns = Vec::new();
