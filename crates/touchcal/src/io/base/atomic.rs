@@ -6,20 +6,21 @@ use std::path::Path;
 
 use crate::io::base::error::IoError;
 
-/// Writes `bytes` to `path`: to a temporary file in the same folder, which then takes the name.
-/// Whoever reads `path` meanwhile sees the old content or the new, never a part. Missing folders
-/// are made.
+/// Writes `bytes` to `path`: to a temporary file in the same folder, which is then renamed. A
+/// concurrent reader of `path` sees the old content or the new, never a part. Missing folders are
+/// made, an existing file is replaced.
 ///
 /// # Errors
-/// If the folder cannot be made or the file not written; `path` is then as it was.
+/// [`IoError::File`] if the folder cannot be made or the file not written; `path` is then as it
+/// was.
 pub fn write(path: &Path, bytes: &[u8]) -> Result<(), IoError> {
     write_by(path, |file| file.write_all(bytes).map_err(|source| IoError::file(path, "write", source)))
 }
 
-/// The same of what `content` writes, bit by bit.
+/// As [`write()`], for content that `content` writes into an open temporary file, piece by piece.
 ///
 /// # Errors
-/// As [`write()`], and those of `content`.
+/// As [`write()`], and those of `content`; `path` is then as it was.
 pub fn write_by(path: &Path, content: impl FnOnce(&mut File) -> Result<(), IoError>) -> Result<(), IoError> {
     let folder = match path.parent() {
         Some(parent) if !parent.as_os_str().is_empty() => parent,
@@ -38,7 +39,7 @@ pub fn write_by(path: &Path, content: impl FnOnce(&mut File) -> Result<(), IoErr
 /// Removes a file.
 ///
 /// # Errors
-/// If it cannot be removed.
+/// [`IoError::File`] if there is no such file or it cannot be removed.
 pub fn remove(path: &Path) -> Result<(), IoError> {
     std::fs::remove_file(path).map_err(|source| IoError::file(path, "remove", source))
 }

@@ -9,18 +9,18 @@ use sha2::{Digest, Sha256};
 
 use crate::io::base::error::{IoError, Place};
 
-/// A file that was read, for provenance.
+/// Path and fingerprint of a file that was read, for provenance.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Input {
-    /// Its path, as given or found.
+    /// Path of the file, as given or found.
     pub path: String,
-    /// SHA-256 of its bytes, in hexadecimal.
+    /// SHA-256 of the file's bytes, 64 hexadecimal digits in lower case.
     pub sha256: String,
 }
 
 impl Input {
-    /// Bytes in memory, under a name that stands for a path.
+    /// Fingerprint of content in memory, under a name that stands for a path.
     pub fn of(name: impl Into<String>, content: impl AsRef<[u8]>) -> Input {
         Input { path: name.into(), sha256: sha256(content) }
     }

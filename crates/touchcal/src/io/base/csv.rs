@@ -7,9 +7,9 @@ use flate2::bufread::MultiGzDecoder;
 
 use super::error::{IoError, Place, quoted};
 
-/// Most bytes of one log, unpacked: about 20 million rows of seven joints.
+/// Largest size of one log (bytes, unpacked), 2 GiB: about 20 million rows of seven joints.
 pub const MAX_BYTES: u64 = 2 << 30;
-/// Most bytes of one line.
+/// Largest length of one line (bytes).
 pub const MAX_LINE: usize = 1 << 16;
 
 /// What to do with a bag in a format that is not read.

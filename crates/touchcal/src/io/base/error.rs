@@ -1,4 +1,4 @@
-//! What can go wrong with a file.
+//! Errors of reading and writing files, with their place.
 
 use std::fmt;
 use std::path::Path;
@@ -6,32 +6,33 @@ use std::path::Path;
 /// Longest excerpt of a file that a message quotes (characters).
 const EXCERPT: usize = 60;
 
-/// Where in a file: shown as `file:line:column, field`.
+/// A place in a file, shown as `file:line:column, field`; parts that are `None` are left out.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Place {
     /// Name of the file, as the user gave it.
     pub file: String,
-    /// Line, 1 for the first.
+    /// Line, 1 for the first; `None` for the file as a whole.
     pub line: Option<u64>,
-    /// Column in characters, 1 for the first.
+    /// Column in characters, 1 for the first; shown only together with a line.
     pub column: Option<u64>,
-    /// The element, key or column, in words.
+    /// Element, key or table column, in words; several levels are separated by commas.
     pub field: Option<String>,
 }
 
 impl Place {
-    /// A file as a whole.
+    /// A file as a whole, by its name.
     pub fn file(file: impl Into<String>) -> Place {
         Place { file: file.into(), ..Place::default() }
     }
 
-    /// A line of it.
+    /// The same place with a line number, 1 for the first line.
     pub fn line(mut self, line: u64) -> Place {
         self.line = Some(line);
         self
     }
 
-    /// An element, key or column of it, or of the element named before.
+    /// The same place with an element, key or table column; appended to the one named before, if
+    /// any.
     pub fn field(mut self, field: impl Into<String>) -> Place {
         let field = field.into();
         self.field = Some(self.field.map_or(field.clone(), |outer| format!("{outer}, {field}")));
@@ -64,36 +65,36 @@ impl fmt::Display for Place {
     }
 }
 
-/// A file that cannot be read, understood or written.
+/// Why a file cannot be read, understood or written.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
 pub enum IoError {
-    /// The operating system refused.
+    /// The operating system refused an operation on a file.
     #[error("{path}: could not {action}: {source}")]
     File {
-        /// The path.
+        /// Path of the file or folder.
         path: String,
-        /// What was tried.
+        /// Operation that failed, as a verb: "read", "write", "open" …
         action: &'static str,
-        /// Why it failed.
+        /// Reason given by the operating system.
         source: std::io::Error,
     },
-    /// The content is not what it should be.
+    /// The file's content is not what its format requires.
     #[error("{place}: expected {expected}, found {found}")]
     Unexpected {
-        /// Where.
+        /// Where in the file.
         place: Box<Place>,
-        /// What should be there.
+        /// What the format requires there, in words.
         expected: String,
-        /// What is there.
+        /// What the file has there, in words or as an excerpt.
         found: String,
     },
     /// The text does not follow the grammar of its format.
     #[error("{place}: {message}")]
     Syntax {
-        /// Where.
+        /// Where in the file.
         place: Box<Place>,
-        /// What the parser says.
+        /// Message of the parser.
         message: String,
     },
 }

@@ -1,5 +1,5 @@
-//! A campaign's folder: the scenario, and a Parquet file of its own name for every [`PART`] trials.
-//! Who computes which, where and when, is of no consequence.
+//! A campaign's folder: the scenario, and a Parquet file for every [`PART`] trials. Parts may be
+//! computed in any order, by any number of processes or machines.
 
 use std::io::Write;
 use std::ops::Range;
@@ -12,12 +12,13 @@ use crate::io::campaign::campaign_parquet::{self, Part};
 use crate::io::scenario::scenario_file::{self, SCENARIO, TextFile};
 use crate::sim::Scenario;
 
-/// Trials of a part: what is computed, written and kept together.
+/// Number of trials in a part (fewer in the last): what is computed, written and kept together.
 pub const PART: u64 = 50;
-/// Folder of the parts, within that of the campaign.
+/// Name of the folder that holds the parts, within that of the campaign.
 pub const PARTS: &str = "parts";
 
-/// Trials of one scenario.
+/// The folder of a campaign: simulated trials of one scenario with successive seeds, divided into
+/// parts.
 #[derive(Clone, Debug)]
 pub struct CampaignFolder {
     scenario: Scenario,
@@ -29,12 +30,13 @@ pub struct CampaignFolder {
 }
 
 impl CampaignFolder {
-    /// Writes the scenario beside the parts, and reads it from there: what is simulated is what
-    /// that text says, to the last bit. `files` are those of
-    /// [`scenario_text`](scenario_file::scenario_text).
+    /// Writes the scenario's files beside the parts and reads the scenario back, so that all
+    /// processes simulate the same text, to the last bit. `files` are those of
+    /// [`scenario_text`](scenario_file::scenario_text); the campaign has `trials` trials with the
+    /// seeds `first_seed`, `first_seed + 1`, …
     ///
     /// # Errors
-    /// If they cannot be written, or are no scenario.
+    /// If the files cannot be written, or are no scenario.
     pub fn new(files: &[TextFile], folder: PathBuf, trials: u64, first_seed: u64) -> Result<Self, IoError> {
         let parts = folder.join(PARTS);
         files.iter().try_for_each(|file| atomic::write(&parts.join(&file.name), file.text.as_bytes()))?;
@@ -44,7 +46,7 @@ impl CampaignFolder {
         Ok(CampaignFolder { scenario, settings, folder, first_seed, trials })
     }
 
-    /// Where it is.
+    /// Path of the campaign's folder.
     pub fn folder(&self) -> &Path {
         &self.folder
     }
@@ -54,17 +56,17 @@ impl CampaignFolder {
         &self.scenario
     }
 
-    /// Seed of the first trial; the others count on from it.
+    /// Seed of trial 0; that of trial `k` is greater by `k`.
     pub fn first_seed(&self) -> u64 {
         self.first_seed
     }
 
-    /// Number of parts.
+    /// Number of parts: trials over [`PART`], rounded up.
     pub fn count(&self) -> u64 {
         self.trials.div_ceil(PART)
     }
 
-    /// Trials of a part.
+    /// Numbers of the trials in part `part` (from 0); empty from the last part on.
     pub fn range(&self, part: u64) -> Range<u64> {
         part * PART..((part + 1) * PART).min(self.trials)
     }
@@ -73,16 +75,18 @@ impl CampaignFolder {
         self.folder.join(PARTS).join(format!("part-{part:06}.parquet"))
     }
 
-    /// A part that is there, whole and of these settings; any other is no part of this campaign.
+    /// Part `part` (from 0) from its file; `None` if the file is missing, damaged, incomplete, or
+    /// computed with other settings, such as another version or scenario.
     pub fn kept(&self, part: u64) -> Option<Part> {
         campaign_parquet::read_file(&self.path(part)).ok().filter(|found| self.is_whole(part, found))
     }
 
-    /// Writes the bytes of a part, wherever it was computed.
+    /// Writes part `part` (from 0), given as the bytes of its Parquet file, after checking that it
+    /// is complete.
     ///
     /// # Errors
-    /// If they are not whole or not of these settings, or cannot be written; the file is then as it
-    /// was.
+    /// If the part is incomplete or has other settings, or cannot be written; the file is then as
+    /// it was.
     pub fn keep(&self, part: u64, content: &[u8]) -> Result<(), IoError> {
         let path = self.path(part);
         atomic::write_by(&path, |file| {
@@ -98,15 +102,17 @@ impl CampaignFolder {
         found.rows.iter().map(|row| row.trial).eq(self.range(part)) && found.settings == self.settings
     }
 
-    /// Rows as a part of this campaign, and the seconds of one core that they took.
+    /// A part of this campaign from its rows (one per trial) and the computing time of them all (s,
+    /// on one core).
     pub fn part(&self, rows: Vec<CampaignRow>, core_seconds: f64) -> Part {
         Part { settings: self.settings.clone(), trials: self.trials, core_seconds, rows }
     }
 
-    /// Writes the rows of all parts to one file; only some are in memory at a time.
+    /// Writes the rows of all parts, in the order of trials, to one Parquet file; only some are in
+    /// memory at a time.
     ///
     /// # Errors
-    /// If a part is not there, or the file cannot be written.
+    /// If a part is missing, or the file cannot be written.
     pub fn write_rows(&self, path: &Path) -> Result<(), IoError> {
         let missing = |part| IoError::unexpected(place(&self.path(part)), "a part of this campaign", "none");
         let whole = |part| self.kept(part).ok_or_else(|| missing(part));

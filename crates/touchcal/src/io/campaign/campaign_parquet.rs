@@ -1,6 +1,7 @@
-//! Rows of a campaign as Parquet, a part of it a file: columns of the names of [`CampaignRow`],
-//! counts INT64, measures DOUBLE; in the file's metadata what the rows depend on (`touchcal`), of
-//! how many trials they are (`trials`) and how long they took (`core_seconds`).
+//! Rows of a campaign as Parquet: columns named as the fields of [`CampaignRow`] (angles with
+//! `_rad`, lengths with `_m`), counts INT64, measures DOUBLE; in the file's metadata what the rows
+//! depend on (`touchcal`), the number of trials of the campaign (`trials`) and the computing time
+//! (`core_seconds`).
 
 use std::fs::File;
 use std::io::Write;
@@ -66,36 +67,37 @@ fn measures(row: &CampaignRow) -> [f64; 9] {
     MEASURES.map(|(_, field)| *field(&mut row))
 }
 
-/// Whether two rows are the same to the last bit.
+/// Whether two rows are equal bit by bit, also where they are NaN.
 pub fn identical(one: &CampaignRow, other: &CampaignRow) -> bool {
     counts(one) == counts(other) && measures(one).map(f64::to_bits) == measures(other).map(f64::to_bits)
 }
 
-/// A part of a campaign, and what it is a part of.
+/// Rows of a part of a campaign, and the settings they were computed with.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Part {
-    /// All that rows depend on.
+    /// All that the rows depend on, as text: version, first seed and scenario.
     pub settings: String,
-    /// Trials of the campaign that it was computed for.
+    /// Number of trials of the whole campaign.
     pub trials: u64,
-    /// Seconds of one core that its trials took.
+    /// Computing time of the rows (s, on one core).
     pub core_seconds: f64,
-    /// Its trials.
+    /// One row per trial, in the order of trials.
     pub rows: Vec<CampaignRow>,
 }
 
-/// The bytes of a part.
+/// The Parquet file of a part, as bytes.
 ///
 /// # Errors
-/// If the parquet crate cannot write them.
+/// [`IoError::Syntax`] if the parquet crate cannot write them.
 pub fn to_bytes(part: &Part) -> Result<Vec<u8>, IoError> {
     let mut writer = writer(Vec::new(), part).map_err(unwritten)?;
     add(&mut writer, &part.rows).map_err(unwritten)?;
     writer.into_inner().map_err(unwritten)
 }
 
-/// Writes the rows of many parts to one file, of which all but the rows is in `about`; only some
-/// are in memory at a time.
+/// Writes the rows of many parts, in their order, to one Parquet file with the settings, number of
+/// trials and computing time of `about`, whose own rows are ignored; only some are in memory at a
+/// time.
 ///
 /// # Errors
 /// If a part cannot be read, or the file not written.
@@ -163,10 +165,10 @@ fn add<W: Write + Send>(writer: &mut SerializedFileWriter<W>, rows: &[CampaignRo
     Ok(())
 }
 
-/// A part that was written.
+/// Reads a part from its Parquet file.
 ///
 /// # Errors
-/// If the file cannot be read or is no part of a campaign.
+/// If the file cannot be read, is larger than 256 MiB, or is no part of a campaign.
 pub fn read_file(path: &Path) -> Result<Part, IoError> {
     read_open(bytes::open(path)?, path)
 }

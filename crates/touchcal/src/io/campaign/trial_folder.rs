@@ -1,9 +1,9 @@
-//! Recorded trials with truth: a folder for each, with `contact.csv` or `contact.csv.gz` (joint
-//! positions in contact, rad) and `truth.json`.
+//! Recorded trials with known truth: a folder for each, with `contact.csv` or `contact.csv.gz`
+//! (joint positions in contact, rad) and `truth.json`.
 //!
-//! Keys of `truth.json` that are read: `r` (strain), `b_rad` (encoder biases), `T_flange_peg` and
-//! `T_base_hole` (each with `position_m` and `quat_wxyz`), `geometry` (must be `"extrusion"`, the
-//! 25 mm extrusion in its hole of 1.0 mm clearance).
+//! Keys of `truth.json` that are read: `r` (strain), `b_rad` (encoder offsets, one for each joint),
+//! `T_flange_peg` and `T_base_hole` (each with `position_m` and `quat_wxyz`), `geometry` (must be
+//! `"extrusion"`, the 25 mm extrusion in its hole of 1.0 mm clearance).
 
 use std::path::{Path, PathBuf};
 
@@ -58,10 +58,12 @@ impl Placed {
     }
 }
 
-/// Reads all trials of `folder` by `robot`, sorted by name.
+/// Reads the trials of all subfolders of `folder` that hold a `truth.json`, recorded with `robot`,
+/// sorted by name; of at most 100 000 entries.
 ///
 /// # Errors
-/// If the folder holds none, or a trial is incomplete or of other parts.
+/// If there is no such subfolder, or a trial is incomplete, has other parts, or another number of
+/// joints than the robot.
 pub fn read(folder: &Path, robot: &Robot) -> Result<Vec<Trial>, IoError> {
     let failed = |source| IoError::file(folder, "list the folder", source);
     let mut folders: Vec<PathBuf> = Vec::new();

@@ -23,11 +23,11 @@ use crate::robot::Robot;
 pub use crate::io::base::csv::{MAX_BYTES, MAX_LINE};
 
 /// Adds the contacts of a log, plain or gzipped, to `log`; `file` is its name for messages and
-/// provenance.
+/// provenance. Joint positions are converted to rad and m.
 ///
 /// # Errors
-/// If the content is not such a log or too large. `log` then holds a part of it and should be
-/// dropped.
+/// [`IoError`] if the content is not such a log, has no rows, or is too large. `log` then holds a
+/// part of it and should be dropped.
 pub fn read(
     content: impl Read,
     file: &str,

@@ -1,7 +1,8 @@
-//! `checkpoint.safetensors`: training under way, schema 1.
+//! `checkpoint.safetensors`: state of a training, schema 1.
 //!
 //! As a [weights file](crate::io::manifold::weights_file), with tensors `layers`, `first`, `second`
-//! (the gradients' means and squares) and `best`, and one entry of metadata, `touchcal_checkpoint`.
+//! (means of the gradients and of their squares) and `best`, and one entry of metadata,
+//! `touchcal_checkpoint`.
 
 use std::path::Path;
 
@@ -13,9 +14,9 @@ use crate::io::manifold::network_entry::{NetworkEntry, Teacher};
 use crate::io::manifold::network_tensors;
 use crate::manifold::learned::{AdamState, BestWeights, Checkpoint, Network};
 
-/// The schema that this version writes and reads.
+/// The schema that this version writes and reads; others are refused.
 pub const SCHEMA: u32 = 1;
-/// Largest file read (bytes).
+/// Largest file read (bytes), 4 GiB.
 pub const MAX_BYTES: u64 = 4 << 30;
 
 const KEY: &str = "touchcal_checkpoint";
@@ -24,12 +25,12 @@ const FIRST: &str = "first";
 const SECOND: &str = "second";
 const BEST: &str = "best";
 
-/// Training under way and what it learns from.
+/// State of a training, and what the projection is learned from.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CheckpointFile {
-    /// Where training stands.
+    /// State of the training.
     pub checkpoint: Checkpoint,
-    /// What it learns from.
+    /// Manifold and pairs that the projection is learned from.
     pub teacher: Teacher,
 }
 
@@ -48,10 +49,10 @@ struct BestEntry {
     step: u64,
 }
 
-/// The bytes of a file: `checkpoint`, and what it learns from.
+/// The bytes of a checkpoint file.
 ///
 /// # Errors
-/// If the metadata is no JSON, which it always is when its numbers are finite.
+/// [`IoError::Syntax`] if a number is not finite, which JSON cannot hold.
 pub fn to_bytes(checkpoint: &Checkpoint, teacher: &Teacher) -> Result<Vec<u8>, IoError> {
     let Checkpoint { options, scaling, network, adam, best } = checkpoint;
     let content = Content {
@@ -64,11 +65,11 @@ pub fn to_bytes(checkpoint: &Checkpoint, teacher: &Teacher) -> Result<Vec<u8>, I
     network_tensors::write(KEY, SCHEMA, content, &networks)
 }
 
-/// Reads a file's bytes; `file` is its name for messages.
+/// Reads the bytes of a checkpoint file; `file` is its name for messages.
 ///
 /// # Errors
-/// If they are no such file, whole and of this schema, or its weights don't fit what it says of
-/// them.
+/// If the bytes are no complete file of this schema, are more than [`MAX_BYTES`], or the weights do
+/// not have the shapes that the metadata states.
 pub fn from_bytes(bytes: &[u8], file: &str) -> Result<CheckpointFile, IoError> {
     bytes::check_size(bytes.len() as u64, MAX_BYTES, file)?;
     let (tensors, Content { network: entry, step, best }) = network_tensors::read::<Content>(bytes, file, KEY, SCHEMA)?;
@@ -91,7 +92,7 @@ pub fn from_bytes(bytes: &[u8], file: &str) -> Result<CheckpointFile, IoError> {
     Ok(CheckpointFile { checkpoint, teacher: entry.teacher().clone() })
 }
 
-/// Reads a file.
+/// Reads a checkpoint file.
 ///
 /// # Errors
 /// As [`from_bytes`], and if the file cannot be read.

@@ -1,8 +1,8 @@
-//! `manifold.safetensors`: a contact manifold as samples, with where they came from, schema 1.
+//! `manifold.safetensors`: a contact manifold as samples, with their origin, schema 1.
 //!
-//! One tensor, `poses`: a row a sample, six numbers of 64 bits, `fixture_from_tool` as x, y, z (m),
-//! roll, pitch, yaw (rad). One entry of metadata, `touchcal_manifold`: JSON with the
-//! [`Provenance`], units and names in it.
+//! One tensor, `poses`, of shape [n, 6] and 64-bit numbers: a row per sample, `fixture_from_tool`
+//! as x, y, z (m), roll, pitch, yaw (rad). One entry of metadata, `touchcal_manifold`: JSON with
+//! the [`Provenance`], units and names in it.
 
 use std::collections::HashMap;
 use std::path::Path;
@@ -17,9 +17,9 @@ use crate::io::manifold::pose_file::{self, MAX_POSES, no_samples};
 use crate::manifold::PoseSamples;
 use crate::manifold::coordinates::{Coordinates, Metric};
 
-/// The schema that this version writes and reads.
+/// The schema that this version writes and reads; others are refused.
 pub const SCHEMA: u32 = 1;
-/// Largest file read (bytes): [`MAX_POSES`] and their header.
+/// Largest file read (bytes): [`MAX_POSES`] samples and a header.
 pub const MAX_BYTES: u64 = MAX_POSES as u64 * ROW as u64 + (1 << 20);
 
 const TENSOR: &str = "poses";
@@ -31,35 +31,35 @@ const ROW: usize = 6 * size_of::<f64>();
 /// Longest radian (m) of a metric.
 const LONGEST_RADIAN: f64 = 1e3;
 
-/// Samples of a contact manifold and where they came from.
+/// Samples of a contact manifold, and their origin.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ManifoldFile {
-    /// The samples.
+    /// The samples `fixture_from_tool`.
     pub samples: PoseSamples,
-    /// Where they came from.
+    /// Origin of the samples.
     pub provenance: Provenance,
 }
 
-/// Where samples of a manifold came from.
+/// Origin of the samples of a contact manifold.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Provenance {
-    /// The fixture that was touched; empty if not known.
+    /// Name of the fixture that was touched; empty if not known.
     pub fixture: String,
-    /// Poses that were recorded, before thinning.
+    /// Number of poses that were recorded, before thinning.
     pub recorded: u64,
-    /// Distance (m) to which they were thinned; 0 if not at all.
+    /// Distance (m) to which the poses were thinned; 0 if not at all.
     pub spacing: f64,
-    /// Length of a radian (m) in that distance.
+    /// Length that a radian counts as in that distance (m/rad).
     pub metres_per_radian: f64,
-    /// Files that were read.
+    /// Files from which the samples were computed.
     pub inputs: Vec<Input>,
     /// Version of this crate that wrote the file.
     pub version: String,
 }
 
 impl Provenance {
-    /// The metric of the spacing.
+    /// The metric in which the samples were thinned.
     pub fn metric(&self) -> Metric {
         Metric { metres_per_radian: self.metres_per_radian }
     }
@@ -78,10 +78,10 @@ struct Entry {
 }
 
 impl ManifoldFile {
-    /// The file's bytes.
+    /// The bytes of a manifold file.
     ///
     /// # Errors
-    /// If the provenance is no JSON, which it always is when its numbers are finite.
+    /// [`IoError::Syntax`] if a number of the provenance is not finite, which JSON cannot hold.
     pub fn to_bytes(&self) -> Result<Vec<u8>, IoError> {
         let failed = |error: String| IoError::syntax(Place::file("manifold"), error);
         let poses = self.samples.coordinates();
@@ -100,10 +100,11 @@ impl ManifoldFile {
         safetensors::serialize([(TENSOR, tensor)], Some(metadata)).map_err(|error| failed(error.to_string()))
     }
 
-    /// Reads a file's bytes; `file` is its name for messages.
+    /// Reads the bytes of a manifold file; `file` is its name for messages.
     ///
     /// # Errors
-    /// If they are no such file, whole and of this schema, or hold no samples of a manifold.
+    /// If the bytes are no complete file of this schema, are more than [`MAX_BYTES`], or have fewer
+    /// than two different poses.
     pub fn from_bytes(bytes: &[u8], file: &str) -> Result<ManifoldFile, IoError> {
         bytes::check_size(bytes.len() as u64, MAX_BYTES, file)?;
         let place = || Place::file(file);
@@ -136,7 +137,7 @@ impl ManifoldFile {
         Ok(ManifoldFile { samples, provenance })
     }
 
-    /// Reads a file, and its fingerprint.
+    /// Reads a manifold file, and returns its fingerprint too.
     ///
     /// # Errors
     /// As [`from_bytes`](ManifoldFile::from_bytes), and if the file cannot be read.
@@ -146,12 +147,12 @@ impl ManifoldFile {
     }
 }
 
-/// Reads samples from a manifold file, with the metric in which they were thinned, or else from a
-/// file of poses.
+/// Reads samples, by the extension of the path: from a manifold file (`.safetensors`) with the
+/// metric in which they were thinned, or from a file of poses (any other), without a metric.
+/// Returns the file's fingerprint too.
 ///
 /// # Errors
-/// As [`ManifoldFile::read_file`] of a file named `*.safetensors`, and [`pose_file::read_file`] of
-/// any other.
+/// As [`ManifoldFile::read_file`] or [`pose_file::read_file`].
 pub fn read_samples(path: &Path) -> Result<(PoseSamples, Option<Metric>, Input), IoError> {
     if path.extension().is_some_and(|extension| extension.eq_ignore_ascii_case("safetensors")) {
         let (file, input) = ManifoldFile::read_file(path)?;

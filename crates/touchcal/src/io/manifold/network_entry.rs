@@ -15,24 +15,25 @@ const ACTIVATION: &str = "relu";
 const MOST_LAYERS: usize = 64;
 const GREATEST_WIDTH: usize = 1 << 16;
 
-/// What a network learned from.
+/// Manifold and pairs from which a network learned.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Teacher {
-    /// The stored manifold, with its fingerprint.
+    /// The manifold file, with its fingerprint.
     pub manifold: Input,
-    /// Its number of samples.
+    /// Number of samples in the manifold file.
     pub samples: u64,
-    /// Least and greatest value of each of their coordinates (m, rad).
+    /// Least and greatest value of each coordinate of the samples (m for 0–2, rad for 3–5).
     pub bounds: [(f64, f64); 6],
-    /// Greatest offset of a pair in each coordinate (m, rad).
+    /// Largest offset of a pair's input from a sample in each coordinate `[x, y, z, α, β, γ]` (m,
+    /// rad), in the tool's frame.
     pub offsets: Coordinates,
     /// Seed of the pairs.
     pub seed: u64,
 }
 
 impl Teacher {
-    /// The pairs it taught.
+    /// The pairs from which the network learned, from `offsets` and `seed`.
     pub fn pairs(&self) -> TrainingPairs {
         TrainingPairs { bounds: self.offsets, seed: self.seed }
     }

@@ -1,9 +1,9 @@
-//! A learned projection as ONNX, opset 13: input `pose`, output `projected`, both `[n, 6]` in
-//! single precision, x, y, z in metres, roll, pitch and yaw in radians.
+//! A learned projection as ONNX, opset 13: input `pose`, output `projected`, both of shape [n, 6]
+//! in single precision, x, y, z in metres, roll, pitch and yaw in radians.
 //!
-//! The graph does what [`LearnedProjection`] does, but for turns: angles are to be within half a
-//! turn of the scaling's centre. The messages are those of onnx.proto3 (field numbers of IR version
-//! 8), written by hand: they are few.
+//! The graph computes what [`LearnedProjection`] does, except that it does not wrap angles: they
+//! must lie within π of the scaling's centre. The messages are those of onnx.proto3 (field numbers
+//! of IR version 8), encoded by hand: they are few.
 
 use crate::manifold::learned::{LearnedProjection, Output};
 
@@ -14,7 +14,8 @@ const FLOAT: u64 = 1;
 /// `AttributeProto.INT`.
 const INT: u64 = 2;
 
-/// The file's bytes; `metadata` becomes its properties.
+/// The bytes of the ONNX file; `metadata` are pairs of key and value that become properties of the
+/// model.
 pub fn to_bytes(projection: &LearnedProjection, metadata: &[(&str, String)]) -> Vec<u8> {
     let mut model = Message::default();
     model.number(1, IR_VERSION).text(2, "touchcal").text(3, env!("CARGO_PKG_VERSION"));

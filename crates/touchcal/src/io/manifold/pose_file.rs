@@ -21,10 +21,12 @@ pub use super::pose_row::MAX_POSES;
 
 /// What a Parquet file begins with.
 const PARQUET: &[u8] = b"PAR1";
-/// Reads the poses of a file's content; `file` is its name for messages.
+/// Reads the poses `fixture_from_tool` of a file's content, CSV plain or gzipped, in order; `file`
+/// is its name for messages. A header without rows gives no poses.
 ///
 /// # Errors
-/// If the content is no such table, or too large.
+/// [`IoError`] if the content is no such table, a coordinate exceeds 10 m, a quaternion's norm is
+/// not 1 within 10⁻³, or there are more than [`MAX_POSES`].
 pub fn read(content: impl Read, file: &str) -> Result<Vec<Pose>, IoError> {
     let mut lines = Lines::new(unpacked(content, file)?, file);
     let place = Place::file(file);
@@ -57,10 +59,12 @@ pub fn read(content: impl Read, file: &str) -> Result<Vec<Pose>, IoError> {
     Ok(poses)
 }
 
-/// Reads a file of poses as samples of a manifold, and its fingerprint.
+/// Reads a file of poses (CSV, gzipped CSV or Parquet) as samples of a manifold, and returns its
+/// fingerprint too.
 ///
 /// # Errors
-/// As [`read`], if the file cannot be read, or if its poses are fewer than two different ones.
+/// As [`read`], if the file cannot be read or needs a cargo feature that this build lacks, or if it
+/// has fewer than two different poses.
 pub fn read_file(path: &Path) -> Result<(PoseSamples, Input), IoError> {
     let name = path.display().to_string();
     let failed = |source| IoError::file(path, "read", source);

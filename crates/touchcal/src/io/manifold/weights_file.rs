@@ -15,27 +15,27 @@ pub use crate::io::manifold::network_entry::Teacher;
 use crate::io::manifold::network_tensors;
 use crate::manifold::learned::{LearnedProjection, Network, TrainingOptions};
 
-/// The schema that this version writes and reads.
+/// The schema that this version writes and reads; others are refused.
 pub const SCHEMA: u32 = 1;
-/// Largest file read (bytes).
+/// Largest file read (bytes), 1 GiB.
 pub const MAX_BYTES: u64 = 1 << 30;
 
 const KEY: &str = "touchcal_network";
 const LAYERS: &str = "layers";
 
-/// A learned projection and where it came from.
+/// A learned projection, and how and from what it was learned.
 #[derive(Clone, Debug, PartialEq)]
 pub struct WeightsFile {
-    /// The projection.
+    /// The projection, with its weights and scaling.
     pub projection: LearnedProjection,
-    /// How it learned.
+    /// Options of the training.
     pub options: TrainingOptions,
-    /// From what.
+    /// Manifold and pairs that the projection was learned from.
     pub teacher: Teacher,
-    /// Steps after which these weights were found.
+    /// Number of steps after which these weights were found.
     pub step: u64,
-    /// Their mean squared error on the held-out pairs, in the network's outputs; none before the
-    /// first look.
+    /// Mean square of the network's output errors over the held-out pairs (no unit); `None` before
+    /// the first evaluation.
     pub loss: Option<f64>,
 }
 
@@ -48,21 +48,21 @@ struct Content {
 }
 
 impl WeightsFile {
-    /// The file's bytes.
+    /// The bytes of a weights file.
     ///
     /// # Errors
-    /// If the metadata is no JSON, which it always is when its numbers are finite.
+    /// [`IoError::Syntax`] if a number of the metadata is not finite, which JSON cannot hold.
     pub fn to_bytes(&self) -> Result<Vec<u8>, IoError> {
         let network = NetworkEntry::new(self.projection.scaling(), &self.options, &self.teacher);
         let content = Content { network, step: self.step, loss: self.loss };
         network_tensors::write(KEY, SCHEMA, content, &[(LAYERS, self.projection.network().layers())])
     }
 
-    /// Reads a file's bytes; `file` is its name for messages.
+    /// Reads the bytes of a weights file; `file` is its name for messages.
     ///
     /// # Errors
-    /// If they are no such file, whole and of this schema, or its weights don't fit what it says of
-    /// them.
+    /// If the bytes are no complete file of this schema, are more than [`MAX_BYTES`], or the
+    /// weights do not have the shapes that the metadata states.
     pub fn from_bytes(bytes: &[u8], file: &str) -> Result<WeightsFile, IoError> {
         bytes::check_size(bytes.len() as u64, MAX_BYTES, file)?;
         let (tensors, Content { network: entry, step, loss }) =
@@ -81,7 +81,7 @@ impl WeightsFile {
         Ok(WeightsFile { projection, options: entry.options(), teacher, step, loss })
     }
 
-    /// Reads `weights.safetensors` at a path; the [`Input`] has the file's path and SHA-256.
+    /// Reads a weights file, and returns its path and SHA-256 too.
     ///
     /// # Errors
     /// As [`from_bytes`](WeightsFile::from_bytes), and if the file cannot be read.

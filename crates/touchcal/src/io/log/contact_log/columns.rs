@@ -7,18 +7,20 @@ use crate::io::base::bytes::{self, Input};
 use crate::io::base::error::{IoError, Place};
 use crate::robot::Robot;
 
-/// Columns of numbers.
+/// A log in memory: named columns of numbers, one row per moment.
 pub struct Columns<'a> {
-    /// Their names, as in the header of a file.
+    /// Names of the columns, as in the header of a file: joints, `fx` … `tz`, `contact`.
     pub names: &'a [String],
-    /// How many rows they have.
+    /// Number of rows.
     pub rows: usize,
-    /// The number in a row and column. Called for columns with a known name only.
+    /// `value(row, column)`: the number in a row and column, both from 0, in the units of a file.
+    /// Called for columns with a known name only.
     pub value: &'a dyn Fn(usize, usize) -> f64,
 }
 
 /// Adds the contacts of columns in memory to `log`, as [`super::read_file`] does those of a file,
-/// and returns their fingerprint; `name` stands for the file in messages, the first row is line 1.
+/// and returns the fingerprint of the columns used; `name` stands for the file in messages, the
+/// first row is line 1.
 ///
 /// # Errors
 /// As [`super::read_file`].

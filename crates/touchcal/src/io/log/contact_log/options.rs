@@ -7,30 +7,31 @@ use crate::contact::{AngleUnit, Detection, IngestOptions, Load};
 /// How to read a log: its columns and units, and which rows are contacts.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Options {
-    /// Index of the fixture that the contacts touch.
+    /// Index of the fixture that the contacts touch, from 0.
     pub fixture: usize,
-    /// Unit of the revolute joints' columns.
+    /// Unit of the columns of revolute joints; prismatic ones are always in m.
     pub unit: AngleUnit,
-    /// Names of the columns of a file that has no header line; the names of those that are not used
-    /// do not matter.
+    /// Column names of a file that has no header line, one per column; names of unused columns do
+    /// not matter. `None`: the file has a header line, or its columns are the joints in order.
     pub header: Option<Vec<String>>,
-    /// Names of moving joints in the order of the columns `q1`…`qn` and of a file without header;
-    /// none: the chain's order.
+    /// Names of the moving joints in the order of the columns `q1` … `qn` and of a file without
+    /// header; `None`: the order of the kinematic chain.
     pub joints: Option<Vec<String>>,
-    /// By usual name (`q1`, a joint's name, `fx`, `contact`): the file's name for that column, or
-    /// joint.
+    /// Names that the file uses: from the usual name of a column (`q1`, a joint's name, `fx`,
+    /// `contact`) to the name of the column or joint in the file.
     pub columns: BTreeMap<String, String>,
-    /// Topic of a bag's joint states; none: the only one of their type.
+    /// Topic of a bag's joint states; `None`: the only topic of their type.
     pub joint_topic: Option<String>,
-    /// Topic of a bag's wrenches; none: the only one of their type.
+    /// Topic of a bag's wrenches; `None`: the only topic of their type.
     pub wrench_topic: Option<String>,
-    /// Contact detection by force; needs columns `fx`, `fy`, `fz`, or wrenches.
+    /// Contact detection by a force threshold, which needs columns `fx`, `fy`, `fz` (N), or
+    /// wrenches; `None`: rows are contacts as flagged, or all.
     pub detection: Option<Detection>,
-    /// How far (rad or m) some joint must have moved since the last contact for a row to be another
-    /// one; none: every row is.
+    /// Least motion (rad or m) of some joint since the last contact for a row to be another
+    /// contact; `None`: every row is one.
     pub apart: Option<f64>,
-    /// How the wrench is a load on the arm; none: it is not. Needs columns `fx` to `tz`, or
-    /// wrenches.
+    /// How the wrench loads the arm and bends its joints; `None`: it is not taken into account.
+    /// Needs columns `fx` to `tz` (N, N m), or wrenches.
     pub load: Option<Load>,
 }
 

@@ -1,4 +1,4 @@
-//! Contact logs of any format, told apart by their first bytes.
+//! Contact logs of any format, distinguished by their first bytes.
 
 use std::ffi::OsString;
 use std::fs::File;
@@ -25,12 +25,12 @@ const MCAP: &[u8] = b"\x89MCAP";
 /// What the folder of a bag may hold beside its files.
 const BAG_CONTENTS: &str = "metadata.yaml";
 
-/// Adds the contacts of a file, whatever its format, or of a bag's folder, to `log`, and returns
-/// the file's fingerprint.
+/// Adds the contacts of a file, whatever its format, or of a bag's folder, to `log`, in rad and m,
+/// and returns the file's fingerprint.
 ///
 /// # Errors
-/// If the file cannot be read, is no such log, or too large. `log` then holds a part of it and
-/// should be dropped.
+/// [`IoError`] if the file cannot be read, is no such log or too large, or needs a cargo feature
+/// that this build lacks. `log` then holds a part of it and should be dropped.
 pub fn read_file(path: &Path, robot: &Robot, options: &Options, log: &mut ContactLog) -> Result<Input, IoError> {
     let path = &log_in(path)?;
     let mut ingest = ContactIngest::new(robot, &path.display().to_string(), options.ingest(), log);

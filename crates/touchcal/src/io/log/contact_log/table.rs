@@ -18,7 +18,7 @@ use crate::io::base::atomic;
 use crate::io::base::error::{IoError, Place};
 use crate::robot::Robot;
 
-/// The rows of a log, in contact or not.
+/// All rows of a log, in contact or not, in rad, m, N and N m.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct LogTable {
     joints: Vec<String>,
@@ -29,8 +29,8 @@ pub struct LogTable {
 }
 
 impl LogTable {
-    /// Reads all rows of a log. [`Options::detection`] says nothing here; the wrenches of a bag are
-    /// read if [`Options::wrench_topic`] is given.
+    /// Reads all rows of a log of any format. [`Options::detection`] is ignored; the wrenches of a
+    /// bag are read if [`Options::wrench_topic`] or [`Options::load`] is given.
     ///
     /// # Errors
     /// As [`read_file`](super::read_file).
@@ -42,11 +42,11 @@ impl LogTable {
         Ok(table)
     }
 
-    /// Writes the log, as what the file's name ends in says: `.csv`, `.csv.gz`, or `.parquet`
+    /// Writes the log in the format of the file name's ending: `.csv`, `.csv.gz`, or `.parquet`
     /// (cargo feature `parquet`).
     ///
     /// # Errors
-    /// If it ends in something else, or cannot be written.
+    /// [`IoError`] if the name has another ending, or the file cannot be written.
     pub fn write_file(&self, path: &Path) -> Result<(), IoError> {
         let name = path.display().to_string();
         let failed = |source| IoError::file(path, "write", source);
@@ -66,7 +66,8 @@ impl LogTable {
         }
     }
 
-    /// Names of the columns: joints, then what there is of `fx`…`tz` and `contact`.
+    /// Names of the columns: the moving joints in the order of the chain, then those of `fx` … `tz`
+    /// and `contact` that the log has.
     pub fn columns(&self) -> Vec<&str> {
         let extra = |holds: &Holds| match holds {
             Holds::Wrench(k) => WRENCH[*k],
@@ -75,12 +76,13 @@ impl LogTable {
         self.joints.iter().map(String::as_str).chain(self.extras.iter().map(extra)).collect()
     }
 
-    /// The rows: rad, m, N, N m; the flag 0 or 1.
+    /// The rows, one number for each of [`columns`](LogTable::columns): rad or m, N, N m; the
+    /// contact flag 0 or 1.
     pub fn rows(&self) -> impl ExactSizeIterator<Item = &[f64]> {
         self.values.chunks_exact((self.joints.len() + self.extras.len()).max(1))
     }
 
-    /// What was taken for granted in reading.
+    /// Assumptions made in reading, such as a guessed unit, each with the file's name.
     pub fn notes(&self) -> &[String] {
         &self.notes
     }

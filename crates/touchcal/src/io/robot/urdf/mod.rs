@@ -22,30 +22,31 @@ use crate::robot::{Robot, builtin};
 pub use read::Ends;
 pub use write::rewrite;
 
-/// Largest URDF read (bytes). Those of whole humanoids have about 1 MB.
+/// Largest URDF read (bytes), 64 MiB. Those of whole humanoids have about 1 MB.
 pub const MAX_BYTES: u64 = 64 << 20;
 
-/// A robot with the text it was read from.
+/// A kinematic chain with the text of the URDF it was read from.
 #[derive(Clone, Debug, PartialEq)]
 pub struct UrdfFile {
-    /// The chain.
+    /// The chain, in m, rad and kg.
     pub robot: Robot,
-    /// The whole text.
+    /// The whole text of the URDF.
     pub text: String,
-    /// The file, for provenance; for a built-in arm `builtin:NAME`.
+    /// Path and fingerprint of the file, for provenance; for a built-in arm the path is
+    /// `builtin:NAME`.
     pub input: Input,
 }
 
 /// Reads the chain between `ends` from URDF text; `file` is its name for messages.
 ///
 /// # Errors
-/// If the text is no URDF, the chain cannot be found, or a joint in it is of an unsupported kind or
-/// malformed.
+/// [`IoError`] if the text is no URDF, has unexpanded xacro, the chain cannot be found, or a joint
+/// in it is of an unsupported kind, mimics another, or is malformed.
 pub fn read(text: &str, file: &str, ends: Ends<'_>) -> Result<Robot, IoError> {
     read::robot(text, file, ends)
 }
 
-/// Reads the chain between `ends` from the bytes of a URDF.
+/// Reads the chain between `ends` from the bytes of a URDF; `file` is its name for messages.
 ///
 /// # Errors
 /// As [`read`], and if there are more than [`MAX_BYTES`] or they are not UTF-8.
@@ -54,7 +55,7 @@ pub fn read_bytes(content: &[u8], file: &str, ends: Ends<'_>) -> Result<Robot, I
     read(bytes::text_from(content, file)?, file, ends)
 }
 
-/// Reads a URDF file.
+/// Reads the chain between `ends` from a URDF file.
 ///
 /// # Errors
 /// As [`read_bytes`], and if the file cannot be read.
@@ -64,10 +65,11 @@ pub fn read_file(path: &Path, ends: Ends<'_>) -> Result<UrdfFile, IoError> {
     Ok(UrdfFile { robot, text, input })
 }
 
-/// Reads the chain that `robot` is from another URDF, to stand in the same gravity.
+/// Reads from another URDF the chain between the links that `robot` has as base and tip, and gives
+/// it the gravity of `robot`.
 ///
 /// # Errors
-/// As [`read_file`], and if its moving joints are not those of `robot`.
+/// As [`read_file`], and as [`check_like`].
 pub fn read_like(robot: &Robot, path: &Path) -> Result<UrdfFile, IoError> {
     let mut other = read_file(path, Ends { base: Some(robot.base()), tip: Some(robot.tip()) })?;
     check_like(robot, &other.robot, &other.input.path)?;
@@ -75,10 +77,11 @@ pub fn read_like(robot: &Robot, path: &Path) -> Result<UrdfFile, IoError> {
     Ok(other)
 }
 
-/// Refuses another robot, of `file`, whose moving joints are not those of `robot`.
+/// Checks that `other`, read from `file`, has moving joints of the same names in the same order as
+/// `robot`.
 ///
 /// # Errors
-/// If they are not.
+/// [`IoError::Unexpected`] if it has not.
 pub fn check_like(robot: &Robot, other: &Robot, file: &str) -> Result<(), IoError> {
     let names = |robot: &Robot| robot.moving().map(|joint| joint.name.clone()).collect::<Vec<_>>().join(", ");
     let (expected, found) = (names(robot), names(other));
@@ -88,10 +91,11 @@ pub fn check_like(robot: &Robot, other: &Robot, file: &str) -> Result<(), IoErro
     Err(IoError::unexpected(Place::file(file), format!("the moving joints {expected}"), found))
 }
 
-/// One of the arms in [`builtin::ALL`]; its tip is its flange unless `ends` says otherwise.
+/// Reads one of the arms in [`builtin::ALL`] by its name; its tip is its flange unless `ends` names
+/// another link.
 ///
 /// # Errors
-/// If there is no such arm, or no such link in it.
+/// [`IoError::Unexpected`] if there is no such arm, or no such link in it.
 pub fn read_builtin(name: &str, ends: Ends<'_>) -> Result<UrdfFile, IoError> {
     let file = format!("builtin:{name}");
     let Some((_, text)) = builtin::ALL.iter().find(|(known, _)| *known == name) else {

@@ -18,12 +18,13 @@ const SHORTEST_AXIS: f64 = 1e-9;
 /// Longest chain (joints): far beyond any arm.
 const LONGEST_CHAIN: usize = 1000;
 
-/// Which chain of a robot is meant.
+/// The ends of the chain that is read from a URDF.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Ends<'a> {
-    /// Link where the chain begins; none: the root.
+    /// Name of the link where the chain begins; `None`: the only link that is no joint's child.
     pub base: Option<&'a str>,
-    /// Link where it ends; none: the only leaf below the base.
+    /// Name of the link where the chain ends; `None`: the only link below the base that carries no
+    /// other.
     pub tip: Option<&'a str>,
 }
 

@@ -24,14 +24,15 @@ struct Edit {
     with: String,
 }
 
-/// The URDF `text` with the joint origins and compliances of `calibrated`.
+/// The URDF `text` with the joint origins (m, rad) and compliances (rad/(N m)) of `calibrated`.
 ///
-/// Of every joint whose origin differs from what the text says, the values of `xyz` and `rpy` are
-/// replaced, or added where absent, and so is `<touchcal_compliance rad_per_nm="…"/>`; every other
-/// byte stays as it is. Numbers are written with all their digits.
+/// For every joint whose origin differs from the text by more than 10⁻¹³ (m, rad), the values of
+/// `xyz` and `rpy` are replaced, or added where absent; so is `<touchcal_compliance
+/// rad_per_nm="…"/>` where it differs. Every other byte stays as it is. Numbers are written with
+/// all their digits.
 ///
 /// # Errors
-/// If the text is no URDF, or a joint of the chain is not in it.
+/// [`IoError`] if the text is no URDF, or lacks a joint of the chain with its child link.
 pub fn rewrite(text: &str, calibrated: &Robot) -> Result<String, IoError> {
     let document = parse(text, FILE)?;
     let robot = robot_element(&document, FILE)?;

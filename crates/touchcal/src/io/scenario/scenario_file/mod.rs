@@ -1,8 +1,8 @@
 //! `scenario.toml`: what to simulate. Every key overrides that of a preset; lengths are millimetres
 //! and angles degrees, as the keys say.
 //!
-//! `[robot]` and `[tool]` are those of `problem.toml`; a `[[fixture]]` is too, with the joint
-//! positions from which it is explored. Every key that is not known, every name that does not
+//! `[robot]` and `[tool]` are those of `problem.toml`; so is a `[[fixture]]`, with the joint
+//! positions from which it is explored in addition. Every unknown key, every name that does not
 //! resolve and every number out of range is an error with line and column.
 
 mod posed;

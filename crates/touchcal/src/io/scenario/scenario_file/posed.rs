@@ -1,5 +1,5 @@
-//! What a simulation leaves behind: the logs, the problem that they pose, and the truth beside
-//! them.
+//! Files of a simulation: the logs, the calibration problem that they pose, and the true
+//! parameters.
 
 use std::collections::BTreeMap;
 use std::fmt::Write;
@@ -18,16 +18,16 @@ use crate::parameter::Block;
 use crate::robot::segments;
 use crate::sim::{Log, Scenario, Seeds, SimulatedTrial, Touch, WRENCH_DIGITS};
 
-/// Name of the problem file.
+/// Name of the problem file in the folder of a simulation.
 pub const PROBLEM: &str = "problem.toml";
-/// Name of the file of the true parameters.
+/// Name of the file of the true parameters in the folder of a simulation.
 pub const TRUTH: &str = "truth.json";
 
-/// Refuses a folder whose problem file is a user's own; that of an earlier simulation may be
-/// overwritten.
+/// Checks that writing a simulation into `folder` overwrites no problem file but that of an earlier
+/// simulation, which is one with a [`TRUTH`] file beside it. A folder that does not exist passes.
 ///
 /// # Errors
-/// If it is.
+/// [`IoError::Unexpected`] if the folder holds another problem file.
 pub fn check_folder(folder: &Path) -> Result<(), IoError> {
     let problem = folder.join(PROBLEM);
     if problem.exists() && !folder.join(TRUTH).exists() {
@@ -38,7 +38,8 @@ pub fn check_folder(folder: &Path) -> Result<(), IoError> {
     Ok(())
 }
 
-/// Writes all files of a simulation, the problem last.
+/// Writes all files of a simulation into `folder`: truth, logs, scenario, and the problem last.
+/// `file` is the scenario that was simulated with `seeds`.
 ///
 /// # Errors
 /// As [`check_folder`] and [`truth_text`], and if a file cannot be written.
@@ -59,8 +60,8 @@ pub fn write_folder(
     Ok(())
 }
 
-/// `problem.toml`, which `touchcal calibrate` takes, and the files that it refers to but for the
-/// logs.
+/// The text of `problem.toml`, which `touchcal calibrate` takes, preceded by the files that it
+/// refers to, except the logs.
 pub fn problem_text(file: &ScenarioFile) -> Vec<TextFile> {
     let scenario = &file.scenario;
     let mut files = Vec::new();
@@ -115,9 +116,10 @@ fn log_name(scenario: &Scenario, touch: &Touch) -> String {
     format!("{}.csv", file_name(scenario, touch))
 }
 
-/// The logs as an arm's recorder would write them: seconds, joint positions (rad or m), the wrench
-/// on the tool about the tip (N, N m), whether the recorder took it for contact, and the
-/// temperature of each segment (°C) where that is recorded.
+/// The logs as CSV, one for each fixture of the scenario, as an arm's recorder would write them:
+/// time (s), joint positions (rad or m), the wrench on the tool about the tip (N, N m), whether the
+/// recorder detected contact (0 or 1), and the temperature of each segment (°C) where it is
+/// recorded.
 pub fn log_texts(scenario: &Scenario, simulated: &SimulatedTrial) -> Vec<TextFile> {
     let each = scenario.touches.iter().zip(&simulated.logs);
     each.map(|(touch, log)| TextFile::new(log_name(scenario, touch), log_text(scenario, log))).collect()
@@ -173,11 +175,12 @@ struct RowsJson {
     spurious: usize,
 }
 
-/// `truth.json`: what is wrong with arm, tool and fixtures, by the names that `estimate.json` gives
-/// them.
+/// The text of `truth.json`: the true errors of arm, tool and fixtures, by the names that
+/// `estimate.json` has for them (SI units, rad), each hole's true clearance error (mm), the seeds,
+/// and how many rows of each log are contacts.
 ///
 /// # Errors
-/// If a number cannot be written, which does not happen.
+/// [`IoError::Syntax`] if serialization fails, which does not happen.
 pub fn truth_text(
     scenario: &Scenario,
     simulated: &SimulatedTrial,

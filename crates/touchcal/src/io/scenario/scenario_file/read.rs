@@ -16,7 +16,7 @@ use crate::io::robot::urdf::{self, Ends};
 use crate::robot::{JointKind, Robot};
 use crate::sim::{ArmErrors, Distribution, Exploration, PlaceError, Preset, Scenario, Stiffness, Thermal, Touch};
 
-/// Largest scenario file read (bytes).
+/// Largest scenario file read (bytes), 4 MiB.
 pub const MAX_BYTES: u64 = 4 << 20;
 /// Most contacts logged with one fixture.
 const MOST_CONTACTS: f64 = 1e6;
@@ -27,26 +27,26 @@ const LARGEST_POSITION: f64 = 1e4;
 /// Highest rate (Hz).
 const FASTEST: f64 = 1e5;
 
-/// A scenario and the robot it was read with.
+/// A scenario, and the robot description it was read with.
 #[derive(Clone, Debug)]
 pub struct ScenarioFile {
     /// What to simulate.
     pub scenario: Scenario,
-    /// Name of the built-in arm, if it is one.
+    /// Name of the built-in arm; `None` if the robot is read from a URDF file.
     pub builtin: Option<String>,
-    /// The robot's URDF.
+    /// Text of the robot's URDF.
     pub urdf: String,
 }
 
-/// A preset as a file would name it.
+/// The scenario of a preset, by its name, with the built-in arm `iiwa14`.
 ///
 /// # Errors
-/// If the name is none of a preset's.
+/// [`IoError::Unexpected`] if there is no preset of that name.
 pub fn preset(name: &str) -> Result<ScenarioFile, IoError> {
     read(&format!("preset = {name:?}"), "preset", Path::new(""))
 }
 
-/// Reads a scenario file.
+/// Reads a scenario file, with paths relative to its folder.
 ///
 /// # Errors
 /// As [`read`], and if the file itself cannot be read.
@@ -55,10 +55,11 @@ pub fn read_file(path: &Path) -> Result<ScenarioFile, IoError> {
     read(&text, &input.path, path.parent().unwrap_or(Path::new("")))
 }
 
-/// Reads a scenario. `file` is its name for messages; relative paths begin at `folder`.
+/// Reads a scenario from its text. `file` is its name for messages; relative paths begin at
+/// `folder`. Lengths and angles are converted to m and rad.
 ///
 /// # Errors
-/// If the text is no such scenario, or a file it refers to cannot be read.
+/// [`IoError`] if the text is no such scenario, or a file it refers to cannot be read.
 pub fn read(text: &str, file: &str, folder: &Path) -> Result<ScenarioFile, IoError> {
     let context = Context { text, file, folder };
     bytes::check_size(text.len() as u64, MAX_BYTES, file)?;

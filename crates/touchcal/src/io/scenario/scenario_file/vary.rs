@@ -12,14 +12,15 @@ use crate::io::base::error::{IoError, Place, quoted};
 use crate::io::base::suggest::{did_you_mean, list};
 use crate::io::base::toml_text::number;
 
-/// The files of [`scenario_text`] with the number `name` replaced, in every table that has it.
+/// The files of [`scenario_text`] with the number called `name` replaced by `value` (in the unit of
+/// its key) in every table that has it.
 ///
-/// A name is a key, with as many of its tables before it as tell it from others: `spurious`,
+/// A name is a key, preceded by as many names of its tables as make it unique: `spurious`,
 /// `tool.sigma_mm`.
 ///
 /// # Errors
-/// If no number has that name, or numbers of different tables have. What it may be says
-/// [`read_file`](super::read_file).
+/// [`IoError::Unexpected`] if no number has that name, or numbers of different tables have. Whether
+/// the value is allowed is checked by [`read_file`](super::read_file).
 pub fn varied_text(file: &ScenarioFile, name: &str, value: f64) -> Result<Vec<TextFile>, IoError> {
     let mut files = scenario_text(file);
     for file in files.iter_mut().filter(|file| file.name == SCENARIO) {

@@ -1,4 +1,4 @@
-//! A scenario as text, and the problem that it poses, in the same words where they say the same.
+//! A scenario as text, and the tables that it shares with the problem it poses.
 
 use std::fmt::Write;
 
@@ -9,12 +9,12 @@ use crate::robot::{GRAVITY, JointKind};
 use crate::se3::Pose;
 use crate::sim::{PlaceError, Scenario, Thermal, Touch};
 
-/// A file to be written.
+/// Name and content of a text file to be written.
 #[derive(Clone, Debug, PartialEq)]
 pub struct TextFile {
-    /// Its name in the folder.
+    /// Name of the file within its folder.
     pub name: String,
-    /// Its content.
+    /// Content of the file.
     pub text: String,
 }
 
@@ -24,15 +24,15 @@ impl TextFile {
     }
 }
 
-/// Name of the scenario file.
+/// Name of the scenario file in the folder of a simulation or campaign.
 pub const SCENARIO: &str = "scenario.toml";
 /// Name of the robot's URDF beside the files that refer to it.
 const URDF: &str = "robot.urdf";
 /// Name of the tool's outline.
 const PEG: &str = "peg.csv";
 
-/// `scenario.toml` with every key, as [`read`](super::read) takes it, and the files that it refers
-/// to.
+/// The text of `scenario.toml` with every key, as [`read`](super::read) takes it, preceded by the
+/// files that it refers to.
 pub fn scenario_text(file: &ScenarioFile) -> Vec<TextFile> {
     let scenario = &file.scenario;
     let mut files = Vec::new();

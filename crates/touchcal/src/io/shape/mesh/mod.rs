@@ -11,7 +11,7 @@ use crate::geometry::{MAX_TRIANGLES, TriangleMesh};
 use crate::io::base::bytes::{self, Input};
 use crate::io::base::error::{IoError, Place};
 
-/// Largest file (bytes).
+/// Largest mesh file read (bytes), 256 MiB.
 pub const MAX_BYTES: u64 = 256 << 20;
 /// Largest coordinate (m). A larger one is in another unit.
 const LARGEST: f64 = 10.0;
@@ -35,7 +35,8 @@ impl Soup {
     }
 }
 
-/// Reads a mesh file. `unit` is how long (m) its unit is, which no mesh file says.
+/// Reads a mesh file, and returns its fingerprint too. `unit` is the length (m) of the file's unit,
+/// which no mesh file states: 0.001 for millimetres.
 ///
 /// # Errors
 /// As [`read`], and if the file cannot be read.
@@ -44,10 +45,13 @@ pub fn read_file(path: &Path, unit: f64) -> Result<(TriangleMesh, Input), IoErro
     Ok((read(&bytes, &input.path, unit)?, input))
 }
 
-/// Reads a mesh. Which format it is follows from the extension of `file`, its name.
+/// Reads a mesh as STL (binary or text) or OBJ, by the extension of `file`, its name. `unit` is the
+/// length (m) of the file's unit: 0.001 for millimetres.
 ///
 /// # Errors
-/// If the bytes are no such file, or its triangles no closed surface; then it says where.
+/// [`IoError`] if the bytes are no such file, the part is smaller than 0.1 mm or extends beyond 10
+/// m from the origin, or the triangles are no closed surface; then the message says where it is
+/// open.
 pub fn read(bytes: &[u8], file: &str, unit: f64) -> Result<TriangleMesh, IoError> {
     bytes::check_size(bytes.len() as u64, MAX_BYTES, file)?;
     let extension = Path::new(file).extension().and_then(|extension| extension.to_str()).unwrap_or_default();

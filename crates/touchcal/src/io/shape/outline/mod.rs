@@ -16,24 +16,25 @@ use crate::geometry::{MAX_POLYGON_VERTICES, Polygon};
 use crate::io::base::bytes::{self, Input};
 use crate::io::base::error::{IoError, Place};
 
-/// Largest file (bytes).
+/// Largest outline file read (bytes), 16 MiB.
 pub const MAX_BYTES: u64 = 16 << 20;
 /// Largest coordinate (m). A larger one is in another unit.
 const LARGEST: f64 = 10.0;
-/// How far (m) the straight pieces are from a curve, at most, and the ends of pieces that join from
-/// each other.
+/// Largest distance (m) of the straight pieces from a curve, and of ends that are joined from each
+/// other.
 pub const TOLERANCE: f64 = 1e-6;
 
-/// What is to be said of a drawing beside its file.
+/// What part of a drawing to read, and its unit; all `None` for files of vertices.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Choice<'a> {
-    /// Which part of it: an SVG's id or a DXF's layer.
+    /// Id of an element of an SVG, or name of a layer of a DXF; `None`: the whole drawing.
     pub name: Option<&'a str>,
-    /// How long (m) its unit is, where it does not say.
+    /// Length of the drawing's unit (m); `None` if the drawing states it. The two must not
+    /// contradict each other.
     pub unit: Option<f64>,
 }
 
-/// Reads an outline file.
+/// Reads an outline file (m), and returns its fingerprint too.
 ///
 /// # Errors
 /// As [`read`], and if the file cannot be read.
@@ -42,11 +43,12 @@ pub fn read_file(path: &Path, choice: Choice<'_>) -> Result<(Polygon, Input), Io
     Ok((read(&bytes, &input.path, choice)?, input))
 }
 
-/// Reads an outline. Which format it is follows from the extension of `file`, its name; all but
-/// `.svg` and `.dxf` are comma-separated values.
+/// Reads an outline (m), in the format of the extension of `file`, its name: `.svg` or `.dxf`
+/// drawings, otherwise comma-separated values `x_mm,y_mm`.
 ///
 /// # Errors
-/// If the bytes are no such file, or it has not exactly one closed outline.
+/// [`IoError`] if the bytes are no such file, have not exactly one closed outline, or the outline
+/// is no [`Polygon`]; for a drawing also if its unit is unknown.
 pub fn read(bytes: &[u8], file: &str, choice: Choice<'_>) -> Result<Polygon, IoError> {
     let extension = Path::new(file).extension().and_then(|extension| extension.to_str()).unwrap_or_default();
     let extension = extension.to_ascii_lowercase();
