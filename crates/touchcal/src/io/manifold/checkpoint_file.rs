@@ -49,10 +49,11 @@ struct BestEntry {
     step: u64,
 }
 
-/// The bytes of a checkpoint file.
+/// The bytes of a checkpoint file. Numbers must be finite; others make a file that cannot be read
+/// back.
 ///
 /// # Errors
-/// [`IoError::Syntax`] if a number is not finite, which JSON cannot hold.
+/// [`IoError::Syntax`] if serialization fails.
 pub fn to_bytes(checkpoint: &Checkpoint, teacher: &Teacher) -> Result<Vec<u8>, IoError> {
     let Checkpoint { options, scaling, network, adam, best } = checkpoint;
     let content = Content {

@@ -78,10 +78,11 @@ struct Entry {
 }
 
 impl ManifoldFile {
-    /// The bytes of a manifold file.
+    /// The bytes of a manifold file. Numbers of the provenance must be finite; others make a file
+    /// that cannot be read back.
     ///
     /// # Errors
-    /// [`IoError::Syntax`] if a number of the provenance is not finite, which JSON cannot hold.
+    /// [`IoError::Syntax`] if serialization fails.
     pub fn to_bytes(&self) -> Result<Vec<u8>, IoError> {
         let failed = |error: String| IoError::syntax(Place::file("manifold"), error);
         let poses = self.samples.coordinates();

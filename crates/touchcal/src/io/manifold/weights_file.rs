@@ -48,10 +48,11 @@ struct Content {
 }
 
 impl WeightsFile {
-    /// The bytes of a weights file.
+    /// The bytes of a weights file. Numbers must be finite; others make a file that cannot be read
+    /// back.
     ///
     /// # Errors
-    /// [`IoError::Syntax`] if a number of the metadata is not finite, which JSON cannot hold.
+    /// [`IoError::Syntax`] if serialization fails.
     pub fn to_bytes(&self) -> Result<Vec<u8>, IoError> {
         let network = NetworkEntry::new(self.projection.scaling(), &self.options, &self.teacher);
         let content = Content { network, step: self.step, loss: self.loss };

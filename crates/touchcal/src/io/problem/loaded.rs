@@ -1,26 +1,27 @@
-//! What a problem is read from, together.
+//! A calibration problem together with the files it was read from.
 
 use crate::estimate::Problem;
 use crate::io::base::bytes::Input;
 use crate::io::base::error::{IoError, Place};
 use crate::manifold::ResidualKind;
 
-/// A problem, and what is needed to write its result.
+/// A calibration problem, and what is needed to write its result.
 #[derive(Clone, Debug)]
 pub struct Loaded {
-    /// The problem.
+    /// The calibration problem, in SI units.
     pub problem: Problem,
     /// Text of the robot's URDF, to be rewritten with [`crate::io::robot::urdf::rewrite`].
     pub urdf: String,
-    /// Every file that was read, in that order.
+    /// Path and fingerprint of every file that was read, in the order of reading.
     pub inputs: Vec<Input>,
 }
 
 impl Loaded {
-    /// The same, if all its fixtures can be calibrated with.
+    /// The same problem, after checking that every fixture has a contact manifold.
     ///
     /// # Errors
-    /// If a fixture's shape is unknown.
+    /// [`IoError::Unexpected`] if a fixture is [`Unmodeled`](crate::manifold::Unmodeled); the first
+    /// is named.
     pub fn with_known_shapes(self) -> Result<Loaded, IoError> {
         let unknown =
             self.problem.fixtures.iter().find(|fixture| fixture.manifold.residual_kind() == ResidualKind::Unmodeled);

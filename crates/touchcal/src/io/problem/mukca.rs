@@ -1,8 +1,8 @@
 //! Folders of ball-in-socket logs in the layout of the MUKCa project: `DIR/PLACEMENT/hole_N.csv`.
 //!
-//! Each file holds joint angles (rad, a row a contact, no header) of an arm whose ball sits in
-//! socket N of a tool that stands somewhere unknown; neighbouring sockets of one placement are a
-//! known distance apart.
+//! Each file holds joint positions (rad, a row per contact, no header) of an arm whose ball sits in
+//! socket N of a tool at an unknown place; neighbouring sockets (N and N + 1) of one placement are
+//! a known distance apart.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -31,18 +31,18 @@ const BALL_SIGMA: f64 = 2e-3;
 /// Most entries of one folder looked at.
 const MAX_ENTRIES: usize = 10_000;
 
-/// Which placements are read, and what is known of the tool.
+/// Which placements are read, and what is known of sockets, noise and joints.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MukcaOptions {
-    /// Names of the placements to read; none: all.
+    /// Names of the placements to read; empty: all.
     pub only: Vec<String>,
     /// Names of placements to leave out.
     pub except: Vec<String>,
-    /// Distance of neighbouring sockets (m).
+    /// Distance between the centres of neighbouring sockets (m).
     pub spacing: f64,
-    /// Its standard deviation (m).
+    /// Standard deviation of that distance (m).
     pub spacing_sigma: f64,
-    /// Measurement noise.
+    /// Noise of encoders and contacts.
     pub noise: Noise,
     /// Whether the joints' compliance under gravity is estimated too.
     pub joint_compliance: bool,
@@ -63,13 +63,15 @@ impl Default for MukcaOptions {
     }
 }
 
-/// Reads a folder for the arm of `urdf`, whose tip link carries the ball: its place is estimated,
-/// every socket's is too, and the parameters are those of the full geometric model, and compliances
-/// if asked for. Fixtures are named `PLACEMENT/N` and sorted by placement and N.
+/// Reads a folder of logs as a calibration problem for the arm of `urdf`, whose tip link carries
+/// the ball. Estimated are the place of the ball in the tip link (standard deviation 2 mm), the
+/// place of every socket, the parameters of the full geometric model ([`joint_origin`]) with joint
+/// drift between placements, and compliances if asked for; the loss is Geman–McClure at 8 standard
+/// deviations. Fixtures are named `PLACEMENT/N` and sorted by placement and N.
 ///
 /// # Errors
-/// If the folder has no such files, a named placement is not there, or a file is no log of this
-/// arm.
+/// [`IoError`] if the folder has no such files, a named placement is missing or none is left, the
+/// spacing or its standard deviation is not positive, or a file is no log of this arm.
 pub fn read(folder: &Path, urdf: UrdfFile, options: &MukcaOptions) -> Result<Loaded, IoError> {
     let UrdfFile { robot, text, input } = urdf;
     check(options, folder)?;
@@ -111,11 +113,11 @@ pub fn read(folder: &Path, urdf: UrdfFile, options: &MukcaOptions) -> Result<Loa
 }
 
 /// The text of a `problem.toml` in `folder` that reads the same logs and poses the same problem as
-/// [`read`]: the arm of the URDF file `urdf`, whose link `tip` (none: the only leaf) carries the
+/// [`read`]: the arm of the URDF file `urdf`, whose link `tip` (`None`: the only leaf) carries the
 /// ball, and the logs in `logs`.
 ///
 /// # Errors
-/// As [`read`] for the folder of logs and the options, and if a path cannot be resolved.
+/// As [`read`] for the folder of logs and the options, and if a path does not exist.
 pub fn problem_text(
     folder: &Path,
     logs: &Path,
@@ -167,10 +169,11 @@ pub fn problem_text(
     Ok(text)
 }
 
-/// The placements that a folder holds, sorted.
+/// Names of the placements that a folder holds, sorted.
 ///
 /// # Errors
-/// If the folder cannot be read.
+/// [`IoError`] if the folder cannot be read, holds no placement, or a folder has more than 10 000
+/// entries.
 pub fn placement_names(folder: &Path) -> Result<Vec<String>, IoError> {
     Ok(placements(folder)?.into_iter().map(|placement| placement.name).collect())
 }

@@ -18,55 +18,56 @@ use crate::report::{self, Report, WarningText};
 use crate::robot::{Robot, split_offsets};
 use crate::se3::Pose;
 
-/// The calibrated robot's file.
+/// Name of the calibrated robot's URDF.
 pub const CALIBRATED: &str = "calibrated.urdf";
-/// The estimate's file.
+/// Name of the file of the estimate.
 pub const ESTIMATE: &str = "estimate.json";
-/// The page to look at.
+/// Name of the report, an HTML page.
 pub const REPORT: &str = "report.html";
 /// The file for Foxglove and Rerun.
 const MCAP: &str = "calibration.mcap";
 /// The files for a driver that takes encoder offsets.
 const DRIVER: [&str; 2] = ["robot.urdf", "joint_offsets.yaml"];
 
-/// A calibration done.
+/// A finished calibration.
 #[derive(Clone, Debug)]
 pub struct Solved {
-    /// What came out.
+    /// Result of the estimator.
     pub estimate: Estimate,
-    /// How well the nominal arm explains the contacts.
+    /// Distances (m) of the contacts from their manifolds with the nominal arm.
     pub prefit: Score,
-    /// The estimation's steps.
+    /// Progress of the estimator, one entry per step, in order.
     pub steps: Vec<Progress>,
-    /// What the estimation took (s).
+    /// Duration of the estimation (s).
     pub seconds: f64,
 }
 
-/// A calibration's files.
+/// Paths of the files that were written for a calibration.
 pub struct Written {
     /// Path of the calibrated URDF.
     pub urdf: PathBuf,
-    /// Path of the estimate.
+    /// Path of `estimate.json`.
     pub estimate: PathBuf,
-    /// Path of the report.
+    /// Path of `report.html`.
     pub report: PathBuf,
-    /// Paths of the URDF and the offsets that belong together, if they were asked for.
+    /// Paths of the URDF without encoder offsets and of the YAML file of the offsets, which belong
+    /// together; `None` unless [`write_driver`] wrote them.
     pub driver: Option<[PathBuf; 2]>,
-    /// Path of the calibration for Foxglove and Rerun, if it was asked for.
+    /// Path of the MCAP file for Foxglove and Rerun; `None` unless it was written.
     pub mcap: Option<PathBuf>,
 }
 
-/// All files that a calibration may leave in `folder`.
+/// Paths of all files that a calibration may write into `folder`, whether or not they exist.
 pub fn paths(folder: &Path) -> Vec<PathBuf> {
     let driver = DRIVER.iter().map(|name| folder.join("driver").join(name));
     [CALIBRATED, ESTIMATE, REPORT, MCAP].iter().map(|name| folder.join(name)).chain(driver).collect()
 }
 
 /// Writes `calibrated.urdf`, `estimate.json` and `report.html` into `folder`; `file` is what
-/// [`estimate_file()`] made of `solved`.
+/// [`estimate_file()`] made of `solved`. The optional paths of the result are `None`.
 ///
 /// # Errors
-/// If one of them cannot be made or written.
+/// [`IoError`] if one of the files cannot be made or written.
 pub fn write(folder: &Path, loaded: &Loaded, solved: &Solved, file: &EstimateFile) -> Result<Written, IoError> {
     let text = calibrated_urdf(loaded, &solved.estimate)?;
     let json = file.to_json()?;
@@ -84,12 +85,13 @@ pub fn write(folder: &Path, loaded: &Loaded, solved: &Solved, file: &EstimateFil
     Ok(written)
 }
 
-/// Writes what a driver that takes encoder offsets needs instead of `calibrated.urdf`: the offsets,
-/// and the URDF without them ([`split_offsets`]); nothing where the problem's chain has other
-/// joints.
+/// Writes what a driver that takes encoder offsets needs instead of `calibrated.urdf`, into
+/// `folder/driver`: the URDF without the offsets and the offsets ([`split_offsets`]), whose paths
+/// are returned in this order. `None`, and nothing written, if the nominal chain has other joints
+/// than the calibrated one.
 ///
 /// # Errors
-/// If one of them cannot be made or written.
+/// [`IoError`] if one of the files cannot be made or written.
 pub fn write_driver(folder: &Path, loaded: &Loaded, estimate: &Estimate) -> Result<Option<[PathBuf; 2]>, IoError> {
     let Some((robot, offsets)) = split_offsets(&calibrated(loaded, estimate), &loaded.problem.robot) else {
         return Ok(None);
@@ -102,10 +104,10 @@ pub fn write_driver(folder: &Path, loaded: &Loaded, estimate: &Estimate) -> Resu
     Ok(Some(paths))
 }
 
-/// Writes `calibration.mcap`, for Foxglove and Rerun, and returns its path.
+/// Writes `calibration.mcap`, for Foxglove and Rerun, into `folder`, and returns its path.
 ///
 /// # Errors
-/// If it cannot be made or written.
+/// [`IoError`] if it cannot be made or written.
 #[cfg(feature = "mcap")]
 pub fn write_mcap(folder: &Path, loaded: &Loaded, estimate: &Estimate) -> Result<PathBuf, IoError> {
     let path = folder.join(MCAP);
@@ -113,10 +115,10 @@ pub fn write_mcap(folder: &Path, loaded: &Loaded, estimate: &Estimate) -> Result
     Ok(path)
 }
 
-/// The text of `calibrated.urdf`.
+/// The text of `calibrated.urdf`. A tool that is the tip link itself moves that link.
 ///
 /// # Errors
-/// If the robot cannot be written into the text it was read from.
+/// [`IoError`] if a joint of the calibrated robot is not in the text it was read from.
 pub fn calibrated_urdf(loaded: &Loaded, estimate: &Estimate) -> Result<String, IoError> {
     urdf::rewrite(&loaded.urdf, &calibrated(loaded, estimate))
 }
@@ -124,7 +126,7 @@ pub fn calibrated_urdf(loaded: &Loaded, estimate: &Estimate) -> Result<String, I
 /// The text of `report.html`, with the warnings and inputs of `file`.
 ///
 /// # Errors
-/// If a number cannot be said in JSON.
+/// [`IoError::Syntax`] if the report's data cannot be serialized.
 pub fn page(loaded: &Loaded, solved: &Solved, file: &EstimateFile) -> Result<String, IoError> {
     let warning = |entry: &WarningEntry| WarningText { message: entry.message.clone(), advice: entry.advice.clone() };
     let input = |entry: &Input| report::Input { path: entry.path.clone(), sha256: entry.sha256.clone() };
@@ -139,9 +141,9 @@ pub fn page(loaded: &Loaded, solved: &Solved, file: &EstimateFile) -> Result<Str
     report.html().map_err(|error| IoError::syntax(Place::file(REPORT), error.to_string()))
 }
 
-/// Puts tool and fixtures where a calibration found them, as [`apply_estimated_places`] does, for
-/// an arm read from the `calibrated.urdf` that it wrote: a tool that is the tip link itself is
-/// there already.
+/// Moves the tool and fixtures of `problem` to the poses that a calibration found, as
+/// [`apply_estimated_places`] does, for an arm that was read from the `calibrated.urdf` of that
+/// calibration: a tool that is the tip link itself is left, because the URDF contains its motion.
 pub fn place_written(problem: &mut Problem, found: &EstimateFile) {
     let nominal = Some(problem.tool.tip_from_tool).filter(|_| problem.tool_is_tip());
     let entry = |name: &str| found.parameters.iter().find(|entry| entry.name == name);
@@ -155,7 +157,8 @@ fn calibrated(loaded: &Loaded, estimate: &Estimate) -> Robot {
     motion.and_then(|motion| estimate.robot.with_tip_moved(&motion)).unwrap_or_else(|| estimate.robot.clone())
 }
 
-/// A calibration as it is written.
+/// The content of `estimate.json` for a finished calibration. Infinite values of condition and
+/// termination become `None`.
 pub fn estimate_file(loaded: &Loaded, solved: &Solved) -> EstimateFile {
     let Solved { estimate, prefit, seconds, .. } = solved;
     let size = estimate.parameters.len();
@@ -230,7 +233,8 @@ fn as_declared(tip_from_tool: &Pose) -> String {
     format!("{{ xyz_mm = [{x:.4}, {y:.4}, {z:.4}], quat_wxyz = [{w:.7}, {i:.7}, {j:.7}, {k:.7}] }}")
 }
 
-/// A score as it is written.
+/// Distances from the contact manifolds in mm. `fixtures` has one entry for each of
+/// `score.per_fixture`, in order; statistics without contacts are `None`.
 pub fn stats(score: &Score, fixtures: &[Fixture]) -> ResidualStats {
     let [mean_mm, rms_mm, max_mm] = millimetres(&score.all);
     let each = fixtures.iter().zip(&score.per_fixture).map(|(fixture, spread)| {

@@ -6,35 +6,36 @@ use serde::{Deserialize, Serialize};
 
 use crate::estimate;
 
-/// Whether a result may be used.
+/// Whether a calibration's result may be used.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Status {
     /// The solver converged.
     Converged,
-    /// It stopped before.
+    /// The solver stopped before it converged.
     NotConverged,
-    /// The data cannot carry a result.
+    /// The data do not support a result.
     NotUsable,
 }
 
-/// One estimated number.
+/// An estimated parameter.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ParameterEntry {
-    /// Unique name, `joint_offset.joint_a1`.
+    /// Unique name, such as `joint_offset.joint_a1`.
     pub name: String,
-    /// Its block, `joint_offset`.
+    /// Name of the parameter's block, such as `joint_offset`.
     pub block: String,
-    /// Its unit: `m`, `rad` or `1`.
+    /// Unit of the parameter: `m`, `rad`, `rad/(N m)` or `1`.
     pub unit: String,
-    /// Estimate.
+    /// Estimate, in the parameter's unit.
     pub value: f64,
-    /// Standard deviation; none where the data do not determine it.
+    /// Standard deviation, in the parameter's unit; `None` if the data do not determine the
+    /// parameter.
     pub sigma: Option<f64>,
-    /// Standard deviation of its prior, where it has one.
+    /// Standard deviation of the prior, in the parameter's unit; `None` for a flat prior.
     pub prior_sigma: Option<f64>,
-    /// Whether the data determine it.
+    /// Whether the data determine the parameter.
     pub identifiable: bool,
 }
 
@@ -42,13 +43,14 @@ pub struct ParameterEntry {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct NullDirection {
-    /// The direction in a phrase, for people.
+    /// The direction as a phrase.
     pub description: String,
-    /// Its components by parameter name; small ones are left out.
+    /// Components by parameter name, in units of the parameters' scales, the largest ±1; small ones
+    /// are left out.
     pub direction: BTreeMap<String, f64>,
 }
 
-/// Distances from the contact manifolds, before and after calibration.
+/// Distances of the contacts from their manifolds, before and after calibration.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Residuals {
@@ -58,43 +60,43 @@ pub struct Residuals {
     pub postfit: ResidualStats,
 }
 
-/// Distances from the contact manifolds, of all contacts and of each fixture's.
+/// Distances of contacts from their manifolds, over all contacts and for each fixture.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ResidualStats {
-    /// Mean (mm); none without contacts, as the others.
+    /// Mean distance (mm); `None` without contacts.
     pub mean_mm: Option<f64>,
-    /// Root mean square (mm).
+    /// Root mean square distance (mm); `None` without contacts.
     pub rms_mm: Option<f64>,
-    /// Largest (mm).
+    /// Largest distance (mm); `None` without contacts.
     pub max_mm: Option<f64>,
-    /// By fixture name.
+    /// Distances of each fixture's contacts, by fixture name.
     pub per_fixture: BTreeMap<String, FixtureResidual>,
 }
 
-/// Distances from the contact manifold, of one fixture's contacts.
+/// Distances of one fixture's contacts from its manifold.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct FixtureResidual {
-    /// Number of contacts.
+    /// Number of the fixture's contacts.
     pub contacts: usize,
-    /// Mean (mm); none without contacts, as the others.
+    /// Mean distance (mm); `None` without contacts.
     pub mean_mm: Option<f64>,
-    /// Root mean square (mm).
+    /// Root mean square distance (mm); `None` without contacts.
     pub rms_mm: Option<f64>,
-    /// Largest (mm).
+    /// Largest distance (mm); `None` without contacts.
     pub max_mm: Option<f64>,
 }
 
-/// Counts.
+/// Numbers of rows and contacts that were read, used and rejected.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ContactCounts {
-    /// Rows read, in contact or not.
+    /// Rows read from the logs, in contact or not.
     pub read: u64,
-    /// Contacts with a weight.
+    /// Contacts that the estimate uses.
     pub used: u64,
-    /// Contacts to which the loss gave none.
+    /// Contacts rejected by the robust loss.
     pub rejected: u64,
 }
 
@@ -102,17 +104,18 @@ pub struct ContactCounts {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct TerminationEntry {
-    /// The criterion that was met.
+    /// Name of the criterion that stopped the solver.
     pub reason: String,
-    /// What was measured for it.
+    /// Value of the criterion at the end, dimensionless: the Newton decrement, or with gradient
+    /// descent the share of the loss that a further step would remove; `None` if not finite.
     pub measured: Option<f64>,
-    /// The value it was compared with.
+    /// Value of the criterion below which the solver counts as converged; `None` if not finite.
     pub threshold: Option<f64>,
-    /// Iterations made.
+    /// Number of linearizations, or of steps of gradient descent.
     pub iterations: usize,
 }
 
-/// What a warning means for the use of a result.
+/// Consequence of a warning for the use of a result.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Severity {
@@ -126,13 +129,13 @@ pub enum Severity {
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct WarningEntry {
-    /// Its kind, for programs: `too_few_contacts`.
+    /// Kind of the warning as an identifier, such as `too_few_contacts`.
     pub kind: String,
-    /// Whether the result may be used in spite of it.
+    /// Whether the result may be used in spite of the warning.
     pub severity: Severity,
-    /// What is the matter, in a sentence for people.
+    /// Description of the problem, in a sentence.
     pub message: String,
-    /// What to do about it.
+    /// What to do about it, in a sentence or phrase.
     pub advice: String,
 }
 

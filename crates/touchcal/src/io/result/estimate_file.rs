@@ -16,40 +16,42 @@ pub use super::estimate_entries::{
 
 /// The schema that this version writes; it reads schema 1 too.
 pub const SCHEMA: u32 = 2;
-/// Largest file read (bytes).
+/// Largest file read (bytes), 256 MiB.
 pub const MAX_BYTES: u64 = 256 << 20;
 
-/// A calibration's result.
+/// Content of `estimate.json`: a calibration's result.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct EstimateFile {
-    /// Always [`SCHEMA`]; files of schema 1 are converted.
+    /// Schema of the file, always [`SCHEMA`]; files of schema 1 are converted when read.
     pub schema: u32,
     /// Whether the result may be used.
     pub status: Status,
-    /// What was estimated.
+    /// The estimated parameters.
     pub parameters: Vec<ParameterEntry>,
-    /// Covariance of the parameters, in their order and units; square.
+    /// Covariance matrix of the parameters (n × n), rows and columns in the order of `parameters`,
+    /// entry (i, j) in the product of their units.
     pub covariance: Vec<Vec<f64>>,
-    /// How many directions of the parameters the data determine.
+    /// Number of directions of the parameters that the data determine.
     pub rank: usize,
-    /// Condition number of the scaled Jacobian; none where it is singular.
+    /// Condition number of the whitened Jacobian in units of the parameters' scales: largest over
+    /// smallest singular value of the directions that the data determine; `None` if there are none.
     pub condition: Option<f64>,
     /// Directions of the parameters that the data do not determine.
     pub null_space: Vec<NullDirection>,
-    /// Distances from the contact manifolds.
+    /// Distances of the contacts from their manifolds (mm), before and after calibration.
     pub residuals: Residuals,
-    /// Counts of rows and contacts.
+    /// Numbers of rows and contacts.
     pub contacts: ContactCounts,
     /// Why the solver stopped.
     pub termination: TerminationEntry,
     /// Warnings about the result.
     pub warnings: Vec<WarningEntry>,
-    /// Files that were read.
+    /// Path and fingerprint of each file that was read.
     pub inputs: Vec<Input>,
     /// Version of this crate that wrote the file.
     pub version: String,
-    /// Time the calibration took (s).
+    /// Duration of the calibration (s).
     pub seconds: f64,
 }
 
@@ -78,18 +80,19 @@ impl EstimateFile {
     /// The file's text, indented, with a final line break.
     ///
     /// # Errors
-    /// If a number is NaN or infinite, which JSON cannot hold, or the covariance does not fit the
-    /// parameters.
+    /// [`IoError`] if a number is NaN or infinite, which JSON cannot hold, or the covariance is not
+    /// square with a row for each parameter.
     pub fn to_json(&self) -> Result<String, IoError> {
         self.check("estimate.json")?;
         let json = serde_json::to_string_pretty(self).map_err(|error| syntax("estimate.json", &error))?;
         Ok(json + "\n")
     }
 
-    /// Reads the text of a file; `file` is its name for messages.
+    /// Reads the text of a file of schema 1 or 2; `file` is its name for messages.
     ///
     /// # Errors
-    /// If it is no JSON, of another schema, or a key is missing, unknown or of the wrong kind.
+    /// [`IoError`] if the text is no JSON, of another schema, a key is missing, unknown or of the
+    /// wrong kind, or the covariance is not square with a row for each parameter.
     pub fn from_json(text: &str, file: &str) -> Result<EstimateFile, IoError> {
         /// The key that says how to read the others.
         #[derive(Deserialize)]
@@ -110,10 +113,11 @@ impl EstimateFile {
         Ok(estimate)
     }
 
-    /// Reads a file.
+    /// Reads an `estimate.json` of schema 1 or 2.
     ///
     /// # Errors
-    /// As [`EstimateFile::from_json`], and if the file cannot be read.
+    /// As [`EstimateFile::from_json`], and if the file cannot be read or is larger than
+    /// [`MAX_BYTES`].
     pub fn read_file(path: &Path) -> Result<EstimateFile, IoError> {
         let (text, input) = bytes::read_text(path, MAX_BYTES)?;
         EstimateFile::from_json(&text, &input.path)

@@ -12,8 +12,7 @@ use crate::io::base::error::{IoError, Place, quoted};
 use crate::io::base::suggest::did_you_mean;
 use crate::se3::Pose;
 
-/// Millimetres and degrees in SI.
-/// Largest problem file read (bytes).
+/// Largest problem file read (bytes), 4 MiB.
 pub const MAX_BYTES: u64 = 4 << 20;
 pub(crate) const MM: f64 = 1e-3;
 pub(crate) const DEG: f64 = std::f64::consts::PI / 180.0;

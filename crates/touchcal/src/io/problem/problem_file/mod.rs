@@ -1,8 +1,9 @@
-//! `problem.toml`: what to calibrate, with what, from which contacts.
+//! `problem.toml`: a calibration problem — robot, tool, fixtures, contact logs and what to
+//! estimate.
 //!
 //! Lengths in the file are millimetres and angles degrees, as its keys say; paths are relative to
-//! its folder. Every key that is not known, every name that does not resolve and every number out
-//! of range is an error with line and column.
+//! its folder. Every unknown key, every name that does not resolve and every number out of range is
+//! an error with line and column.
 
 pub(crate) mod context;
 mod parameters;
@@ -41,16 +42,16 @@ pub use context::MAX_BYTES;
 pub use selection::{Selection, placement};
 pub use settings::{DEFAULT_CONTACT, DEFAULT_ENCODER, Settings};
 
-/// Uncertainty of a distance where none is given (m).
+/// Standard deviation of a known distance between fixtures if the file states none (m).
 pub const DEFAULT_DISTANCE_SIGMA: f64 = 0.05 * MM;
 /// Most rows that a change of contact may be made to wait for.
 const MAX_DEBOUNCE: i64 = 1_000_000;
 
-/// Reads a problem and all that it refers to. `file` is its name for messages; relative paths begin
-/// at `folder`.
+/// Reads a problem from its text, and all files it refers to. `file` is its name for messages;
+/// relative paths begin at `folder`. Lengths and angles are converted to m and rad.
 ///
 /// # Errors
-/// If the text is no such problem, or a file it refers to cannot be read.
+/// [`IoError`] if the text is no such problem, or a file it refers to cannot be read.
 pub fn read(text: &str, file: &str, folder: &Path) -> Result<Loaded, IoError> {
     let context = Context { text, file, folder };
     bytes::check_size(text.len() as u64, MAX_BYTES, file)?;
@@ -66,11 +67,11 @@ pub fn read_file(path: &Path) -> Result<Loaded, IoError> {
     read_selected(path, &Selection::default())
 }
 
-/// Reads those placements of a problem file that are selected, and what they refer to: their
-/// fixtures, the logs of these, and the distances between these.
+/// Reads the selected placements of a problem file: their fixtures, the logs of these, and the
+/// known distances between these.
 ///
 /// # Errors
-/// As [`read_file`], and if a placement that is named is not there, or none is left.
+/// As [`read_file`], and if a named placement is missing, or none is left.
 pub fn read_selected(path: &Path, selection: &Selection) -> Result<Loaded, IoError> {
     let inside = path.join("problem.toml");
     if inside.is_file() {
@@ -215,8 +216,9 @@ fn fixture(
     }
 }
 
-/// What is to be said of a fixture that lacks a place and needs one: only a socket, a point, is
-/// found without.
+/// Names the keys that a fixture lacks for its place to be known or searched, as a phrase for
+/// messages; `None` if it lacks none. Only a socket, which is a point, can be found without a
+/// nominal place, with [`PlacePrior::Flat`].
 pub fn missing_place(fixture: &Fixture) -> Option<&'static str> {
     match (fixture.base_from_fixture, fixture.manifold.residual_kind() == ResidualKind::PointOffset, fixture.prior) {
         (Some(_), _, _) | (None, true, PlacePrior::Flat) => None,

@@ -7,16 +7,17 @@ use super::schema::FixtureToml;
 use crate::io::base::error::{IoError, Place, quoted};
 use crate::io::base::suggest::{did_you_mean, list};
 
-/// Which placements of a problem are read.
+/// Placements of a problem that are read; all by default.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Selection {
-    /// Names of the placements to read; none: all.
+    /// Names of the placements to read; empty: all.
     pub only: Vec<String>,
-    /// Names of placements to leave out.
+    /// Names of placements to leave out, also of those in `only`.
     pub except: Vec<String>,
 }
 
-/// The placement of a fixture of this name where none is given: what stands before the first `/`.
+/// Placement of a fixture by its name, if none is declared: the part before the first `/`, the
+/// whole name without one.
 pub fn placement(name: &str) -> &str {
     name.split('/').next().unwrap_or("")
 }

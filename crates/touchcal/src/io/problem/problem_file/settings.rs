@@ -13,12 +13,14 @@ use crate::io::base::bytes;
 use crate::io::base::error::{IoError, Place};
 use crate::robot::Robot;
 
-/// Encoder noise where none is given (rad): 0.005°, the repeatability of a good arm's joint.
+/// Standard deviation of the encoder noise if none is declared (rad): 0.005°, the repeatability of
+/// a good arm's joint.
 pub const DEFAULT_ENCODER: f64 = 0.005 * DEG;
-/// Contact noise where none is given (m).
+/// Standard deviation of the contact noise if none is declared (m).
 pub const DEFAULT_CONTACT: f64 = 0.05 * MM;
 
-/// What a problem assumes of noise and asks to be estimated.
+/// Settings of a problem that do not concern robot, parts and logs: its noise, parameters, priors,
+/// loss and method.
 #[derive(Debug)]
 pub struct Settings {
     noise: Noise,
@@ -34,11 +36,11 @@ struct SettingsToml {
 }
 
 impl Settings {
-    /// Reads a text of these two tables alone, for `robot`, as those of a problem file. `file` is
-    /// its name for messages.
+    /// Reads the tables `[noise]` and `[estimate]` of a problem file from a text that holds these
+    /// alone, for the joints of `robot`. `file` is its name for messages.
     ///
     /// # Errors
-    /// If the text is not such.
+    /// [`IoError`] if the text has other tables or keys, or a number is out of range.
     pub fn read(text: &str, file: &str, robot: &Robot) -> Result<Settings, IoError> {
         let context = Context { text, file, folder: Path::new("") };
         bytes::check_size(text.len() as u64, MAX_BYTES, file)?;
@@ -56,18 +58,19 @@ impl Settings {
         Ok(Settings { noise: self::noise(noise, context)?, wanted })
     }
 
-    /// How well a fixture's place is taken to be known: if those of all are to be estimated, one
-    /// that is given is where to begin.
+    /// Prior of a fixture's place, if `given` is the declared one: [`PlacePrior::Flat`] instead of
+    /// [`PlacePrior::Fixed`] if the places of all fixtures are to be estimated, else `given`.
     pub fn fixture_freedom(&self, given: PlacePrior) -> PlacePrior {
         if self.wanted.fixtures && given == PlacePrior::Fixed { PlacePrior::Flat } else { given }
     }
 
-    /// The problem with these settings; a known tool is freed if its place is to be estimated,
-    /// fixtures are as they are.
+    /// The problem with these settings and the given tool, fixtures, known distances and contacts.
+    /// A fixed tool gets a flat prior if its place is to be estimated; fixtures are left as they
+    /// are.
     ///
     /// # Errors
-    /// If joints are to give way and nothing pulls on them, neither gravity nor a load: no contact
-    /// could tell by how much.
+    /// [`IoError::Unexpected`] if joint compliances are to be estimated although neither gravity
+    /// nor a load acts on the joints, so that no contact determines them.
     pub fn problem(
         self,
         robot: Robot,

@@ -39,10 +39,10 @@ const PLANE: f64 = 0.1;
 const OF_FIXTURE: [f32; 4] = [0.9, 0.6, 0.1, 1.0];
 const OF_TOOL: [f32; 4] = [0.2, 0.5, 0.9, 1.0];
 
-/// The bytes of the file.
+/// The bytes of the MCAP file of a calibration.
 ///
 /// # Errors
-/// If the mcap crate cannot write them.
+/// [`IoError::Syntax`] if the mcap crate cannot write them.
 pub fn to_bytes(problem: &Problem, estimate: &Estimate) -> Result<Vec<u8>, IoError> {
     write(problem, estimate).map_err(|error| IoError::syntax(Place::file("MCAP"), error.to_string()))
 }
