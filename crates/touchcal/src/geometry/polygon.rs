@@ -5,7 +5,7 @@ use nalgebra::{Point2, Vector2};
 /// Largest number of vertices of a [`Polygon`].
 pub const MAX_POLYGON_VERTICES: usize = 10_000;
 
-/// Why a list of points is not an outline.
+/// Why points are no outline, or an outline cannot be offset.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum PolygonError {

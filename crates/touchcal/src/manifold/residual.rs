@@ -22,7 +22,7 @@ pub struct Residual {
 }
 
 impl Residual {
-    /// No rows.
+    /// A residual without rows.
     pub fn new() -> Self {
         Residual { len: 0, value: [0.0; MAX_ROWS], jacobian: [Twist::zeros(); MAX_ROWS], surface: [0; MAX_ROWS] }
     }

@@ -54,9 +54,9 @@ pub struct NullDirection {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Residuals {
-    /// With the nominal arm.
+    /// Distances (mm) with the nominal arm.
     pub prefit: ResidualStats,
-    /// With the calibrated arm.
+    /// Distances (mm) with the calibrated arm.
     pub postfit: ResidualStats,
 }
 
@@ -100,7 +100,7 @@ pub struct ContactCounts {
     pub rejected: u64,
 }
 
-/// Why the solver stopped.
+/// The criterion that stopped the solver, and its value.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct TerminationEntry {

@@ -43,7 +43,7 @@ pub struct EstimateFile {
     pub residuals: Residuals,
     /// Numbers of rows and contacts.
     pub contacts: ContactCounts,
-    /// Why the solver stopped.
+    /// The criterion that stopped the solver.
     pub termination: TerminationEntry,
     /// Warnings about the result.
     pub warnings: Vec<WarningEntry>,

@@ -18,11 +18,11 @@ const SAME_AXIS: f64 = 1e-9;
 /// [`PrismPair`](crate::geometry::PrismPair).
 #[derive(Clone, Debug)]
 pub(super) struct Hole {
-    /// Depth (m).
+    /// Depth (m) that the peg's tip reaches below the mouth.
     pub depth: f64,
     /// Distance (m) of the peg's surface from its axis, at most.
     pub peg_radius: f64,
-    /// Which of the two are round.
+    /// Whether peg and hole are each round about their z axis.
     pub symmetry: AxialSymmetry,
 }
 

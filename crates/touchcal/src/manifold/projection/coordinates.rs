@@ -1,4 +1,4 @@
-//! Six coordinates of a pose, and what counts as near in them.
+//! Six coordinates of a pose, and distances between poses.
 
 use std::f64::consts::{PI, TAU};
 

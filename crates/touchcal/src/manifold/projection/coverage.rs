@@ -1,4 +1,4 @@
-//! How well samples cover the manifold that they stand for.
+//! How densely and how completely samples cover a contact manifold.
 
 use rayon::prelude::*;
 

@@ -11,7 +11,7 @@ pub struct PoseSamples {
     coordinates: Vec<Coordinates>,
 }
 
-/// Why poses are no samples of a manifold.
+/// Why poses cannot be the samples of a manifold.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum SamplesError {

@@ -55,7 +55,9 @@ impl AdamState {
 
 /// A step's numbers in single precision.
 pub(super) struct Step {
+    /// Learning rate with Adam's correction of the bias of the means.
     pub rate: f32,
+    /// Term that keeps the division by small gradients finite, with the same correction.
     pub epsilon: f32,
 }
 

@@ -75,7 +75,7 @@ impl TrainingOptions {
 /// Weights with the least loss on the held-out pairs so far.
 #[derive(Clone, Debug, PartialEq)]
 pub struct BestWeights {
-    /// Network with the current weights.
+    /// Network with these weights.
     pub network: Network,
     /// Mean square of the network's output errors over the held-out pairs (no unit);
     /// [`Scaling::distance`] converts it to a distance (m).
@@ -92,7 +92,7 @@ pub struct Checkpoint {
     pub options: TrainingOptions,
     /// Conversion between coordinates of poses and the network's inputs and outputs.
     pub scaling: Scaling,
-    /// The weights.
+    /// Network with the current weights.
     pub network: Network,
     /// Running means of the gradients, and the number of steps done.
     pub adam: AdamState,

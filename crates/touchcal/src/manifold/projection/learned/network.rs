@@ -84,12 +84,12 @@ impl Layer {
         Layer { inputs, weights: vec![0.0; inputs * outputs], bias: vec![0.0; outputs] }
     }
 
-    /// Number of inputs.
+    /// Number of inputs, the columns of `W`.
     pub fn inputs(&self) -> usize {
         self.inputs
     }
 
-    /// Number of outputs.
+    /// Number of outputs, the rows of `W`.
     pub fn outputs(&self) -> usize {
         self.bias.len()
     }
@@ -171,18 +171,22 @@ impl Stack {
         self.at[l].len() / self.rows.max(1)
     }
 
+    /// Values of the network's input, one row after another.
     pub fn first_mut(&mut self) -> &mut [f32] {
         self.at.first_mut().map_or(&mut [], Vec::as_mut_slice)
     }
 
+    /// Values of the network's input, one row after another.
     pub fn first(&self) -> &[f32] {
         self.at.first().map_or(&[], Vec::as_slice)
     }
 
+    /// Values of the network's output, one row after another.
     pub fn last_mut(&mut self) -> &mut [f32] {
         self.at.last_mut().map_or(&mut [], Vec::as_mut_slice)
     }
 
+    /// Values of the network's output, one row after another.
     pub fn last(&self) -> &[f32] {
         self.at.last().map_or(&[], Vec::as_slice)
     }
@@ -191,7 +195,9 @@ impl Stack {
 /// Values and derivatives of some rows of a batch.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Tape {
+    /// Input of the network and outputs of the layers.
     pub values: Stack,
+    /// Derivatives of the loss by these values.
     pub deltas: Stack,
 }
 

@@ -31,7 +31,9 @@ pub(super) struct PairSet {
 /// Some pairs of a set.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Batch<'s> {
+    /// Inputs of the network, six numbers per pair.
     pub inputs: &'s [f32],
+    /// Outputs that the network should have, six numbers per pair.
     pub targets: &'s [f32],
 }
 
