@@ -9,7 +9,7 @@ pub const MAX_POLYGON_VERTICES: usize = 10_000;
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum PolygonError {
-    /// Too few or too many vertices.
+    /// Fewer than 3 vertices, or more than [`MAX_POLYGON_VERTICES`].
     #[error("an outline needs 3 to {MAX_POLYGON_VERTICES} vertices, found {found}")]
     VertexCount {
         /// Number of vertices given.

@@ -36,7 +36,7 @@ impl fmt::Display for PointMm {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum TriangleMeshError {
-    /// Too few or too many triangles.
+    /// Fewer than 4 triangles, or more than [`MAX_TRIANGLES`].
     #[error("a solid has 4 to {MAX_TRIANGLES} triangles, found {found}")]
     TriangleCount {
         /// Number of triangles given.

@@ -15,12 +15,12 @@ const ROUNDING: f64 = 4.0 * f32::EPSILON as f64;
 /// Levels of a straight part: two ends of a peg; top, floor and bottom of a body with a hole.
 const MOST_LEVELS: usize = 3;
 
-/// The same parts as outlines, if both are straight along z to the rounding of their files: a peg
-/// with two flat ends, its tip at z = 0, and a body with one hole from its top face at z = 0 down
-/// to a flat floor, or through it if it is thicker than `depth` (m), to which the peg goes in.
-/// `None` otherwise.
+/// Outlines of a peg and a hole that are given as meshes, if both are straight along z to the
+/// rounding of their files: a peg with two flat ends, its tip at z = 0, and a body with one hole
+/// from its top face at z = 0 down to a flat floor, or through it if it is thicker than `depth`
+/// (m), to which the peg goes in. `None` otherwise.
 ///
-/// The outlines extend the top face sideways without limit, and walls without a floor down to where
+/// The result extends the top face sideways without limit, and walls without a floor down to where
 /// the peg does not come.
 pub fn prisms_of(parts: &MeshPair, depth: f64) -> Option<PrismPair> {
     let (peg, length) = straight_peg(parts.tool())?;

@@ -7,7 +7,7 @@ use std::path::Path;
 use crate::io::base::error::IoError;
 
 /// Writes `bytes` to `path`: to a temporary file in the same folder, which is then renamed. A
-/// concurrent reader of `path` sees the old content or the new, never a part. Missing folders are
+/// concurrent reader of `path` gets the old content or the new, never a part. Missing folders are
 /// made, an existing file is replaced.
 ///
 /// # Errors

@@ -25,14 +25,13 @@ impl Place {
         Place { file: file.into(), ..Place::default() }
     }
 
-    /// The same place with a line number, 1 for the first line.
+    /// This place with a line number, 1 for the first line.
     pub fn line(mut self, line: u64) -> Place {
         self.line = Some(line);
         self
     }
 
-    /// The same place with an element, key or table column; appended to the one named before, if
-    /// any.
+    /// This place with an element, key or table column; appended to the one named before, if any.
     pub fn field(mut self, field: impl Into<String>) -> Place {
         let field = field.into();
         self.field = Some(self.field.map_or(field.clone(), |outer| format!("{outer}, {field}")));

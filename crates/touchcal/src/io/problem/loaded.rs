@@ -17,7 +17,8 @@ pub struct Loaded {
 }
 
 impl Loaded {
-    /// The same problem, after checking that every fixture has a contact manifold.
+    /// Returns the problem unchanged after checking that the contact manifold of every fixture is
+    /// known.
     ///
     /// # Errors
     /// [`IoError::Unexpected`] if a fixture is [`Unmodeled`](crate::manifold::Unmodeled); the first

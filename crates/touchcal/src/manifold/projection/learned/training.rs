@@ -55,8 +55,8 @@ pub struct Progress {
     /// Mean square of the outputs' errors (no unit) in this step's batch, before the step;
     /// [`Scaling::distance`] converts it to a distance (m).
     pub loss: f64,
-    /// The same mean square over the held-out pairs, after the step; `None` at steps without
-    /// evaluation.
+    /// Mean square of the outputs' errors (no unit) over the held-out pairs, after the step; `None`
+    /// at steps without evaluation.
     pub held_out: Option<f64>,
 }
 
