@@ -1,6 +1,6 @@
 //! `manifold.safetensors`: a contact manifold as samples, with their origin, schema 1.
 //!
-//! One tensor, `poses`, of shape [n, 6] and 64-bit numbers: a row per sample, `fixture_from_tool`
+//! One tensor, `poses`, of shape `[n, 6]` and 64-bit numbers: a row per sample, `fixture_from_tool`
 //! as x, y, z (m), roll, pitch, yaw (rad). One entry of metadata, `touchcal_manifold`: JSON with
 //! the [`Provenance`], units and names in it.
 
@@ -124,7 +124,7 @@ impl ManifoldFile {
         match (poses.dtype(), poses.shape()) {
             (Dtype::F64, [_, 6]) => {}
             (kind, shape) => {
-                return Err(IoError::unexpected(tensor, "F64 of shape [n, 6]", format!("{kind:?} of shape {shape:?}")));
+                return Err(IoError::unexpected(tensor, "F64 of shape `[n, 6]`", format!("{kind:?} of shape {shape:?}")));
             }
         }
         if bytes::sha256(poses.data()) != sha256 {

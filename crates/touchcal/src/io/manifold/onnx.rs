@@ -1,4 +1,4 @@
-//! A learned projection as ONNX, opset 13: input `pose`, output `projected`, both of shape [n, 6]
+//! A learned projection as ONNX, opset 13: input `pose`, output `projected`, both of shape `[n, 6]`
 //! in single precision, x, y, z in metres, roll, pitch and yaw in radians.
 //!
 //! The graph computes what [`LearnedProjection`] does, except that it does not wrap angles: they
