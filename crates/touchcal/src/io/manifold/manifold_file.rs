@@ -124,7 +124,7 @@ impl ManifoldFile {
         match (poses.dtype(), poses.shape()) {
             (Dtype::F64, [_, 6]) => {}
             (kind, shape) => {
-                return Err(IoError::unexpected(tensor, "F64 of shape `[n, 6]`", format!("{kind:?} of shape {shape:?}")));
+                return Err(IoError::unexpected(tensor, "F64 of shape [n, 6]", format!("{kind:?} of shape {shape:?}")));
             }
         }
         if bytes::sha256(poses.data()) != sha256 {
