@@ -18,24 +18,27 @@ use nalgebra::{Isometry3, Matrix3, Matrix6, Translation3, UnitQuaternion, Vector
 pub type Pose = Isometry3<f64>;
 /// A twist `[v; ω]` = `[vx, vy, vz, ωx, ωy, ωz]`: translation (m), then rotation (rad).
 pub type Twist = Vector6<f64>;
-/// A wrench `[f; τ]` = `[fx, fy, fz, τx, τy, τz]`: force (N), then torque (N m).
+/// A wrench `[f; τ]` = `[fx, fy, fz, τx, τy, τz]`: force (N), then torque (N m) about the point and
+/// in the frame that each use names.
 pub type Wrench = [f64; 6];
 
 /// Below this angle (rad) series replace the closed forms: the first neglected term is then under
 /// 1e-14, and so is the cancellation of the closed forms above it.
 const SERIES_BELOW: f64 = 0.1;
 
-/// The antisymmetric 3×3 matrix `[a]×` with `[a]× b = a × b`.
+/// The antisymmetric 3×3 matrix `[a]×` with `[a]× b = a × b`, in the unit of `a`.
 pub fn skew(a: &Vector3<f64>) -> Matrix3<f64> {
     Matrix3::new(0.0, -a.z, a.y, a.z, 0.0, -a.x, -a.y, a.x, 0.0)
 }
 
-/// Linear part `v` (m) of a twist `[v; ω]`: its first three components.
+/// Linear part of a twist `[v; ω]`, its first three components: `v` (m), or the force (N) of a
+/// wrench given as a [`Twist`].
 pub fn linear(twist: &Twist) -> Vector3<f64> {
     Vector3::new(twist[0], twist[1], twist[2])
 }
 
-/// Angular part `ω` (rad) of a twist `[v; ω]`: its last three components.
+/// Angular part of a twist `[v; ω]`, its last three components: `ω` (rad), or the torque (N m) of a
+/// wrench given as a [`Twist`].
 pub fn angular(twist: &Twist) -> Vector3<f64> {
     Vector3::new(twist[3], twist[4], twist[5])
 }
@@ -87,8 +90,9 @@ pub fn right_jacobian(xi: &Twist) -> Matrix6<f64> {
     jacobian
 }
 
-/// Logarithm of a rotation: its rotation vector φ (rad) with ‖φ‖ ≤ π, axis times angle. At an angle
-/// of π either direction of the axis is a solution, and one of them is returned.
+/// Logarithm of a rotation: its rotation vector φ (rad) with ‖φ‖ ≤ π, axis times angle (Solà et al.
+/// 2018, appendix B). At an angle of π either direction of the axis is a solution, and one of them
+/// is returned.
 pub fn rotation_log(rotation: &UnitQuaternion<f64>) -> Vector3<f64> {
     let q = rotation.quaternion();
     let (vector, scalar) = if q.w < 0.0 { (-q.imag(), -q.w) } else { (q.imag(), q.w) };

@@ -4,7 +4,8 @@
 /// `⌈percent · n / 100⌉ − 1`, the first for 0 % (type 1 of Hyndman & Fan 1996). `None` if there are
 /// no samples or `percent` is above 100.
 ///
-/// `sorted` holds the samples in ascending order, in any unit; the result has the same unit.
+/// `sorted` holds the samples in ascending order, which is not checked, in any unit; the result has
+/// the same unit.
 pub fn nearest_rank(sorted: &[f64], percent: usize) -> Option<f64> {
     sorted.get((sorted.len() * percent).div_ceil(100).saturating_sub(1)).copied()
 }
@@ -12,13 +13,15 @@ pub fn nearest_rank(sorted: &[f64], percent: usize) -> Option<f64> {
 /// The sample of index `⌊percent · n / 100⌋` of `n` samples: the smallest of which more than
 /// `percent` % of all are no larger. `None` if there are no samples or `percent` is 100 or more.
 ///
-/// `sorted` holds the samples in ascending order, in any unit; the result has the same unit.
+/// `sorted` holds the samples in ascending order, which is not checked, in any unit; the result has
+/// the same unit.
 pub fn floor_rank(sorted: &[f64], percent: usize) -> Option<f64> {
     sorted.get(sorted.len() * percent / 100).copied()
 }
 
-/// The upper median of `values`, in any order: of an even number of values the larger of the middle
-/// two. `None` if there are no values. NaN (of positive sign) counts as larger than all numbers.
+/// The upper median of `values`, in their unit: of an even number of values the larger of the
+/// middle two. `values` may be in any order. `None` if there are no values. NaN counts as larger
+/// than all numbers, NaN of negative sign as smaller.
 pub fn upper_median(mut values: Vec<f64>) -> Option<f64> {
     values.sort_unstable_by(f64::total_cmp);
     floor_rank(&values, 50)

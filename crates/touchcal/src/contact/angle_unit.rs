@@ -3,10 +3,13 @@
 use crate::robot::{JointKind, Robot};
 
 /// Unit of the revolute joints' positions in a log; prismatic joints are in metres in any case.
+/// [`read_file`](crate::io::contact_log::read_file) refuses a log of which more than 5 % of the
+/// rows are beyond the joint limits in that unit (±20 rad for joints without limits): by more than
+/// 20° and by more than a turn from zero.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum AngleUnit {
-    /// Not declared: radians, but guessed from the joint limits for logs of KUKA's recorder, with a
-    /// note.
+    /// Not declared: radians, but degrees for a log of KUKA's recorder that does not fit the joint
+    /// limits in radians; for such a recorder's log a note tells which.
     #[default]
     Undeclared,
     /// Radians (rad).

@@ -2,13 +2,14 @@
 
 use crate::se3::Wrench;
 
-/// Thresholds of contact detection by force, see [`Detector`].
+/// Thresholds of contact detection by force, see [`Detector`]. Magnitudes are those of the force of
+/// a row's wrench, whatever its frame.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Detection {
-    /// Magnitude of the force above which contact begins (N).
+    /// Magnitude of the force above which contact begins (N, not negative).
     pub threshold: f64,
-    /// Magnitude of the force below which contact ends (N); above `threshold` it counts as
-    /// `threshold`.
+    /// Magnitude of the force below which contact ends (N, positive: with 0 it never ends); above
+    /// `threshold` it counts as `threshold`.
     pub release: f64,
     /// Number of consecutive rows for which the force must be beyond either threshold; 0 counts as
     /// 1.
@@ -37,8 +38,9 @@ impl Detector {
         Detector { threshold, release: release.min(threshold), debounce: debounce.max(1), touching: false, pending: 0 }
     }
 
-    /// Takes the wrench `[f; τ]` (N, N m) of the next row; returns whether the tool touches there.
-    /// The torque has no effect.
+    /// Takes the wrench `[f; τ]` (N, N m) of the next row, in any frame; returns whether the tool
+    /// touches there. The torque has no effect; a force of NaN changes nothing and counts as a row
+    /// between the thresholds.
     pub fn update(&mut self, wrench: &Wrench) -> bool {
         let force = (wrench[0].powi(2) + wrench[1].powi(2) + wrench[2].powi(2)).sqrt();
         let changes = if self.touching { force < self.release } else { force > self.threshold };

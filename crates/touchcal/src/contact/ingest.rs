@@ -6,8 +6,8 @@ use super::log::{ContactLog, Source};
 use crate::robot::Robot;
 use crate::se3::Wrench;
 
-/// Largest number of contacts in one log. A contact takes about 80 bytes of memory, and 48 for its
-/// load.
+/// Largest number of contacts that [`ContactIngest`] puts into one log. A contact of a 7-joint arm
+/// takes about 80 bytes of memory, and 48 for its load.
 pub const MAX_CONTACTS: usize = 20_000_000;
 /// Motion of an arm at rest (rad or m): 0.01°, or as far as that is a metre from the axis.
 const REST: f64 = 1.7e-4;
@@ -32,24 +32,28 @@ impl Row {
 /// Which rows of a file are contacts, and what becomes of their wrenches.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct IngestOptions {
-    /// Index of the touched fixture in [`Problem::fixtures`](crate::estimate::Problem).
+    /// Index of the touched fixture in [`Problem::fixtures`](crate::estimate::Problem::fixtures),
+    /// from 0; not checked.
     pub fixture: usize,
-    /// Contact detection by force; `None`: the rows that are flagged are contacts, or all where
+    /// Contact detection by force; `None`: the rows that are flagged as contacts are, or all where
     /// there are no flags.
     pub detection: Option<Detection>,
-    /// How far (rad, or m for a prismatic joint) some joint must have moved since the last contact
-    /// for a row to be another contact; `None`: every row is.
+    /// How far (rad, or m for a prismatic joint; not negative) some joint must have moved since the
+    /// last contact of the file that was kept for a row to be another contact; `None`: every row
+    /// is.
     pub apart: Option<f64>,
-    /// Body and frame of the wrench as a load on the arm; `None`: wrenches are not used as loads.
+    /// Body and frame of the wrench as a load on the arm; `None`: wrenches are not used as loads,
+    /// and contacts have none.
     pub load: Option<Load>,
 }
 
-/// Error: the log holds [`MAX_CONTACTS`] contacts already.
+/// Error of [`ContactIngest::push`]: the log holds [`MAX_CONTACTS`] contacts already.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct LogFull;
 
 /// Appends the contacts among the rows of one file to a [`ContactLog`]. Call
-/// [`ContactIngest::push`] for each row in order and [`ContactIngest::finish`] at the end.
+/// [`ContactIngest::push`] for each row in order and [`ContactIngest::finish`] once at the end;
+/// without it contacts are not thinned, wrenches not yet loads, and rows not counted.
 pub struct ContactIngest<'a> {
     robot: &'a Robot,
     log: &'a mut ContactLog,
@@ -63,7 +67,8 @@ pub struct ContactIngest<'a> {
 }
 
 impl<'a> ContactIngest<'a> {
-    /// Starts a file named `file`, with rows of `robot`; its contacts are appended to `log`.
+    /// Starts a file named `file`, with rows of `robot`; its contacts are appended to `log`, which
+    /// must be of as many moving joints and gets the file's name at once.
     pub fn new(robot: &'a Robot, file: &str, options: IngestOptions, log: &'a mut ContactLog) -> Self {
         let detector = options.detection.map(|d| Detector::new(d.threshold, d.release, d.debounce));
         let (file, first) = (log.add_file(file), log.len());
@@ -77,12 +82,13 @@ impl<'a> ContactIngest<'a> {
     }
 
     /// Takes row `number` of the file (1 for the first): measured joint positions `q` (rad, or m
-    /// for a prismatic joint; one for each moving joint, base first), measured wrench `[f; τ]` (N,
-    /// N m; zeros if there is none), and whether the row is flagged as a contact. The flag has no
-    /// effect with detection by force.
+    /// for a prismatic joint; one for each moving joint, base first; not checked), measured wrench
+    /// `[f; τ]` (N, N m; body and frame as in [`IngestOptions::load`]; zeros if there is none), and
+    /// whether the row is flagged as a contact (`true` without flags). The flag has no effect with
+    /// detection by force.
     ///
     /// # Errors
-    /// If the row is a contact and the log is full.
+    /// [`LogFull`] if the row is a contact and the log is full; the row is then left out.
     pub fn push(&mut self, number: u64, q: &[f64], wrench: Wrench, flag: bool) -> Result<(), LogFull> {
         let is_touching = match &mut self.detector {
             Some(detector) => detector.update(&wrench),
@@ -101,20 +107,23 @@ impl<'a> ContactIngest<'a> {
         Ok(())
     }
 
-    /// Multiplies the joint positions of the file's contacts: `scale` has one factor (1) for each
-    /// moving joint, base first.
+    /// Multiplies the joint positions of the file's contacts so far: `scale` has one factor (1) for
+    /// each moving joint, base first, such as π/180 to make radians of degrees.
     pub fn rescale(&mut self, scale: &[f64]) {
         self.log.rescale(self.first, scale);
     }
 
-    /// Appends a note about the file, in words for the user, to those of the log.
+    /// Appends a note about the file, in words for the user, to those of the log, behind the name
+    /// of the file.
     pub fn note(&mut self, note: &str) {
         let file = &self.log.files()[self.file as usize];
         self.log.note(format!("{file}: {note}"));
     }
 
-    /// Ends the file after `rows` rows, in contact or not: thins contacts, converts wrenches to
-    /// loads, and appends notes on assumptions.
+    /// Ends the file after `rows` rows, in contact or not: thins contacts
+    /// ([`IngestOptions::apart`]), converts wrenches to loads ([`IngestOptions::load`]), and
+    /// appends notes on assumptions, each once: that contacts repeat one another while the arm is
+    /// at rest, and that forces were not used.
     pub fn finish(&mut self, rows: u64) {
         if let Some(note) = self.thin() {
             self.note(&note);

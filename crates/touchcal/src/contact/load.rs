@@ -27,12 +27,12 @@ pub enum LoadFrame {
 }
 
 /// How the measured wrench `[f; τ]` (N, N m) of a log is a load on the arm. The wrench must not
-/// contain the tool's weight.
+/// contain the tool's weight, and its reference point is the tip's origin.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Load {
-    /// The body on which the wrench acts.
+    /// The body on which the wrench acts, which determines its sign.
     pub on: LoadOn,
-    /// The frame in whose axes the wrench is expressed; its reference point is the tip's origin.
+    /// The frame in whose axes the wrench is expressed.
     pub frame: LoadFrame,
 }
 

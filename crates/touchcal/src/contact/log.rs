@@ -5,14 +5,15 @@ use crate::se3::Wrench;
 /// Where a contact was read: the file and the row in it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Source {
-    /// Index into [`ContactLog::files`].
+    /// Index into [`ContactLog::files`], as [`ContactLog::add_file`] returned it; not checked.
     pub file: u32,
     /// Line of the file, row of a table or number of a joint state in a bag; 1 for the first.
     pub line: u64,
 }
 
 /// Contacts: measured joint positions while the tool touched a fixture, each with fixture, source
-/// and load. Contacts are numbered from 0 in the order in which they were appended.
+/// and load. Contacts are numbered from 0 in the order in which they were appended. The default is
+/// an empty log of an arm without joints.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ContactLog {
     dof: usize,
@@ -32,7 +33,8 @@ impl ContactLog {
         ContactLog { dof, ..ContactLog::default() }
     }
 
-    /// Registers a file by name and returns its index for [`Source::file`].
+    /// Registers a file by name and returns its index, from 0, for [`Source::file`]. The same name
+    /// may be registered again and gets another index.
     pub fn add_file(&mut self, name: impl Into<String>) -> u32 {
         self.files.push(name.into());
         (self.files.len() - 1) as u32
@@ -99,8 +101,9 @@ impl ContactLog {
     }
 
     /// Appends a contact: measured joint positions `q` (rad, or m for a prismatic joint; base
-    /// first) while touching the fixture of index `fixture`. Positions beyond [`ContactLog::dof`]
-    /// are ignored; if any is missing, the whole contact is ignored.
+    /// first) while touching the fixture of index `fixture` (below 2³²; not checked against a
+    /// problem). Positions beyond [`ContactLog::dof`] are ignored; if any is missing, the whole
+    /// contact is ignored.
     pub fn push(&mut self, q: &[f64], fixture: usize, source: Source) {
         if let Some(q) = q.get(..self.dof) {
             self.q.extend_from_slice(q);
@@ -110,7 +113,8 @@ impl ContactLog {
     }
 
     /// Sets the load of the last contact: the wrench `[f; τ]` (N, N m) that the fixture exerted on
-    /// the tool, about the tip's origin, in the tip frame. Without effect on an empty log.
+    /// the tool, about the tip's origin, in the tip frame, in place of a former one. Without effect
+    /// on an empty log.
     pub fn set_load(&mut self, load: Wrench) {
         if let Some(last) = self.len().checked_sub(1) {
             self.loads.resize(last, [0.0; 6]);
@@ -119,7 +123,9 @@ impl ContactLog {
     }
 
     /// Appends the contacts of `other`, all with fixture index `fixture`, with its files, notes,
-    /// loads and number of rows read. Contacts of an arm with fewer moving joints are left out.
+    /// loads and number of rows read; indices of files follow those of this log. `other` must be of
+    /// as many moving joints: of an arm with more, surplus positions are ignored, of one with
+    /// fewer, contacts are left out.
     pub fn append(&mut self, other: &ContactLog, fixture: usize) {
         let first = self.files.len() as u32;
         self.files.extend_from_slice(&other.files);
@@ -147,29 +153,30 @@ impl ContactLog {
         self.fixture.is_empty()
     }
 
-    /// Measured joint positions of contact `i` < [`ContactLog::len`] (rad, or m for a prismatic
-    /// joint), one for each moving joint, base first.
+    /// Measured joint positions of contact `i` (rad, or m for a prismatic joint),
+    /// [`ContactLog::dof`] of them, base first. Panics if `i` is not below [`ContactLog::len`].
     pub fn q(&self, i: usize) -> &[f64] {
         &self.q[i * self.dof..(i + 1) * self.dof]
     }
 
     /// Wrench `[f; τ]` (N, N m) that the fixture exerted on the tool in contact `i`, about the
-    /// tip's origin, in the tip frame; zeros where it is not known.
+    /// tip's origin, in the tip frame; zeros where it is not known, and if there is no contact `i`.
     pub fn load(&self, i: usize) -> Wrench {
         self.loads.get(i).copied().unwrap_or([0.0; 6])
     }
 
-    /// Whether the load of any contact is known.
+    /// Whether the load of any contact is known, be it zero.
     pub fn has_loads(&self) -> bool {
         !self.loads.is_empty()
     }
 
-    /// Index of the fixture touched in contact `i` < [`ContactLog::len`].
+    /// Index of the fixture touched in contact `i`. Panics if `i` is not below [`ContactLog::len`].
     pub fn fixture(&self, i: usize) -> usize {
         self.fixture[i] as usize
     }
 
-    /// File and row from which contact `i` < [`ContactLog::len`] was read.
+    /// File and row from which contact `i` was read. Panics if `i` is not below
+    /// [`ContactLog::len`].
     pub fn source(&self, i: usize) -> Source {
         self.source[i]
     }
@@ -179,13 +186,13 @@ impl ContactLog {
         &self.files
     }
 
-    /// Number of rows read, in contact or not.
+    /// Number of rows read, in contact or not, as [`ContactLog::count_rows`] added them up.
     pub fn rows_read(&self) -> u64 {
         self.rows_read
     }
 
-    /// The contacts whose number `i` fulfils `keep(i)`, in order, with all files and notes and the
-    /// number of rows read.
+    /// The contacts whose number `i` fulfils `keep(i)`, in order, with their loads, all files and
+    /// notes and the number of rows read. `keep` is called once for each contact, in order.
     pub fn filtered(&self, mut keep: impl FnMut(usize) -> bool) -> ContactLog {
         let (files, notes) = (self.files.clone(), self.notes.clone());
         let mut log = ContactLog { files, notes, rows_read: self.rows_read, ..ContactLog::new(self.dof) };

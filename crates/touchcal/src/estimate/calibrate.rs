@@ -9,7 +9,7 @@ use super::summarize::summarize;
 
 /// Estimates the parameters of a problem.
 ///
-/// Minimizes, from zero, first the distance of all contact poses from their manifolds' envelopes,
+/// Minimizes, from zero, first the distance of a subsample's poses from their manifolds' envelopes,
 /// then `Σ ρ(‖W r(θ)‖²) + Σ (θₖ/σₖ)² + Σ ((dᵢⱼ − d̂ᵢⱼ)/σᵢⱼ)²`. `r` (m) is a contact's residual, `W`
 /// (1/m) whitens encoder and contact noise, and `ρ` is the problem's loss, its scale shrinking from
 /// one that is nearly least squares; `θₖ` are the parameters with priors of standard deviations
@@ -17,17 +17,20 @@ use super::summarize::summarize;
 /// deviation `σᵢⱼ`. One-sided contacts finally contribute `−2 ln L` instead, the marginal
 /// likelihood over their contact modes. Parameters without prior that nothing determines are fixed
 /// at zero. `observe` is called at each step and may end the estimation: the result is then that of
-/// the parameters reached. [`Method::GradientDescent`] has its own search.
+/// the parameters reached. [`Method::GradientDescent`] has its own search; [`Method`] names the
+/// sources.
 ///
 /// The covariance of two-sided contacts is that of an M-estimator, `(A²/B · Σ JᵀJ + Λ)⁻¹`, with `J`
-/// the derivative of the whitened residual by the parameters, `A` the mean of ψ′ and `B` that of ψ²
-/// over all contacts, `ψ(r) = ρ′(r²) r`, and `Λ` the information of priors and known distances, for
-/// at least the declared noise (Huber, *Robust statistics* (1981), section 7.6). With one-sided
-/// contacts it is the sandwich of their marginal likelihood times the design effect of correlated
-/// contacts.
+/// the derivative of the whitened residual by the parameters, `A` the mean of ψ′ (at least 0.05)
+/// and `B` that of ψ² over all residual rows, `ψ(r) = ρ′(r²) r`, and `Λ` the information of priors
+/// and known distances, for at least the declared noise (Huber, *Robust statistics* (1981), section
+/// 7.6). With one-sided contacts it is the sandwich of their marginal likelihood times the design
+/// effect of correlated contacts; where that is not used, the former one times the square of
+/// [`ContactModeOptions::least_gap_inflation`](super::ContactModeOptions::least_gap_inflation).
 ///
 /// There is no error: an estimate that must not be used has another [`Status`](super::Status) than
-/// converged, and [`Warning`](super::Warning)s with the cause.
+/// converged, and [`Warning`](super::Warning)s with the cause; so has a problem without contacts.
+/// Panics if a contact or distance has a fixture that is not in [`Problem::fixtures`].
 pub fn calibrate(problem: &Problem, observe: Observer<'_>) -> Estimate {
     let mut search = SearchState::new(problem);
     match &problem.method {

@@ -12,8 +12,9 @@ use crate::robot::KinematicParameter;
 use crate::se3::{self, Pose, Twist};
 
 /// Number, mean, root mean square and maximum (m) of the contacts' distances from their manifolds,
-/// by the problem's arm as it is, with tool and fixtures at their nominal poses; nothing is
-/// estimated. All are 0 without contacts.
+/// over all contacts and for each fixture, by the problem's arm as it is, with tool and fixtures at
+/// their nominal poses; nothing is estimated. All are 0 without contacts. A contact's distance is
+/// that of [`contact_distances`]. Panics if a contact's fixture is not in [`Problem::fixtures`].
 pub fn evaluate(problem: &Problem) -> Score {
     let model = CalibrationModel::new(problem);
     score(&LinearizationPoint::new(&model, &DVector::zeros(model.layout.len())))
@@ -21,18 +22,21 @@ pub fn evaluate(problem: &Problem) -> Score {
 
 /// Distance (m, ≥ 0) of each contact from its manifold, in the order of the log, at parameters
 /// `values` (SI, one for each parameter, in the order of
-/// [`Estimate::values`](super::Estimate::values); zeros are the problem's arm as it is).
+/// [`Estimate::values`](super::Estimate::values); zeros are the problem's arm as it is, and missing
+/// ones count as 0). Joint drifts and gap biases among them have no effect.
 ///
-/// A contact's distance is the norm of its manifold's residual; for a point manifold (ball in
-/// socket) it is the distance from the mean offset of all contacts with that socket. [`Score`]
-/// summarizes these distances.
+/// A contact's distance is the norm of its manifold's residual, of at most its first three rows:
+/// for a projection the distance of the positions. For a point manifold (ball in socket) it is the
+/// distance from the mean offset of all contacts with that socket. [`Score`] summarizes these
+/// distances. Panics if a contact's fixture is not in [`Problem::fixtures`].
 pub fn contact_distances(problem: &Problem, values: &DVector<f64>) -> Vec<f64> {
     distances(&LinearizationPoint::new(&CalibrationModel::new(problem), values))
 }
 
-/// `fixture_from_tool` of each contact with the fixture of index `fixture` in
-/// [`Problem::fixtures`], by the problem's arm as it is, in the order of the log; empty if there is
-/// no such contact. Of a calibrated arm these are samples of the fixture's contact manifold.
+/// Pose `fixture_from_tool` (m) of each contact with the fixture of index `fixture` in
+/// [`Problem::fixtures`], by the problem's arm as it is and the fixture's nominal pose, in the
+/// order of the log; empty if there is no such contact. Of a calibrated arm these are samples of
+/// the fixture's contact manifold.
 pub fn contact_poses(problem: &Problem, fixture: usize) -> Vec<Pose> {
     let model = CalibrationModel::new(problem);
     let point = LinearizationPoint::new(&model, &DVector::zeros(model.layout.len()));
@@ -41,8 +45,10 @@ pub fn contact_poses(problem: &Problem, fixture: usize) -> Vec<Pose> {
 }
 
 /// Moves tool and fixtures of `problem` to the poses that a calibration found, and fixes them
-/// there. `value(name)` is the estimate of the parameter of that name (m, rad): a component of the
-/// local twist `[v; ω]` on the nominal pose; `None`, for what was not estimated, counts as 0.
+/// there. `value(name)` is the estimate of the parameter of that name (m, rad), `tool.x` or
+/// `fixture.hole.rz`: a component of the local twist `[v; ω]` on the nominal pose; `None`, for what
+/// was not estimated, counts as 0. It is asked only for what `problem` itself estimates: a tool or
+/// fixture whose prior is [`PlacePrior::Fixed`] stays.
 ///
 /// A fixture without a nominal pose is left as it is: its parameters are relative to contacts of
 /// another log, and the score of a socket does not need its pose.

@@ -29,17 +29,19 @@ pub struct Inspection {
     /// Measured range of every moving joint, from base to tip; empty without contacts.
     pub ranges: Vec<JointRange>,
     /// Every parameter with the standard deviation that a calibration is expected to reach (SI), in
-    /// the order of [`Estimate::parameters`](super::Estimate); each `value` is 0.
+    /// the order of [`Estimate::parameters`](super::Estimate::parameters); each `value` is 0.
     pub parameters: Vec<ParameterEstimate>,
     /// What the data determine and what they do not.
     pub identifiability: Identifiability,
-    /// Observability indices O1 to O5 (1), see [`Identifiability::observability`].
+    /// Observability indices O1 to O5 (1), in this order, of all contacts, see
+    /// [`Identifiability::observability`].
     pub observability: [f64; 5],
-    /// Contradictions between the problem's declarations and its contacts: fixtures without
-    /// contacts, distances that even the nominal arm contradicts, a tool's outline beside its
-    /// frame's origin.
+    /// Contradictions between the problem's declarations and its contacts:
+    /// [`Warning::FixtureWithoutContacts`], [`Warning::OriginOutsideTool`] and
+    /// [`Warning::DistanceContradicted`], in this order; empty if there are none.
     pub warnings: Vec<Warning>,
-    /// Distances (m) of the contacts from their manifolds by the nominal arm, as of [`evaluate`].
+    /// Distances (m) of the contacts from their manifolds by the nominal arm, as of
+    /// [`evaluate`](super::evaluate()).
     pub nominal: Score,
     /// Why the search before the inspection stopped: unless converged, the expected standard
     /// deviations are unreliable.
@@ -51,8 +53,10 @@ pub struct Inspection {
 ///
 /// The Jacobian is taken after the coarse stage: a nominal arm may be centimetres off, where the
 /// derivative of a gap is not that at contact; with one-sided contacts, at the contact modes of a
-/// subsample. `observe` is called at each step; if it breaks, the search ends there and
-/// [`Inspection::reason`] is [`StopReason::Interrupted`].
+/// subsample, with the noise and the correlation of errors estimated there. `observe` is called at
+/// each step; if it breaks, the search ends there and [`Inspection::reason`] is
+/// [`StopReason::Interrupted`]. Without contacts, known distances are the only data. Panics if a
+/// contact or distance has a fixture that is not in [`Problem::fixtures`].
 pub fn inspect(problem: &Problem, observe: Observer<'_>) -> Inspection {
     let mut search = SearchState::new(problem);
     coarse(&mut search, observe);

@@ -23,38 +23,45 @@ pub struct EstimatorOptions {
 /// Settings of the coarse-to-fine search.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct SearchOptions {
-    /// Maximum number of searches from zero, each fixing the parameters that the one before found
-    /// unobservable.
+    /// Maximum number (> 0) of searches from zero, each fixing the parameters that the one before
+    /// found unobservable.
     pub max_restarts: usize,
-    /// Number (> 0) of contacts that the coarse stage and graduated non-convexity use, about evenly
-    /// spread over the log.
+    /// Number of contacts that the coarse stage and graduated non-convexity use, about evenly
+    /// spread over the log; 0 panics.
     pub fit_subsample: usize,
     /// Factor between the numbers of contacts of successive stages, from `fit_subsample` to all; at
-    /// least 2.
+    /// least 2 (with 1 the search does not end, 0 panics).
     pub subsample_growth: usize,
-    /// Number of independent measurements of the envelope's middle that all contacts together count
-    /// as in the coarse stage. Deviations from the middle are motion of the tool, not noise:
-    /// counted as independent measurements they make parameters of little effect explain them (with
-    /// a free hole, strains of −0.4).
+    /// Number (> 0) of independent measurements of the middle of an envelope
+    /// ([`ContactManifold::envelope`](crate::manifold::ContactManifold::envelope)) that all
+    /// contacts together count as in the coarse stage, however many they are: each has this number
+    /// over that of the contacts as its weight, more than 1 where there are fewer. Priors keep
+    /// theirs. Deviations from the middle are motion of the tool, not noise: counted as independent
+    /// measurements they make parameters of little effect explain them (with a free hole, strains
+    /// of −0.4).
     pub coarse_effective_contacts: f64,
-    /// Factor (> 1) by which the scale of the robust loss shrinks from step to step (graduated
-    /// non-convexity: Yang, Antonante, Tzoumas & Carlone, *Graduated non-convexity for robust
-    /// spatial perception* (2020)).
+    /// Factor (> 1; else the search does not end) by which the scale of the robust loss shrinks
+    /// from step to step (graduated non-convexity: Yang, Antonante, Tzoumas & Carlone, *Graduated
+    /// non-convexity for robust spatial perception* (2020)).
     pub gnc_factor: f64,
-    /// Share (0 to 1) of the contacts that lie within the scale of the first, widest loss.
+    /// Share (0 to below 1) of the contacts that lie within the scale of the first, widest loss;
+    /// with 1 the loss is not widened.
     pub gnc_initial_inliers: f64,
-    /// Stopping rule of the coarse stage, which minimizes distances from the manifolds' envelopes.
+    /// Stopping rule of the coarse stage, which minimizes squared distances of a subsample from the
+    /// manifolds' envelopes.
     pub coarse: LevenbergMarquardtOptions,
-    /// Stopping rule of the intermediate steps of graduated non-convexity and subsamples.
+    /// Stopping rule of the intermediate steps of graduated non-convexity and subsamples. Its
+    /// decrement is multiplied by the number of contacts for which one of the subsample stands.
     pub anneal: LevenbergMarquardtOptions,
-    /// Stopping rule of the last step, with all contacts.
+    /// Stopping rule of the last step, with all contacts, and after variance components were
+    /// estimated.
     pub fine: LevenbergMarquardtOptions,
     /// Stopping rule of the last step with the marginal likelihood of all contacts. Candidate
     /// contacts enter and leave the gate: the cost jumps by more than a step of some standard
     /// deviations gains, so steps are judged by the gradient from farther off.
     pub fine_contact_modes: LevenbergMarquardtOptions,
-    /// Prior standard deviation (m) of a fixture's gap bias: parts neither float nor penetrate by
-    /// much more.
+    /// Prior standard deviation (m, > 0) of a fixture's gap bias: parts neither float nor penetrate
+    /// by much more.
     pub gap_bias_sigma: f64,
 }
 
@@ -81,55 +88,59 @@ impl Default for SearchOptions {
 /// estimated by expectation–maximisation (Dempster, Laird & Rubin 1977).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ContactModeOptions {
-    /// Distance, in standard deviations of its noise, up to which a candidate contact is
+    /// Distance (> 0), in standard deviations of its noise, up to which a candidate contact is
     /// considered. Farther ones must not count: the density of free distances is wanted near zero,
     /// and a tool does not approach all of a surface's surroundings equally often.
     pub gate: f64,
-    /// Distance, in standard deviations of its noise, from which a candidate's likelihood fades
-    /// out; it ends at `gate`.
+    /// Distance (0 to `gate`), in standard deviations of its noise, from which a candidate's
+    /// likelihood fades out; it ends at `gate`.
     pub gate_fade: f64,
-    /// Squared Mahalanobis distance (1) of its active candidates from contact above which an active
-    /// set is left out.
+    /// Squared Mahalanobis distance (1, > 0) of its active candidates from contact from which an
+    /// active set is left out.
     pub max_squared_distance: f64,
-    /// Share (0 to 1) of a contact's likelihood below which an active set is left out.
+    /// Share (0 to 1) of a contact's likelihood, as summed over active sets so far, below which an
+    /// active set is left out.
     pub min_share: f64,
-    /// Initial contact odds `κ` of every surface (m): probability of contact over the density (1/m)
-    /// of free distances.
+    /// Initial contact odds `κ` of every surface (m, > 0): probability of contact over the density
+    /// (1/m) of free distances.
     pub initial_odds: f64,
-    /// Initial odds `η` (1) that a contact touches nothing.
+    /// Initial odds `η` (1, > 0) that a contact touches nothing.
     pub initial_no_contact: f64,
-    /// Numbers (> 0) of contacts that the expectation step uses: in the first iterations, and in
-    /// the last. With 500 contacts the odds are so rough that they cost a third of the accuracy.
+    /// Numbers of contacts that the expectation step uses: in the first iterations `[0]`, and in
+    /// the last `[1]`; 0 panics. With 500 contacts the odds are so rough that they cost a third of
+    /// the accuracy.
     pub em_subsample: [usize; 2],
     /// Maximum number of iterations of expectation–maximisation for each of the two subsamples.
     pub em_max_iterations: usize,
-    /// Mean relative change of the odds (1) that ends the iterations with the last subsample: from
-    /// other starts, results then differ by some hundredths of a standard deviation. For the first
-    /// subsample it is larger by the ratio of their sizes.
+    /// Mean relative change of the odds (1), or that of the noise or of a bias width if it is
+    /// larger, below which the iterations with the last subsample end: from other starts, results
+    /// then differ by some hundredths of a standard deviation. For the first subsample it is larger
+    /// by the ratio of their sizes.
     pub em_tolerance: f64,
-    /// Ratio of the initial standard deviation of the noise to the declared one (1). The search
-    /// starts where the least gaps lead, where a surface that carries many contacts may be some
-    /// standard deviations away; with the declared noise its odds would be estimated as zero.
+    /// Ratio of the initial standard deviation of the noise to the declared one (1, > 0). The
+    /// search starts where the least gaps lead, where a surface that carries many contacts may be
+    /// some standard deviations away; with the declared noise its odds would be estimated as zero.
     pub em_initial_inflation: f64,
     /// Newton decrement `gᵀH⁻¹g` (1) below which the parameters' step of an iteration is taken
     /// without a line search; 1 is a step of one standard deviation.
     pub em_step_decrement: f64,
-    /// Share (0 to 1) of the one-sided contacts that must be informative: more likely to touch
-    /// something than nothing. At or below it the least gap of each contact is used instead.
+    /// Share (0 to 1) of the one-sided contacts that must be informative: the sum of the
+    /// probabilities that they touch something, over their number. At or below it the least gap of
+    /// each contact is used instead.
     pub min_informative_fraction: f64,
-    /// Weight of the mean odds of a region in the odds of each of its surfaces, as a number of
-    /// active candidate contacts.
+    /// Weight (> 0) of the mean odds of a region in the odds of each of its surfaces, as a number
+    /// of active candidate contacts.
     pub odds_strength: f64,
-    /// Weight of the declared noise in the estimated one, as a number of active contacts.
+    /// Weight (> 0) of the declared noise in the estimated one, as a number of active contacts.
     pub noise_strength: f64,
-    /// Initial standard deviation (m) of directional gap biases, a variance component.
+    /// Initial standard deviation (m, > 0) of directional gap biases, a variance component.
     pub directional_bias_sigma: f64,
-    /// Weight of `directional_bias_sigma` in the estimate of that standard deviation, as a number
-    /// of observed biases: little, because the estimate must go to zero for good parts.
+    /// Weight (≥ 0) of `directional_bias_sigma` in the estimate of that standard deviation, as a
+    /// number of observed biases: little, because the estimate must go to zero for good parts.
     pub directional_bias_strength: f64,
-    /// Factor (1) on the parameters' standard deviations where least gaps are used: the ratio of
-    /// errors to standard deviations of simulated pegs at the rim and in holes with little
-    /// clearance.
+    /// Factor (1) on the parameters' standard deviations where least gaps are used, or where the
+    /// likelihood has no covariance: the ratio of errors to standard deviations of simulated pegs
+    /// at the rim and in holes with little clearance.
     pub least_gap_inflation: f64,
 }
 
@@ -158,15 +169,19 @@ impl Default for ContactModeOptions {
 }
 
 /// Settings of the empirical Bayes estimation of prior widths and noise (expectation–maximisation:
-/// Dempster, Laird & Rubin 1977), see [`Prior::VarianceComponent`](crate::parameter::Prior).
+/// Dempster, Laird & Rubin 1977), see
+/// [`Prior::VarianceComponent`](crate::parameter::Prior::VarianceComponent) and
+/// [`Noise::is_estimated`](super::Noise::is_estimated).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct VarianceComponentOptions {
-    /// Maximum number of linearizations of the problem; between them it is treated as linear.
+    /// Maximum number of linearizations of the problem; between them it is treated as linear. With
+    /// 0 nothing is estimated.
     pub max_linearizations: usize,
     /// Maximum number of expectation–maximisation steps on one linearization.
     pub max_em_steps: usize,
-    /// Largest relative change of any standard deviation in one step (1) at which the steps end:
-    /// far less than the standard deviations' own uncertainty.
+    /// Largest relative change of any standard deviation in one step (1) below which the steps end,
+    /// and the linearizations where it is the first step: far less than the standard deviations'
+    /// own uncertainty.
     pub tolerance: f64,
 }
 
@@ -180,14 +195,16 @@ impl Default for VarianceComponentOptions {
 /// noise.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MultiStartOptions {
-    /// Root mean square of the whitened least gaps (1) from which other starts are tried. At the
-    /// right minimum it is below 1, since soft minima scatter less than single gaps.
+    /// Root mean square of the whitened least gaps (1), weighted by the loss, from which other
+    /// starts are tried. At the right minimum it is below 1, since soft minima scatter less than
+    /// single gaps.
     pub min_scatter: f64,
-    /// Number of other starts, drawn from the posterior of the coarse stage.
+    /// Number of other starts, drawn from the posterior of the coarse stage with fixed seeds; with
+    /// 0 none is tried.
     pub starts: u64,
-    /// Squared Mahalanobis distance (1) between two minima from which they count as different.
+    /// Squared Mahalanobis distance (1) between two minima above which they count as different.
     pub min_squared_distance: f64,
-    /// Ratio of another minimum's cost to that found (1) up to which it competes: where minima
+    /// Ratio of another minimum's cost to that found (1) below which it competes: where minima
     /// abound, the deepest need not be the right one.
     pub max_cost_ratio: f64,
 }
@@ -206,14 +223,14 @@ pub struct IdentifiabilityOptions {
     /// Singular value from which a direction is identifiable; at 1 the data contribute as much
     /// information as was known before.
     pub min_singular_value: f64,
-    /// Singular value of data and priors together below which a direction is bounded by nothing: a
-    /// prior alone gives about 1.
+    /// Singular value of data and priors together below which a direction is not bounded: a prior
+    /// alone gives about 1.
     pub min_bounded_singular_value: f64,
-    /// Share (0 to 1) of a direction's norm in parameters with a prior from which they bound it:
+    /// Share (0 to 1) of a direction's norm in parameters with a prior above which they bound it:
     /// the rest is then at most ten times a plausible size.
     pub min_bounding_share: f64,
-    /// Standard deviation left by the data over the scale (1) below which a parameter is
-    /// identifiable.
+    /// Standard deviation that the data leave of a prior as wide as the scale, over the scale (0 to
+    /// 1), below which a parameter is identifiable.
     pub max_sigma_ratio: f64,
 }
 
@@ -234,11 +251,12 @@ pub struct WarningThresholds {
     /// Robust weight (0 to 1) below which a contact counts as rejected.
     pub rejected_weight: f64,
     /// Shares (0 to 1) of rejected contacts above which there is a warning `[0]` and the result is
-    /// not usable `[1]`: most contacts then contradict it.
+    /// not usable `[1]` ≥ `[0]`: most contacts then contradict it.
     pub rejected_share: [f64; 2],
-    /// Ratios of measured to declared noise above which there is a warning `[0]` and, with
-    /// one-sided contacts of declared noise, the result is not usable `[1]`: so much scatter is no
-    /// noise, but another shape or place.
+    /// Ratios (1) of measured to declared noise, see
+    /// [`Estimate::noise_factor`](super::Estimate::noise_factor), above which there is a warning
+    /// `[0]` and, with one-sided contacts of declared noise, the result is not usable `[1]`: so
+    /// much scatter is no noise, but another shape or place.
     pub noise_factor: [f64; 2],
     /// Design effects (1) above which there is a warning `[0]` (standard deviations are doubled at
     /// 4) and from which the result is not usable `[1]`: errors common to so many contacts bias the
@@ -250,15 +268,17 @@ pub struct WarningThresholds {
     /// Ratio of the uncertainty of distances between tool positions after to before the calibration
     /// (0 to 1) above which the result is not usable.
     pub arm_uncertainty: f64,
-    /// Absolute value of an arm's parameter, in its plausible size, above which the result is not
+    /// Absolute value of an arm's parameter, in its plausible size
+    /// ([`Parameter::scale`](crate::parameter::Parameter::scale)), above which the result is not
     /// usable; at 5, strains of 25 % and offsets of 25°.
     pub implausible_scales: f64,
-    /// Absolute value of a parameter, in prior standard deviations, above which there is a warning;
-    /// for a gap bias the result is then not usable, since parts in contact touch: half a
+    /// Absolute value of a parameter, in prior standard deviations (1), above which there is a
+    /// warning; for a gap bias the result is then not usable, since parts in contact touch: half a
     /// millimetre off is another place or part.
     pub prior_deviations: f64,
-    /// Share (0 to 1) of a declared distance by which the nominal arm may contradict it; where the
-    /// contacts with both fixtures scatter by more (m), that scatter is allowed.
+    /// Share (≥ 0) of the declared distance between two sockets by which the nominal arm may
+    /// contradict it; where the contacts with both scatter by more (sum of root mean squares, m),
+    /// that scatter is allowed.
     pub distance_contradiction: f64,
 }
 

@@ -17,8 +17,9 @@ pub const DEFAULT_ENCODER: f64 = 0.005 * std::f64::consts::PI / 180.0;
 /// Initial standard deviation (m) of contacts where noise is estimated: 0.05 mm, machined parts.
 pub const DEFAULT_CONTACT: f64 = 0.05e-3;
 
-/// Prior of a pose about its nominal value: of the local twist `ξ = [v; ω]` (m, rad) in
-/// `nominal · Exp(ξ)`.
+/// Prior of a pose about its nominal value: of the local twist `ξ = [v; ω]` (m, rad) in `nominal ·
+/// Exp(ξ)`. Whatever the prior, only components that change a contact are estimated:
+/// [`ContactManifold::fixture_directions`] and [`ContactManifold::tool_directions`].
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum PlacePrior {
     /// Known exactly: not estimated.
@@ -26,12 +27,12 @@ pub enum PlacePrior {
     /// Gaussian with mean zero, the components of the local twist independent of each other.
     /// Components of standard deviation 0 are not estimated.
     Gaussian {
-        /// Standard deviation of each translation component (m).
+        /// Standard deviation of each translation component (m, ≥ 0).
         sigma: f64,
-        /// Standard deviation of each rotation component (rad).
+        /// Standard deviation of each rotation component (rad, ≥ 0).
         sigma_angle: f64,
     },
-    /// No prior: the contacts alone determine the pose.
+    /// No prior: contacts and known distances alone determine the pose.
     Flat,
 }
 
@@ -47,13 +48,13 @@ pub struct Tool {
 /// A fixture: the part that is touched, a contact manifold at a pose in base.
 #[derive(Clone, Debug)]
 pub struct Fixture {
-    /// Name, unique in the problem; parameters of the fixture's pose are named
+    /// Name, unique in the problem (not checked); parameters of the fixture's pose are named
     /// `fixture.{name}.{x|y|z|rx|ry|rz}`.
     pub name: String,
     /// Contact manifold: the poses `fixture_from_tool` at which the tool touches the fixture.
     pub manifold: Arc<dyn ContactManifold>,
     /// Nominal pose of the fixture in base (m). `None`: the origin is the mean tool position of its
-    /// contacts by the nominal arm, the axes are those of base.
+    /// contacts by the nominal arm (that of base without contacts), the axes are those of base.
     pub base_from_fixture: Option<Pose>,
     /// Prior of `base_from_fixture`.
     pub prior: PlacePrior,
@@ -62,12 +63,13 @@ pub struct Fixture {
     pub placement: String,
 }
 
-/// A known distance between the origins of two fixtures, measured independently of the arm.
+/// A known distance between the origins of two fixtures' frames, measured independently of the arm.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Distance {
-    /// Indices of the two fixtures in [`Problem::fixtures`]; their order is without effect.
+    /// Indices of the two fixtures in [`Problem::fixtures`], two different ones; their order is
+    /// without effect. An index beyond the list panics where the problem is solved.
     pub between: (usize, usize),
-    /// Declared distance (m).
+    /// Declared distance (m, > 0).
     pub distance: f64,
     /// Standard deviation of the declared distance (m, > 0).
     pub sigma: f64,
@@ -76,14 +78,14 @@ pub struct Distance {
 /// Measurement noise: standard deviations, independent from contact to contact.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Noise {
-    /// Standard deviation of each revolute joint's measured position (rad); prismatic joints count
-    /// as exact.
+    /// Standard deviation of each revolute joint's measured position (rad, ≥ 0); prismatic joints
+    /// count as exact. With 0 one-sided contacts count by their least gap, not by their likelihood.
     pub encoder: f64,
-    /// Standard deviation of each residual row apart from the encoders (m): deflection, form errors
-    /// of the parts, contact detection.
+    /// Standard deviation of each residual row apart from the encoders (m, ≥ 0): deflection, form
+    /// errors of the parts, contact detection. Not 0 together with `encoder`.
     pub contact: f64,
     /// Whether `encoder` and `contact` are initial values only, and one factor on both is estimated
-    /// from the contacts.
+    /// from the contacts. [`Method::GradientDescent`] estimates none.
     pub is_estimated: bool,
 }
 
@@ -103,12 +105,13 @@ pub enum Method {
 pub struct GradientDescent {
     /// Rule by which gradients become steps.
     pub optimizer: Optimizer,
-    /// Number of steps.
+    /// Number of steps; with 0 the parameters stay zero and the search counts as not converged.
     pub steps: usize,
-    /// Length of the first step, in units of each parameter's scale (prior standard deviation, or
-    /// plausible size without a prior); it decreases to zero as half a cosine.
+    /// Length of the first step (1, > 0), in units of each parameter's scale (prior standard
+    /// deviation, or plausible size without a prior); it decreases to zero as half a cosine.
     pub rate: f64,
-    /// Approximate maximum number of contacts used, evenly spread over the log; 0 counts as 1.
+    /// Maximum number of contacts used, 0 counting as 1: every n-th of the log, with the least n
+    /// that suffices.
     pub contacts: usize,
 }
 
@@ -135,32 +138,37 @@ pub struct Problem {
     pub robot: Robot,
     /// The tool: the part on the arm that touches.
     pub tool: Tool,
-    /// The fixtures: the parts that are touched. A contact's fixture is an index into this list.
+    /// The fixtures: the parts that are touched. A contact's fixture is an index into this list;
+    /// one beyond it panics where the problem is solved or evaluated.
     pub fixtures: Vec<Fixture>,
     /// Known distances between fixtures; may be empty.
     pub distances: Vec<Distance>,
-    /// Contacts: joint positions measured while the tool touched a fixture.
+    /// Contacts: joint positions measured while the tool touched a fixture, of as many joints as
+    /// the arm has moving ones.
     pub contacts: ContactLog,
     /// Measurement noise of encoders and contacts.
     pub noise: Noise,
-    /// Parameters of the arm to estimate, with their priors; those of tool and fixtures follow from
-    /// their [`PlacePrior`]s.
+    /// Parameters of the arm ([`ParameterId::Kinematic`](crate::parameter::ParameterId::Kinematic))
+    /// to estimate, each once, with their priors; those of tool and fixtures follow from their
+    /// [`PlacePrior`]s. May be empty.
     pub parameters: Vec<Parameter>,
-    /// Whether each placement has encoder offsets of its own
+    /// Whether each placement ([`Fixture::placement`]) has encoder offsets of its own
     /// ([`joint_drift`](crate::parameter::joint_drift)); takes effect with two placements or more.
     pub joint_drift: bool,
     /// How the cost is minimized.
     pub method: Method,
-    /// Robust loss of the whitened residuals; [`Method::GradientDescent`] does not use it.
+    /// Robust loss of the whitened residuals. [`Method::GradientDescent`] does not minimize it, but
+    /// verdicts and covariance use it there too.
     pub loss: Loss,
     /// Settings of the estimator.
     pub options: EstimatorOptions,
 }
 
 impl Problem {
-    /// A problem without distances and without parameters of the arm, with noise that is estimated
-    /// from the contacts (starting at 0.005° and 0.05 mm), a Geman–McClure loss of scale 3 and
-    /// default options.
+    /// A problem without distances, drift and parameters of the arm, solved by Levenberg–Marquardt
+    /// with noise that is estimated from the contacts (starting at [`DEFAULT_ENCODER`] and
+    /// [`DEFAULT_CONTACT`]), a Geman–McClure loss of scale 3 and default options. Nothing is
+    /// checked.
     pub fn new(robot: Robot, tool: Tool, fixtures: Vec<Fixture>, contacts: ContactLog) -> Self {
         Problem {
             robot,

@@ -23,52 +23,64 @@ const WORKSPACE_POSES: usize = 1000;
 /// Their seed.
 const WORKSPACE_SEED: u64 = 1;
 
-/// One simulated trial of a campaign, measured against its truth. Counts and averages are over the
-/// arm's parameters that were estimated.
+/// One simulated trial of a campaign, measured against its truth: made by [`campaign_trial`].
+/// Counts and errors are over parameters of the arm, whatever the status.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct CampaignRow {
     /// Number of the trial in the campaign, from 0.
     pub trial: u64,
     /// Seed of the trial's simulation.
     pub seed: u64,
-    /// Number of contacts.
+    /// Number of contacts, with all fixtures.
     pub contacts: u64,
-    /// Status of the estimate: 0 converged, 1 not converged, 2 not usable.
+    /// Status of the estimate ([`Status`]): 0 converged, 1 not converged, 2 not usable.
     pub status: u64,
-    /// Number of the arm's parameters that have a standard deviation above 0.
+    /// Number of the arm's parameters that have a standard deviation above 0: those that `inside`,
+    /// `nees` and `nees_of_bound` are over.
     pub parameters: u64,
-    /// Number of true values within their intervals, for each of [`LEVELS`].
+    /// Number of these parameters whose true value lies within the interval about the estimate, for
+    /// each of [`LEVELS`].
     pub inside: [u64; 4],
     /// Normalised estimation error squared `eᵀ P⁻¹ e` (1; Bar-Shalom, Li & Kirubarajan 2001), with
     /// the errors `e` of the parameters and their estimated covariance `P`: on average the number
-    /// of parameters if uncertainties are right. NaN if `P` is not positive definite.
+    /// of parameters if uncertainties are right. NaN if `P` is not positive definite, 0 without
+    /// parameters.
     pub nees: f64,
-    /// `eᵀ P⁻¹ e` (1) with the Cramér–Rao bound for `P`: on average the number of parameters if the
-    /// estimator is efficient. NaN if the bound is not positive definite.
+    /// `eᵀ P⁻¹ e` (1) with the Cramér–Rao bound for `P`, see [`cramer_rao`]: on average the number
+    /// of parameters if the estimator is efficient. NaN if the bound is not positive definite, 0
+    /// without parameters.
     pub nees_of_bound: f64,
-    /// Mean absolute error of strains (1); 0 if none was estimated.
+    /// Mean absolute error of the strains among the problem's parameters (1); 0 if there are none.
     pub strain_error: f64,
-    /// Mean absolute error of joint offsets (rad, or m for prismatic joints); 0 if none was
-    /// estimated.
+    /// Mean absolute error of the joint offsets among the problem's parameters (rad, or m for
+    /// prismatic joints); 0 if there are none.
     pub offset_error: f64,
-    /// Mean absolute error of strains (1) to expect at the Cramér–Rao bound.
+    /// Mean absolute error of the same strains (1) to expect of normally distributed errors at the
+    /// Cramér–Rao bound: √(2/π) times the mean standard deviation; 0 if there are none.
     pub strain_bound: f64,
-    /// Mean absolute error of joint offsets (rad, or m for prismatic joints) to expect at the
-    /// Cramér–Rao bound.
+    /// Mean absolute error of the same joint offsets (rad, or m for prismatic joints) to expect of
+    /// normally distributed errors at the Cramér–Rao bound: √(2/π) times the mean standard
+    /// deviation; 0 if there are none.
     pub offset_bound: f64,
-    /// Mean distance (m) of the tool's estimated from its true position over the workspace.
+    /// Mean distance (m) between the tool's positions by the calibrated and by the true arm:
+    /// [`tool_error`] at 1000 [`random_positions`], the same in all trials. The tool is at its
+    /// nominal pose on both arms: the error of that pose is not in the distance.
     pub tool_distance: f64,
-    /// Mean angle (rad) between the tool's estimated and its true orientation over the workspace.
+    /// Mean angle (rad) between the tool's orientations by the calibrated and by the true arm, at
+    /// the joint positions and with the tool of `tool_distance`.
     pub tool_angle: f64,
-    /// Measured over declared standard deviation of the contacts (1).
+    /// Measured over declared standard deviation of the contacts' residuals (1), see
+    /// [`Estimate::noise_factor`].
     pub noise_factor: f64,
 }
 
 /// Simulates and calibrates trial number `trial`, whose seed is `first_seed + trial` (wrapping
-/// around), and compares the estimate with the truth.
+/// around), as the [`problem`](super::problem()) that it poses, and compares the estimate with the
+/// truth. The same arguments give the same row.
 ///
 /// # Errors
-/// If the scenario cannot be simulated, see [`simulate`](crate::sim::simulate()).
+/// If the scenario cannot be simulated, see [`simulate`](crate::sim::simulate()). A calibration
+/// that fails is a row with its status.
 pub fn campaign_trial(scenario: &Scenario, first_seed: u64, trial: u64) -> Result<CampaignRow, SimulationError> {
     let seed = first_seed.wrapping_add(trial);
     let simulated = sim::simulate(scenario, seed)?;

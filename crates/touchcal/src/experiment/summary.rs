@@ -2,18 +2,19 @@
 
 use super::campaign::{CampaignRow, HALF_WIDTHS, LEVELS};
 
-/// Coverage, NEES and errors over the trials of a campaign, summed trial by trial. Means and
-/// quantiles are over the converged trials; without any they are NaN.
+/// Coverage, NEES and errors over the trials of a campaign, summed trial by trial; the default is
+/// empty. Means and quantiles are over the converged trials; without any they are NaN.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CampaignSummary {
     /// Number of trials added.
     pub trials: u64,
     /// Number of trials whose estimate converged and is usable; everything else is over these.
     pub converged: u64,
-    /// Number of the arm's parameters, summed over the converged trials.
-    pub parameters: u64,
-    /// Number of true values within their intervals, for each of [`LEVELS`], over the converged
+    /// Number of the arm's parameters ([`CampaignRow::parameters`]), summed over the converged
     /// trials.
+    pub parameters: u64,
+    /// Number of true values within their intervals ([`CampaignRow::inside`]), for each of
+    /// [`LEVELS`], over the converged trials.
     pub inside: [u64; 4],
     /// Sums of squares of how many more of a trial's true values are inside than should be.
     scatter: [f64; 4],
@@ -54,7 +55,8 @@ impl Default for CampaignSummary {
 const BOUND: f64 = HALF_WIDTHS[3];
 
 impl CampaignSummary {
-    /// Adds a trial. One that is not converged counts in [`CampaignSummary::trials`] only.
+    /// Adds a trial. One that is not converged ([`CampaignRow::status`] other than 0) counts in
+    /// [`CampaignSummary::trials`] only. The order of trials changes rounding only.
     pub fn add(&mut self, row: &CampaignRow) {
         self.trials += 1;
         if row.status != 0 {
@@ -77,15 +79,17 @@ impl CampaignSummary {
         self.tool.add(row.tool_distance);
     }
 
-    /// Share (0 to 1) of true values within their intervals, for each of [`LEVELS`].
+    /// Share (0 to 1) of true values within their intervals, for each of [`LEVELS`]; NaN without
+    /// parameters.
     pub fn coverage(&self) -> [f64; 4] {
         self.inside.map(|inside| inside as f64 / self.parameters as f64)
     }
 
     /// Bounds `[least, greatest]` within which each share of [`CampaignSummary::coverage`] lies
-    /// with a probability of 99 % if uncertainties are right, for each of [`LEVELS`]. A trial's
-    /// parameters err together, so the bounds are as wide as the trials scatter, and at least as
-    /// wide as if each parameter erred by itself (binomial).
+    /// with a probability of 99 % if uncertainties are right, for each of [`LEVELS`]; NaN without
+    /// parameters. A trial's parameters err together, so the bounds are as wide as the trials
+    /// scatter, and at least as wide as if each parameter erred by itself (binomial); the greatest
+    /// is at most 1.
     pub fn coverage_bounds(&self) -> [[f64; 2]; 4] {
         let count = self.parameters as f64;
         std::array::from_fn(|k| {
@@ -95,51 +99,52 @@ impl CampaignSummary {
         })
     }
 
-    /// Mean NEES over the number of parameters (1 if uncertainties are right), and the bounds
-    /// `[least, greatest]` within which it then lies with a probability of 99 % (χ², normal
-    /// approximation).
+    /// Mean NEES ([`CampaignRow::nees`]) over the number of parameters (1 if uncertainties are
+    /// right), and the bounds `[least, greatest]` within which it then lies with a probability of
+    /// 99 % (χ², normal approximation). NaN without parameters, or if a trial's NEES is.
     pub fn nees(&self) -> (f64, [f64; 2]) {
         let chance = BOUND * (2.0 / self.parameters as f64).sqrt();
         (self.nees / self.parameters as f64, [1.0 - chance, 1.0 + chance])
     }
 
-    /// Root mean square error in standard deviations of the Cramér–Rao bound (1): 1 for an
-    /// efficient estimator.
+    /// Root mean square error in standard deviations of the Cramér–Rao bound (1), by
+    /// [`CampaignRow::nees_of_bound`]: 1 for an efficient estimator. NaN without parameters, or if
+    /// a trial's value is.
     pub fn error_over_bound(&self) -> f64 {
         (self.nees_of_bound / self.parameters as f64).sqrt()
     }
 
-    /// Means over the trials of the tool's position error (m) and rotation error (rad) over the
-    /// workspace.
+    /// Means over the trials of [`CampaignRow::tool_distance`] (m) and [`CampaignRow::tool_angle`]
+    /// (rad), in this order.
     pub fn tool(&self) -> (f64, f64) {
         (self.tool_distance / self.converged as f64, self.tool_angle / self.converged as f64)
     }
 
-    /// Quantile `share` (0 to 1) of the trials' mean absolute error of joint offsets (rad, or m for
-    /// prismatic joints), accurate to 1 %.
+    /// Quantile `share` (above 0, up to 1) of the trials' [`CampaignRow::offset_error`] (rad, or m
+    /// for prismatic joints), by nearest rank. Accurate to 1 % from 1e-12 to 1e3; 0 for a smaller
+    /// value and for a `share` of 0, NaN for a `share` above 1.
     pub fn offset_error(&self, share: f64) -> f64 {
         self.offset.quantile(share)
     }
 
-    /// Quantile `share` (0 to 1) of the trials' mean absolute error of strains (1), accurate to 1
-    /// %.
+    /// Quantile `share` of the trials' [`CampaignRow::strain_error`] (1), with the range and
+    /// accuracy of [`CampaignSummary::offset_error`].
     pub fn strain_error(&self, share: f64) -> f64 {
         self.strain.quantile(share)
     }
 
-    /// Quantile `share` (0 to 1) of the trials' mean position error of the tool (m) over the
-    /// workspace, accurate to 1 %.
+    /// Quantile `share` of the trials' [`CampaignRow::tool_distance`] (m), with the range and
+    /// accuracy of [`CampaignSummary::offset_error`].
     pub fn tool_distance(&self, share: f64) -> f64 {
         self.tool.quantile(share)
     }
 
-    /// Mean over the trials of the absolute error of joint offsets (rad, or m for prismatic joints)
-    /// to expect at the Cramér–Rao bound.
+    /// Mean over the trials of [`CampaignRow::offset_bound`] (rad, or m for prismatic joints).
     pub fn offset_bound(&self) -> f64 {
         self.offset_bound / self.converged as f64
     }
 
-    /// Mean over the trials of the absolute error of strains (1) to expect at the Cramér–Rao bound.
+    /// Mean over the trials of [`CampaignRow::strain_bound`] (1).
     pub fn strain_bound(&self) -> f64 {
         self.strain_bound / self.converged as f64
     }

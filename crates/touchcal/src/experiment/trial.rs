@@ -11,13 +11,14 @@ use crate::se3::Pose;
 use crate::sim::{self, Scenario, SimulationError};
 
 /// A calibration with known truth: contacts of a peg with a hole, both at known poses, by an arm
-/// with known errors.
+/// with known errors. Made by [`Trial::simulated`] or read by
+/// [`trial_folder`](crate::io::trial_folder).
 #[derive(Clone, Debug)]
 pub struct Trial {
-    /// Unique name.
+    /// Name, unique among trials that are compared.
     pub name: String,
-    /// SHA-256, in hexadecimal, of the simulated joint positions, or of the files that the contacts
-    /// were read from.
+    /// SHA-256, in hexadecimal, of the joint positions of the simulated contacts, or of the files
+    /// that contacts and truth were read from.
     pub origin: String,
     /// The nominal arm, without the errors.
     pub robot: Robot,
@@ -27,29 +28,29 @@ pub struct Trial {
     pub base_from_hole: Pose,
     /// The contacts, all with fixture index 0.
     pub contacts: ContactLog,
-    /// True errors of the arm: parameters and their values (SI); parameters that are not listed are
-    /// 0. A calibration does not read them.
+    /// True errors of the arm: parameters and their values (SI), each once; parameters that are not
+    /// listed are 0. A calibration does not read them.
     pub truth: Vec<(ParameterId, f64)>,
 }
 
 /// Optimizer, declared noise and loss of a trial's calibration.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Search {
-    /// Optimizer of the calibration.
+    /// Optimizer of the calibration ([`Problem::method`]).
     pub method: Method,
-    /// Noise that the contacts are declared to have.
+    /// Noise that the contacts are declared to have ([`Problem::noise`]).
     pub noise: Noise,
-    /// Robust loss, used by Levenberg–Marquardt only.
+    /// Robust loss ([`Problem::loss`]), used by Levenberg–Marquardt only.
     pub loss: Loss,
 }
 
-/// Mean absolute errors of estimated strains and encoder offsets.
+/// Mean absolute errors of estimated strains and encoder offsets, from [`Trial::error`].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct TrialError {
-    /// Absolute error of the common strain (1).
+    /// Absolute error of the common strain (1); 0 if the strain is not listed in [`Trial::truth`].
     pub strain: f64,
     /// Mean absolute error of the encoder offsets (rad, or m for prismatic joints) that are listed
-    /// in [`Trial::truth`].
+    /// in [`Trial::truth`]; 0 if none is.
     pub offset: f64,
 }
 
@@ -61,8 +62,10 @@ fn fingerprint(contacts: &ContactLog) -> String {
 }
 
 impl Trial {
-    /// Simulates the first fixture of `scenario`, which must be a hole, with `seed`, and takes the
-    /// rows recorded as contacts. The trial's name is `seed_{seed}`.
+    /// Simulates `scenario` with `seed` and takes the rows recorded as contacts with its first
+    /// fixture, which must be a hole: this is not checked. Peg and hole are where the scenario
+    /// says, so neither should err there; loads are left out. The trial's name is `seed_{seed}`;
+    /// without fixtures it has no contacts.
     ///
     /// # Errors
     /// If the scenario cannot be simulated, see [`simulate`](crate::sim::simulate()).
@@ -83,8 +86,9 @@ impl Trial {
         })
     }
 
-    /// The problem of estimating the common strain and the encoder offsets with known poses of peg
-    /// and hole, the contact model `manifold`, and noise, optimizer and loss of `search`.
+    /// The problem of estimating the common strain and the encoder offsets, without priors, with
+    /// known poses of peg and hole (fixture `hole`), the contact model `manifold`, and noise,
+    /// optimizer and loss of `search`.
     pub fn problem(&self, manifold: Box<dyn ContactManifold>, search: Search) -> Problem {
         let mut parameters = vec![strain()];
         parameters.extend(joint_offset(&self.robot));
@@ -105,15 +109,16 @@ impl Trial {
         }
     }
 
-    /// The nominal arm with the true errors applied.
+    /// The nominal arm with the true errors applied, see [`calibrated`]; those of the tool are left
+    /// out.
     pub fn true_robot(&self) -> Robot {
         let (parameters, values) = kinematic_part(self.truth.iter().copied());
         calibrated(&self.robot, &parameters, &values)
     }
 
     /// Mean absolute errors of strain and encoder offsets against the truth; `estimate(id)` is the
-    /// estimated value of a parameter (SI), and `None` counts as 0. Parameters of other blocks do
-    /// not count.
+    /// estimated value of a parameter (SI), and `None` counts as 0. Parameters that the truth does
+    /// not list, and those of other blocks, do not count.
     pub fn error(&self, estimate: impl Fn(ParameterId) -> Option<f64>) -> TrialError {
         let mut error = TrialError::default();
         let offsets = self.truth.iter().filter(|(id, _)| id.block() == Block::JointOffset).count();

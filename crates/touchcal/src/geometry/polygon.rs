@@ -2,10 +2,11 @@
 
 use nalgebra::{Point2, Vector2};
 
-/// Largest number of vertices of a [`Polygon`].
+/// Largest number of vertices that [`Polygon::new`] accepts.
 pub const MAX_POLYGON_VERTICES: usize = 10_000;
 
-/// Why points are no outline, or an outline cannot be offset.
+/// Why points are no outline, or an outline cannot be offset. Indices are those of the points as
+/// they were given.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum PolygonError {
@@ -15,7 +16,7 @@ pub enum PolygonError {
         /// Number of vertices given.
         found: usize,
     },
-    /// A coordinate is NaN or infinite.
+    /// A coordinate is NaN or infinite; the first such vertex is reported.
     #[error("vertex {vertex}: expected finite coordinates, found ({x}, {y})")]
     NotFinite {
         /// Index of the vertex, from 0.
@@ -25,7 +26,7 @@ pub enum PolygonError {
         /// Coordinate y of the vertex (m).
         y: f64,
     },
-    /// Two consecutive vertices coincide.
+    /// Two consecutive vertices coincide exactly; the last one precedes the first.
     #[error(
         "vertices {vertex} and {next}: expected distinct points, found the same point twice (the last vertex is joined to the first)"
     )]
@@ -42,21 +43,22 @@ pub enum PolygonError {
     SelfIntersecting {
         /// Index of one edge, from 0: that of its start vertex.
         first: usize,
-        /// Index of the other edge.
+        /// Index of the other edge, greater than `first`.
         second: usize,
     },
-    /// The outline encloses no area, or one that is not finite.
+    /// The outline encloses exactly no area, or one that is not finite.
     #[error("expected an outline that encloses an area, found {area} m²")]
     NoArea {
-        /// The signed area (m²).
+        /// The signed area (m²), negative if clockwise.
         area: f64,
     },
-    /// An offset too large for the outline's shape.
+    /// An offset too large for the outline's shape: it shrinks an edge to nothing or turns it
+    /// round.
     #[error(
         "expected an offset that keeps every edge and its direction, found that {distance} m removes the edge from vertex {edge}"
     )]
     EdgeLost {
-        /// The offset asked for (m).
+        /// The offset asked for (m), positive outwards.
         distance: f64,
         /// Index of the lost edge, from 0: that of its start vertex.
         edge: usize,
@@ -64,7 +66,8 @@ pub enum PolygonError {
 }
 
 /// A simple polygon in the plane (m), counter-clockwise, possibly non-convex: the cross section of
-/// a peg or a hole. Edge `i` runs from vertex `i` to vertex `i + 1`, the last to vertex 0.
+/// a peg or a hole in x and y of its frame. Edge `i` runs from vertex `i` to vertex `i + 1`, the
+/// last to vertex 0.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Polygon {
     vertices: Vec<Point2<f64>>,
@@ -77,8 +80,8 @@ impl Polygon {
     ///
     /// # Errors
     /// [`PolygonError`] if the number of vertices is not 3 to [`MAX_POLYGON_VERTICES`], a
-    /// coordinate is not finite, two consecutive vertices coincide, the outline intersects itself,
-    /// or it encloses no area.
+    /// coordinate is not finite, two consecutive vertices coincide, the outline meets itself, or it
+    /// encloses no area; the first in this order.
     pub fn new(mut vertices: Vec<Point2<f64>>) -> Result<Self, PolygonError> {
         let n = vertices.len();
         if !(3..=MAX_POLYGON_VERTICES).contains(&n) {
@@ -112,8 +115,8 @@ impl Polygon {
         Ok(Polygon { vertices, convex })
     }
 
-    /// The outline of the built-in peg `extrusion25`: a 25 mm T-slot extrusion with four slots, 36
-    /// vertices, centred.
+    /// The outline (m) of the built-in peg `extrusion25`: a 25 mm T-slot extrusion with a slot on
+    /// each of its four sides, 36 vertices, its sides along x and y, centred at the origin.
     pub fn extrusion25() -> Self {
         // One quarter, counter-clockwise from the right-hand slot; the others are its turns by 90°.
         const QUARTER_MM: [(f64, f64); 9] = [
@@ -140,7 +143,7 @@ impl Polygon {
     }
 
     /// The outline with every edge moved outwards by `distance` (m), corners mitred; inwards if
-    /// negative.
+    /// negative. Vertex `i` of the result belongs to vertex `i`.
     ///
     /// # Errors
     /// [`PolygonError::EdgeLost`] if an edge shrinks to nothing, otherwise as [`Polygon::new`].
@@ -162,7 +165,7 @@ impl Polygon {
         Polygon::new(moved)
     }
 
-    /// Number of vertices, which is also that of edges.
+    /// Number of vertices, which is also that of edges: 3 to [`MAX_POLYGON_VERTICES`].
     #[inline]
     pub fn len(&self) -> usize {
         self.vertices.len()
@@ -173,7 +176,8 @@ impl Polygon {
         false
     }
 
-    /// Vertices, counter-clockwise (m).
+    /// Vertices (m), counter-clockwise, in the order given to [`new`](Polygon::new) or, if that was
+    /// clockwise, in the reverse order.
     #[inline]
     pub fn vertices(&self) -> &[Point2<f64>] {
         &self.vertices
@@ -194,7 +198,8 @@ impl Polygon {
         (self.vertices[i], self.vertices[next])
     }
 
-    /// Unit outward normal of edge `i`. Panics if `i` is not below [`len`](Polygon::len).
+    /// Unit outward normal of edge `i`, square to it. Panics if `i` is not below
+    /// [`len`](Polygon::len).
     pub fn outward(&self, i: usize) -> Vector2<f64> {
         let (a, b) = self.edge(i);
         let along = (b - a).normalize();
@@ -206,13 +211,13 @@ impl Polygon {
         signed_area(&self.vertices)
     }
 
-    /// Largest distance of a vertex from the origin (m).
+    /// Largest distance (m) of a vertex from the origin, which is that of the part's z axis.
     pub fn bounding_radius(&self) -> f64 {
         self.vertices.iter().map(|p| p.coords.norm()).fold(0.0, f64::max)
     }
 
-    /// Whether `point` (m) lies inside, by the winding number; a point on the outline may count
-    /// either way.
+    /// Whether `point` (m) lies inside, by the winding number (Hormann & Agathos 2001); a point on
+    /// the outline may count either way, NaN counts as outside.
     pub fn contains(&self, point: &Point2<f64>) -> bool {
         let mut winding = 0;
         for i in 0..self.len() {
@@ -227,7 +232,7 @@ impl Polygon {
         winding != 0
     }
 
-    /// Distance (m) from `point` (m) to the outline, negative inside.
+    /// Distance (m) from `point` (m, finite) to the outline, negative inside.
     pub fn signed_distance(&self, point: &Point2<f64>) -> f64 {
         let nearest = (0..self.len()).map(|i| distance_to_segment(point, self.edge(i))).fold(f64::INFINITY, f64::min);
         if self.contains(point) { -nearest } else { nearest }

@@ -4,8 +4,8 @@ use super::contact_manifold::{ContactManifold, ResidualKind};
 use super::residual::Residual;
 use crate::se3::{self, Pose};
 
-/// Contact manifold of a ball in a socket. Residual: ball centre minus socket centre in the
-/// fixture's frame, three rows x, y, z (m).
+/// Contact manifold of a ball in a socket. Residual: ball centre minus socket centre along the axes
+/// of the fixture frame, three rows x, y, z (m), whatever the resolution.
 ///
 /// Tool frame: origin at the ball's centre. Fixture frame: origin at the socket's centre. The
 /// envelope is the residual over 0.5 mm. The radius does not matter.

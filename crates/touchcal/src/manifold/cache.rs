@@ -2,7 +2,9 @@
 
 use crate::geometry::NeighborList;
 
-/// What a manifold keeps of one contact between evaluations at nearby poses; empty by default.
+/// What a manifold keeps of one contact between evaluations by
+/// [`ContactManifold::candidate_contacts`](super::ContactManifold::candidate_contacts) at nearby
+/// poses; empty by default.
 ///
 /// A cache changes the speed of an evaluation, never its result, to the bit. Each contact of each
 /// manifold needs a cache of its own.

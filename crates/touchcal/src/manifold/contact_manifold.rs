@@ -7,35 +7,47 @@ use super::sketch::{Shape, Sketch};
 use crate::se3::{Pose, Twist};
 
 /// Callback of [`ContactManifold::pull_back`]: `cotangent(i, residual, derivatives)` receives the
-/// index `i` of a pose and its residual (m) and writes `∂loss/∂residual[k]` into `derivatives[k]`,
-/// which are zero before and of which those beyond the residual's rows are ignored.
+/// index `i` of a pose and its residual (m, one number per row) and writes `∂loss/∂residual[k]`
+/// (unit of the loss per m) into `derivatives[k]`, which are zero before and of which those beyond
+/// the residual's rows are ignored.
 pub type Cotangent<'c> = &'c mut dyn FnMut(usize, &[f64], &mut [f64; MAX_ROWS]);
 
-/// What a manifold's residual measures, and with it what the estimator may conclude from it.
+/// What a manifold's residual measures: the shape and frame of its rows, and with them what the
+/// estimator may conclude from them.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 #[non_exhaustive]
 pub enum ResidualKind {
-    /// Signed distance (m) from the manifold, two-sided: positive and negative values are as
-    /// likely.
+    /// Signed distances (m) from the manifold, two-sided: positive and negative values are as
+    /// likely. 1 to [`MAX_ROWS`] rows, as many at every pose; [`Plane`](super::plane::Plane) has
+    /// one.
     #[default]
     Distance,
-    /// Offset (m) from the one point that is the manifold. The fixture's place may then be unknown,
-    /// and contacts are scored by their distance from their mean.
+    /// Offset (m) of the tool's point from the one point that is the manifold, the fixture's
+    /// origin: exactly three rows x, y, z along the axes of the fixture frame, because the rows of
+    /// all contacts with a fixture are averaged row by row. The fixture's place may then be
+    /// unknown, and contacts are scored by their distance from their mean, as
+    /// [`contact_distances`](crate::estimate::contact_distances) says.
     PointOffset,
     /// The least of several one-sided gaps (m), of which any may be closed at a contact: the active
-    /// set is latent. The least of noisy gaps is negative on average even at the true pose, and
-    /// real contacts press parts into each other, so a mean gap at contact is fitted.
+    /// set is latent. One row, positive apart and negative in penetration;
+    /// [`candidate_contacts`](ContactManifold::candidate_contacts) has the gaps one by one. The
+    /// least of noisy gaps is negative on average even at the true pose, and real contacts press
+    /// parts into each other, so a mean gap at contact is fitted and subtracted from each row.
     LeastGap,
-    /// Difference (m) between a pose and its projection onto the manifold. Motion along the
-    /// manifold counts too, which contacts do not measure: no covariance follows from it.
+    /// Difference (m) between a pose `fixture_from_tool` and its projection onto the manifold. Six
+    /// rows: x, y, z along the axes of the fixture frame, then the differences of roll, pitch and
+    /// yaw (rad, the shorter way round), each times
+    /// [`Metric::metres_per_radian`](super::coordinates::Metric::metres_per_radian). Motion along
+    /// the manifold counts too, which contacts do not measure: no covariance follows from it.
     ProjectionError,
-    /// Nothing: the shapes are not known and there are no rows.
+    /// Nothing: the shapes are not known and the residual has no rows.
     Unmodeled,
 }
 
 /// How many surfaces the candidate contacts of a manifold can belong to. How often a surface is
 /// touched is estimated for each region and surface, because a tool tilts to different sides in
-/// different regions. Surface `s` of region `r` has the number `r · per_region + s`.
+/// different regions. Surface `s` of region `r`, both from 0, has the number `r · per_region + s`
+/// in [`Residual::surfaces`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct SurfaceCounts {
     /// Number of regions into which the manifold is divided, such as ranges of depth; at least 1.
@@ -53,17 +65,20 @@ pub trait ContactManifold: Send + Sync + std::fmt::Debug {
     fn name(&self) -> &'static str;
 
     /// Appends to `residual` how far the pose is from touching (m): at most [`MAX_ROWS`] rows, as
-    /// many at every pose, all zero on the manifold.
+    /// many at every pose, all zero on the manifold; their shape is that of
+    /// [`residual_kind`](Self::residual_kind). A contact's distance in a
+    /// [`Score`](crate::estimate::Score) is the norm of the first three rows.
     ///
-    /// `resolution` (m) is the standard deviation to which gaps are known at the contact. Features
-    /// whose gaps differ by less cannot be distinguished, and a manifold of several features may
-    /// blend them; 0 asks for the exact distance.
+    /// `resolution` (m, not negative) is the standard deviation to which gaps are known at the
+    /// contact. Features whose gaps differ by less cannot be distinguished, and a manifold of
+    /// several features may blend them; 0 asks for the exact distance.
     fn residual(&self, fixture_from_tool: &Pose, resolution: f64, residual: &mut Residual);
 
     /// Residuals of many poses: replaces the rows of `residuals[i]` by those that
-    /// [`residual`](Self::residual) appends for `poses[i]`. Both slices have one entry per pose;
-    /// surplus entries of the longer one are left alone. A manifold that evaluates many poses
-    /// faster together than one by one overrides this method.
+    /// [`residual`](Self::residual) appends for `poses[i]` at this `resolution` (m). Both slices
+    /// must have the same length; of different lengths the default leaves the surplus alone, an
+    /// override may panic. A manifold that evaluates many poses faster together than one by one
+    /// overrides this method.
     fn residuals(&self, poses: &[Pose], resolution: f64, residuals: &mut [Residual]) {
         for (pose, residual) in poses.iter().zip(residuals) {
             residual.clear();
@@ -71,20 +86,24 @@ pub trait ContactManifold: Send + Sync + std::fmt::Debug {
         }
     }
 
-    /// What the residual measures; [`ResidualKind::Distance`] unless overridden.
+    /// What the residual measures, and with it the shape of its rows; [`ResidualKind::Distance`]
+    /// unless overridden.
     fn residual_kind(&self) -> ResidualKind {
         ResidualKind::Distance
     }
 
     /// Appends the signed gaps (m) of the candidate contacts that `gate` accepts, the nearest
-    /// first, at most [`MAX_ROWS`].
+    /// first, at most [`MAX_ROWS`], each with its surface, to `candidates`, which is empty before.
+    /// Only asked of manifolds of [`ResidualKind::LeastGap`].
     ///
-    /// A candidate contact is a surface that can push in one direction; the gaps of all that are
-    /// touched at once are zero, on average over the pose's noise. Nothing is appended where the
-    /// surfaces cannot be distinguished or all are too far. The default is the residual, which
-    /// suits a manifold of one surface.
+    /// A candidate contact is a surface that can push in one direction, that of the linear part of
+    /// its row's derivative; the gaps of all that are touched at once are zero, on average over the
+    /// pose's noise. Nothing is appended where the surfaces cannot be distinguished or all are too
+    /// far. The default is the rows of the residual that `gate` accepts, which suits a manifold of
+    /// one surface.
     ///
-    /// `cache` belongs to the contact, which is evaluated many times at nearby poses.
+    /// `cache` belongs to the contact, which is evaluated many times at nearby poses; the result
+    /// does not depend on it.
     fn candidate_contacts(
         &self,
         fixture_from_tool: &Pose,
@@ -97,16 +116,17 @@ pub trait ContactManifold: Send + Sync + std::fmt::Debug {
         candidates.retain(|gap, gradient| gate.accepts(gap, gradient.dot(&(gate.covariance * gradient))));
     }
 
-    /// Number of regions and of surfaces in each, by which candidate contacts are numbered; one
-    /// region of one surface unless overridden.
+    /// Number of regions and of surfaces in each, by which candidate contacts are numbered: the
+    /// same at every call, each number of a surface below their product. One region of one surface
+    /// unless overridden.
     fn surface_counts(&self) -> SurfaceCounts {
         SurfaceCounts { regions: 1, per_region: 1 }
     }
 
-    /// Gradient of a loss by a right twist `[v; ω]` of each pose: `gradients[i] = Jᵢᵀ yᵢ`, where
-    /// `Jᵢ` (rows × 6) is the Jacobian of the residual of `poses[i]` and `yᵢ` what `cotangent`
-    /// writes for it. One entry of `gradients` per pose; `resolution` (m) as in
-    /// [`residual`](Self::residual).
+    /// Gradient of a loss by a right twist `[v; ω]` (m, rad) of each pose: `gradients[i] = Jᵢᵀ yᵢ`,
+    /// where `Jᵢ` (rows × 6) is the Jacobian of the residual of `poses[i]` and `yᵢ` what
+    /// `cotangent`, called once for each pose in order, writes for it. `gradients` has one entry
+    /// per pose, which is replaced; `resolution` (m) is as in [`residual`](Self::residual).
     fn pull_back(&self, poses: &[Pose], resolution: f64, cotangent: Cotangent<'_>, gradients: &mut [Twist]) {
         let mut residual = Residual::new();
         for (i, (pose, gradient)) in poses.iter().zip(gradients).enumerate() {
@@ -119,22 +139,25 @@ pub trait ContactManifold: Send + Sync + std::fmt::Debug {
     }
 
     /// Appends how far the pose lies outside the region in which contacts happen, at most
-    /// [`MAX_ROWS`] rows, each divided by its scale and so without unit. Nearly convex in the pose,
-    /// so that the coarse stage converges from afar. The default is the residual in metres.
+    /// [`MAX_ROWS`] rows, as many at every pose, each divided by its scale and so without unit.
+    /// Nearly convex in the pose, so that the coarse stage converges from afar. The default is the
+    /// residual in metres at resolution 0.
     fn envelope(&self, fixture_from_tool: &Pose, rows: &mut Residual) {
         self.residual(fixture_from_tool, 0.0, rows);
     }
 
-    /// Indices (0–5) of the components of a twist `[v; ω]` of the fixture in its own frame that
-    /// move the manifold: 0–2 for a socket, which is a point; 2–4 for the plane z = 0, which is
-    /// unchanged by motion in itself.
+    /// Indices (0–5, each once, ascending) of the components of a twist `[v; ω]` of the fixture in
+    /// its own frame that move the manifold: 0–2 for a socket, which is a point; 2–4 for the plane
+    /// z = 0, which is unchanged by motion in itself. Other components are not estimated.
     fn fixture_directions(&self) -> &'static [usize];
 
-    /// Indices (0–5) of the components of a twist `[v; ω]` of the tool in its own frame that change
-    /// the residual; 0–2 for a ball about the tool's origin.
+    /// Indices (0–5, each once, ascending) of the components of a twist `[v; ω]` of the tool in its
+    /// own frame that change the residual; 0–2 for a ball about the tool's origin. Components that
+    /// no fixture's manifold lists are not estimated.
     fn tool_directions(&self) -> &'static [usize];
 
-    /// Shapes of tool and fixture for a picture; two points unless overridden.
+    /// Shapes of tool and fixture for a picture, each in its own frame (m); two points unless
+    /// overridden.
     fn sketch(&self) -> Sketch {
         Sketch { tool: Shape::Point, fixture: Shape::Point }
     }

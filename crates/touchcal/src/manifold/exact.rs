@@ -15,24 +15,25 @@ const MOST_OVERLAP: f64 = 0.2e-3;
 /// Points of the peg's axis that are checked.
 const AXIS_POINTS: usize = 100;
 
-/// How peg and hole must lie in their frames, as a phrase for error messages: "expected …".
+/// How peg and hole must lie in their frames, as a phrase for error messages that follows
+/// "expected": the counterpart of a [`Misfit`] as what was found.
 pub const FITTING: &str = "a hole that the peg fits into: rim at z = 0 and bottom below, the peg's tip at z = 0 and the rest above, axes and corners in line";
 
 /// Why a peg does not go into a hole: the peg is tested with its tip at half of the hole's depth
-/// and the axes of both frames aligned.
+/// and the axes of both frames aligned. The variants display as what was found.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 pub enum Misfit {
-    /// The peg overlaps the walls by this depth (m, positive).
+    /// The peg overlaps the walls by this depth (m), more than 0.2 mm.
     #[error("an overlap of {:.1} mm at half of the hole's depth", 1e3 * .0)]
     Overlap(f64),
-    /// The body around the hole has material on the part of the peg's axis that lies inside the
-    /// peg.
+    /// The body around the hole has material, more than 0.2 mm below its surface, on the part of
+    /// the peg's axis that lies inside the peg.
     #[error("a solid where the peg's axis lies")]
     Blocked,
 }
 
-/// Contact manifold of parts of known shape: [`PegInHole`], [`BallInSocket`] or [`Plane`]. Whether
-/// a peg fits its hole is not checked; [`check_fit`] does that.
+/// Contact manifold of parts of known shape: [`PegInHole`], [`BallInSocket`] or [`Plane`]. Nothing
+/// is checked; whether a peg fits its hole, [`check_fit`] tells.
 pub fn exact_manifold(parts: &Parts) -> Box<dyn ContactManifold> {
     match parts {
         Parts::PegInHole(parts) => Box::new(PegInHole::new(parts.as_ref().clone())),
@@ -47,7 +48,8 @@ pub fn exact_manifold(parts: &Parts) -> Box<dyn ContactManifold> {
 /// meshes.
 ///
 /// # Errors
-/// [`Misfit`] if the peg does not go in, with the tip at half of `depth`.
+/// With the tip at half of `depth`: [`Misfit::Blocked`] if there is material at one of 100 points
+/// of the peg's axis, else [`Misfit::Overlap`] as of [`check_fit`].
 pub fn peg_in_hole(parts: MeshPair, depth: f64) -> Result<Box<dyn ContactManifold>, Misfit> {
     check_axis(&parts, depth)?;
     let manifold: Box<dyn ContactManifold> = match prisms_of(&parts, depth) {
@@ -58,8 +60,10 @@ pub fn peg_in_hole(parts: MeshPair, depth: f64) -> Result<Box<dyn ContactManifol
     Ok(manifold)
 }
 
-/// Checks a peg and a hole of `depth` (m) by their signed gap with the tip at half of the depth,
-/// which is the one row of the manifold's residual. Manifolds with another number of rows pass.
+/// Checks a peg and a hole of `depth` (m, positive) by their signed gap with the tip at half of the
+/// depth and the axes of both frames aligned; the gap is the one row of the manifold's residual.
+/// Manifolds with another number of rows pass. Only for a peg in a hole: a [`Plane`] has one row
+/// too, of another meaning.
 ///
 /// # Errors
 /// [`Misfit::Overlap`] if the gap is below −0.2 mm.

@@ -2,31 +2,33 @@
 
 use nalgebra::Matrix6;
 
-/// A gate: how near a surface must be at a noisy pose to be a candidate contact. It accepts gaps `d
-/// − gap_bias < deviations · √(gᵀ covariance g + own_variance)`, with `g` the derivative of the gap
-/// by the pose.
+/// A gate: how near a surface must be at a noisy pose to be a candidate contact. It accepts gaps
+/// `d` with `d − gap_bias < deviations · √(gᵀ covariance g + own_variance)`, where `g` is the
+/// derivative of the gap by the pose.
 #[derive(Clone, Debug)]
 pub struct Gate {
     /// Covariance of the pose's noise as a right twist `[v; ω]` in the tool's frame (blocks m², m
     /// rad, rad²).
     pub covariance: Matrix6<f64>,
-    /// Variance (m²) of the part of a gap's noise that is independent from surface to surface.
+    /// Variance (m², not negative) of the part of a gap's noise that is independent from surface to
+    /// surface.
     pub own_variance: f64,
     /// Mean measured gap (m) at contact; negative if the parts press into each other.
     pub gap_bias: f64,
-    /// Width of the gate in standard deviations of the gap (no unit).
+    /// Width of the gate in standard deviations of the gap (no unit, positive).
     pub deviations: f64,
 }
 
 impl Gate {
     /// Whether a surface at a signed gap (m) is a candidate, where the pose's noise contributes
-    /// `variance` (m²) to the gap. NaN is not accepted.
+    /// `variance` (m², not negative: `gᵀ covariance g`) to the gap. NaN is not accepted.
     pub fn accepts(&self, gap: f64, variance: f64) -> bool {
         gap - self.gap_bias < self.deviations * (variance + self.own_variance).sqrt()
     }
 
-    /// Distance (m) beyond which the gate accepts no surface that touches the tool within `radius`
-    /// (m) of the tool's origin, whatever the direction of the surface.
+    /// Distance (m, not negative) beyond which the gate accepts no surface that touches the tool
+    /// within `radius` (m, not negative) of the tool's origin, whatever the direction of the
+    /// surface.
     pub fn cutoff(&self, radius: f64) -> f64 {
         let size = |k: usize| self.covariance.fixed_view::<3, 3>(k, k).symmetric_eigenvalues().max().max(0.0).sqrt();
         let deviation = (size(0) + radius * size(3)).hypot(self.own_variance.sqrt());

@@ -7,13 +7,14 @@ use super::residual::Residual;
 use super::sketch::{Shape, Sketch};
 use crate::se3::{self, Pose};
 
-/// Contact manifold of a tool on a plane. Residual, one row: signed distance (m) from the plane to
-/// the nearest part of the tool, positive above the plane, negative in penetration.
+/// Contact manifold of a tool on a plane. Residual, one row whatever the resolution: signed
+/// distance (m) from the plane to the nearest part of the tool, positive above the plane, negative
+/// in penetration.
 ///
 /// Fixture frame: the plane is z = 0, +z points to the side the tool is on. The tool is the convex
-/// hull of `points` (tool frame) grown by `radius`: one point and a radius is a ball, one point and
-/// no radius a stylus, the vertices of a tip face a peg. Where two points are equally near, the
-/// derivative is that of the first. The envelope is the residual over 0.5 mm.
+/// hull of points (in the tool frame) grown by a radius: one point and a radius is a ball, one
+/// point and no radius a stylus, the vertices of a tip face a peg. Where two points are equally
+/// near, the derivative is that of the first. The envelope is the residual over 0.5 mm.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Plane {
     points: Vec<Point3<f64>>,
@@ -24,15 +25,16 @@ pub struct Plane {
 const ENVELOPE_LENGTH: f64 = 0.5e-3;
 
 impl Plane {
-    /// A tool that is the convex hull of points in the tool frame (m), grown by a radius (m, not
-    /// negative). No points means the tool's origin. Neither is checked: with a NaN the residual is
-    /// not finite.
+    /// A tool that is the convex hull of points in the tool frame (m, in any order), grown by a
+    /// radius (m, not negative). No points means the tool's origin. Neither is checked: points with
+    /// a NaN are left out of the hull, and with a NaN in the radius or in all points the residual
+    /// is not finite.
     pub fn new(points: Vec<Point3<f64>>, radius: f64) -> Self {
         let points = if points.is_empty() { vec![Point3::origin()] } else { points };
         Plane { points, radius }
     }
 
-    /// A ball of this radius (m) about the tool's origin; with radius 0 a point.
+    /// A ball of this radius (m, not negative) about the tool's origin; with radius 0 a point.
     pub fn ball(radius: f64) -> Self {
         Plane::new(Vec::new(), radius)
     }

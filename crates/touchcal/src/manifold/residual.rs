@@ -7,11 +7,11 @@ pub const MAX_ROWS: usize = 6;
 
 /// Up to [`MAX_ROWS`] values with their derivatives, held in place so that the evaluation of a
 /// contact allocates nothing: a residual (m), an envelope (no unit), or the gaps of candidate
-/// contacts (m).
+/// contacts (m). Without rows by default.
 ///
 /// `jacobian()[k]` is `∂values()[k]/∂ξ` for the right perturbation `fixture_from_tool · Exp(ξ)`,
-/// ordered `[v; ω]`; what the facets of round parts would add is left out. `surfaces()[k]` is the
-/// surface of a candidate contact, numbered region by region (see
+/// ordered `[v; ω]`, in the tool's frame; what the facets of round parts would add is left out.
+/// `surfaces()[k]` is the surface of a candidate contact, numbered region by region (see
 /// [`SurfaceCounts`](super::contact_manifold::SurfaceCounts)), and 0 for other rows.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Residual {
@@ -28,7 +28,7 @@ impl Residual {
     }
 
     /// Keeps the rows for which `keep(value, derivative)` is true, in their order, with their
-    /// surfaces.
+    /// surfaces. `keep` is called once for each row, in order.
     pub fn retain(&mut self, mut keep: impl FnMut(f64, &Twist) -> bool) {
         let before = std::mem::take(&mut self.len);
         for k in 0..before {
@@ -44,16 +44,17 @@ impl Residual {
         self.len = 0;
     }
 
-    /// Appends a row: a value (m, in an envelope without unit) and its derivative `[v; ω]`, of
-    /// surface 0. Rows beyond [`MAX_ROWS`] are a mistake of the manifold: debug builds stop there,
-    /// release builds leave the row out.
+    /// Appends a row: a value (m, in an envelope without unit) and its derivative `[v; ω]` (unit of
+    /// the value per m, per rad), of surface 0. More than [`MAX_ROWS`] rows are a mistake of the
+    /// manifold: a debug build panics, a release build leaves the row out.
     pub fn push(&mut self, value: f64, jacobian: Twist) {
         self.push_candidate(value, jacobian, 0);
     }
 
-    /// Appends a candidate contact: its signed gap (m), the gap's derivative `[v; ω]`, and the
-    /// number of its surface; all candidates of a pose belong to one region. Beyond [`MAX_ROWS`] as
-    /// [`push`](Self::push).
+    /// Appends a candidate contact: its signed gap (m), the gap's derivative `[v; ω]` (no unit;
+    /// m/rad), and the number of its surface as in
+    /// [`SurfaceCounts`](super::contact_manifold::SurfaceCounts); all candidates of a pose belong
+    /// to one region. Beyond [`MAX_ROWS`] as [`push`](Self::push).
     pub fn push_candidate(&mut self, gap: f64, jacobian: Twist, surface: usize) {
         debug_assert!(self.len < MAX_ROWS, "a manifold pushed more than {MAX_ROWS} rows");
         if self.len < MAX_ROWS {
@@ -74,12 +75,14 @@ impl Residual {
         self.len == 0
     }
 
-    /// Values of the rows: metres, except in an envelope, whose rows are divided by their scales.
+    /// Values of the rows, [`len`](Self::len) of them: metres, except in an envelope, whose rows
+    /// are divided by their scales.
     pub fn values(&self) -> &[f64] {
         &self.value[..self.len]
     }
 
-    /// Derivatives of the rows, a twist `[v; ω]` for each value: unit of the value per m, per rad.
+    /// Derivatives of the rows, a twist `[v; ω]` in the tool's frame for each value: unit of the
+    /// value per m, per rad.
     pub fn jacobian(&self) -> &[Twist] {
         &self.jacobian[..self.len]
     }

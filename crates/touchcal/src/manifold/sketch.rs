@@ -17,21 +17,23 @@ pub enum Shape {
     },
     /// A prism along z.
     Prism {
-        /// Vertices of the cross section in x and y (m), in order around it.
+        /// Vertices of the cross section in x and y (m), in order around it, either way round; the
+        /// last is joined to the first.
         outline: Vec<Point2<f64>>,
         /// Height z of the lower end (m).
         from: f64,
         /// Height z of the upper end (m).
         to: f64,
     },
-    /// The plane z = 0.
+    /// The plane z = 0, seen from +z.
     Plane,
 }
 
 impl Shape {
-    /// Middle (x and y, m) of the bounding box of a prism whose outline does not enclose the origin
-    /// of its frame: a sign that the frame lies in the wrong place. `None` for other shapes, for an
-    /// outline around the origin, and for an outline that is no valid [`Polygon`].
+    /// Middle (x and y, m, in the shape's frame) of the bounding box of a prism whose outline does
+    /// not enclose the origin of its frame: a sign that the frame lies in the wrong place. `None`
+    /// for other shapes, for an outline around the origin, and for an outline that is no valid
+    /// [`Polygon`].
     pub fn aside(&self) -> Option<Point2<f64>> {
         let Shape::Prism { outline, .. } = self else { return None };
         let outline = Polygon::new(outline.clone()).ok()?;
@@ -44,8 +46,8 @@ impl Shape {
 /// Shapes of a tool and a fixture for a picture.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Sketch {
-    /// The tool, in its frame.
+    /// The tool, in the tool frame.
     pub tool: Shape,
-    /// The fixture, in its frame; for a hole, the hollow space.
+    /// The fixture, in the fixture frame; for a hole, the hollow space.
     pub fixture: Shape,
 }

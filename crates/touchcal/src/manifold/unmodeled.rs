@@ -4,8 +4,9 @@ use super::contact_manifold::{ContactManifold, ResidualKind};
 use super::residual::Residual;
 use crate::se3::Pose;
 
-/// Contact between parts whose shapes are not known: a residual without rows. Such contacts can be
-/// recorded as samples of a manifold; by themselves they determine no parameter.
+/// Contact between parts whose shapes are not known: residual, envelope and candidate contacts
+/// without rows. Such contacts can be recorded as samples of a manifold
+/// ([`contact_poses`](crate::estimate::contact_poses)); by themselves they determine no parameter.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Unmodeled;
 

@@ -32,7 +32,8 @@ pub fn strain() -> Parameter {
 }
 
 /// A strain (1) for each of the arm's [`segments`](segments()), in their order, named
-/// `segment_strain.{segment}`, without prior. Empty for an arm without lengths.
+/// `segment_strain.{segment}`, on top of the common one, without prior. Empty for an arm without
+/// lengths.
 pub fn segment_strain(robot: &Robot) -> Vec<Parameter> {
     let each = segments(robot).into_iter().enumerate();
     each.map(|(k, segment)| ratio(format!("segment_strain.{}", segment.name), KinematicParameter::SegmentStrain(k)))
@@ -54,14 +55,16 @@ pub fn joint_offset(robot: &Robot) -> Vec<Parameter> {
     .collect()
 }
 
-/// A local twist `[v; ω]` on each moving joint's origin: the full geometric model, six numbers
-/// `x, y, z` (m) and `rx, ry, rz` (rad) a joint, base first, named
-/// `joint_origin.{joint}.{component}`.
+/// A local twist `ξ = [v; ω]` on each moving joint's origin, `origin · Exp(ξ)`, so in the joint's
+/// frame: the full geometric model, six numbers `x, y, z` (m) and `rx, ry, rz` (rad) a joint, base
+/// first, named `joint_origin.{joint}.{component}`.
 ///
 /// The priors are typical of arms: links are made to about 0.5 mm and 0.1°; the zero of an encoder
-/// (the rotation about the joint's own axis) is off by about 0.5°, a variance component estimated
-/// from the data. Without priors about half of the directions would be undetermined: displacements
-/// of neighbouring origins compensate each other.
+/// is off by about 0.5°, a variance component estimated from the data. The zero is the rotation
+/// about the axis of a revolute or continuous joint: the components `rx, ry, rz` for which the
+/// axis, a unit vector in the joint's frame, has an entry above 0.5 in magnitude, one where it is
+/// along x, y or z and up to three for an oblique axis. Without priors about half of the directions
+/// would be undetermined: displacements of neighbouring origins compensate each other.
 pub fn joint_origin(robot: &Robot) -> Vec<Parameter> {
     let each = robot.moving().enumerate();
     each.flat_map(|(i, joint)| {
@@ -85,8 +88,9 @@ pub fn joint_origin(robot: &Robot) -> Vec<Parameter> {
 }
 
 /// A compliance `c` (rad/(N m)) for each revolute or continuous joint, base first, named
-/// `joint_compliance.{joint}`, its prior a variance component: gravity and the load on the tool
-/// deflect the joints on the far side of their encoders.
+/// `joint_compliance.{joint}`, on top of what the arm declares; its prior is a variance component
+/// that starts at 1e-4 rad/(N m). Gravity and the load on the tool deflect the joints on the far
+/// side of their encoders.
 ///
 /// The true angle is `q − b + c τ(q)`, with the measured angle `q` (rad), the encoder offset `b`
 /// (rad) and the torque `τ` (N m) about the joint's axis: of gravity on all that the joint carries,

@@ -1,6 +1,7 @@
 //! Named groups of parameters.
 
-/// A named group of parameters, as chosen in a problem file.
+/// A named group of parameters, as chosen in a problem file. A parameter's block is
+/// [`ParameterId::block`](super::ParameterId::block).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Block {
     /// One strain common to all links (1).
@@ -9,22 +10,27 @@ pub enum Block {
     SegmentStrain,
     /// One encoder offset for each moving joint (rad, or m for a prismatic one).
     JointOffset,
-    /// One encoder offset for each revolute joint and placement (rad), a nuisance.
+    /// One encoder offset for each revolute or continuous joint and placement (rad), a nuisance.
     JointDrift,
-    /// Six components of a twist on each moving joint's origin (m, rad): the full geometric model.
+    /// Six components of a local twist `[v; ω]` on each moving joint's origin, in the joint's frame
+    /// (m, rad): the full geometric model.
     JointOrigin,
-    /// One compliance for each revolute joint (rad/(N m)).
+    /// One compliance for each revolute or continuous joint (rad/(N m)).
     JointCompliance,
-    /// Components of the local twist on the tool's pose on the tip link (m, rad), a nuisance.
+    /// Components of the local twist `[v; ω]` on the tool's pose on the tip link, in the tool frame
+    /// (m, rad), a nuisance.
     Tool,
-    /// Components of the local twist on a fixture's pose in base (m, rad), a nuisance.
+    /// Components of the local twist `[v; ω]` on a fixture's pose in base, in the fixture frame (m,
+    /// rad), a nuisance.
     Fixture,
-    /// Mean gap at contact with a fixture (m), common to all surfaces and by direction, a nuisance.
+    /// Mean gaps at contact with a fixture (m): one common to all surfaces, and on top of it one
+    /// for each of six directions; a nuisance.
     GapBias,
 }
 
 impl Block {
-    /// Name in files and reports: `strain`, `segment_strain`, `joint_offset`, … (snake case).
+    /// Name in files and reports: `strain`, `segment_strain`, `joint_offset`, `joint_drift`,
+    /// `joint_origin`, `joint_compliance`, `tool`, `fixture`, `gap_bias`.
     pub fn name(self) -> &'static str {
         match self {
             Block::Strain => "strain",

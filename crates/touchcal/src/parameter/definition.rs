@@ -51,7 +51,7 @@ pub enum Prior {
         /// Name of the group: parameters with the same name share one standard deviation.
         group: &'static str,
         /// Weight of the initial `sigma` in the estimate, as a number of observed values of that
-        /// size (1).
+        /// size (1, > 0).
         strength: f64,
     },
 }
@@ -107,7 +107,7 @@ impl Parameter {
 
     /// Component `k` (0 to 5; larger counts as 5) of a twist `[v; ω]`, named
     /// `{prefix}.{x|y|z|rx|ry|rz}`, without prior: a length (m) for `k` below 3, else an angle
-    /// (rad).
+    /// (rad). `id` is taken as it is.
     pub fn twist(prefix: &str, id: ParameterId, k: usize) -> Self {
         let name = format!("{prefix}.{}", TWIST_NAMES[k.min(5)]);
         if k < 3 { Parameter::length(name, id) } else { Parameter::angle(name, id) }
@@ -129,7 +129,7 @@ impl Parameter {
     }
 
     /// The parameter in English words for messages, for example "the offset of joint_a1" or "the
-    /// yaw of fixture hole".
+    /// yaw of fixture hole". Joint and fixture are taken from the name, the rest from the id.
     pub fn description(&self) -> String {
         const COMPONENTS: [&str; 6] = ["x", "y", "z", "roll", "pitch", "yaw"];
         let rest = self.name.split_once('.').map_or(self.name.as_str(), |(_, rest)| rest);

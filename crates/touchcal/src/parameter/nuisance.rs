@@ -8,10 +8,10 @@ use crate::robot::{JointKind, Robot};
 /// Start of the drifts' variance component.
 const DRIFT_SIGMA: f64 = 0.05 * std::f64::consts::PI / 180.0;
 
-/// An encoder offset (rad) for each revolute joint, base first, that holds in placement number
-/// `placement` only, on top of the joint's offset; its prior is a variance component. Placements
-/// are numbered in the order of their first fixture; names are
-/// `joint_drift.{joint}.{placement_name}`.
+/// An encoder offset (rad) for each revolute or continuous joint, base first, that holds in
+/// placement number `placement` only, on top of the joint's offset; its prior is a variance
+/// component that starts at 0.05°. Placements are numbered from 0 in the order of their first
+/// fixture; names are `joint_drift.{joint}.{placement_name}`.
 pub fn joint_drift(robot: &Robot, placement: usize, placement_name: &str) -> Vec<Parameter> {
     let revolute = robot.moving().enumerate().filter(|(_, joint)| joint.kind != JointKind::Prismatic);
     let prior =
@@ -23,15 +23,16 @@ pub fn joint_drift(robot: &Robot, placement: usize, placement_name: &str) -> Vec
     each.collect()
 }
 
-/// Mean measured gap (m), negative in penetration, at contacts with the fixture of index `fixture`,
-/// named `gap_bias.{fixture_name}`, without prior.
+/// Mean measured gap (m), negative in penetration, at contacts with the fixture of index `fixture`
+/// in [`Problem::fixtures`](crate::estimate::Problem::fixtures), named `gap_bias.{fixture_name}`,
+/// without prior.
 pub fn gap_bias(fixture_name: &str, fixture: usize) -> Parameter {
     Parameter::length(format!("gap_bias.{fixture_name}"), ParameterId::GapBias(fixture))
 }
 
 /// Gap bias (m), on top of [`gap_bias`], of contacts whose normal, from the fixture into the tool,
 /// is nearest to axis direction `k` of the fixture with index `fixture`: 0 to 5 for +x, −x, +y, −y,
-/// +z, −z. Named `gap_bias.{fixture_name}.{direction}`, without prior.
+/// +z, −z; no contact has another. Named `gap_bias.{fixture_name}.{direction}`, without prior.
 pub fn directional_gap_bias(fixture_name: &str, fixture: usize, k: usize) -> Parameter {
     let name = format!("gap_bias.{fixture_name}.{}", DIRECTION_NAMES[k.min(5)]);
     Parameter::length(name, ParameterId::DirectionalGapBias(fixture, k))

@@ -17,22 +17,23 @@ pub(super) const DIRECTION_NAMES: [&str; 6] = ["+x", "-x", "+y", "-y", "+z", "-z
 pub enum ParameterId {
     /// A parameter of the arm or of the tool's pose on it.
     Kinematic(KinematicParameter),
-    /// `(p, i)`: encoder offset of joint `i` in placement `p` only (rad), on top of the joint's
-    /// offset; no part of the calibrated arm.
+    /// `(p, i)`: encoder offset of joint `i`, revolute or continuous, in placement `p` only (rad),
+    /// on top of the joint's offset; no part of the calibrated arm.
     JointDrift(usize, usize),
-    /// `(f, k)`: component `k` of the local twist on fixture `f`'s pose in base (m, rad).
+    /// `(f, k)`: component `k` of the local twist `ξ` on fixture `f`'s pose in base (m, rad):
+    /// `base_from_fixture · Exp(ξ)`.
     Fixture(usize, usize),
     /// `(f)`: mean measured gap (m) at contacts with fixture `f`, negative where parts penetrate.
     GapBias(usize),
     /// `(f, k)`: gap bias (m), on top of [`ParameterId::GapBias`], of contacts whose normal, from
-    /// the fixture into the tool, is nearest to axis direction `k` of fixture `f`: +x, −x, +y, −y,
-    /// +z, −z.
+    /// the fixture into the tool, is nearest to axis direction `k` of fixture `f`: 0 to 5 for +x,
+    /// −x, +y, −y, +z, −z.
     DirectionalGapBias(usize, usize),
 }
 
 impl ParameterId {
-    /// Component `k` (0 to 5) of the local twist `[v; ω]` (m, rad) on the tool's pose on the tip
-    /// link.
+    /// Component `k` (0 to 5, not checked) of the local twist `ξ = [v; ω]` (m, rad) on the tool's
+    /// pose on the tip link: `tip_from_tool · Exp(ξ)`.
     pub fn tool(k: usize) -> ParameterId {
         ParameterId::Kinematic(KinematicParameter::Tool(k))
     }
@@ -54,7 +55,7 @@ impl ParameterId {
         }
     }
 
-    /// The parameter of the kinematics; `None` for drifts, fixtures and gap biases.
+    /// The parameter of the kinematics of arm and tool; `None` for drifts, fixtures and gap biases.
     pub fn kinematic(self) -> Option<KinematicParameter> {
         match self {
             ParameterId::Kinematic(parameter) => Some(parameter),
@@ -69,8 +70,8 @@ impl From<KinematicParameter> for ParameterId {
     }
 }
 
-/// The parameters of the kinematics among (parameter, value) pairs, and their values (SI), two
-/// lists of equal length in the order given.
+/// The parameters of the kinematics of arm and tool among (parameter, value) pairs, and their
+/// values (SI): two lists of equal length, in the order given; the other pairs are left out.
 pub fn kinematic_part(values: impl IntoIterator<Item = (ParameterId, f64)>) -> (Vec<KinematicParameter>, Vec<f64>) {
     values.into_iter().filter_map(|(id, value)| Some((id.kinematic()?, value))).unzip()
 }

@@ -7,8 +7,8 @@ use crate::contact::ContactLog;
 use crate::estimate::{Estimate, Problem, Verdict, contact_distances};
 use crate::statistics::upper_median;
 
-/// Approximate largest number of contacts that the page draws one by one; of more, it draws an even
-/// subsample and those with the largest distances.
+/// Largest number of contacts that the page draws one by one; of more, it draws an even subsample
+/// and the 300 with the largest distances.
 pub const MOST_DRAWN: usize = 3000;
 /// Number of these with the largest distances; the others are evenly spread over the log.
 const FARTHEST_DRAWN: usize = 300;

@@ -11,7 +11,8 @@ use crate::estimate::{
     tool_uncertainty, workspace_configurations,
 };
 
-/// The parts of a calibration that a report shows.
+/// The parts of a calibration that a report shows. `problem`, `estimate` and `prefit` are of one
+/// calibration: [`Report::html`] may panic on parts of several.
 #[derive(Clone, Copy, Debug)]
 pub struct Report<'a> {
     /// The problem that was solved.
@@ -21,16 +22,17 @@ pub struct Report<'a> {
     /// Distances (m) of the contacts by the nominal arm: [`evaluate`](crate::estimate::evaluate())
     /// of the problem.
     pub prefit: &'a Score,
-    /// Progress of the estimation at each step, as passed to its observer; may be empty.
+    /// Progress of the estimation at each step, as passed to its observer, in that order; may be
+    /// empty.
     pub steps: &'a [Progress],
-    /// Warnings, in the order in which the page lists them.
+    /// Warnings, in the order in which the page lists them; may be empty.
     pub warnings: &'a [WarningText],
-    /// Input files, in the order in which the page lists them.
+    /// Input files, in the order in which the page lists them; may be empty.
     pub inputs: &'a [Input],
 }
 
 impl Report<'_> {
-    /// The text of the page: one HTML document.
+    /// The text of the page: one HTML document in UTF-8. The same report gives the same text.
     ///
     /// # Errors
     /// If the data cannot be written as JSON, which no calibration is known to cause: numbers that
@@ -40,7 +42,7 @@ impl Report<'_> {
     }
 }
 
-/// A warning as the page shows it; see [`Warning`](crate::estimate::Warning).
+/// A warning as the page shows it, in plain text; see [`Warning`](crate::estimate::Warning).
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct WarningText {
     /// The defect, in one sentence.
@@ -54,7 +56,7 @@ pub struct WarningText {
 pub struct Input {
     /// Path of the file, as the page shows it.
     pub path: String,
-    /// SHA-256 of the file's bytes, in hexadecimal.
+    /// SHA-256 of the file's bytes, in hexadecimal (64 digits), as the page shows it.
     pub sha256: String,
 }
 

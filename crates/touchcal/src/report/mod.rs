@@ -1,9 +1,9 @@
 //! A calibration as one HTML page that needs no other file.
 //!
 //! All counts and statistics are computed here, over all contacts; the page draws them, and shows
-//! SI units as millimetres and degrees. Single contacts are thinned to about [`MOST_DRAWN`], so the
-//! page of a million contacts is as small as that of three thousand. The same calibration gives the
-//! same bytes.
+//! SI units as millimetres and degrees. Single contacts are thinned to at most [`MOST_DRAWN`], so
+//! the page of a million contacts is as small as that of three thousand. The same calibration gives
+//! the same bytes.
 //!
 //! The data are JSON in a script element of type `application/json`, in which `<` is written
 //! `\u003c`: no name that was read from a file can end the element. The page puts names into text

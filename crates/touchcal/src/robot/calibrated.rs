@@ -9,10 +9,11 @@ use crate::se3::{self, Pose, Twist};
 
 /// The nominal chain with parameter values applied: compliances added to the joints', strains,
 /// offsets and twists folded into the joint origins. `theta` (SI) has one value for each of
-/// `parameters`, in their order; values of a parameter that is listed twice are added.
+/// `parameters`, in their order; surplus values are ignored, missing ones count as 0. Values of a
+/// parameter that is listed twice are added.
 ///
 /// An encoder offset folds exactly: `Rot(axis, q − b) = Rot(axis, −b) · Rot(axis, q)`. Parameters
-/// of the tool are not the arm's and are left out.
+/// of the tool, and of joints and segments that the arm does not have, are left out.
 pub fn calibrated(robot: &Robot, parameters: &[KinematicParameter], theta: &[f64]) -> Robot {
     let segment_of = segment_of_each_joint(robot);
     let sum = |is_wanted: &dyn Fn(KinematicParameter) -> bool| -> f64 {
@@ -42,7 +43,7 @@ pub fn calibrated(robot: &Robot, parameters: &[KinematicParameter], theta: &[f64
 /// Splits a calibrated chain into a chain and encoder offsets `b` of the moving joints (rad, or m
 /// for a prismatic joint; base first), for a driver that subtracts them: the calibrated chain at
 /// positions `q` has the pose of the returned one at `q − b`. `None` if the `nominal` chain has
-/// joints of other names, kinds or number.
+/// joints, fixed ones too, of other names, kinds or number.
 ///
 /// The origin of a revolute joint differs from the nominal one by a rotation
 /// `swing · Rot(axis, −b)`, the swing's axis orthogonal to the joint's; for a prismatic joint `−b`

@@ -9,7 +9,7 @@ use crate::se3::Pose;
 pub enum JointKind {
     /// Does not move and has no position.
     Fixed,
-    /// Rotates about its axis between limits (rad).
+    /// Rotates about its axis (rad), between limits if any are declared.
     Revolute,
     /// Rotates about its axis without limits (rad).
     Continuous,
@@ -17,19 +17,20 @@ pub enum JointKind {
     Prismatic,
 }
 
-/// Limits of a joint's position: rad, or m for a prismatic joint.
+/// Limits of a joint's position: rad, or m for a prismatic joint. [`Robot::new`] does not check
+/// them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Limits {
-    /// Least position (rad, or m for a prismatic joint).
+    /// Least position (rad, or m for a prismatic joint); at most `upper`.
     pub lower: f64,
-    /// Greatest position (rad, or m for a prismatic joint).
+    /// Greatest position (rad, or m for a prismatic joint); at least `lower`.
     pub upper: f64,
 }
 
-/// Mass of a link and the position of its centre of mass.
+/// Mass of a link and the position of its centre of mass. [`Robot::new`] does not check them.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Inertia {
-    /// Mass (kg).
+    /// Mass (kg, not negative).
     pub mass: f64,
     /// Centre of mass (m) in the frame of the joint that carries the link, which moves with the
     /// joint.
@@ -43,7 +44,7 @@ pub struct Joint {
     pub name: String,
     /// Name of the link that the joint carries.
     pub child_link: String,
-    /// How the joint moves.
+    /// How the joint moves; [`JointKind::Fixed`] if it does not.
     pub kind: JointKind,
     /// Joint origin: pose of the joint's frame, at position zero, in the frame of the link before
     /// it (m).
@@ -53,13 +54,14 @@ pub struct Joint {
     pub axis: UnitVector<Vector3<f64>>,
     /// Limits of the position (rad, or m for a prismatic joint); `None` where none are declared.
     pub limits: Option<Limits>,
-    /// Compliance about the axis, on the far side of the encoder (rad/(N m)); 0 for a stiff joint.
+    /// Compliance about the axis, on the far side of the encoder (rad/(N m)); 0 for a stiff joint,
+    /// without effect for fixed and prismatic ones.
     pub compliance: f64,
     /// Mass of the link that the joint carries, and its centre; `None` where it is not known.
     pub inertia: Option<Inertia>,
 }
 
-/// Why joints do not form a valid [`Robot`].
+/// Why joints do not form a valid [`Robot`]; the first reason in the order of the joints.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum RobotError {
     /// No joint of the chain moves.
@@ -70,7 +72,7 @@ pub enum RobotError {
         /// Name of the tip link.
         tip: String,
     },
-    /// Two joints have the same name.
+    /// Two joints have the same name, fixed ones included.
     #[error("expected distinct joint names, found `{name}` twice")]
     RepeatedName {
         /// The repeated joint name.
@@ -85,7 +87,7 @@ pub enum RobotError {
 }
 
 /// Acceleration of gravity `(x, y, z)` (m/s²) in the base frame of an arm that stands upright on
-/// Earth, z up.
+/// Earth, z up: 9.81 m/s² downwards.
 pub const GRAVITY: [f64; 3] = [0.0, 0.0, -9.81];
 
 /// A serial chain of joints from a base link to a tip link. Immutable: calibration returns a new
@@ -100,10 +102,12 @@ pub struct Robot {
 
 impl Robot {
     /// A chain from link `base` through `joints`, base first; the last joint's child is the tip. It
-    /// stands upright in [`GRAVITY`].
+    /// stands upright in [`GRAVITY`]. Names of links, limits and inertias are not checked.
     ///
     /// # Errors
-    /// If no joint moves, a joint name repeats, or an origin, axis or compliance is not finite.
+    /// [`RobotError::NoMovingJoint`] if no joint moves (or there are none),
+    /// [`RobotError::RepeatedName`] if a joint name repeats, [`RobotError::NotFinite`] if an
+    /// origin, axis or compliance is not finite.
     pub fn new(name: impl Into<String>, base: impl Into<String>, joints: Vec<Joint>) -> Result<Self, RobotError> {
         let robot = Robot { name: name.into(), base: base.into(), joints, gravity: GRAVITY.into() };
         if robot.moving().next().is_none() {
@@ -135,12 +139,12 @@ impl Robot {
         &self.base
     }
 
-    /// Name of the tip link.
+    /// Name of the tip link: the last joint's child.
     pub fn tip(&self) -> &str {
         self.joints.last().map_or(&self.base, |joint| &joint.child_link)
     }
 
-    /// All joints from base to tip, fixed ones too.
+    /// All joints from base to tip, fixed ones too; at least one.
     pub fn joints(&self) -> &[Joint] {
         &self.joints
     }
@@ -151,12 +155,13 @@ impl Robot {
         self.joints.iter().filter(|joint| joint.kind != JointKind::Fixed)
     }
 
-    /// Number of joints that move: the length of every list of joint positions.
+    /// Number of joints that move, at least 1: the length of every list of joint positions.
     pub fn dof(&self) -> usize {
         self.moving().count()
     }
 
-    /// The same chain in another gravity: `gravity` is the acceleration (m/s²) in the base frame.
+    /// The same chain in another gravity: `gravity` is the acceleration (m/s²) in the base frame,
+    /// [`GRAVITY`] before; finite, which is not checked.
     pub fn with_gravity(mut self, gravity: Vector3<f64>) -> Robot {
         self.gravity = gravity;
         self
@@ -167,12 +172,12 @@ impl Robot {
         &self.gravity
     }
 
-    /// Whether any joint has a compliance other than 0.
+    /// Whether any joint has a compliance other than 0: poses then depend on gravity and load.
     pub fn is_compliant(&self) -> bool {
         self.joints.iter().any(|joint| joint.compliance != 0.0)
     }
 
-    /// Whether every moving joint carries a link of known mass before the next moving one.
+    /// Whether every moving joint carries links of a mass above 0 before the next moving one.
     /// Otherwise other masses stand in, see
     /// [`joint_compliance`](crate::parameter::joint_compliance).
     pub fn has_masses(&self) -> bool {
@@ -189,7 +194,8 @@ impl Robot {
     }
 
     /// The chain with its tip frame moved: the last joint's origin followed by `tip_from_moved_tip`
-    /// (m). `None` if that joint moves: its origin then lies before its motion, not at the tip.
+    /// (m), the pose of the new tip frame in the former. `None` if that joint moves: its origin
+    /// then lies before its motion, not at the tip.
     pub fn with_tip_moved(&self, tip_from_moved_tip: &Pose) -> Option<Robot> {
         let mut robot = self.clone();
         let last = robot.joints.last_mut().filter(|joint| joint.kind == JointKind::Fixed)?;

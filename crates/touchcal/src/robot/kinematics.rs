@@ -40,28 +40,35 @@ pub struct Kinematics {
     tool_jacobian: Matrix6<f64>,
 }
 
-/// Torques and derivatives of the last evaluation by [`Kinematics::pose_and_jacobian`], in memory
-/// that is reused from evaluation to evaluation. Made by [`Kinematics::scratch`].
+/// Torques and derivatives of the last evaluation by [`Kinematics::pose_and_jacobian`] or
+/// [`Kinematics::pose_and_jacobian_under`], in memory that is reused from evaluation to evaluation.
+/// Made by [`Kinematics::scratch`]; zeros before the first evaluation.
 #[derive(Clone, Debug)]
 pub struct KinematicsScratch {
     rotation: Vec<Matrix3<f64>>,
     position: Vec<Vector3<f64>>,
     /// Rotation of the frame that each stage's translation is given in, the tip's last.
     parent: Vec<Matrix3<f64>>,
-    /// Torque (N m) of gravity and load about each moving joint, base first; zeros for a stiff arm
-    /// and for prismatic joints.
+    /// Torque (N m) of gravity and load about each moving joint, [`Kinematics::dof`] of them, base
+    /// first; zeros for a stiff arm and for prismatic joints.
     pub torques: Vec<f64>,
-    /// Derivative of the tool pose by each joint position, base first: right twists `[v; ω]` in the
-    /// tool frame (m, rad per rad, or per m for a prismatic joint).
+    /// Derivative of the tool pose `base_from_tool` by each joint position, [`Kinematics::dof`] of
+    /// them, base first: right twists `[v; ω]` in the tool frame (m, rad per rad, or per m for a
+    /// prismatic joint).
     pub joints: Vec<Twist>,
-    /// Derivative of the tool pose by each parameter, in the order given to [`Kinematics::new`]:
-    /// right twists `[v; ω]` in the tool frame (m, rad per unit of the parameter).
+    /// Derivative of the tool pose `base_from_tool` by each parameter, in the order given to
+    /// [`Kinematics::new`]: right twists `[v; ω]` in the tool frame (m, rad per unit of the
+    /// parameter).
     pub parameters: Vec<Twist>,
 }
 
 impl Kinematics {
     /// Kinematics of `robot` with the tool at pose `tip_from_tool` (m), and all `parameters` at
-    /// zero. Indices of joints in `parameters` must be below [`Robot::dof`].
+    /// zero. `parameters` may be empty.
+    ///
+    /// # Panics
+    /// If the index of a joint in `parameters` is not below [`Robot::dof`], or that of a component
+    /// of a twist not below 6.
     pub fn new(robot: &Robot, parameters: &[KinematicParameter], tip_from_tool: Pose) -> Self {
         let segment_of = segment_of_each_joint(robot);
         let mut stages = Vec::with_capacity(robot.dof());
@@ -93,8 +100,9 @@ impl Kinematics {
         kinematics
     }
 
-    /// Sets the parameter values `theta` (SI), one for each parameter in the order given to
-    /// [`Kinematics::new`].
+    /// Sets the parameter values `theta` (SI): one for each parameter, in the order given to
+    /// [`Kinematics::new`]; surplus values are ignored. Of a parameter listed twice the last value
+    /// counts.
     pub fn set(&mut self, theta: &[f64]) {
         let mut strain = 0.0;
         let mut segment_strain: Vec<f64> = Vec::new();
@@ -123,12 +131,13 @@ impl Kinematics {
         self.tool_jacobian = se3::right_jacobian(&tool);
     }
 
-    /// Number of moving joints.
+    /// Number of moving joints, as [`Robot::dof`].
     pub fn dof(&self) -> usize {
         self.stages.len()
     }
 
-    /// Scratch of the right size for [`Kinematics::pose_and_jacobian`].
+    /// Scratch of the right size for [`Kinematics::pose_and_jacobian`] of this arm with these
+    /// parameters.
     pub fn scratch(&self) -> KinematicsScratch {
         let n = self.stages.len();
         KinematicsScratch {
@@ -142,14 +151,15 @@ impl Kinematics {
     }
 
     /// Pose `base_from_tool` (m) at measured joint positions `q` (rad, or m for a prismatic joint;
-    /// [`Kinematics::dof`] of them, base first), without load.
+    /// [`Kinematics::dof`] of them, base first), without load. Surplus positions are ignored; with
+    /// fewer the pose has no meaning.
     pub fn pose(&self, q: &[f64]) -> Pose {
         self.pose_under(q, &NO_LOAD)
     }
 
-    /// Pose `base_from_tool` (m) at measured joint positions `q` (rad, or m for a prismatic joint;
-    /// [`Kinematics::dof`] of them, base first) under `load`: the wrench `[f; τ]` (N, N m) exerted
-    /// on the tool about the tip's origin, in the tip frame. A stiff arm does not depend on it.
+    /// Pose `base_from_tool` (m) at measured joint positions `q` (as in [`Kinematics::pose`]) under
+    /// `load`: the wrench `[f; τ]` (N, N m) exerted on the tool about the tip's origin, in the tip
+    /// frame. A stiff arm does not depend on it.
     pub fn pose_under(&self, q: &[f64], load: &Wrench) -> Pose {
         let tool = self.forward(q, load, |_, _, _, _| {});
         to_pose(&tool)
@@ -157,7 +167,7 @@ impl Kinematics {
 
     /// Pose `base_from_tool` (m) without load at measured joint positions `q` (rad, or m for a
     /// prismatic joint; [`Kinematics::dof`] of them, base first). Its derivatives by joint
-    /// positions and parameters are written to `scratch`.
+    /// positions and parameters are written to `scratch`, which must be of these kinematics.
     pub fn pose_and_jacobian(&self, q: &[f64], scratch: &mut KinematicsScratch) -> Pose {
         self.pose_and_jacobian_under(q, &NO_LOAD, scratch)
     }

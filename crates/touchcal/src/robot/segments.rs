@@ -18,17 +18,19 @@ pub struct Segment {
     /// Names of the joints at whose origins the run begins and ends, `joint_a1..joint_a2`; one name
     /// for a run of one origin.
     pub name: String,
-    /// Length of the run, from its begin to its end (m).
+    /// Length of the run, the distance from its begin to its end (m) in the nominal chain.
     pub length: f64,
-    /// Indices into [`Robot::joints`] of the joints whose origins form the run, ascending.
+    /// Indices into [`Robot::joints`] of the joints whose origins form the run, ascending; at least
+    /// one.
     pub joints: Vec<usize>,
 }
 
-/// The segments of a chain, base first; empty for a chain without lengths.
+/// The segments of a chain, base first; empty for a chain without lengths. Segment `k` here is that
+/// of [`KinematicParameter::SegmentStrain`](super::KinematicParameter::SegmentStrain).
 ///
 /// Translations merge across a joint exactly when both lie along its axis (an iiwa's 0.1575 +
-/// 0.2025 m), or when no joint moves between them. Joint origins with a translation of at most 1e-6
-/// m belong to no segment.
+/// 0.2025 m), within 1e-3 rad, or when no joint moves between them; never across a prismatic joint.
+/// Joint origins with a translation of at most 1e-6 m belong to no segment.
 pub fn segments(robot: &Robot) -> Vec<Segment> {
     let mut found: Vec<Segment> = Vec::new();
     // The open segment's vector in the current frame, while nothing has yet turned it away from

@@ -15,9 +15,9 @@ use crate::se3::{self, Pose, Twist};
 /// Isotropic stiffness of an arm under Cartesian impedance control, at the tool's origin.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Stiffness {
-    /// Force over displacement (N/m, > 0).
+    /// Force over displacement from the command (N/m, > 0).
     pub translation: f64,
-    /// Torque over rotation (N m/rad, > 0).
+    /// Torque over rotation from the command (N m/rad, > 0).
     pub rotation: f64,
 }
 
@@ -146,7 +146,8 @@ impl<'a> Equilibrium<'a> {
         }
     }
 
-    /// Where the tool comes to rest under a command, from where it is. None if no rest is found.
+    /// Where the tool comes to rest under a command, from where it is. None if no rest is found;
+    /// the tool's pose is then as before.
     pub fn settle(&mut self, fixture_from_command: &Pose) -> Option<Rest> {
         let before = self.pose;
         let mut pose = before;

@@ -4,21 +4,23 @@ use std::f64::consts::TAU;
 
 use crate::se3::{self, Pose, Twist};
 
-/// An exploration command: a spiral in x and y of the fixture, rotations out of step about all
-/// axes, a press in and out along z, and a swing of the joints about their posture.
+/// An exploration command, the pose of the tool in the fixture's frame that the arm is told to
+/// take: a spiral in x and y, rotations out of step about all axes, and a press in and out along z.
+/// The joints swing about their posture meanwhile.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Exploration {
-    /// Radius of the spiral in x and y (m).
+    /// Largest radius of the spiral in x and y (m, ≥ 0); its smallest is a fifth of that.
     pub radius: f64,
-    /// Amplitude of the rotations about all three axes (rad).
+    /// Amplitude of each component of the rotation vector, x, y and z (rad, ≥ 0).
     pub tilt: f64,
-    /// Distance of the command beyond the deepest pose that the fixture allows (m).
+    /// Distance of the command beyond the deepest pose that the fixture allows (m, ≥ 0). At its
+    /// other end the press is where an upright tool first touches.
     pub press: f64,
-    /// Amplitude of the swing of each joint about its posture (rad, or m for a prismatic joint),
-    /// neighbours in opposite directions. Only redundant joints follow it.
+    /// Amplitude of the swing of each joint about its posture (rad, or m for a prismatic joint;
+    /// ≥ 0), neighbours in opposite directions. Only redundant joints follow it.
     pub swing: f64,
-    /// Frequency of the motion over that of the built-in one (1): at 1 the spiral turns at 1.3 Hz
-    /// and the press repeats at 0.17 Hz.
+    /// Frequency of the motion over that of the built-in one (1, > 0): at 1 the spiral turns at
+    /// 1.3 Hz, the press repeats at 0.17 Hz and the swing at 0.11 Hz.
     pub pace: f64,
 }
 

@@ -15,13 +15,18 @@ const LONGEST_STEP: f64 = 0.2;
 const POSTURE_MET: f64 = 1e-3;
 
 /// Joint positions (rad, or m for a prismatic joint; base first) that put the tool at
-/// `base_from_tool`, searched from `q`; redundant joints go towards `posture`. `q` and `posture`
-/// have one position for each moving joint. `None` if the pose is out of reach from `q`. Joint
-/// limits have no effect.
+/// `base_from_tool` (m), searched from `q`; redundant joints go towards `posture`. `q`, `posture`
+/// and the result hold [`Kinematics::dof`] positions in this order; panics if `q` or `posture` has
+/// fewer. `None` if the search from `q` does not reach the pose. Joint limits have no effect; no
+/// load acts.
 ///
-/// Newton steps `q ← q + J⁺ e + (I − J⁺J)(posture − q)` with the pose error `e` (right twist, m and
-/// rad), its Jacobian `J` and `J⁺ = Jᵀ(JJᵀ + λI)⁻¹`, the last ones without the posture; the pose is
-/// met to 1e-12 (m, rad), or to 1e-10 after the last of 200 steps.
+/// Newton steps `q ← q + J⁺ e + (I − J⁺J)(posture − q)`: the null space of the Jacobian `J` of the
+/// tool pose (right twists) takes up the pull to the posture (Liégeois 1977), and
+/// `J⁺ = Jᵀ(JJᵀ + λI)⁻¹` is damped by λ = 1e-9 (Wampler 1986). `e` is the pose error
+/// `Log(pose⁻¹ · base_from_tool)` (m and rad). A step is shortened to at most 0.2 (rad or m) for
+/// any joint. The pull ends after 30 steps, or after a step below 1e-3 (rad or m) for all joints.
+/// The pose is met where all components of `e` are below 1e-12 (m, rad), or below 1e-10 after the
+/// last of 200 steps.
 pub fn follow(kinematics: &Kinematics, base_from_tool: &Pose, q: &[f64], posture: &[f64]) -> Option<Vec<f64>> {
     let mut q = q.to_vec();
     Follower::new(kinematics).follow(base_from_tool, &mut q, posture).then_some(q)
@@ -36,13 +41,14 @@ pub(super) struct Follower<'a> {
 }
 
 impl<'a> Follower<'a> {
-    /// A follower for an arm with these kinematics.
+    /// A follower for an arm with these kinematics, at the parameter values that they have.
     pub fn new(kinematics: &'a Kinematics) -> Self {
         let zeros = || DVector::zeros(kinematics.dof());
         Follower { kinematics, scratch: kinematics.scratch(), towards: zeros(), step: zeros() }
     }
 
-    /// Moves `q` as [`follow`] does. False if the pose is out of reach.
+    /// Moves `q` as [`follow`] does, which says what lengths `q` and `posture` have. False if the
+    /// pose is not reached: `q` then holds the positions of the last step.
     pub fn follow(&mut self, base_from_tool: &Pose, q: &mut [f64], posture: &[f64]) -> bool {
         let mut pulled = true;
         for step in 0..STEPS {

@@ -7,35 +7,38 @@ use rand_pcg::Pcg64;
 
 use crate::se3::Pose;
 
-/// Encoders, force sensor and contact detection of a simulated recorder.
+/// Encoders, force sensor and contact detection of a simulated recorder. Standard deviations are at
+/// least 0, and 0 for none.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Recorder {
     /// Rows per second (Hz, > 0).
     pub rate: f64,
-    /// Standard deviation of each encoder's noise (rad, or m for a prismatic joint).
+    /// Standard deviation of each encoder's noise in each row (rad, or m for a prismatic joint).
     pub encoder_sigma: f64,
-    /// Quantisation step of the encoders (rad, or m for a prismatic joint); 0 for none.
+    /// Quantisation step of the encoders (rad, or m for a prismatic joint; ≥ 0); 0 for none.
     pub encoder_step: f64,
-    /// Standard deviation of each component of the force (N).
+    /// Standard deviation of the noise of each component of the force in each row (N).
     pub force_sigma: f64,
-    /// Standard deviation of each component of the torque (N m).
+    /// Standard deviation of the noise of each component of the torque in each row (N m).
     pub torque_sigma: f64,
     /// Standard deviation of the bias of each component of the force, drawn once a log (N).
     pub force_bias: f64,
     /// Standard deviation of the bias of each component of the torque, drawn once a log (N m).
     pub torque_bias: f64,
-    /// Magnitude of the measured force above which a row counts as contact (N).
+    /// Magnitude of the measured force above which a row counts as contact (N, > 0).
     pub force_threshold: f64,
-    /// Share (0 to 1) of the rows measured as contact that are recorded as free.
+    /// Share (0 to below 1) of the rows measured as contact, spurious ones aside, that are recorded
+    /// as free: with a force below the threshold.
     pub missed: f64,
-    /// Share (0 to 1) of the rows recorded as contact that are none: free poses close to the
-    /// fixture.
+    /// Share (0 to below 1) of the rows measured as contact in whose place contacts are recorded
+    /// that are none: free poses close to the fixture, with a force above the threshold.
     pub spurious: f64,
 }
 
 impl Recorder {
-    /// A recorder without noise, bias and quantisation of encoders, at `rate` rows per second (Hz),
-    /// with contact above `force_threshold` (N).
+    /// A recorder without noise, bias, quantisation of encoders, missed and spurious contacts, at
+    /// `rate` rows per second (Hz, > 0), with contact above `force_threshold` (N, > 0). Wrenches
+    /// are still rounded to [`WRENCH_DIGITS`].
     pub const fn exact(rate: f64, force_threshold: f64) -> Recorder {
         Recorder {
             rate,
@@ -85,8 +88,8 @@ impl Recorder {
     }
 }
 
-/// Number of decimal places to which the recorder rounds forces (N) and torques (N m), enough to
-/// write its logs without loss.
+/// Number of decimal places to which the recorder rounds forces (N) and torques (N m) of
+/// [`Log::wrench`](crate::sim::Log::wrench), enough to write its logs without loss.
 pub const WRENCH_DIGITS: usize = 4;
 
 fn to_last_digit(value: f64) -> f64 {

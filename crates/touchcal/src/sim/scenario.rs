@@ -9,7 +9,8 @@ use crate::robot::Robot;
 use crate::se3::Pose;
 
 /// A calibration to be simulated, without its random numbers: [`simulate`](crate::sim::simulate())
-/// draws the truth from a seed and runs it.
+/// draws the truth from a seed and runs it. Its numbers are not checked here;
+/// [`scenario_file`](crate::io::scenario_file) checks those that it reads.
 #[derive(Clone, Debug)]
 pub struct Scenario {
     /// The nominal arm, without errors.
@@ -18,83 +19,93 @@ pub struct Scenario {
     pub errors: ArmErrors,
     /// Nominal pose of the tool frame in the tip link's frame (m).
     pub tip_from_tool: Pose,
-    /// Standard deviations of the error of the tool's pose.
+    /// Standard deviations of the error of the tool's pose: of a twist in the tool frame.
     pub tool_error: PlaceError,
-    /// Fixtures to explore, in this order.
+    /// Fixtures to explore, in this order; may be empty.
     pub touches: Vec<Touch>,
-    /// Number of contacts to log with each fixture, shared equally by its postures.
+    /// Number of contacts to log with each fixture, shared by its postures as equally as whole
+    /// numbers allow.
     pub contacts: usize,
-    /// Stiffness of the arm under impedance control.
+    /// Stiffness of the arm under impedance control, at the tool.
     pub stiffness: Stiffness,
-    /// Coefficient of friction μ between tool and fixture (1).
+    /// Coefficient of friction μ between tool and fixture (1, ≥ 0).
     pub friction: f64,
-    /// Standard deviation of form errors (m): in each row, each surface that the tool touches
-    /// stands out by a Gaussian number of this size.
+    /// Standard deviation of form errors (m, ≥ 0): in each row, each surface that the tool touches
+    /// stands out by a Gaussian number of this standard deviation.
     pub contact_sigma: f64,
     /// Encoders, force sensor and contact detection.
     pub recorder: Recorder,
-    /// Strain from temperature, where the links' temperatures are recorded; `None`: they are not.
+    /// Relation of strain and temperature, where the temperatures of the arm's
+    /// [`segments`](crate::robot::segments()) are recorded; `None`: they are not.
     pub thermal: Option<Thermal>,
 }
 
 /// A fixture to explore, and how.
 #[derive(Clone, Debug)]
 pub struct Touch {
-    /// Name of the fixture, `{block}/{number}` for several on one block.
+    /// Name of the fixture, unique in the scenario; `{block}/{number}` for several on one block.
     pub name: String,
     /// Nominal pose of the fixture in base (m). Fixtures whose names are alike up to the last `/`
-    /// stand on one block, which is displaced as a whole.
+    /// stand on one block, which is displaced as a whole, by the error of its first fixture.
     pub base_from_fixture: Pose,
-    /// Standard deviations of the error of that pose.
+    /// Standard deviations of the error of that pose: of a twist in the fixture frame. The
+    /// displacement of a block is drawn by those of its first fixture.
     pub place_error: PlaceError,
     /// Whether the pose is unknown to the estimator, which then has neither nominal value nor prior
     /// for it.
     pub free: bool,
-    /// Nominal shapes of tool and fixture.
+    /// Nominal shapes of tool and fixture. The simulator needs at least one point of a tool
+    /// [`OnPlane`](Parts::OnPlane).
     pub parts: Parts,
-    /// Standard deviation of how much wider the true hole is than its nominal outline (m per side).
+    /// Standard deviation of how much wider the true hole is than its nominal outline (m per side,
+    /// ≥ 0); without effect on parts other than a peg in a hole.
     pub clearance_sigma: f64,
     /// Postures near which to work, each in turn: lists of joint positions (rad, or m for a
-    /// prismatic joint; one for each moving joint, base first).
+    /// prismatic joint; exactly one for each moving joint, base first). Without a posture the log
+    /// is empty.
     pub postures: Vec<Vec<f64>>,
     /// Motion of the command at the fixture.
     pub exploration: Exploration,
 }
 
 impl Touch {
-    /// The block that the fixture stands on: its name up to the last `/`.
+    /// The block that the fixture stands on: its name up to the last `/`, the whole name where
+    /// there is none.
     pub fn block(&self) -> &str {
         self.name.rsplit_once('/').map_or(&self.name, |(block, _)| block)
     }
 }
 
-/// Strain of a link from its temperature `T`: `ε = α (T − T₀)`, `l = l₀ (1 + ε)`.
+/// Strain of a link from its temperature `T`: `ε = α (T − T₀)`, `l = l₀ (1 + ε)`. The simulator
+/// draws strains `ε` by [`Scenario::errors`] and records the temperatures that they follow from.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Thermal {
-    /// Coefficient of thermal expansion α (1/K).
+    /// Coefficient of thermal expansion α (1/K). Above 0 in a scenario: at 0 the temperatures of a
+    /// simulation are not finite.
     pub expansion: f64,
     /// Temperature T₀ at which the arm has its nominal lengths (°C).
     pub reference: f64,
-    /// Standard deviation of each recorded temperature (K).
+    /// Standard deviation of the noise of each recorded temperature (K, ≥ 0).
     pub sensor_sigma: f64,
 }
 
 impl Thermal {
-    /// No expansion: α = 0 at 20 °C, exact sensors.
+    /// No expansion: α = 0 at 20 °C, exact sensors. For numbers to start from, not for a
+    /// [`Scenario`], which has `None` for an arm without expansion.
     pub const NONE: Thermal = Thermal { expansion: 0.0, reference: 20.0, sensor_sigma: 0.0 };
 }
 
-/// Standard deviations of the error of a pose: of the components of a local twist, independent and
-/// Gaussian; 0 for no error.
+/// Standard deviations of the error of a pose: of the components of a local twist `ξ = [v; ω]` in
+/// `nominal · Exp(ξ)`, so in the frame that is placed; independent and Gaussian, 0 for no error.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct PlaceError {
-    /// Standard deviation of each translation component (m).
+    /// Standard deviation of each translation component of `ξ` (m, ≥ 0).
     pub length: f64,
-    /// Standard deviation of each rotation component (rad).
+    /// Standard deviation of each rotation component of `ξ` (rad, ≥ 0).
     pub angle: f64,
 }
 
-/// Distribution from which an error of a given size is drawn, in the error's unit.
+/// Distribution from which an error of a given size (≥ 0) is drawn, in the error's unit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Distribution {
     /// Plus or minus the size, each with probability 1/2.
@@ -119,25 +130,38 @@ impl Distribution {
     }
 }
 
-/// Sizes of the possible errors of an arm; 0 for no error. `distribution` gives a size its meaning.
+/// Sizes (≥ 0) of the possible errors of an arm; 0 for no error. `distribution` gives a size its
+/// meaning.
+///
+/// Errors of joint origins are components `x, y, z` (m) and `rx, ry, rz` (rad) of a local twist `ξ`
+/// in the joint's frame, `origin · Exp(ξ)`, as estimated by
+/// [`joint_origin`](crate::parameter::joint_origin()).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ArmErrors {
     /// Distribution from which every error but the compliance is drawn.
     pub distribution: Distribution,
-    /// Size of the strain common to all links (1).
+    /// Size of the strain common to all links (1). Where `segment_strain` is not 0, the truth holds
+    /// it as part of each segment's strain.
     pub strain: f64,
-    /// Size of the strain of each segment (1), on top of the common one.
+    /// Size of the strain of each of the arm's [`segments`](crate::robot::segments()) (1), on top
+    /// of the common one.
     pub segment_strain: f64,
     /// Size of the encoder offset of each moving joint (rad, or m for a prismatic joint).
     pub joint_offset: f64,
-    /// Size of each component of the displacement of each moving joint's origin (m).
+    /// Size of each translation component `x`, `y` and `z` of each moving joint's origin (m).
     pub origin_length: f64,
-    /// Size of each component of the rotation of each moving joint's origin across its axis (rad).
+    /// Size of each rotation component `rx`, `ry` and `rz` of each moving joint's origin (rad) but
+    /// those of `origin_zero`: the two across the axis of a revolute or continuous joint where that
+    /// is along x, y or z of the joint's frame, all three of a prismatic joint.
     pub origin_angle: f64,
-    /// Size of the rotation of each revolute joint's origin about its axis (rad).
+    /// Size of the rotation components (rad) of each revolute or continuous joint's origin for
+    /// which the axis, a unit vector in the joint's frame, has an entry above 0.5 in magnitude: the
+    /// rotation about the axis where that is along x, y or z; up to three components for an oblique
+    /// axis.
     pub origin_zero: f64,
-    /// Compliance of each revolute joint (rad/(N m)) under gravity and the contact's load; the same
-    /// for all and not drawn.
+    /// Compliance of each revolute or continuous joint (rad/(N m)) under gravity and the contact's
+    /// load; the same for all and not drawn. For arms without prismatic joints: under load it moves
+    /// those too, by this number times the force.
     pub joint_compliance: f64,
 }
 

@@ -19,18 +19,19 @@ use crate::se3::{self, Pose, Twist};
 /// One simulated trial: true errors and logs.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SimulatedTrial {
-    /// True errors of arm, tool and fixtures; an estimator does not read them.
+    /// True errors of arm, tool and fixtures; a calibration does not read them.
     pub truth: Truth,
     /// One log for each touch of the scenario, in its order.
     pub logs: Vec<Log>,
 }
 
-/// Seeds of a simulation's random numbers, made from one number by `From<u64>`.
+/// Seeds of a simulation's random numbers, for [`draw_truth`] and [`run`]; made from one number by
+/// `From<u64>`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Seeds {
-    /// Seed of the true errors of arm, tool and fixtures.
+    /// Seed of [`draw_truth`]: of the true errors of arm, tool and fixtures.
     pub errors: u64,
-    /// Seed of the measurement noise.
+    /// Seed of [`run`]: of noise, form errors, missed and spurious contacts.
     pub noise: u64,
 }
 
@@ -41,23 +42,27 @@ impl From<u64> for Seeds {
     }
 }
 
-/// Recording at one fixture: parallel lists with one entry for each row, in contact or not.
+/// Recording at one fixture, through all its postures in turn: parallel lists with one entry for
+/// each row, in contact or not.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Log {
-    /// Number of moving joints.
+    /// Number of moving joints of the arm.
     pub dof: usize,
-    /// Time of each row since the start (s).
+    /// Time of each row (s) since the start of this log, so 0 in the first row; rows are `1/rate`
+    /// apart.
     pub time: Vec<f64>,
     /// Measured joint positions (rad, or m for a prismatic joint), row by row: `dof` numbers for
     /// each row, base first.
     pub q: Vec<f64>,
     /// Measured wrench `[f; τ]` (N, N m) of the fixture on the tool in each row, about the tip's
-    /// origin, in the tip frame.
+    /// origin, in the tip frame; rounded to [`WRENCH_DIGITS`](super::WRENCH_DIGITS).
     pub wrench: Vec<[f64; 6]>,
     /// Measured temperature (°C) of each of the arm's [`segments`](crate::robot::segments()), row
-    /// by row: one number a segment for each row. Empty where temperatures are not recorded.
+    /// by row: one number for each segment, in their order, for each row. Empty where temperatures
+    /// are not recorded ([`Scenario::thermal`] is `None`).
     pub temperature: Vec<f64>,
-    /// Whether the recorder counts each row as a contact.
+    /// Whether the recorder counts each row as a contact: a measured force above
+    /// [`Recorder::force_threshold`](super::Recorder::force_threshold).
     pub contact: Vec<bool>,
     /// True pose, force and contact of each row; not part of the recording.
     pub truth: Vec<TrueRow>,
@@ -67,11 +72,12 @@ pub struct Log {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TrueRow {
     /// Pose of the tool in the fixture's frame (m): at rest, where parts overlap by less than 1 µm,
-    /// but for their form errors.
+    /// but for their form errors; in a spurious contact a free pose.
     pub fixture_from_tool: Pose,
-    /// Magnitude of the force of the fixture on the tool (N).
+    /// Magnitude of the force of the fixture on the tool (N), without noise and bias; 0 in a
+    /// spurious contact.
     pub force: f64,
-    /// Whether the tool touches the fixture.
+    /// Whether the tool touches the fixture; false in a spurious contact.
     pub touching: bool,
 }
 
@@ -87,7 +93,7 @@ impl Log {
     }
 
     /// Measured joint positions of row `i` < [`Log::len`] (rad, or m for a prismatic joint), `dof`
-    /// of them, base first.
+    /// of them, base first. Panics if there is no such row.
     pub fn q(&self, i: usize) -> &[f64] {
         &self.q[i * self.dof..(i + 1) * self.dof]
     }
@@ -102,27 +108,27 @@ impl Log {
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum SimulationError {
-    /// The arm does not reach a fixture.
+    /// The arm does not reach a fixture: no joint positions were found for a row's tool pose.
     #[error(
         "the arm cannot reach `{fixture}`: no joint positions put the tool there from the posture given, {time:.2} s after the start"
     )]
     OutOfReach {
         /// Name of the fixture.
         fixture: String,
-        /// Time since the start (s).
+        /// Time since the start of this fixture's log (s).
         time: f64,
     },
-    /// The exploration touches the fixture too rarely: the contacts wanted were not found in 20
-    /// times as many rows (at least 2000).
+    /// The exploration touches a fixture too rarely: the contacts wanted were not found in 20 times
+    /// as many rows (at least 2000).
     #[error(
         "expected contacts with `{fixture}`, found only {found} in {rows} rows: widen the exploration or lower the force threshold"
     )]
     NoContact {
         /// Name of the fixture.
         fixture: String,
-        /// Number of contacts found.
+        /// Number of contacts found with this fixture.
         found: usize,
-        /// Number of rows simulated.
+        /// Number of rows simulated at this fixture.
         rows: usize,
     },
     /// The search for the pose at which the tool rests did not end.
@@ -132,10 +138,10 @@ pub enum SimulationError {
     NoRest {
         /// Name of the fixture.
         fixture: String,
-        /// Time since the start (s).
+        /// Time since the start of this fixture's log (s).
         time: f64,
     },
-    /// The observer ended the simulation.
+    /// The observer of [`run`] ended the simulation.
     #[error("the simulation was broken off")]
     Interrupted,
     /// A hole whose outline is not valid after the change of width drawn for it.
@@ -143,7 +149,7 @@ pub enum SimulationError {
     Clearance {
         /// Name of the fixture.
         fixture: String,
-        /// How much wider the hole was to be (mm per side).
+        /// How much wider the hole was to be (mm per side), negative for a narrower one.
         wider_mm: f64,
     },
 }
@@ -159,29 +165,35 @@ fn chance(seed: u64, purpose: u64) -> Pcg64 {
     Pcg64::seed_from_u64(seed ^ purpose.wrapping_mul(0x9E37_79B9_7F4A_7C15))
 }
 
-/// Draws the truth of `scenario` from `seed` and runs it with noise of the same seed. The same seed
-/// gives the same trial, to the last bit where sine and cosine are the same.
+/// Draws the truth of `scenario` from `seed`, as [`draw_truth`], and runs it with noise of the same
+/// seed. The same seed gives the same trial, to the last bit where sine and cosine are the same.
 ///
 /// # Errors
-/// As [`run`].
+/// As [`run`], but for [`SimulationError::Interrupted`].
 pub fn simulate(scenario: &Scenario, seed: u64) -> Result<SimulatedTrial, SimulationError> {
     let truth = draw_truth(scenario, seed);
     let logs = run(scenario, &truth, seed, &mut |_| ControlFlow::Continue(()))?;
     Ok(SimulatedTrial { truth, logs })
 }
 
-/// Draws the true errors of arm, tool and fixtures in the trial of `seed`.
+/// Draws the true errors of arm, tool and fixtures of `scenario`; the same for the same `seed`,
+/// whatever the numbers of contacts.
 pub fn draw_truth(scenario: &Scenario, seed: u64) -> Truth {
     Truth::draw(scenario, &mut chance(seed, 0))
 }
 
 /// Runs `scenario` with the errors of `truth` and the noise of `seed`: one log for each touch, in
-/// the scenario's order. `watch` receives the number of contacts so far after each contact; if it
-/// breaks, the run ends with [`SimulationError::Interrupted`].
+/// the scenario's order. `watch` receives the number of contacts so far, with all fixtures, after
+/// each contact; if it breaks, the run ends with [`SimulationError::Interrupted`].
+///
+/// Joints give way to gravity by the compliances of arm and `truth` together, to the contact's load
+/// by [`ArmErrors::joint_compliance`](super::ArmErrors::joint_compliance). Panics if `truth` names
+/// a joint that the arm does not have, or a posture has fewer positions than the arm has moving
+/// joints.
 ///
 /// # Errors
 /// If the arm cannot reach a fixture, touches too rarely, or finds no rest; if a hole cannot be as
-/// wide as drawn; and if `watch` ends the run.
+/// wide as drawn; and if `watch` ends the run. The logs so far are then lost.
 pub fn run(
     scenario: &Scenario,
     truth: &Truth,

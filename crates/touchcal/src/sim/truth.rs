@@ -15,11 +15,13 @@ use crate::se3::{self, Pose, Twist};
 /// True errors of an arm, its tool and the fixtures: the numbers that a calibration estimates.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Truth {
-    /// Parameters that are not zero, with their values (SI). True poses of tool and fixtures are
-    /// `nominal · Exp(ξ)`, with `ξ` the components `Tool` or `Fixture`.
+    /// Parameters that are not zero, each once, with their values (SI), in any order. True poses of
+    /// tool and fixtures are `nominal · Exp(ξ)`, with `ξ` the components `Tool` or `Fixture`.
+    /// Drifts and gap biases have no effect.
     pub errors: Vec<(ParameterId, f64)>,
-    /// How much wider each hole is than its nominal outline (m per side), one number for each touch
-    /// of the scenario; missing ones count as 0.
+    /// How much wider each hole is than its nominal outline (m per side; negative for narrower),
+    /// one number for each touch of the scenario; missing ones count as 0, those of other parts
+    /// have no effect.
     pub clearance: Vec<f64>,
 }
 
@@ -57,25 +59,27 @@ impl Truth {
         self.errors.iter().filter(|(c, _)| *c == column).map(|(_, value)| value).sum()
     }
 
-    /// Strain (1) of segment `k` of the arm's [`segments`](segments()), the common one included.
+    /// Strain (1) of segment `k`, from 0, of the arm's [`segments`](segments()), the common one
+    /// included.
     pub fn strain(&self, k: usize) -> f64 {
         self.value(KinematicParameter::Strain.into()) + self.value(KinematicParameter::SegmentStrain(k).into())
     }
 
     /// Erroneous parameters of the kinematics of the arm with its tool, and their values (SI): two
-    /// lists of equal length.
+    /// lists of equal length, in the order of [`Truth::errors`].
     pub fn of_kinematics(&self) -> (Vec<KinematicParameter>, Vec<f64>) {
         kinematic_part(self.errors.iter().copied())
     }
 
     /// True pose of the fixture of touch `f` in base (m); `f` is an index into
-    /// [`Scenario::touches`].
+    /// [`Scenario::touches`]. Panics if there is no such touch.
     pub fn base_from_fixture(&self, scenario: &Scenario, f: usize) -> Pose {
         let xi = Twist::from_fn(|k, _| self.value(ParameterId::Fixture(f, k)));
         scenario.touches[f].base_from_fixture * se3::exp(&xi)
     }
 
-    /// True pose of the tool frame in the tip link's frame (m).
+    /// True pose of the tool frame in the tip link's frame (m): that of `scenario` with the error
+    /// of the tool.
     pub fn tip_from_tool(&self, scenario: &Scenario) -> Pose {
         scenario.tip_from_tool * se3::exp(&Twist::from_fn(|k, _| self.value(ParameterId::tool(k))))
     }
@@ -94,8 +98,9 @@ impl Truth {
     }
 
     /// The erroneous parameters with names and units, and their values (SI), in the order: strain,
-    /// segment strains, joint offsets, joint origins, compliances, tool, fixtures. Priors are
-    /// without meaning.
+    /// segment strains, joint offsets, joint origins, compliances, tool, fixtures. Their priors are
+    /// those of the parameters' constructors and say nothing about the truth. Drifts and gap biases
+    /// are left out.
     pub fn named(&self, scenario: &Scenario) -> Vec<(Parameter, f64)> {
         let robot = &scenario.robot;
         let mut known = vec![strain()];

@@ -2,8 +2,8 @@
 
 use nalgebra::DVector;
 
-/// Constants of Adam: decay rates of its running means, and the one that bounds steps where
-/// gradients vanish.
+/// Constants of Adam (Kingma & Ba 2015, algorithm 1): decay rates of its running means, and the one
+/// that bounds steps where gradients vanish.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Adam {
     /// Decay rate β₁ of the running mean of the gradient (1), from 0 to below 1.
@@ -27,9 +27,9 @@ pub struct AdamStep {
 }
 
 impl Adam {
-    /// Factors of step number `t`, counted from 1 (0 gives NaN), for the learning rate `rate`: the
-    /// length of a step along each parameter where the gradient's sign is constant, in units of the
-    /// parameters.
+    /// Factors of step number `t`, counted from 1 (0 gives a NaN rate), for the learning rate
+    /// `rate`: the length of a step along each parameter where the gradient is constant, in units
+    /// of the parameters.
     pub fn step(&self, rate: f64, t: u64) -> AdamStep {
         let t = t as f64;
         let root = (1.0 - self.beta2.powf(t)).sqrt();
@@ -53,7 +53,8 @@ impl AdamMoments {
     }
 
     /// The next step's direction for a learning rate of one, of about unit entries; the step is
-    /// against it. `gradient` has one entry for each parameter.
+    /// against it. `gradient` has one entry for each parameter, as many as given to
+    /// [`AdamMoments::new`].
     pub fn direction(&mut self, gradient: &DVector<f64>) -> DVector<f64> {
         let Adam { beta1, beta2, .. } = self.adam;
         self.steps += 1;

@@ -10,13 +10,15 @@
 //! Source: Zhang, *Parameter estimation techniques* (1997), table 1, scaled so that ρ(s) ≈ s near
 //! zero. The last one redescends: the weight of a contact far off the manifold vanishes.
 
-/// A robust loss ρ(s) of a squared whitened residual norm `s = ‖r‖²` (1). Its scale `k` > 0 is in
+/// A robust loss ρ(s) of a squared whitened residual norm `s = ‖r‖²` (1), as in Zhang, *Parameter
+/// estimation techniques* (1997), table 1, with ρ(s) ≈ s near zero. Its scale `k` > 0 is in
 /// whitened units: standard deviations of the residual.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Loss {
     /// Least squares, ρ = s: no contact is down-weighted.
     Squared,
-    /// Huber (1964) with scale `k`: quadratic in ‖r‖ up to `k`, linear beyond.
+    /// Huber (1964) with scale `k`, ρ = s up to k² and 2k√s − k² beyond: quadratic in ‖r‖ up to
+    /// `k`, linear beyond.
     Huber(f64),
     /// Cauchy or Lorentzian with scale `k`, ρ = k² ln(1 + s/k²): grows logarithmically.
     Cauchy(f64),
@@ -48,8 +50,8 @@ impl Loss {
         }
     }
 
-    /// Derivative ρ″(s) ≤ 0 of the weight by the squared whitened residual norm `s` (1, ≥ 0). That
-    /// of [`Loss::Huber`] jumps at k².
+    /// Derivative ρ″(s) ≤ 0 (1) of [`Loss::weight`] by the squared whitened residual norm `s` (1,
+    /// ≥ 0). That of [`Loss::Huber`] jumps at k².
     pub fn weight_slope(self, s: f64) -> f64 {
         match self {
             Loss::Squared => 0.0,
@@ -62,8 +64,9 @@ impl Loss {
 
     /// Variance of an estimate with this loss over that of least squares where there are no
     /// outliers: `E[ψ²]/E[ψ′]²` of `dimension` standard normal residual rows that share one weight,
-    /// with `ψ(r) = ρ′(‖r‖²) r` (Huber 1981, section 4.4). It is 1 for [`Loss::Squared`] and larger
-    /// for the others; a `dimension` of 0 counts as 1.
+    /// with `ψ(r) = ρ′(‖r‖²) r` (Huber 1981, section 4.4), by integration over ‖r‖ up to 12. It is
+    /// 1 for [`Loss::Squared`] and larger for the others; a `dimension` of 0 counts as 1, one above
+    /// 50 is not meant.
     pub fn gaussian_variance(self, dimension: usize) -> f64 {
         const STEP: f64 = 0.001;
         let d = dimension.max(1) as f64;

@@ -34,9 +34,11 @@ impl NormalEquations {
         }
     }
 
-    /// Adds one row: `weight · (residual + Σ jacobian[k] δ[index[k]])²` with whitened `residual`
-    /// (1); `index` holds the parameters that the row depends on, ascending, `jacobian` its
-    /// derivatives by them. The caller adds the cost.
+    /// Adds one row to information and gradient: to the cost as a quadratic form
+    /// `weight · (residual + Σ jacobian[k] δ[index[k]])²` in a change δ of all parameters (SI),
+    /// with whitened `residual` (1) and `weight` (1). `index` holds the parameters that the row
+    /// depends on, ascending; `jacobian`, of equal length, its derivatives by them (inverse SI
+    /// units). Cost, squares and rows stay as they are: the caller adds the row's share.
     pub fn add_row(&mut self, index: &[usize], jacobian: &[f64], residual: f64, weight: f64) {
         for (b, (&column, &right)) in index.iter().zip(jacobian).enumerate() {
             let weighted = weight * right;
@@ -51,9 +53,11 @@ impl NormalEquations {
         }
     }
 
-    /// Adds the quadratic form `score · J δ + ½ δᵀ Jᵀ K J δ`. `jacobian` holds `J` row by row, a
-    /// column for each parameter in `index` (ascending); `score(r)` is the entry of row `r`,
-    /// `curvature(r, s)` that of the symmetric `K`. The caller adds the cost.
+    /// Adds `score · J δ + ½ δᵀ Jᵀ K J δ`, a quadratic form of half the cost in a change δ of all
+    /// parameters (SI), to gradient and information. `jacobian` holds `J` row by row, a column for
+    /// each parameter in `index` (ascending); `score(r)` is the entry of row `r`, `curvature(r, s)`
+    /// that of the symmetric `K`. Cost, squares and rows stay as they are: the caller adds its
+    /// share.
     pub fn add_form(
         &mut self,
         index: &[usize],
@@ -75,7 +79,7 @@ impl NormalEquations {
         }
     }
 
-    /// Multiplies all sums by `factor`.
+    /// Multiplies all sums by `factor` (1).
     pub fn scale(&mut self, factor: f64) {
         self.information *= factor;
         self.gradient *= factor;

@@ -3,14 +3,16 @@
 /// Why a minimization stopped.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum StopReason {
-    /// The measured quantity of [`Termination`] reached its threshold; or no step lowered the cost
-    /// where it was within ten times the threshold, on a kink of the cost.
+    /// The measured quantity of [`Termination`] reached its threshold; or that quantity was within
+    /// ten times the threshold where no step lowered the cost, on a kink of the cost.
     Converged,
-    /// The maximum number of iterations came before the threshold was reached.
+    /// The maximum number of iterations came before the threshold was reached; in gradient descent,
+    /// the threshold was not reached after all steps.
     IterationLimit,
     /// No step, however short, lowered the cost, and the threshold was not reached.
     NoDescent,
-    /// The cost became NaN or infinite.
+    /// The cost was NaN or infinite: at the start, or at a step of gradient descent.
+    /// Levenberg–Marquardt takes no step to such a cost.
     NotFinite,
     /// The observer ended the minimization.
     Interrupted,
@@ -39,7 +41,7 @@ pub struct Termination {
     /// the share of the loss (0 to 1) by which a further step would lower it, and 0 if it was
     /// interrupted or not finite.
     pub measured: f64,
-    /// Value up to which `measured` counts as converged.
+    /// Value of `measured`, in its unit, at or below which the minimization has converged.
     pub threshold: f64,
     /// Number of linearizations in all stages, or of steps in gradient descent.
     pub iterations: usize,

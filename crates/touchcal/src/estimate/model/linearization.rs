@@ -32,7 +32,9 @@ pub(crate) struct FixtureState {
 }
 
 impl<'m> LinearizationPoint<'m> {
-    /// At parameters `theta` (SI).
+    /// At parameters `theta` (SI), in the order of the model's layout, that of
+    /// [`Estimate::parameters`](crate::estimate::Estimate::parameters), and as many. Entries beyond
+    /// them are ignored; those that are missing count as 0.
     pub fn new(model: &'m CalibrationModel<'m>, theta: &DVector<f64>) -> Self {
         let mut kinematics = model.kinematics.clone();
         let mut kinematic_values = Vec::new();

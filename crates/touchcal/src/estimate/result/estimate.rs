@@ -38,12 +38,13 @@ impl Status {
 pub enum Verdict {
     /// The contact was used with this weight.
     Used {
-        /// Robust weight ρ′ of its squared residual at the minimum (1), at least
-        /// [`WarningThresholds::rejected_weight`](crate::estimate::WarningThresholds) and at most
-        /// 1.
+        /// Robust weight ρ′ of its squared residual at the minimum (1), of a one-sided contact that
+        /// of its least gap: at least the threshold
+        /// [`rejected_weight`](crate::estimate::WarningThresholds::rejected_weight) and at most 1.
         weight: f64,
     },
-    /// The contact lay too far off the manifold: the robust loss gave it a weight of about zero.
+    /// The contact lay too far off the manifold: the robust loss gave it a weight below the
+    /// threshold [`rejected_weight`](crate::estimate::WarningThresholds::rejected_weight).
     Rejected {
         /// Mahalanobis distance of the contact from the manifold (1, standard deviations of its
         /// noise).
@@ -63,7 +64,8 @@ pub struct ParameterEstimate {
     /// nor prior bound it, or where contacts are measured by a projection.
     pub sigma: Option<f64>,
     /// Whether the data determine the parameter: they leave its standard deviation below a share of
-    /// its scale, see [`IdentifiabilityOptions`](crate::estimate::IdentifiabilityOptions).
+    /// its scale, see
+    /// [`max_sigma_ratio`](crate::estimate::IdentifiabilityOptions::max_sigma_ratio).
     pub identifiable: bool,
 }
 
@@ -85,8 +87,9 @@ pub struct Estimate {
     /// Whether the estimate may be used.
     pub status: Status,
     /// Every parameter with its estimate. Their order is that of the problem's parameters of the
-    /// arm, then drifts, tool, fixtures and gap biases; indices of parameters everywhere are into
-    /// this list.
+    /// arm, then drifts (placement by placement), tool, fixtures and gap biases, the last two in
+    /// the order of [`Problem::fixtures`](crate::estimate::Problem::fixtures); indices of
+    /// parameters everywhere are into this list.
     pub parameters: Vec<ParameterEstimate>,
     /// Covariance of the estimates, square, rows and columns in the order of `parameters`; entry
     /// (i, j) in the product of the units of parameters i and j (SI). Rows and columns of fixed
@@ -94,33 +97,38 @@ pub struct Estimate {
     pub covariance: DMatrix<f64>,
     /// Directions in parameter space that the data determine, and those that they do not.
     pub identifiability: Identifiability,
-    /// Distances (m) of the contacts from their manifolds with the calibrated arm;
-    /// [`evaluate`](crate::estimate::evaluate) returns those with the nominal one.
+    /// Distances (m) of the contacts from their manifolds with the calibrated arm, and tool and
+    /// fixtures at their estimated poses, see
+    /// [`contact_distances`](crate::estimate::contact_distances);
+    /// [`evaluate`](crate::estimate::evaluate()) returns those with the nominal ones.
     pub postfit: Score,
     /// Numbers of rows read, and of contacts used and rejected.
     pub contacts: ContactCount,
-    /// Use of each contact, in the order of the log.
+    /// Use of each contact, in the order of the log; as many as contacts.
     pub verdicts: Vec<Verdict>,
     /// Why, where and after how many iterations the minimization stopped.
     pub termination: Termination,
     /// Warnings, those that forbid the use of the result first.
     pub warnings: Vec<Warning>,
-    /// Measured over declared standard deviation of the contacts' residuals (1): about 1 where the
-    /// declared noise is right.
+    /// Measured standard deviation of the contacts' residuals over the declared one, or over the
+    /// estimated one if [`Noise::is_estimated`](crate::estimate::Noise::is_estimated) (1): about 1
+    /// where the noise is right.
     pub noise_factor: f64,
     /// The calibrated arm: strains, encoder offsets and origin twists are in its joint origins,
-    /// compliances in its joints; the tool's pose is not part of it.
+    /// compliances in its joints; neither the tool's pose nor the drifts of placements are part of
+    /// it.
     pub robot: Robot,
 }
 
 impl Estimate {
-    /// Parameter values (SI), in the order of [`Estimate::parameters`].
+    /// Parameter values (SI), in the order of [`Estimate::parameters`] and as many.
     pub fn values(&self) -> DVector<f64> {
         DVector::from_iterator(self.parameters.len(), self.parameters.iter().map(|p| p.value))
     }
 
-    /// Estimated motion `Exp(ξ)` (m, rad) of the tool in its own frame, to the right of its nominal
-    /// pose: the estimated pose is `tip_from_tool · Exp(ξ)`. `None` if the pose was not estimated.
+    /// Estimated motion `Exp(ξ)` (m) of the tool in its own frame, to the right of its nominal
+    /// pose: the estimated pose is `tip_from_tool · Exp(ξ)`; components of `ξ` that were not
+    /// estimated are 0. `None` if none was.
     pub fn tool_motion(&self) -> Option<Pose> {
         let mut twist = Twist::zeros();
         let mut is_estimated = false;

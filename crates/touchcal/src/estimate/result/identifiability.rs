@@ -1,16 +1,16 @@
 //! What the data determine and what they do not.
 
-/// A direction in parameter space that the data do not determine: moving along it changes no
-/// contact by more than its noise.
+/// A direction in parameter space that the data do not determine: moving along it by one scale
+/// changes no contact by more than its noise.
 #[derive(Clone, Debug, PartialEq)]
 pub struct NullDirection {
     /// The direction in words: "the offset of joint_a1 cannot be told from the yaw of fixture
     /// hole".
     pub description: String,
-    /// Pairs (index into [`Estimate::parameters`](crate::estimate::Estimate), component) of the
-    /// parameters that take part, the largest component first. Components are in units of the
-    /// parameters' scales (prior standard deviation, or plausible size without a prior); the
-    /// largest is ±1.
+    /// Pairs (index into [`Estimate::parameters`](crate::estimate::Estimate::parameters),
+    /// component) of the parameters that take part, the largest component first, those below a
+    /// thousandth left out. Components are in units of the parameters' scales (prior standard
+    /// deviation, or plausible size without a prior); the largest is ±1.
     pub direction: Vec<(usize, f64)>,
 }
 
@@ -23,8 +23,9 @@ pub struct NullDirection {
 pub struct Identifiability {
     /// Singular values (1), largest first: one for each parameter but the directional gap biases.
     pub singular_values: Vec<f64>,
-    /// Number of identifiable directions: of singular values from 1 on (see
-    /// [`IdentifiabilityOptions`](crate::estimate::IdentifiabilityOptions)) that are not rounding.
+    /// Number of identifiable directions: of singular values that are at least
+    /// [`min_singular_value`](crate::estimate::IdentifiabilityOptions::min_singular_value) and not
+    /// rounding.
     pub rank: usize,
     /// Condition number: largest over smallest singular value of the identifiable directions (1);
     /// infinite if there are none.

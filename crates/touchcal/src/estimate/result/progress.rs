@@ -17,7 +17,8 @@ pub enum Stage {
 pub struct Progress {
     /// Stage of the estimation.
     pub stage: Stage,
-    /// Linearizations so far in the present minimization, from 1; steps in [`Stage::Descent`].
+    /// Linearizations so far in the present minimization, or iterations of
+    /// expectation–maximisation, from 1; steps from 1 in [`Stage::Descent`].
     pub iteration: usize,
     /// Cost at the present parameters (1), the one that [`calibrate`](crate::estimate::calibrate())
     /// minimizes in this stage; in [`Stage::Descent`] the loss (m).

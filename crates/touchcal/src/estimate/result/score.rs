@@ -15,7 +15,8 @@ pub struct Spread {
 
 /// Distances (m) of contacts from their manifolds, over all contacts and for each fixture.
 ///
-/// A contact's distance is the norm of its manifold's residual. For a point manifold (ball in
+/// A contact's distance is the norm of its manifold's residual, of at most its first three rows,
+/// see [`contact_distances`](crate::estimate::contact_distances). For a point manifold (ball in
 /// socket) it is the distance from the mean of all centres computed for that socket, so that
 /// neither the socket's place nor its spacing is needed.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -23,7 +24,8 @@ pub struct Score {
     /// Distances over all contacts.
     pub all: Spread,
     /// Distances of the contacts with each fixture, in the order of
-    /// [`Problem::fixtures`](crate::estimate::Problem).
+    /// [`Problem::fixtures`](crate::estimate::Problem::fixtures) and as many; zeros for one without
+    /// contacts.
     pub per_fixture: Vec<Spread>,
 }
 

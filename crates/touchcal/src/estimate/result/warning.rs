@@ -2,7 +2,8 @@
 
 use crate::se3::Pose;
 
-/// Consequence of a warning for the use of a result.
+/// Consequence of a warning for the use of a result; the graver one is the lesser in their order,
+/// so that it comes first when sorted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Severity {
     /// The result must not be used.
@@ -25,9 +26,9 @@ impl Severity {
 #[derive(Clone, Debug, PartialEq)]
 #[non_exhaustive]
 pub enum Warning {
-    /// Fewer measured rows than parameters without a prior.
+    /// No contacts, or fewer measured rows than parameters without a prior.
     TooFewContacts {
-        /// Number of residual rows.
+        /// Number of residual rows and known distances.
         rows: usize,
         /// Number of parameters without a prior.
         parameters: usize,
@@ -40,12 +41,14 @@ pub enum Warning {
     /// The tool's outline does not enclose the origin of the tool's frame, for example where the
     /// origin of a drawing is a corner of the sheet.
     OriginOutsideTool {
-        /// Middle `(x, y)` of the outline in the tool's frame (m).
+        /// Middle `(x, y)` of the outline's bounding box in the tool's frame (m).
         middle: [f64; 2],
     },
-    /// The distance of two sockets by the nominal arm contradicts the declared one.
+    /// The distance of two sockets by the nominal arm contradicts the declared one by more than the
+    /// threshold
+    /// [`distance_contradiction`](crate::estimate::WarningThresholds::distance_contradiction).
     DistanceContradicted {
-        /// Names of the fixtures.
+        /// Names of the fixtures, in the order in which the distance was declared.
         between: [String; 2],
         /// Declared distance (m).
         declared: f64,
@@ -54,7 +57,7 @@ pub enum Warning {
     },
     /// Parameters that neither data nor priors determine were fixed at zero.
     Unobservable {
-        /// Names of the parameters.
+        /// Names of the parameters, in the order in which they were fixed.
         names: Vec<String>,
     },
     /// Data and priors together leave the arm's geometry about as uncertain as it was before the
@@ -63,10 +66,10 @@ pub enum Warning {
         /// Uncertainty of distances between tool positions after over before the calibration (1).
         remaining: f64,
     },
-    /// Contacts scatter more than the declared noise explains, or the assumed one where none is
-    /// declared; standard deviations are scaled accordingly.
+    /// Contacts scatter more than the declared noise explains, or the assumed or estimated one
+    /// where none is declared; standard deviations are scaled accordingly.
     NoiseExceeded {
-        /// Measured over declared or assumed standard deviation (1).
+        /// Measured over declared, assumed or estimated standard deviation (1).
         factor: f64,
         /// Whether the noise was declared.
         declared: bool,
@@ -94,7 +97,8 @@ pub enum Warning {
     /// Too few one-sided contacts are informative about which constraints are active; the least gap
     /// of each was used, whose bias exceeds the standard deviations.
     FewInformativeContacts {
-        /// Share of one-sided contacts that are informative, 0 to 1.
+        /// Share of the one-sided contacts that are informative, 0 to 1: the sum of the
+        /// probabilities that they touch something, over their number.
         informative_fraction: f64,
         /// Factor by which the standard deviations were multiplied (1).
         inflation: f64,
@@ -187,7 +191,8 @@ impl Warning {
         }
     }
 
-    /// The defect in one English sentence without a full stop, lengths in mm and angles in degrees.
+    /// The defect in one English sentence without a full stop, lengths in mm and angles in degrees;
+    /// an implausible value is in its parameter's unit (SI).
     pub fn message(&self) -> String {
         let percent = |share: &f64| format!("{:.0} %", 100.0 * share);
         let mm = |metres: &f64| 1e3 * metres;

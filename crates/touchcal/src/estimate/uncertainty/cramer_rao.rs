@@ -16,15 +16,20 @@ const EM_ITERATIONS: usize = 10;
 const EM_SUBSAMPLE: usize = 3000;
 const EM_TOLERANCE: f64 = 0.25;
 
-/// The Cramér–Rao bound: the covariance (SI) that no unbiased estimate from as many contacts can
-/// beat; rows and columns are in the order of [`Estimate::parameters`](crate::estimate::Estimate).
+/// The Cramér–Rao bound: the covariance (SI) that no unbiased estimate from contacts at the same
+/// joint positions can beat; square, rows and columns in the order of
+/// [`Estimate::parameters`](crate::estimate::Estimate::parameters).
 ///
 /// It is the inverse of the information at the true parameters: `truth(id)` is the true value of
 /// each (SI, 0 for what is right). The information is that of the contacts, whose exact residuals
 /// have the declared encoder and contact noise (errors in variables), of known distances and of
-/// priors. One-sided contacts have the marginal likelihood over their contact modes: their
-/// information is the sum of the outer products of scores. If it is singular, the pseudo-inverse is
-/// returned; zeros if it is not finite.
+/// priors. One-sided contacts have the marginal likelihood over their contact modes, whose odds are
+/// estimated from them: their information is the sum of the outer products of scores. If it is
+/// singular, the pseudo-inverse is returned; zeros if it is not finite. Panics if a contact or
+/// distance has a fixture that is not in [`Problem::fixtures`].
+///
+/// Source: Rao, *Information and the accuracy attainable in the estimation of statistical
+/// parameters* (1945); Cramér, *Mathematical methods of statistics* (1946), chapter 32.
 pub fn cramer_rao(problem: &Problem, truth: impl Fn(ParameterId) -> f64) -> DMatrix<f64> {
     let mut model = CalibrationModel::new(problem);
     let each = model.layout.parameters.iter().map(|parameter| truth(parameter.id));

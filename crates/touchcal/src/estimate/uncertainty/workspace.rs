@@ -65,8 +65,8 @@ impl ToolPosition {
     }
 }
 
-/// Uncertainty of the tool's pose in base at one configuration: square roots of the traces of the
-/// covariances of its position and of its rotation vector.
+/// Uncertainty of the tool's pose `base_from_tool` at one configuration: square roots of the traces
+/// of the covariances of its position and of its rotation vector.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ToolUncertainty {
     /// Standard deviation of the tool's position, all three components together (m).
@@ -75,11 +75,12 @@ pub struct ToolUncertainty {
     pub angle: f64,
 }
 
-/// Uncertainty of the calibrated arm's tool at each of the joint `positions` (rad, or m for a
-/// prismatic joint; one for each moving joint, base first), in their order: of `J Σ Jᵀ`, with `J`
-/// the derivative of the tool's pose by the parameters and `Σ` the estimate's covariance. Fixed
-/// parameters have their scale as standard deviation: no datum makes them zero. `None` if the
-/// contacts of any fixture are measured by a projection, from which no uncertainty follows.
+/// Uncertainty of the calibrated arm's tool, without load, at each of the joint `positions` (rad,
+/// or m for a prismatic joint; one for each moving joint, base first), in their order: of `J Σ Jᵀ`,
+/// with `J` the derivative of the pose `base_from_tool` by the parameters of arm and tool and `Σ`
+/// their part of the estimate's covariance. `estimate` must be one of `problem`. Fixed parameters
+/// have their scale as standard deviation: no datum makes them zero. `None` if the contacts of any
+/// fixture are measured by a projection, from which no uncertainty follows.
 pub fn tool_uncertainty<'q>(
     problem: &Problem,
     estimate: &Estimate,
@@ -98,9 +99,11 @@ pub fn tool_uncertainty<'q>(
 }
 
 /// Standard deviation (m) of the distance between the tool's positions at every two successive
-/// joint `positions` (rad, or m for a prismatic joint; one for each moving joint): one number fewer
-/// than positions, none for an empty list. Independent of the base, so motion of the whole arm does
-/// not count. `None` if the contacts of any fixture are measured by a projection.
+/// joint `positions` (rad, or m for a prismatic joint; one for each moving joint, base first),
+/// without load, by the covariance of [`tool_uncertainty`]: one number fewer than positions, none
+/// for an empty list, 0 where both positions of the tool are the same. Independent of the base, so
+/// motion of the whole arm does not count. `None` if the contacts of any fixture are measured by a
+/// projection.
 pub fn distance_uncertainty(problem: &Problem, estimate: &Estimate, positions: &[Vec<f64>]) -> Option<Vec<f64>> {
     let CalibratedKinematics { kinematics, covariance } = calibrated_kinematics(problem, estimate)?;
     let mut scratch = kinematics.scratch();
@@ -137,7 +140,8 @@ fn calibrated_kinematics(problem: &Problem, estimate: &Estimate) -> Option<Calib
 
 /// `count` lists of joint positions (rad, or m for a prismatic joint; one for each moving joint,
 /// base first), spread evenly over the joint limits, or over ±π and ±0.5 m without limits: a Halton
-/// sequence (Halton 1960), the same for the same robot.
+/// sequence, the same for the same robot, of which a larger `count` continues a smaller one
+/// (Halton, *On the efficiency of certain quasi-random sequences of points* (1960)).
 pub fn workspace_configurations(robot: &Robot, count: usize) -> Vec<Vec<f64>> {
     (1..=count).map(|index| configuration(robot, index)).collect()
 }

@@ -11,12 +11,13 @@ use parry3d_f64::shape::{TriMesh, TriMeshFlags};
 use super::features::MeshFeatures;
 use super::weld::weld;
 
-/// Largest number of triangles of a body.
+/// Largest number of triangles that [`TriangleMesh::new`] accepts.
 pub const MAX_TRIANGLES: usize = 500_000;
 /// Height (m) of a triangle below which it has no direction.
 const FLAT: f64 = 1e-9;
 
-/// A point in millimetres, for messages.
+/// A point x, y, z in millimetres, in the body's frame, for messages: displayed as `(x, y, z) mm`
+/// with four decimals.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PointMm(pub Point3<f64>);
 
@@ -32,40 +33,42 @@ impl fmt::Display for PointMm {
     }
 }
 
-/// Why triangles are not the surface of a body.
+/// Why triangles are not the surface of a body. Checks run in the order of the variants; the first
+/// that fails is reported.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum TriangleMeshError {
-    /// Fewer than 4 triangles, or more than [`MAX_TRIANGLES`].
+    /// Fewer than 4 triangles, or more than [`MAX_TRIANGLES`]; those of coinciding corners count.
     #[error("a solid has 4 to {MAX_TRIANGLES} triangles, found {found}")]
     TriangleCount {
         /// Number of triangles given.
         found: usize,
     },
-    /// A coordinate is NaN or infinite, or a triangle has a vertex index that is out of range.
+    /// A triangle has a vertex index that is out of range, or a corner with a coordinate that is
+    /// NaN or infinite.
     #[error("triangle {triangle}: expected three vertices of finite coordinates")]
     Vertex {
         /// Index of the triangle, from 0.
         triangle: usize,
     },
-    /// A triangle without area: its height is below 1 nm.
+    /// A triangle without area: its least height is below 1 nm.
     #[error("triangle {triangle} at {at}: expected three corners that are not on one line")]
     Flat {
         /// Index of the triangle, from 0.
         triangle: usize,
-        /// One of its corners (mm).
+        /// Its first corner (mm, in the body's frame).
         at: PointMm,
     },
-    /// An edge that does not have one triangle on each side.
+    /// An edge that does not have exactly two triangles.
     #[error(
         "expected a closed surface, of which each edge has two triangles; the edge from {from} to {to} has {found} (edges of that kind: {edges})"
     )]
     Open {
-        /// One end of the first such edge (mm).
+        /// One end of the first such edge (mm, in the body's frame).
         from: PointMm,
-        /// The other end of that edge (mm).
+        /// The other end of that edge (mm, in the body's frame).
         to: PointMm,
-        /// Number of triangles that have this edge; 2 is right.
+        /// Number of triangles that have this edge: 1, or more than 2.
         found: usize,
         /// Number of edges without two triangles.
         edges: usize,
@@ -76,25 +79,25 @@ pub enum TriangleMeshError {
         "expected triangles whose corners all go the same way round seen from outside; those at the edge from {from} to {to} do not (edges of that kind: {edges})"
     )]
     InconsistentWinding {
-        /// One end of the first edge between such triangles (mm).
+        /// One end of the first edge between such triangles (mm, in the body's frame).
         from: PointMm,
-        /// The other end of that edge (mm).
+        /// The other end of that edge (mm, in the body's frame).
         to: PointMm,
         /// Number of edges between such triangles.
         edges: usize,
     },
-    /// The surface encloses no volume, or one that is not finite.
+    /// The surface encloses less than 1 nm³ (10⁻²⁷ m³), or a volume that is not finite.
     #[error("expected a surface that encloses a volume, found {volume} m³")]
     NoVolume {
-        /// The signed volume (m³).
+        /// The signed volume (m³), negative if the surface is inside out.
         volume: f64,
     },
 }
 
 /// A body bounded by a closed surface of triangles (m, in the body's frame).
 ///
-/// Vertices nearer to each other than [`WELD_DISTANCE`](super::weld::WELD_DISTANCE) are merged. A
-/// surface that is inside out is reversed.
+/// Vertices nearer to each other than [`WELD_DISTANCE`](super::weld::WELD_DISTANCE) are merged into
+/// the first of them. A surface that is inside out is reversed.
 #[derive(Clone, Debug)]
 pub struct TriangleMesh {
     surface: TriMesh,
@@ -112,13 +115,14 @@ fn from_parry(v: Vector) -> Point3<f64> {
 
 impl TriangleMesh {
     /// A body from vertices (m, in the body's frame) and triangles: three indices into `vertices`
-    /// each, counter-clockwise seen from outside. Triangles of which two corners coincide are left
-    /// out.
+    /// each, from 0, counter-clockwise seen from outside. Triangles of which two corners coincide
+    /// after merging are left out; vertices of no triangle are allowed.
     ///
     /// # Errors
-    /// [`TriangleMeshError`] if there are too few or too many triangles, an index or a coordinate
-    /// is invalid, a triangle is flat, the surface is not closed or not consistently oriented, or
-    /// it encloses no volume. That it does not intersect itself is not checked.
+    /// [`TriangleMeshError`] if there are fewer than 4 or more than [`MAX_TRIANGLES`] triangles, an
+    /// index or a coordinate of a corner is invalid, a triangle is flat, the surface is not closed
+    /// or not consistently oriented, or it encloses no volume. That it does not intersect itself is
+    /// not checked.
     pub fn new(vertices: &[Point3<f64>], triangles: &[[u32; 3]]) -> Result<Self, TriangleMeshError> {
         if !(4..=MAX_TRIANGLES).contains(&triangles.len()) {
             return Err(TriangleMeshError::TriangleCount { found: triangles.len() });
@@ -162,13 +166,14 @@ impl TriangleMesh {
         self.surface.num_triangles()
     }
 
-    /// Vertices (m, in the body's frame) after merging, in the order of their first appearance.
+    /// Vertices (m, in the body's frame) after merging, in the order of their first appearance;
+    /// those of no triangle too.
     pub fn vertices(&self) -> impl ExactSizeIterator<Item = Point3<f64>> + '_ {
         self.surface.vertices().iter().map(|&v| from_parry(v))
     }
 
-    /// Triangles: three indices into [`vertices`](TriangleMesh::vertices) each, counter-clockwise
-    /// seen from outside.
+    /// Triangles in the order given to [`new`](TriangleMesh::new): three indices into
+    /// [`vertices`](TriangleMesh::vertices) each, counter-clockwise seen from outside.
     pub fn triangles(&self) -> &[[u32; 3]] {
         self.surface.indices()
     }
@@ -179,7 +184,7 @@ impl TriangleMesh {
     }
 
     /// Distance (m) from a point to the surface, negative inside, and the nearest point of the
-    /// surface; both points in the body's frame (m).
+    /// surface; both points in the body's frame (m), the given one of finite coordinates.
     ///
     /// Inside and outside follow from pseudonormals (Bærentzen & Aanæs, *Signed distance
     /// computation using the angle weighted pseudonormal*, 2005).
@@ -190,13 +195,15 @@ impl TriangleMesh {
         (if projection.is_inside { -distance } else { distance }, foot)
     }
 
-    /// Vertices at which a convex edge of the body ends (m, in the body's frame), without those
-    /// that only divide a straight edge.
+    /// Vertices at which a convex edge of the body ends (m, in the body's frame), in the order of
+    /// [`vertices`](TriangleMesh::vertices), without those that only divide a straight edge.
     pub fn corners(&self) -> Vec<Point3<f64>> {
         self.features.corners.iter().map(|corner| self.features.vertices[corner.vertex as usize].into()).collect()
     }
 
-    /// Convex hull of the body projected along z: x and y of its vertices (m), counter-clockwise.
+    /// Convex hull of the body projected along the z axis of its frame: x and y of the hull's
+    /// vertices (m), at least three, counter-clockwise from the one of least x, without those on a
+    /// straight line (the monotone chain of Andrew, 1979).
     pub fn shadow(&self) -> Vec<Point2<f64>> {
         let mut points: Vec<Point2<f64>> = self.vertices().map(|p| p.xy()).collect();
         points.sort_unstable_by(|a, b| a.x.total_cmp(&b.x).then(a.y.total_cmp(&b.y)));

@@ -4,7 +4,8 @@ use std::collections::HashMap;
 
 use nalgebra::Point3;
 
-/// Distance (m) below which two points of a surface are merged into one.
+/// Distance (m) below which two points of a surface are merged into one by
+/// [`TriangleMesh::new`](super::TriangleMesh::new): 10 nm.
 pub const WELD_DISTANCE: f64 = 1e-8;
 
 /// The distinct points among `points` (m), and for each point the index of its distinct one.

@@ -20,8 +20,9 @@ use crate::se3::{Pose, Twist};
 /// ends inside, along edges that do not pierce, to all vertices inside, as deep as their signed
 /// distance ([`TriangleMesh::signed_distance`]); and between the edges of both bodies of which a
 /// part is inside. Where a vertex is more than 2 mm inside, edges are left out, and
-/// [`visit_below`](GapQuery::visit_below) reports the deepest overlap alone. The gap is infinite
-/// where the bodies are more than 10 m apart.
+/// [`visit_below`](GapQuery::visit_below) reports the deepest overlap alone, whatever the cutoff.
+/// The gap is infinite where the bodies are more than 10 m apart, and may be so where they are more
+/// than 1.6 mm apart and no corner of the tool is within 10 m of the fixture.
 #[derive(Clone, Debug)]
 pub struct MeshPair {
     tool: TriangleMesh,
@@ -29,7 +30,7 @@ pub struct MeshPair {
 }
 
 impl MeshPair {
-    /// A tool and a fixture, each in its own frame (m).
+    /// A tool and a fixture, each in its own frame (m). Nothing is checked.
     pub fn new(tool: TriangleMesh, fixture: TriangleMesh) -> Self {
         MeshPair { tool, fixture }
     }

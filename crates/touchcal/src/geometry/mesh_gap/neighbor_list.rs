@@ -21,7 +21,9 @@ const MAX_EXCESS: f64 = 2.0;
 const ROUNDING: f64 = 1e-9;
 
 /// Pairs of features of a tool and a fixture that are within a cutoff of each other at a reference
-/// pose, or at any pose that moves no point of the tool by more than the skin.
+/// pose, or at any pose that moves no point of the tool by more than the skin, a tenth of the
+/// cutoff (Verlet, *Computer "experiments" on classical fluids*, 1967). Made and used by
+/// [`GapQuery::visit_below`](crate::geometry::GapQuery::visit_below), which keeps at most 16 KB.
 #[derive(Clone, Debug)]
 pub struct NeighborList {
     rotation: Matrix3<f64>,

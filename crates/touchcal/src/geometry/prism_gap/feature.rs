@@ -12,12 +12,12 @@ use nalgebra::Vector3;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum Feature {
-    /// A corner of a peg end against the floor of the hole.
+    /// A corner of a peg end against the floor (z = −depth) of the hole.
     CornerFloor {
         /// Index of the vertex of the peg's outline.
         peg_vertex: usize,
     },
-    /// A corner of a peg end against the top face of the body around the hole.
+    /// A corner of a peg end against the top face (z = 0) of the body around the hole.
     CornerTop {
         /// Index of the vertex of the peg's outline.
         peg_vertex: usize,

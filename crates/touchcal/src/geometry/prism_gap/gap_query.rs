@@ -49,16 +49,18 @@ impl GapQuery for PrismPair {
     }
 }
 
-/// The signed gap (m) of a peg and a hole at the pose `hole_from_peg`, and the pair of features
-/// between which it is attained. Allocates nothing.
+/// The signed gap (m) of a peg and a hole at the pose `hole_from_peg` (m, of finite numbers), and
+/// the pair of features between which it is attained; of equally near pairs any. The fixture frame
+/// of [`SignedGap`] is that of the hole. Allocates nothing.
 pub fn nearest_feature(pair: &PrismPair, hole_from_peg: &Pose) -> (SignedGap, Feature) {
     let sweep = FeatureSweep::new(pair, hole_from_peg);
     let least = smallest(&sweep);
     (sweep.signed_gap(&least), least.feature)
 }
 
-/// Calls `visit` for the pairs of features whose signed distance exceeds the gap by at most
-/// `margin` (m), in no particular order, and returns the gap. Allocates nothing.
+/// Calls `visit(gap, feature)` for the pairs of features whose signed distance exceeds the gap by
+/// at most `margin` (m; none if negative) at the pose `hole_from_peg` (m), in no particular order,
+/// and returns the gap, as [`nearest_feature`]. Allocates nothing.
 ///
 /// A corner or edge that penetrates is reported against the nearest face or edge and that one's
 /// neighbours in a corner of the hole.
@@ -74,8 +76,9 @@ pub fn visit_features_within(
     gap
 }
 
-/// Calls `visit` for the pairs of features whose signed distance is below `cutoff` (m), in one
-/// sweep and in no particular order; penetrating features as in [`visit_features_within`].
+/// Calls `visit(gap, feature)` for the pairs of features whose signed distance is below `cutoff`
+/// (m, of either sign) at the pose `hole_from_peg` (m), in one sweep and in no particular order;
+/// never if there are none. Penetrating features are reported as in [`visit_features_within`].
 pub fn visit_features_below(
     pair: &PrismPair,
     hole_from_peg: &Pose,

@@ -6,11 +6,11 @@ use crate::geometry::recognize::AxialSymmetry;
 use crate::geometry::recognize::is_circle;
 use nalgebra::Point2;
 
-/// Why no [`PrismPair`] can be made.
+/// Why no [`PrismPair`] can be made of outlines and lengths.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum PrismPairError {
-    /// A length that is not a positive finite number.
+    /// A length that is not a positive finite number; the peg's is checked first.
     #[error("{what}: expected a positive length in metres, found {found}")]
     Length {
         /// Name of the length: "peg length" or "hole depth".
@@ -129,7 +129,7 @@ impl PrismPair {
         &self.peg
     }
 
-    /// Length of the peg (m).
+    /// Length of the peg (m): its end faces are at z = 0 and z = length of the peg frame.
     pub fn length(&self) -> f64 {
         self.length
     }
@@ -139,7 +139,7 @@ impl PrismPair {
         &self.hole
     }
 
-    /// Depth of the hole (m).
+    /// Depth of the hole (m): its floor is at z = −depth of the hole frame.
     pub fn depth(&self) -> f64 {
         self.depth
     }
@@ -149,7 +149,8 @@ impl PrismPair {
         self.peg_radius
     }
 
-    /// Whether the outlines of peg and hole are circles about the z axis, up to facets.
+    /// Whether the outlines of peg and hole are circles about the z axis of their frame, up to
+    /// facets; see [`AxialSymmetry`] for the tolerances.
     pub fn symmetry(&self) -> AxialSymmetry {
         self.symmetry
     }

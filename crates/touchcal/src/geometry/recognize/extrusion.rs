@@ -17,11 +17,12 @@ const MOST_LEVELS: usize = 3;
 
 /// Outlines of a peg and a hole that are given as meshes, if both are straight along z to the
 /// rounding of their files: a peg with two flat ends, its tip at z = 0, and a body with one hole
-/// from its top face at z = 0 down to a flat floor, or through it if it is thicker than `depth`
-/// (m), to which the peg goes in. `None` otherwise.
+/// from its top face at z = 0 down to a flat floor, or through it if it is thicker than `depth` (m,
+/// positive), to which the peg goes in. `None` otherwise, and for outlines that are no [`Polygon`].
+/// Frames are as in [`PrismPair`].
 ///
-/// The result extends the top face sideways without limit, and walls without a floor down to where
-/// the peg does not come.
+/// The rounding is 4.8e-7 of a body's largest coordinate. The result extends the top face sideways
+/// without limit, and walls without a floor down to where the peg does not come.
 pub fn prisms_of(parts: &MeshPair, depth: f64) -> Option<PrismPair> {
     let (peg, length) = straight_peg(parts.tool())?;
     let (hole, floor) = straight_hole(parts.fixture())?;

@@ -7,18 +7,20 @@ use nalgebra::{Point2, Point3};
 use crate::geometry::mesh::TriangleMesh;
 use crate::geometry::polygon::{Polygon, foot_on_segment};
 
-/// Whether peg and hole are each round about the z axis of their frame, up to facets: a rotation
-/// about that axis changes no gap.
+/// Whether peg and hole are each round about the z axis of their frame, up to facets of at most
+/// 24°: a rotation about that axis changes no gap. An outline is round if its vertices are on a
+/// circle within 0.1 % of its radius, a mesh as [`is_surface_of_revolution`] says. Neither part is
+/// round by default.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct AxialSymmetry {
-    /// Whether the peg is round.
+    /// Whether the peg is round about the z axis of the peg frame.
     pub peg: bool,
-    /// Whether the hole is round.
+    /// Whether the hole is round about the z axis of the hole frame.
     pub hole: bool,
 }
 
 impl AxialSymmetry {
-    /// Whether peg or hole is round.
+    /// Whether peg or hole or both are round.
     pub fn any(self) -> bool {
         self.peg || self.hole
     }
@@ -43,9 +45,11 @@ pub(crate) fn is_circle(outline: &Polygon) -> bool {
     vertices.iter().all(is_on_circle) && are_facets(vertices.iter().zip(next).map(|(a, b)| turn(a, b)).collect())
 }
 
-/// Whether a body's surface within `reach` (m) of the z axis is one of revolution about it, up to
-/// facets: each triangle is horizontal or has an edge around the axis, and facets span at most 24°.
-/// False if no such facet is within reach.
+/// Whether a body's surface within `reach` (m, positive; infinite for all of it) of the z axis of
+/// its frame is one of revolution about that axis, up to facets: each triangle is horizontal or has
+/// an edge around the axis, whose ends are as far from it within about 0.2 % of the radius times
+/// the angle between them (rad). Facets span at most 24°, and if above 5.1° at most 2.5 times their
+/// median. False if no such facet is within reach.
 pub fn is_surface_of_revolution(body: &TriangleMesh, reach: f64) -> bool {
     let vertices: Vec<Point3<f64>> = body.vertices().collect();
     let mut turns = Vec::new();

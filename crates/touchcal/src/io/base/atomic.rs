@@ -6,18 +6,19 @@ use std::path::Path;
 
 use crate::io::base::error::IoError;
 
-/// Writes `bytes` to `path`: to a temporary file in the same folder, which is then renamed. A
-/// concurrent reader of `path` gets the old content or the new, never a part. Missing folders are
-/// made, an existing file is replaced.
+/// Writes `bytes` to `path`: to a temporary file in the same folder, which is flushed to the disk
+/// and then renamed. A concurrent reader of `path` gets the old content or the new, never a part.
+/// Missing folders are made; an existing file is replaced, and a symbolic link by the file.
 ///
 /// # Errors
-/// [`IoError::File`] if the folder cannot be made or the file not written; `path` is then as it
-/// was.
+/// [`IoError::File`] if the folder cannot be made, `path` is a folder, or the file cannot be
+/// written. `path` is then as it was and the temporary file removed; folders that were made stay.
 pub fn write(path: &Path, bytes: &[u8]) -> Result<(), IoError> {
     write_by(path, |file| file.write_all(bytes).map_err(|source| IoError::file(path, "write", source)))
 }
 
-/// As [`write()`], for content that `content` writes into an open temporary file, piece by piece.
+/// As [`write()`], for content that `content` writes into the open temporary file, which is empty
+/// and at its beginning, piece by piece.
 ///
 /// # Errors
 /// As [`write()`], and those of `content`; `path` is then as it was.
@@ -36,10 +37,10 @@ pub fn write_by(path: &Path, content: impl FnOnce(&mut File) -> Result<(), IoErr
     Ok(())
 }
 
-/// Removes a file.
+/// Removes a file; of a symbolic link the link, not what it points to.
 ///
 /// # Errors
-/// [`IoError::File`] if there is no such file or it cannot be removed.
+/// [`IoError::File`] if there is no such file, `path` is a folder, or the file cannot be removed.
 pub fn remove(path: &Path) -> Result<(), IoError> {
     std::fs::remove_file(path).map_err(|source| IoError::file(path, "remove", source))
 }

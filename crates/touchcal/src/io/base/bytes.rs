@@ -13,14 +13,14 @@ use crate::io::base::error::{IoError, Place};
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Input {
-    /// Path of the file, as given or found.
+    /// Path of the file, as given or found; of content in memory the name that stands for it.
     pub path: String,
     /// SHA-256 of the file's bytes, 64 hexadecimal digits in lower case.
     pub sha256: String,
 }
 
 impl Input {
-    /// Fingerprint of content in memory, under a name that stands for a path.
+    /// Fingerprint of `content` in memory, under a `name` that stands for a path. No file is read.
     pub fn of(name: impl Into<String>, content: impl AsRef<[u8]>) -> Input {
         Input { path: name.into(), sha256: sha256(content) }
     }

@@ -9,7 +9,7 @@ use super::error::{IoError, Place, quoted};
 
 /// Largest size of one log (bytes, unpacked), 2 GiB: about 20 million rows of seven joints.
 pub const MAX_BYTES: u64 = 2 << 30;
-/// Largest length of one line (bytes).
+/// Largest length of one line with its line break (bytes), 64 KiB; a longer line is an error.
 pub const MAX_LINE: usize = 1 << 16;
 
 /// What to do with a bag in a format that is not read.

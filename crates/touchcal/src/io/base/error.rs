@@ -25,7 +25,7 @@ impl Place {
         Place { file: file.into(), ..Place::default() }
     }
 
-    /// This place with a line number, 1 for the first line.
+    /// This place with a line number, 1 for the first line, in place of the former one.
     pub fn line(mut self, line: u64) -> Place {
         self.line = Some(line);
         self
@@ -73,12 +73,13 @@ pub enum IoError {
     File {
         /// Path of the file or folder.
         path: String,
-        /// Operation that failed, as a verb: "read", "write", "open" …
+        /// Operation that failed, as it follows "could not": "read", "write", "open", "make the
+        /// folder" …
         action: &'static str,
         /// Reason given by the operating system.
         source: std::io::Error,
     },
-    /// The file's content is not what its format requires.
+    /// A file's content, or an option or name that was given for it, is not what is required there.
     #[error("{place}: expected {expected}, found {found}")]
     Unexpected {
         /// Where in the file.
@@ -88,12 +89,13 @@ pub enum IoError {
         /// What the file has there, in words or as an excerpt.
         found: String,
     },
-    /// The text does not follow the grammar of its format.
+    /// The text does not follow the grammar of its format, describes something that cannot be, such
+    /// as an outline that crosses itself, or could not be serialized.
     #[error("{place}: {message}")]
     Syntax {
         /// Where in the file.
         place: Box<Place>,
-        /// Message of the parser.
+        /// Message of the parser, of the type that refuses the content, or of the serializer.
         message: String,
     },
 }

@@ -30,13 +30,14 @@ pub struct CampaignFolder {
 }
 
 impl CampaignFolder {
-    /// Writes the scenario's files beside the parts and reads the scenario back, so that all
-    /// processes simulate the same text, to the last bit. `files` are those of
-    /// [`scenario_text`](scenario_file::scenario_text); the campaign has `trials` trials with the
-    /// seeds `first_seed`, `first_seed + 1`, …
+    /// Writes the scenario's files into `folder`, beside the parts, and reads the scenario back, so
+    /// that all processes simulate the same text, to the last bit. `files` are those of
+    /// [`scenario_text`](scenario_file::scenario_text), among them one named [`SCENARIO`]; the
+    /// campaign has `trials` (≥ 0) trials with the seeds `first_seed`, `first_seed + 1`, … Missing
+    /// folders are made; parts that are there are left.
     ///
     /// # Errors
-    /// If the files cannot be written, or are no scenario.
+    /// [`IoError`] if the files cannot be written, or are no scenario; some may then be written.
     pub fn new(files: &[TextFile], folder: PathBuf, trials: u64, first_seed: u64) -> Result<Self, IoError> {
         let parts = folder.join(PARTS);
         files.iter().try_for_each(|file| atomic::write(&parts.join(&file.name), file.text.as_bytes()))?;
@@ -56,17 +57,18 @@ impl CampaignFolder {
         &self.scenario
     }
 
-    /// Seed of trial 0; that of trial `k` is greater by `k`.
+    /// Seed of trial 0; that of trial `k` is greater by `k`, wrapping around.
     pub fn first_seed(&self) -> u64 {
         self.first_seed
     }
 
-    /// Number of parts: trials over [`PART`], rounded up.
+    /// Number of parts: trials over [`PART`], rounded up; 0 without trials.
     pub fn count(&self) -> u64 {
         self.trials.div_ceil(PART)
     }
 
-    /// Numbers of the trials in part `part` (from 0); empty from the last part on.
+    /// Numbers of the trials in part `part` (from 0), ascending; empty where `part` is
+    /// [`count`](CampaignFolder::count) or more.
     pub fn range(&self, part: u64) -> Range<u64> {
         part * PART..((part + 1) * PART).min(self.trials)
     }
@@ -81,12 +83,13 @@ impl CampaignFolder {
         campaign_parquet::read_file(&self.path(part)).ok().filter(|found| self.is_whole(part, found))
     }
 
-    /// Writes part `part` (from 0), given as the bytes of its Parquet file, after checking that it
-    /// is complete.
+    /// Writes part `part` (from 0, below [`count`](CampaignFolder::count)), given as the bytes of
+    /// its Parquet file, see [`to_bytes`](campaign_parquet::to_bytes), after checking that it is
+    /// complete.
     ///
     /// # Errors
-    /// If the part is incomplete or has other settings, or cannot be written; the file is then as
-    /// it was.
+    /// [`IoError`] if the bytes are no part, the part is incomplete or has other settings, or it
+    /// cannot be written; the file is then as it was.
     pub fn keep(&self, part: u64, content: &[u8]) -> Result<(), IoError> {
         let path = self.path(part);
         atomic::write_by(&path, |file| {
@@ -102,8 +105,9 @@ impl CampaignFolder {
         found.rows.iter().map(|row| row.trial).eq(self.range(part)) && found.settings == self.settings
     }
 
-    /// A part of this campaign from its rows (one per trial) and the computing time of them all (s,
-    /// on one core).
+    /// A part of this campaign from its rows, one per trial in the order of
+    /// [`range`](CampaignFolder::range), and the computing time of them all (s, on one core). The
+    /// rows are not checked here but in [`keep`](CampaignFolder::keep).
     pub fn part(&self, rows: Vec<CampaignRow>, core_seconds: f64) -> Part {
         Part { settings: self.settings.clone(), trials: self.trials, core_seconds, rows }
     }
@@ -112,7 +116,8 @@ impl CampaignFolder {
     /// memory at a time.
     ///
     /// # Errors
-    /// If a part is missing, or the file cannot be written.
+    /// [`IoError`] if a part is missing or not one that [`kept`](CampaignFolder::kept) returns, or
+    /// the file cannot be written; `path` is then as it was.
     pub fn write_rows(&self, path: &Path) -> Result<(), IoError> {
         let missing = |part| IoError::unexpected(place(&self.path(part)), "a part of this campaign", "none");
         let whole = |part| self.kept(part).ok_or_else(|| missing(part));

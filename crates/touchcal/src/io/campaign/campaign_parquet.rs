@@ -77,7 +77,7 @@ pub fn identical(one: &CampaignRow, other: &CampaignRow) -> bool {
 pub struct Part {
     /// All that the rows depend on, as text: version, first seed and scenario.
     pub settings: String,
-    /// Number of trials of the whole campaign.
+    /// Number of trials of the whole campaign, not of this part.
     pub trials: u64,
     /// Computing time of the rows (s, on one core).
     pub core_seconds: f64,
@@ -100,7 +100,8 @@ pub fn to_bytes(part: &Part) -> Result<Vec<u8>, IoError> {
 /// time.
 ///
 /// # Errors
-/// If a part cannot be read, or the file not written.
+/// [`IoError`] if a part cannot be read (its own error), or the file not written; `path` is then as
+/// it was.
 pub fn write_file(
     path: &Path,
     about: &Part,
@@ -168,7 +169,8 @@ fn add<W: Write + Send>(writer: &mut SerializedFileWriter<W>, rows: &[CampaignRo
 /// Reads a part from its Parquet file.
 ///
 /// # Errors
-/// If the file cannot be read, is larger than 256 MiB, or is no part of a campaign.
+/// [`IoError`] if the file cannot be read, is larger than 256 MiB, is damaged, or is no part of a
+/// campaign: its columns or metadata are others.
 pub fn read_file(path: &Path) -> Result<Part, IoError> {
     read_open(bytes::open(path)?, path)
 }

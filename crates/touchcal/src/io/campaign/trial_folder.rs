@@ -59,11 +59,17 @@ impl Placed {
 }
 
 /// Reads the trials of all subfolders of `folder` that hold a `truth.json`, recorded with `robot`,
-/// sorted by name; of at most 100 000 entries.
+/// sorted by name. Where a subfolder has both `contact.csv.gz` and `contact.csv`, the former is
+/// read. Only the first 100 000 entries of `folder` are looked at.
+///
+/// The contacts are of fixture 0. [`Trial::truth`] lists the strain, then the encoder offsets, base
+/// first.
 ///
 /// # Errors
-/// If there is no such subfolder, or a trial is incomplete, has other parts, or another number of
-/// joints than the robot.
+/// [`IoError`] if the folder cannot be read or has no such subfolder; or a trial lacks its log or a
+/// key of the truth, has a `truth.json` of more than 1 MiB, other parts, another number of offsets
+/// than the robot has moving joints, a position that is not finite, a quaternion whose norm is not
+/// 1 within 10⁻⁶, or a log that is none of this arm.
 pub fn read(folder: &Path, robot: &Robot) -> Result<Vec<Trial>, IoError> {
     let failed = |source| IoError::file(folder, "list the folder", source);
     let mut folders: Vec<PathBuf> = Vec::new();

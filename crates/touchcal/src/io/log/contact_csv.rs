@@ -22,12 +22,19 @@ use crate::robot::Robot;
 
 pub use crate::io::base::csv::{MAX_BYTES, MAX_LINE};
 
-/// Adds the contacts of a log, plain or gzipped, to `log`; `file` is its name for messages and
-/// provenance. Joint positions are converted to rad and m.
+/// Adds the contacts of a log, comma-separated and plain or gzipped, to `log`, in the order of the
+/// rows; `file` is its name for messages and provenance. Joint positions are converted to rad and
+/// m, in the order of the moving joints of `robot`, base first, and each contact keeps its line.
+/// `log` must be one of [`Robot::dof`] joints.
 ///
 /// # Errors
-/// [`IoError`] if the content is not such a log, has no rows, or is too large. `log` then holds a
-/// part of it and should be dropped.
+/// [`IoError`] if the content cannot be read, is of another format, is empty or has only a header,
+/// lacks the column of a joint or of a wrench that `options` need, has a cell that is no finite
+/// number or a row of another number of columns, has joint positions that do not fit the joint
+/// limits in their unit, is larger than [`MAX_BYTES`] when unpacked, has a line longer than
+/// [`MAX_LINE`], or gives `log` more than [`MAX_CONTACTS`](crate::contact::MAX_CONTACTS) contacts;
+/// and if `options` name a joint or column that does not exist. `log` then holds a part of it and
+/// should be dropped.
 pub fn read(
     content: impl Read,
     file: &str,

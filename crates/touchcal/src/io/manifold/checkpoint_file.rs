@@ -49,8 +49,8 @@ struct BestEntry {
     step: u64,
 }
 
-/// The bytes of a checkpoint file. Numbers must be finite; others make a file that cannot be read
-/// back.
+/// The bytes of a checkpoint file. Numbers must be finite, which is not checked; others make a file
+/// that cannot be read back.
 ///
 /// # Errors
 /// [`IoError::Syntax`] if serialization fails.
@@ -69,8 +69,10 @@ pub fn to_bytes(checkpoint: &Checkpoint, teacher: &Teacher) -> Result<Vec<u8>, I
 /// Reads the bytes of a checkpoint file; `file` is its name for messages.
 ///
 /// # Errors
-/// If the bytes are no complete file of this schema, are more than [`MAX_BYTES`], or the weights do
-/// not have the shapes that the metadata states.
+/// [`IoError`] if the bytes are more than [`MAX_BYTES`] or no complete file of this schema, do not
+/// match their SHA-256, have an architecture, coordinates or scaling of another kind, lack a tensor
+/// or have one of another shape than the metadata state, have a number that is not finite, or have
+/// best weights of a later step than the last.
 pub fn from_bytes(bytes: &[u8], file: &str) -> Result<CheckpointFile, IoError> {
     bytes::check_size(bytes.len() as u64, MAX_BYTES, file)?;
     let (tensors, Content { network: entry, step, best }) = network_tensors::read::<Content>(bytes, file, KEY, SCHEMA)?;

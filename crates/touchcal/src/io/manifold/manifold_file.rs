@@ -19,7 +19,7 @@ use crate::manifold::coordinates::{Coordinates, Metric};
 
 /// The schema that this version writes and reads; others are refused.
 pub const SCHEMA: u32 = 1;
-/// Largest file read (bytes): [`MAX_POSES`] samples and a header.
+/// Largest file read (bytes): [`MAX_POSES`] samples of 48 bytes and a header of 1 MiB.
 pub const MAX_BYTES: u64 = MAX_POSES as u64 * ROW as u64 + (1 << 20);
 
 const TENSOR: &str = "poses";
@@ -34,7 +34,7 @@ const LONGEST_RADIAN: f64 = 1e3;
 /// Samples of a contact manifold, and their origin.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ManifoldFile {
-    /// The samples `fixture_from_tool`.
+    /// The samples `fixture_from_tool` (m, rad), in the order of the file.
     pub samples: PoseSamples,
     /// Origin of the samples.
     pub provenance: Provenance,
@@ -46,11 +46,11 @@ pub struct ManifoldFile {
 pub struct Provenance {
     /// Name of the fixture that was touched; empty if not known.
     pub fixture: String,
-    /// Number of poses that were recorded, before thinning.
+    /// Number of poses that were recorded, before thinning: at least that of the samples.
     pub recorded: u64,
-    /// Distance (m) to which the poses were thinned; 0 if not at all.
+    /// Distance (m, ≥ 0) to which the poses were thinned; 0 if not at all.
     pub spacing: f64,
-    /// Length that a radian counts as in that distance (m/rad).
+    /// Length that a radian counts as in that distance (m/rad, > 0, at most 1000).
     pub metres_per_radian: f64,
     /// Files from which the samples were computed.
     pub inputs: Vec<Input>,
@@ -59,7 +59,7 @@ pub struct Provenance {
 }
 
 impl Provenance {
-    /// The metric in which the samples were thinned.
+    /// The metric in which the samples were thinned, of [`Provenance::metres_per_radian`].
     pub fn metric(&self) -> Metric {
         Metric { metres_per_radian: self.metres_per_radian }
     }
@@ -78,8 +78,8 @@ struct Entry {
 }
 
 impl ManifoldFile {
-    /// The bytes of a manifold file. Numbers of the provenance must be finite; others make a file
-    /// that cannot be read back.
+    /// The bytes of a manifold file. Numbers of the provenance must be finite and in their ranges,
+    /// which is not checked; others make a file that cannot be read back.
     ///
     /// # Errors
     /// [`IoError::Syntax`] if serialization fails.
@@ -104,8 +104,10 @@ impl ManifoldFile {
     /// Reads the bytes of a manifold file; `file` is its name for messages.
     ///
     /// # Errors
-    /// If the bytes are no complete file of this schema, are more than [`MAX_BYTES`], or have fewer
-    /// than two different poses.
+    /// [`IoError`] if the bytes are more than [`MAX_BYTES`] or no complete file of this schema, the
+    /// tensor has another kind or shape or does not match its SHA-256, a number of the provenance
+    /// is out of its range, or there are fewer than two different poses or a coordinate that is not
+    /// finite.
     pub fn from_bytes(bytes: &[u8], file: &str) -> Result<ManifoldFile, IoError> {
         bytes::check_size(bytes.len() as u64, MAX_BYTES, file)?;
         let place = || Place::file(file);
@@ -148,9 +150,9 @@ impl ManifoldFile {
     }
 }
 
-/// Reads samples, by the extension of the path: from a manifold file (`.safetensors`) with the
-/// metric in which they were thinned, or from a file of poses (any other), without a metric.
-/// Returns the file's fingerprint too.
+/// Reads samples, by the extension of the path in any case: from a manifold file (`.safetensors`)
+/// with the metric in which they were thinned, or from a file of poses (any other extension),
+/// without a metric. Returns the file's fingerprint too.
 ///
 /// # Errors
 /// As [`ManifoldFile::read_file`] or [`pose_file::read_file`].

@@ -19,16 +19,17 @@ const GREATEST_WIDTH: usize = 1 << 16;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Teacher {
-    /// The manifold file, with its fingerprint.
+    /// Path and fingerprint of the manifold file.
     pub manifold: Input,
     /// Number of samples in the manifold file.
     pub samples: u64,
-    /// Least and greatest value of each coordinate of the samples (m for 0–2, rad for 3–5).
+    /// Least and greatest value of each coordinate `[x, y, z, α, β, γ]` of the samples
+    /// `fixture_from_tool` (m for 0–2, rad for 3–5).
     pub bounds: [(f64, f64); 6],
-    /// Largest offset of a pair's input from a sample in each coordinate `[x, y, z, α, β, γ]` (m,
-    /// rad), in the tool's frame.
+    /// Largest offset (≥ 0) of a pair's input from a sample in each coordinate `[x, y, z, α, β, γ]`
+    /// (m, rad), in the tool's frame: [`TrainingPairs::bounds`].
     pub offsets: Coordinates,
-    /// Seed of the pairs.
+    /// Seed of the pairs: [`TrainingPairs::seed`].
     pub seed: u64,
 }
 

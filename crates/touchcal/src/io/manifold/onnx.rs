@@ -14,8 +14,9 @@ const FLOAT: u64 = 1;
 /// `AttributeProto.INT`.
 const INT: u64 = 2;
 
-/// The bytes of the ONNX file; `metadata` are pairs of key and value that become properties of the
-/// model.
+/// The bytes of the ONNX file, as the module describes it; `metadata` are pairs of key and value
+/// that become properties of the model, in their order. Keys should be distinct, which is not
+/// checked.
 pub fn to_bytes(projection: &LearnedProjection, metadata: &[(&str, String)]) -> Vec<u8> {
     let mut model = Message::default();
     model.number(1, IR_VERSION).text(2, "touchcal").text(3, env!("CARGO_PKG_VERSION"));

@@ -21,12 +21,17 @@ pub use super::pose_row::MAX_POSES;
 
 /// What a Parquet file begins with.
 const PARQUET: &[u8] = b"PAR1";
-/// Reads the poses `fixture_from_tool` of a file's content, CSV plain or gzipped, in order; `file`
-/// is its name for messages. A header without rows gives no poses.
+/// Reads the poses `fixture_from_tool` (m) of a file's content, CSV plain or gzipped, in order;
+/// `file` is its name for messages. Quaternions are normalized. A header without rows gives no
+/// poses.
 ///
 /// # Errors
-/// [`IoError`] if the content is no such table, a coordinate exceeds 10 m, a quaternion's norm is
-/// not 1 within 10⁻³, or there are more than [`MAX_POSES`].
+/// [`IoError`] if the content cannot be read, is of another format, is empty, lacks a column or has
+/// one twice, has a cell that is no finite number or a row of another number of columns than the
+/// header, a coordinate exceeds 10 m, a quaternion's norm is not 1 within 10⁻³, there are more than
+/// [`MAX_POSES`], or the content is larger than
+/// [`contact_csv::MAX_BYTES`](crate::io::contact_csv::MAX_BYTES) when unpacked or has a line longer
+/// than [`contact_csv::MAX_LINE`](crate::io::contact_csv::MAX_LINE).
 pub fn read(content: impl Read, file: &str) -> Result<Vec<Pose>, IoError> {
     let mut lines = Lines::new(unpacked(content, file)?, file);
     let place = Place::file(file);
@@ -59,8 +64,8 @@ pub fn read(content: impl Read, file: &str) -> Result<Vec<Pose>, IoError> {
     Ok(poses)
 }
 
-/// Reads a file of poses (CSV, gzipped CSV or Parquet) as samples of a manifold, and returns its
-/// fingerprint too.
+/// Reads a file of poses `fixture_from_tool` (CSV, gzipped CSV or Parquet, known by its first
+/// bytes) as samples of a manifold, in the order of its rows, and returns its fingerprint too.
 ///
 /// # Errors
 /// As [`read`], if the file cannot be read or needs a cargo feature that this build lacks, or if it

@@ -6,7 +6,7 @@ use crate::io::base::csv::{hint, names, same};
 use crate::io::base::error::{IoError, Place};
 use crate::se3::Pose;
 
-/// Largest number of poses of one file, 56 bytes of memory each.
+/// Largest number of poses of one file, 56 bytes of memory each; more are an error.
 pub const MAX_POSES: usize = 10_000_000;
 
 pub(crate) const COLUMNS: [&str; 7] = ["x", "y", "z", "qw", "qx", "qy", "qz"];

@@ -48,8 +48,9 @@ struct Content {
 }
 
 impl WeightsFile {
-    /// The bytes of a weights file. Numbers must be finite; others make a file that cannot be read
-    /// back.
+    /// The bytes of a weights file. Numbers must be finite, which is not checked; others make a
+    /// file that cannot be read back. The bounds of the projection are those of the teacher when
+    /// read back.
     ///
     /// # Errors
     /// [`IoError::Syntax`] if serialization fails.
@@ -62,8 +63,10 @@ impl WeightsFile {
     /// Reads the bytes of a weights file; `file` is its name for messages.
     ///
     /// # Errors
-    /// If the bytes are no complete file of this schema, are more than [`MAX_BYTES`], or the
-    /// weights do not have the shapes that the metadata states.
+    /// [`IoError`] if the bytes are more than [`MAX_BYTES`] or no complete file of this schema, do
+    /// not match their SHA-256, have an architecture, coordinates or scaling of another kind, have
+    /// tensors of other number or shapes than the metadata state, or have a weight that is not
+    /// finite.
     pub fn from_bytes(bytes: &[u8], file: &str) -> Result<WeightsFile, IoError> {
         bytes::check_size(bytes.len() as u64, MAX_BYTES, file)?;
         let (tensors, Content { network: entry, step, loss }) =

@@ -10,9 +10,12 @@ use crate::manifold::ResidualKind;
 pub struct Loaded {
     /// The calibration problem, in SI units.
     pub problem: Problem,
-    /// Text of the robot's URDF, to be rewritten with [`crate::io::robot::urdf::rewrite`].
+    /// Whole text of the robot's URDF, into which [`urdf::rewrite`](crate::io::urdf::rewrite)
+    /// writes the calibrated arm.
     pub urdf: String,
-    /// Path and fingerprint of every file that was read, in the order of reading.
+    /// Path and fingerprint of every file that was read, in the order of reading: problem file,
+    /// URDF, shapes of the tool, those of each fixture, logs. A problem that was read from a text
+    /// has no entry for it.
     pub inputs: Vec<Input>,
 }
 

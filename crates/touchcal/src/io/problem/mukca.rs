@@ -34,23 +34,24 @@ const MAX_ENTRIES: usize = 10_000;
 /// Which placements are read, and what is known of sockets, noise and joints.
 #[derive(Clone, Debug, PartialEq)]
 pub struct MukcaOptions {
-    /// Names of the placements to read; empty: all.
+    /// Names of the placements to read; empty: all. A name that the folder lacks is an error.
     pub only: Vec<String>,
-    /// Names of placements to leave out.
+    /// Names of placements to leave out, also of those in `only`. A name that the folder lacks is
+    /// an error.
     pub except: Vec<String>,
-    /// Distance between the centres of neighbouring sockets (m).
+    /// Distance between the centres of neighbouring sockets (m, > 0).
     pub spacing: f64,
-    /// Standard deviation of that distance (m).
+    /// Standard deviation of that distance (m, > 0).
     pub spacing_sigma: f64,
-    /// Noise of encoders and contacts.
+    /// Noise of encoders (rad) and contacts (m), declared or initial; not both 0.
     pub noise: Noise,
-    /// Whether the joints' compliance under gravity is estimated too.
+    /// Whether the compliance of the joints under gravity is estimated too.
     pub joint_compliance: bool,
 }
 
 impl Default for MukcaOptions {
-    /// All placements, 50 ± 0.05 mm as the tool is printed, 0.2 mm of contact noise, about what a
-    /// fitted arm leaves, and an arm that does not bend.
+    /// All placements, 50 ± 0.05 mm as the tool is printed, no encoder noise, an initial 0.2 mm of
+    /// contact noise, about what a fitted arm leaves, and an arm that does not bend.
     fn default() -> Self {
         MukcaOptions {
             only: Vec::new(),
@@ -66,12 +67,15 @@ impl Default for MukcaOptions {
 /// Reads a folder of logs as a calibration problem for the arm of `urdf`, whose tip link carries
 /// the ball. Estimated are the place of the ball in the tip link (standard deviation 2 mm), the
 /// place of every socket, the parameters of the full geometric model ([`joint_origin`]) with joint
-/// drift between placements, and compliances if asked for; the loss is Geman–McClure at 8 standard
-/// deviations. Fixtures are named `PLACEMENT/N` and sorted by placement and N.
+/// drift between placements, and compliances ([`joint_compliance`]) if asked for; the loss is
+/// Geman–McClure at 8 standard deviations. Fixtures are named `PLACEMENT/N` and sorted by placement
+/// and N; N is written without leading zeros. Sockets N and N + 1 of one placement get a known
+/// distance.
 ///
 /// # Errors
-/// [`IoError`] if the folder has no such files, a named placement is missing or none is left, the
-/// spacing or its standard deviation is not positive, or a file is no log of this arm.
+/// [`IoError`] if the folder cannot be read or has no such files, a folder has more than 10 000
+/// entries, a placement of `options` is missing or none is left, the spacing or its standard
+/// deviation is not positive and finite, or a file is no log of this arm.
 pub fn read(folder: &Path, urdf: UrdfFile, options: &MukcaOptions) -> Result<Loaded, IoError> {
     let UrdfFile { robot, text, input } = urdf;
     check(options, folder)?;
@@ -112,9 +116,10 @@ pub fn read(folder: &Path, urdf: UrdfFile, options: &MukcaOptions) -> Result<Loa
     Ok(Loaded { problem, urdf: text, inputs })
 }
 
-/// The text of a `problem.toml` in `folder` that reads the same logs and poses the same problem as
-/// [`read`]: the arm of the URDF file `urdf`, whose link `tip` (`None`: the only leaf) carries the
-/// ball, and the logs in `logs`.
+/// The text of a `problem.toml` in `folder`, which need not exist, that reads the same logs and
+/// poses the same problem as [`read`]: the arm of the URDF file `urdf`, whose link `tip` (`None`:
+/// the only leaf) carries the ball, and the logs in `logs`. Paths in the text are relative to
+/// `folder`. Nothing is written, and neither the URDF nor the logs are read.
 ///
 /// # Errors
 /// As [`read`] for the folder of logs and the options, and if a path does not exist.
@@ -169,7 +174,7 @@ pub fn problem_text(
     Ok(text)
 }
 
-/// Names of the placements that a folder holds, sorted.
+/// Names of the placements that a folder holds, sorted: its subfolders with files `hole_N.csv`.
 ///
 /// # Errors
 /// [`IoError`] if the folder cannot be read, holds no placement, or a folder has more than 10 000

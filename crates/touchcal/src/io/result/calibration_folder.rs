@@ -34,11 +34,12 @@ const DRIVER: [&str; 2] = ["robot.urdf", "joint_offsets.yaml"];
 pub struct Solved {
     /// Result of the estimator.
     pub estimate: Estimate,
-    /// Distances (m) of the contacts from their manifolds with the nominal arm.
+    /// Distances (m) of the contacts from their manifolds with the nominal arm, see
+    /// [`evaluate`](crate::estimate::evaluate()).
     pub prefit: Score,
-    /// Progress of the estimator, one entry per step, in order.
+    /// Progress of the estimator, one entry per step, in order; empty if it was not observed.
     pub steps: Vec<Progress>,
-    /// Duration of the estimation (s).
+    /// Duration of the estimation (s, ≥ 0).
     pub seconds: f64,
 }
 
@@ -50,24 +51,28 @@ pub struct Written {
     pub estimate: PathBuf,
     /// Path of `report.html`.
     pub report: PathBuf,
-    /// Paths of the URDF without encoder offsets and of the YAML file of the offsets, which belong
-    /// together; `None` unless [`write_driver`] wrote them.
+    /// Paths of the URDF without encoder offsets `[0]` and of the YAML file of the offsets `[1]`,
+    /// which belong together; `None` unless [`write_driver`] wrote them.
     pub driver: Option<[PathBuf; 2]>,
-    /// Path of the MCAP file for Foxglove and Rerun; `None` unless it was written.
+    /// Path of the MCAP file for Foxglove and Rerun; `None` unless `write_mcap` wrote it (cargo
+    /// feature `mcap`).
     pub mcap: Option<PathBuf>,
 }
 
-/// Paths of all files that a calibration may write into `folder`, whether or not they exist.
+/// Paths of all files that a calibration may write into `folder`, whether or not they exist: URDF,
+/// estimate, report, MCAP file, and the two files for a driver in `folder/driver`.
 pub fn paths(folder: &Path) -> Vec<PathBuf> {
     let driver = DRIVER.iter().map(|name| folder.join("driver").join(name));
     [CALIBRATED, ESTIMATE, REPORT, MCAP].iter().map(|name| folder.join(name)).chain(driver).collect()
 }
 
-/// Writes `calibrated.urdf`, `estimate.json` and `report.html` into `folder`; `file` is what
-/// [`estimate_file()`] made of `solved`. The optional paths of the result are `None`.
+/// Writes `calibrated.urdf`, `estimate.json` and `report.html` into `folder`, in this order; `file`
+/// is what [`estimate_file()`] made of `solved`. Missing folders are made, existing files replaced.
+/// The optional paths of the result are `None`.
 ///
 /// # Errors
-/// [`IoError`] if one of the files cannot be made or written.
+/// [`IoError`] if one of the files cannot be made (nothing is written then, see
+/// [`calibrated_urdf`], [`EstimateFile::to_json`] and [`page`]) or written (those before it stay).
 pub fn write(folder: &Path, loaded: &Loaded, solved: &Solved, file: &EstimateFile) -> Result<Written, IoError> {
     let text = calibrated_urdf(loaded, &solved.estimate)?;
     let json = file.to_json()?;
@@ -91,7 +96,8 @@ pub fn write(folder: &Path, loaded: &Loaded, solved: &Solved, file: &EstimateFil
 /// than the calibrated one.
 ///
 /// # Errors
-/// [`IoError`] if one of the files cannot be made or written.
+/// [`IoError`] if the URDF cannot be made, see [`calibrated_urdf`], or a file cannot be written;
+/// the first may then be written.
 pub fn write_driver(folder: &Path, loaded: &Loaded, estimate: &Estimate) -> Result<Option<[PathBuf; 2]>, IoError> {
     let Some((robot, offsets)) = split_offsets(&calibrated(loaded, estimate), &loaded.problem.robot) else {
         return Ok(None);
@@ -104,10 +110,11 @@ pub fn write_driver(folder: &Path, loaded: &Loaded, estimate: &Estimate) -> Resu
     Ok(Some(paths))
 }
 
-/// Writes `calibration.mcap`, for Foxglove and Rerun, into `folder`, and returns its path.
+/// Writes `calibration.mcap`, for Foxglove and Rerun, into `folder`, and returns its path; see
+/// [`calibration_mcap`](crate::io::calibration_mcap).
 ///
 /// # Errors
-/// [`IoError`] if it cannot be made or written.
+/// [`IoError`] if it cannot be made or written; an older one is then as it was.
 #[cfg(feature = "mcap")]
 pub fn write_mcap(folder: &Path, loaded: &Loaded, estimate: &Estimate) -> Result<PathBuf, IoError> {
     let path = folder.join(MCAP);
@@ -115,10 +122,11 @@ pub fn write_mcap(folder: &Path, loaded: &Loaded, estimate: &Estimate) -> Result
     Ok(path)
 }
 
-/// The text of `calibrated.urdf`. A tool that is the tip link itself moves that link.
+/// The text of `calibrated.urdf`: that of the URDF that was read, with the calibrated joint origins
+/// and compliances. A tool that is the tip link itself ([`Problem::tool_is_tip`]) moves that link.
 ///
 /// # Errors
-/// [`IoError`] if a joint of the calibrated robot is not in the text it was read from.
+/// As [`urdf::rewrite`], such as if a joint of the calibrated robot is not in the text.
 pub fn calibrated_urdf(loaded: &Loaded, estimate: &Estimate) -> Result<String, IoError> {
     urdf::rewrite(&loaded.urdf, &calibrated(loaded, estimate))
 }
@@ -143,7 +151,8 @@ pub fn page(loaded: &Loaded, solved: &Solved, file: &EstimateFile) -> Result<Str
 
 /// Moves the tool and fixtures of `problem` to the poses that a calibration found, as
 /// [`apply_estimated_places`] does, for an arm that was read from the `calibrated.urdf` of that
-/// calibration: a tool that is the tip link itself is left, because the URDF contains its motion.
+/// calibration: a tool that is the tip link itself ([`Problem::tool_is_tip`]) is left, because the
+/// URDF contains its motion. Parameters that `found` lacks count as 0.
 pub fn place_written(problem: &mut Problem, found: &EstimateFile) {
     let nominal = Some(problem.tool.tip_from_tool).filter(|_| problem.tool_is_tip());
     let entry = |name: &str| found.parameters.iter().find(|entry| entry.name == name);
@@ -157,8 +166,9 @@ fn calibrated(loaded: &Loaded, estimate: &Estimate) -> Robot {
     motion.and_then(|motion| estimate.robot.with_tip_moved(&motion)).unwrap_or_else(|| estimate.robot.clone())
 }
 
-/// The content of `estimate.json` for a finished calibration. Infinite values of condition and
-/// termination become `None`.
+/// The content of `estimate.json` for a finished calibration, in the order of
+/// [`Estimate::parameters`]. Infinite values of condition and termination become `None`; other
+/// numbers that are not finite are refused by [`EstimateFile::to_json`].
 pub fn estimate_file(loaded: &Loaded, solved: &Solved) -> EstimateFile {
     let Solved { estimate, prefit, seconds, .. } = solved;
     let size = estimate.parameters.len();
@@ -233,8 +243,9 @@ fn as_declared(tip_from_tool: &Pose) -> String {
     format!("{{ xyz_mm = [{x:.4}, {y:.4}, {z:.4}], quat_wxyz = [{w:.7}, {i:.7}, {j:.7}, {k:.7}] }}")
 }
 
-/// Distances from the contact manifolds in mm. `fixtures` has one entry for each of
-/// `score.per_fixture`, in order; statistics without contacts are `None`.
+/// Distances of `score` (m) in mm, for a file. `fixtures` has one entry for each of
+/// `score.per_fixture`, in order; surplus entries of the longer one are ignored. Statistics without
+/// contacts are `None`.
 pub fn stats(score: &Score, fixtures: &[Fixture]) -> ResidualStats {
     let [mean_mm, rms_mm, max_mm] = millimetres(&score.all);
     let each = fixtures.iter().zip(&score.per_fixture).map(|(fixture, spread)| {

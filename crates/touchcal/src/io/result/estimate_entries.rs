@@ -6,15 +6,15 @@ use serde::{Deserialize, Serialize};
 
 use crate::estimate;
 
-/// Whether a calibration's result may be used.
+/// Whether a calibration's result may be used: [`estimate::Status`] in the file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Status {
-    /// The solver converged.
+    /// The solver converged and no warning forbids the use: the result may be used.
     Converged,
-    /// The solver stopped before it converged.
+    /// The solver stopped before it converged: the result must not be used.
     NotConverged,
-    /// The data do not support a result.
+    /// A warning forbids the use of the result, whether or not the solver converged.
     NotUsable,
 }
 
@@ -28,14 +28,16 @@ pub struct ParameterEntry {
     pub block: String,
     /// Unit of the parameter: `m`, `rad`, `rad/(N m)` or `1`.
     pub unit: String,
-    /// Estimate, in the parameter's unit.
+    /// Estimate, in the parameter's unit; 0 where the parameter was fixed.
     pub value: f64,
-    /// Standard deviation, in the parameter's unit; `None` if the data do not determine the
-    /// parameter.
+    /// Standard deviation, in the parameter's unit; `None` if neither data nor prior bound the
+    /// parameter, or contacts are measured by a projection.
     pub sigma: Option<f64>,
-    /// Standard deviation of the prior, in the parameter's unit; `None` for a flat prior.
+    /// Standard deviation of the prior, in the parameter's unit, the estimated one of a variance
+    /// component; `None` for a flat prior.
     pub prior_sigma: Option<f64>,
-    /// Whether the data determine the parameter.
+    /// Whether the data determine the parameter, see
+    /// [`ParameterEstimate::identifiable`](estimate::ParameterEstimate::identifiable).
     pub identifiable: bool,
 }
 
@@ -45,8 +47,8 @@ pub struct ParameterEntry {
 pub struct NullDirection {
     /// The direction as a phrase.
     pub description: String,
-    /// Components by parameter name, in units of the parameters' scales, the largest ±1; small ones
-    /// are left out.
+    /// Components by parameter name, in units of the parameters' scales, the largest ±1; those
+    /// below a thousandth are left out.
     pub direction: BTreeMap<String, f64>,
 }
 
@@ -70,7 +72,7 @@ pub struct ResidualStats {
     pub rms_mm: Option<f64>,
     /// Largest distance (mm); `None` without contacts.
     pub max_mm: Option<f64>,
-    /// Distances of each fixture's contacts, by fixture name.
+    /// Distances of each fixture's contacts, by fixture name; every fixture has an entry.
     pub per_fixture: BTreeMap<String, FixtureResidual>,
 }
 
@@ -94,7 +96,7 @@ pub struct FixtureResidual {
 pub struct ContactCounts {
     /// Rows read from the logs, in contact or not.
     pub read: u64,
-    /// Contacts that the estimate uses.
+    /// Contacts that the estimate uses; used and rejected contacts are all contacts.
     pub used: u64,
     /// Contacts rejected by the robust loss.
     pub rejected: u64,
@@ -104,14 +106,15 @@ pub struct ContactCounts {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct TerminationEntry {
-    /// Name of the criterion that stopped the solver.
+    /// Name of the reason why the solver stopped: [`StopReason::name`](estimate::StopReason::name).
     pub reason: String,
     /// Value of the criterion at the end, dimensionless: the Newton decrement, or with gradient
-    /// descent the share of the loss that a further step would remove; `None` if not finite.
+    /// descent the share of the loss that a further step would remove, see
+    /// [`Termination::measured`](estimate::Termination::measured); `None` if not finite.
     pub measured: Option<f64>,
-    /// Value of the criterion below which the solver counts as converged; `None` if not finite.
+    /// Value of the criterion (1) up to which the solver counts as converged; `None` if not finite.
     pub threshold: Option<f64>,
-    /// Number of linearizations, or of steps of gradient descent.
+    /// Number of linearizations in all stages, or of steps of gradient descent.
     pub iterations: usize,
 }
 
@@ -129,13 +132,15 @@ pub enum Severity {
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct WarningEntry {
-    /// Kind of the warning as an identifier, such as `too_few_contacts`.
+    /// Kind of the warning as an identifier, such as `too_few_contacts`:
+    /// [`Warning::kind`](estimate::Warning::kind).
     pub kind: String,
     /// Whether the result may be used in spite of the warning.
     pub severity: Severity,
-    /// Description of the problem, in a sentence.
+    /// Description of the problem: [`Warning::message`](estimate::Warning::message).
     pub message: String,
-    /// What to do about it, in a sentence or phrase.
+    /// What to do about it, in a sentence or phrase:
+    /// [`Warning::advice`](estimate::Warning::advice), or the tool's estimated pose to be declared.
     pub advice: String,
 }
 

@@ -27,15 +27,17 @@ pub struct EstimateFile {
     pub schema: u32,
     /// Whether the result may be used.
     pub status: Status,
-    /// The estimated parameters.
+    /// The estimated parameters, in the order of
+    /// [`Estimate::parameters`](crate::estimate::Estimate::parameters).
     pub parameters: Vec<ParameterEntry>,
     /// Covariance matrix of the parameters (n × n), rows and columns in the order of `parameters`,
-    /// entry (i, j) in the product of their units.
+    /// entry (i, j) in the product of their units; rows and columns of fixed parameters are zero.
     pub covariance: Vec<Vec<f64>>,
     /// Number of directions of the parameters that the data determine.
     pub rank: usize,
     /// Condition number of the whitened Jacobian in units of the parameters' scales: largest over
-    /// smallest singular value of the directions that the data determine; `None` if there are none.
+    /// smallest singular value (1) of the directions that the data determine; `None` if there are
+    /// none.
     pub condition: Option<f64>,
     /// Directions of the parameters that the data do not determine.
     pub null_space: Vec<NullDirection>,
@@ -43,15 +45,15 @@ pub struct EstimateFile {
     pub residuals: Residuals,
     /// Numbers of rows and contacts.
     pub contacts: ContactCounts,
-    /// The criterion that stopped the solver.
+    /// The reason why the solver stopped, with the value of its criterion.
     pub termination: TerminationEntry,
-    /// Warnings about the result.
+    /// Warnings about the result, those that forbid its use first.
     pub warnings: Vec<WarningEntry>,
-    /// Path and fingerprint of each file that was read.
+    /// Path and fingerprint of each file that was read, in the order of reading.
     pub inputs: Vec<Input>,
     /// Version of this crate that wrote the file.
     pub version: String,
-    /// Duration of the calibration (s).
+    /// Duration of the estimation (s).
     pub seconds: f64,
 }
 
@@ -88,11 +90,13 @@ impl EstimateFile {
         Ok(json + "\n")
     }
 
-    /// Reads the text of a file of schema 1 or 2; `file` is its name for messages.
+    /// Reads the text of a file of schema 1 or 2; `file` is its name for messages. Content of
+    /// schema 1 is converted to schema 2.
     ///
     /// # Errors
     /// [`IoError`] if the text is no JSON, of another schema, a key is missing, unknown or of the
-    /// wrong kind, or the covariance is not square with a row for each parameter.
+    /// wrong kind, a number is out of range, or the covariance is not square with a row for each
+    /// parameter.
     pub fn from_json(text: &str, file: &str) -> Result<EstimateFile, IoError> {
         /// The key that says how to read the others.
         #[derive(Deserialize)]

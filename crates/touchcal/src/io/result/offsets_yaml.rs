@@ -5,9 +5,10 @@ use crate::robot::{JointKind, Robot};
 /// Words that YAML takes for something else than text.
 const RESERVED: [&str; 9] = ["true", "false", "yes", "no", "on", "off", "y", "n", "null"];
 
-/// The YAML map from joint name to encoder offset for the moving joints of `robot`, in their order,
-/// with 12 decimals: `joint_a1: 0.012300000000  # rad`. `offsets` has one entry per moving joint,
-/// `b` of `true = measured − b` (rad or m).
+/// The YAML map from joint name to encoder offset for the moving joints of `robot`, base first,
+/// with 12 decimals and a comment on its use before: `joint_a1: 0.012300000000  # rad`. `offsets`
+/// has one entry per moving joint, `b` of `true = measured − b` (rad, or m for a prismatic joint);
+/// joints beyond the entries are left out, surplus entries ignored.
 pub fn text(robot: &Robot, offsets: &[f64]) -> String {
     let mut text = "# Encoder offsets: true position = measured position - offset.\n\
                     # For the URDF beside this file alone; any other one has them folded in, or belongs to another calibration.\n"

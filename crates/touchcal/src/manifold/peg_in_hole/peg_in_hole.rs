@@ -12,18 +12,23 @@ use crate::manifold::residual::Residual;
 use crate::manifold::sketch::Sketch;
 use crate::se3::Pose;
 
-/// Contact of a peg (the tool) with the hole it goes into. Poses are `hole_from_peg`, frames as in
-/// [`PegInHoleShapes`]; `G` are the shapes, prisms or meshes.
+/// Contact of a peg (the tool) with the hole it goes into. Poses are `hole_from_peg` (m), frames as
+/// in [`PegInHoleShapes`]; `G` are the shapes, prisms or meshes.
 ///
 /// - Residual, one row: the signed gap (m), positive apart, negative in penetration; the soft
 ///   minimum over features that the resolution cannot distinguish, see
 ///   [`GapQuery::blended_gap`](crate::geometry::GapQuery::blended_gap). The Jacobian, not the gap,
 ///   leaves out what the facets of a round part add.
 /// - Envelope, six rows without unit: position of the tip's origin in the hole — x and y towards
-///   zero, z outside `[−depth, 0]` (zero within) — over 0.5 mm, then the rotation vector of
+///   zero, z outside `[−depth, 0]` (zero within) — over 0.5 mm, then the rotation vector x, y, z of
 ///   `hole_from_peg` over 1°. Its Jacobian is exact and regular at every angle up to π, where the
 ///   rotation vector itself jumps to its negative. If either part is round, the last three rows are
-///   the peg's axis minus the hole's (unit vectors in the hole's frame) over 1°.
+///   the peg's axis minus the hole's (unit vectors in the hole's frame) over 1° in radians.
+/// - Candidate contacts: of the features that the gate accepts, one for each direction in which
+///   they push; none while the tip passes the rim, within 0.2 mm. There are four regions, by the
+///   depth of the tip, of 14 surfaces each: for the axis direction of the hole that is nearest to
+///   the normal (six) and for the end of the peg's part inside, tip or rim (two), and one at either
+///   end for the farther candidates of a direction.
 #[derive(Clone, Debug)]
 pub struct PegInHole<G> {
     shapes: G,
@@ -31,7 +36,8 @@ pub struct PegInHole<G> {
 }
 
 impl PegInHole<PrismPair> {
-    /// A straight peg that goes in down to the floor of a straight hole: [`PrismPair::depth`].
+    /// A straight peg that goes in down to the floor of a straight hole: [`PrismPair::depth`]. That
+    /// the peg fits is not checked, see [`check_fit`](crate::manifold::check_fit).
     pub fn new(shapes: PrismPair) -> Self {
         let depth = shapes.depth();
         PegInHole::with_depth(shapes, depth)
@@ -39,8 +45,9 @@ impl PegInHole<PrismPair> {
 }
 
 impl<G: PegInHoleShapes> PegInHole<G> {
-    /// A peg whose tip reaches down to `depth` (m, positive) below the mouth of a hole. The depth
-    /// bounds the envelope and divides the hole into regions; the gap does not depend on it.
+    /// A peg whose tip reaches down to `depth` (m, positive; not checked) below the mouth of a
+    /// hole. The depth bounds the envelope and divides the hole into regions; the gap does not
+    /// depend on it.
     pub fn with_depth(shapes: G, depth: f64) -> Self {
         let hole = Hole { depth, peg_radius: shapes.peg_radius(), symmetry: shapes.symmetry() };
         PegInHole { shapes, hole }

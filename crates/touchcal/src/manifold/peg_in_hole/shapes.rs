@@ -12,16 +12,18 @@ const AROUND: f64 = 1.5;
 /// hole's origin is the centre of its mouth, +z points out of it; a seated peg has the axes of the
 /// hole.
 pub trait PegInHoleShapes: GapQuery {
-    /// Whether peg and hole are straight along z, which only names the manifold.
+    /// Whether peg and hole are straight along z, which only the name of the manifold tells.
     const IS_STRAIGHT: bool;
 
     /// Greatest distance (m) of the peg's surface from the z axis of the peg.
     fn peg_radius(&self) -> f64;
 
-    /// Whether peg and hole are each round about the z axis of their frame.
+    /// Whether peg and hole are each round about the z axis of their frame: the Jacobian then
+    /// leaves out rotations about that axis.
     fn symmetry(&self) -> AxialSymmetry;
 
-    /// Outlines of peg and hole for a picture of a hole of `depth` (m).
+    /// Outlines of peg (the tool) and hole (the fixture) as prisms for a picture, each in its frame
+    /// (m), with the hole from z = −`depth` (m, positive) to 0.
     fn sketch(&self, depth: f64) -> Sketch;
 }
 

@@ -6,32 +6,34 @@ use nalgebra::{Matrix3, Matrix6, Translation3, UnitQuaternion};
 
 use crate::se3::Pose;
 
-/// Coordinates `[x, y, z, α, β, γ]` of a pose: position (m), then roll, pitch and yaw (rad) with `R
-/// = Rz(γ) Ry(β) Rx(α)`, as in a URDF.
+/// Coordinates `[x, y, z, α, β, γ]` of a pose: position (m), then roll, pitch and yaw (rad) with
+/// `R = Rz(γ) Ry(β) Rx(α)`, as in a URDF. Of a pose `a_from_b` the position is that of frame b's
+/// origin in frame a.
 pub type Coordinates = [f64; 6];
 
 /// Least `cos β` that derivatives divide by: at a pitch of 90° roll and yaw are one.
 const LEAST_COSINE: f64 = 1e-6;
 
-/// Coordinates (m, rad) of a pose, angles within ±π and the pitch within ±π/2. At a pitch of ±π/2
-/// roll and yaw are not unique.
+/// Coordinates (m, rad) of a pose, roll and yaw within ±π and the pitch within ±π/2; [`pose`] is
+/// the inverse. At a pitch of ±π/2 roll and yaw are not unique.
 pub fn coordinates(pose: &Pose) -> Coordinates {
     let place = pose.translation.vector;
     let (roll, pitch, yaw) = pose.rotation.euler_angles();
     [place.x, place.y, place.z, roll, pitch, yaw]
 }
 
-/// The pose with these coordinates (m, rad); angles of any size.
+/// The pose with these coordinates (m, rad); angles of any size. Of coordinates that are not finite
+/// the pose is not finite.
 pub fn pose(coordinates: &Coordinates) -> Pose {
     let [x, y, z, roll, pitch, yaw] = *coordinates;
     Pose::from_parts(Translation3::new(x, y, z), UnitQuaternion::from_euler_angles(roll, pitch, yaw))
 }
 
-/// `∂c/∂ξ` of the coordinates `c` of `pose · Exp(ξ)` at `ξ = 0`: rows `[x, y, z, α, β, γ]`, columns
-/// `[v; ω]` in the body's frame. The upper left block is the rotation matrix, the lower right block
-/// maps angular velocity to the rates of the angles (Diebel, *Representing attitude* (2006), eq.
-/// 76), the others are zero. Near a pitch of ±π/2 the derivative is bounded (1/cos β ≤ 10⁶), not
-/// exact.
+/// `∂c/∂ξ` of the coordinates `c` of `pose · Exp(ξ)` at `ξ = 0`: rows `[x, y, z, α, β, γ]` (m,
+/// rad), columns `[v; ω]` (m, rad) in the body's frame. The upper left block is the rotation
+/// matrix, the lower right block maps angular velocity to the rates of the angles (Diebel,
+/// *Representing attitude* (2006), eq. 76), the others are zero. Near a pitch of ±π/2 the
+/// derivative is bounded (1/cos β ≤ 10⁶), not exact.
 pub fn coordinates_jacobian(pose: &Pose) -> Matrix6<f64> {
     let (roll, pitch, _) = pose.rotation.euler_angles();
     let (sin_roll, cos_roll) = roll.sin_cos();
@@ -55,15 +57,16 @@ pub fn wrapped(angle: f64) -> f64 {
     if angle.abs() <= PI { angle } else { (angle + PI).rem_euclid(TAU) - PI }
 }
 
-/// A distance between poses: the Euclidean one of coordinates, angles multiplied by a length.
+/// A distance between poses (m): the Euclidean one of their [`Coordinates`], angles multiplied by a
+/// length.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Metric {
-    /// Length that a radian counts as (m/rad), positive.
+    /// Length that a radian counts as (m/rad), positive and finite; not checked.
     pub metres_per_radian: f64,
 }
 
 impl Metric {
-    /// The metric in which a millimetre counts as much as a degree: 0.18/π m/rad.
+    /// The metric in which a millimetre counts as much as a degree: 0.18/π m/rad, about 57 mm/rad.
     pub const MILLIMETRE_PER_DEGREE: Metric = Metric { metres_per_radian: 0.18 / std::f64::consts::PI };
 
     /// The coordinates `[x, y, z, α, β, γ]` (m, rad) as a point (six lengths, m) of the space in
@@ -79,8 +82,8 @@ impl Metric {
         TAU * self.metres_per_radian
     }
 
-    /// `to − from` as six lengths (m): positions, then angle differences the shorter way round
-    /// times [`metres_per_radian`](Metric::metres_per_radian).
+    /// `to − from` as six lengths (m) in the order of [`Coordinates`]: positions, then angle
+    /// differences the shorter way round times [`metres_per_radian`](Metric::metres_per_radian).
     pub fn difference(&self, to: &Coordinates, from: &Coordinates) -> [f64; 6] {
         self.point(&std::array::from_fn(|k| if k < 3 { to[k] - from[k] } else { wrapped(to[k] - from[k]) }))
     }

@@ -9,30 +9,32 @@ use super::tree::Tree;
 /// Parts of a record that are held out in turn.
 const PARTS: usize = 10;
 
-/// Quantiles of a set of values, in their unit: each is the value of nearest rank, without
-/// interpolation.
+/// Quantiles of a set of values, in their unit: the quantile `p` (0 to 1) of `n` values is the one
+/// of index `p (n − 1)`, rounded, in ascending order from 0, without interpolation.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Quantiles {
-    /// The smallest value.
+    /// The smallest value, in the unit of the values.
     pub least: f64,
-    /// The 5 % quantile.
+    /// The 5 % quantile, in the unit of the values.
     pub q05: f64,
-    /// The median (50 % quantile).
+    /// The median (50 % quantile), in the unit of the values.
     pub median: f64,
-    /// The 95 % quantile.
+    /// The 95 % quantile, in the unit of the values.
     pub q95: f64,
-    /// The largest value.
+    /// The largest value, in the unit of the values.
     pub greatest: f64,
 }
 
 /// How densely and how completely samples cover a contact manifold.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Coverage {
-    /// Number of samples.
+    /// Number of samples; at least two.
     pub count: usize,
-    /// Quantiles of each coordinate `[x, y, z, α, β, γ]` over the samples (m for 0–2, rad for 3–5).
+    /// Quantiles of each coordinate `[x, y, z, α, β, γ]` over the samples (m for 0–2, rad for 3–5),
+    /// angles within ±π.
     pub coordinates: [Quantiles; 6],
-    /// Distance (m) of each sample from the nearest other one: the density of the samples.
+    /// Distance (m) of each sample from the nearest other one, 0 for one that is repeated: the
+    /// density of the samples.
     pub spacing: Quantiles,
     /// Distance (m) of each sample from the nearest one outside its own tenth of the record (ten
     /// consecutive parts, held out in turn): how far from the samples a newly recorded contact
@@ -42,7 +44,8 @@ pub struct Coverage {
 }
 
 impl Coverage {
-    /// Coverage of samples, with distances in `metric`; computed in parallel.
+    /// Coverage of samples, with distances in `metric`; computed in parallel, with the same result
+    /// for every number of threads.
     pub fn of(samples: &PoseSamples, metric: Metric) -> Coverage {
         let points = samples.points(metric);
         let count = points.len();

@@ -22,9 +22,10 @@ const BATCH: usize = 64;
 ///
 /// `k` neighbours: `F(c) = Σ wᵢ sᵢ / Σ wᵢ` over the nearest samples `s₁ … s_k` at distances `dᵢ`,
 /// with `wᵢ = (1/dᵢ − 1/d₍ₖ₊₁₎)²` (Franke & Nielson, *Smooth interpolation of large sets of
-/// scattered data* (1980)). A sample projects onto itself, and `F` is continuous: a neighbour's
-/// weight vanishes where another takes its place. `∂F/∂c` is the derivative of this formula, and
-/// zero at a sample.
+/// scattered data* (1980)). Angles are averaged the shorter way round from the nearest sample. A
+/// sample projects onto itself, and `F` is continuous: a neighbour's weight vanishes where another
+/// takes its place. Where all `k + 1` are equally far, `F(c)` is the first of them. `∂F/∂c` is the
+/// derivative of the formula, and zero where a sample is the result.
 ///
 /// A pose that is not finite projects onto NaN.
 #[derive(Debug)]
@@ -38,21 +39,21 @@ pub struct NearestSample {
 /// A sample near a pose, and its distance.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Neighbour {
-    /// Index of the sample in [`PoseSamples::coordinates`].
+    /// Index of the sample in [`PoseSamples::coordinates`], from 0.
     pub index: usize,
     /// Distance (m) between pose and sample in the metric.
     pub distance: f64,
 }
 
 impl NearestSample {
-    /// Projection onto the nearest of `samples` in `metric`.
+    /// Projection onto the nearest of `samples` in `metric`: one neighbour.
     pub fn new(samples: PoseSamples, metric: Metric) -> Self {
         let tree = Tree::new(samples.points(metric).into_iter().enumerate(), metric.circumference());
         NearestSample { samples, metric, neighbours: 1, tree }
     }
 
     /// Projects onto the weighted mean of this many nearest samples instead; clamped to at least
-    /// one and at most the number of samples minus one.
+    /// one and at most the number of samples minus one, since one more bounds the weights.
     pub fn with_neighbours(mut self, neighbours: usize) -> Self {
         self.neighbours = neighbours.clamp(1, self.samples.len() - 1);
         self
@@ -63,24 +64,25 @@ impl NearestSample {
         &self.samples
     }
 
-    /// Number of nearest samples that a projection is the mean of.
+    /// Number of nearest samples that a projection is the mean of; at least 1.
     pub fn neighbours(&self) -> usize {
         self.neighbours
     }
 
-    /// The sample nearest to a pose (m, rad); `None` if the pose is not finite.
+    /// The sample nearest to a pose `fixture_from_tool` (m, rad; angles of any size), of equally
+    /// near ones the first; `None` if the pose is not finite.
     pub fn nearest(&self, pose: &Coordinates) -> Option<Neighbour> {
         self.tree.nearest(&self.point(pose)).map(|(squared, index)| Neighbour { index, distance: squared.sqrt() })
     }
 
-    /// The nearest sample of each pose (m, rad), one entry per pose, in parallel; `None` where a
-    /// pose is not finite.
+    /// The nearest sample of each pose (m, rad), one entry per pose in order, in parallel, as of
+    /// [`nearest`](NearestSample::nearest); `None` where a pose is not finite.
     pub fn nearest_of_each(&self, poses: &[Coordinates]) -> Vec<Option<Neighbour>> {
         poses.par_iter().with_min_len(BATCH).map(|pose| self.nearest(pose)).collect()
     }
 
-    /// The `k` samples nearest to a pose (m, rad), the nearest first; all of them if there are
-    /// fewer than `k`. Empty if the pose is not finite.
+    /// The `k` samples nearest to a pose (m, rad), the nearest first and equally near ones in their
+    /// order; all of them if there are fewer than `k`. Empty if the pose is not finite or `k` is 0.
     pub fn nearest_few(&self, pose: &Coordinates, k: usize) -> Vec<Neighbour> {
         let few = self.tree.nearest_few(&self.point(pose), k);
         few.into_iter().map(|(squared, index)| Neighbour { index, distance: squared.sqrt() }).collect()

@@ -18,23 +18,26 @@ pub trait Projection: Send + Sync + Debug {
     /// Name of the projection for messages and reports, such as "nearest sample".
     fn name(&self) -> &'static str;
 
-    /// Length that a radian counts as in the distances that the projection minimizes.
+    /// Metric whose distance the projection minimizes: the length that a radian counts as.
     fn metric(&self) -> Metric;
 
-    /// Least and greatest value of each coordinate on the manifold (m for 0–2, rad for 3–5).
+    /// Least and greatest value, in this order, of each coordinate `[x, y, z, α, β, γ]` on the
+    /// manifold (m for 0–2, rad within ±π for 3–5); the least must not exceed the greatest.
     fn bounds(&self) -> [(f64, f64); 6];
 
-    /// `F(c)` of each pose; replaces the contents of `projected`, one entry per pose. Coordinates
-    /// of a pose that is not finite are NaN.
+    /// `F(c)` of each pose; replaces the contents of `projected`, one entry (m, rad) per pose, in
+    /// order. Coordinates of a pose that is not finite are projected onto NaN.
     fn project(&self, poses: &[Coordinates], projected: &mut Vec<Coordinates>);
 
-    /// `F(c)` and `∂F/∂c` (row: coordinate of `F`, column: coordinate of `c`) of each pose;
-    /// replaces the contents of both vectors, one entry per pose.
+    /// `F(c)` and `∂F/∂c` (row: coordinate of `F`, column: coordinate of `c`; both in m and rad) of
+    /// each pose; replaces the contents of both vectors, one entry per pose, in order. Of a pose
+    /// that is not finite `F(c)` is NaN and the derivative without meaning.
     fn linearize(&self, poses: &[Coordinates], projected: &mut Vec<Coordinates>, jacobians: &mut Vec<Matrix6<f64>>);
 
     /// `(∂F/∂c)ᵀ y` of each pose with `y = cotangent(i, F(cᵢ))`, in reverse mode; replaces the
-    /// contents of `pulled`, one entry per pose. `cotangent` is called once for each pose, in
-    /// order.
+    /// contents of `pulled`, one entry per pose, in order. `y` and the result are derivatives of a
+    /// loss by coordinates (per m, per rad), by those of `F(c)` and of `c`. `cotangent` is called
+    /// once for each pose, in order.
     fn pull_back(
         &self,
         poses: &[Coordinates],
@@ -43,10 +46,11 @@ pub trait Projection: Send + Sync + Debug {
     );
 }
 
-/// The contact manifold of a projection `F`. Residual: `c − F(c)`, six rows (m) in the order x, y,
-/// z, roll, pitch, yaw; angle differences, the shorter way round, are multiplied by
-/// [`Metric::metres_per_radian`]. Envelope, six rows without unit: how far each coordinate lies
-/// outside the projection's bounds, over 0.5 mm.
+/// The contact manifold of the projection `F` that it holds. Residual: `c − F(c)`, six rows (m) in
+/// the order x, y, z, roll, pitch, yaw of `fixture_from_tool`, whatever the resolution; angle
+/// differences, the shorter way round, are multiplied by [`Metric::metres_per_radian`]. Envelope,
+/// six rows without unit in the same order: how far each coordinate lies outside the projection's
+/// bounds (angles times that length too), over 0.5 mm.
 ///
 /// The residual is from point to point: it also counts motion along the manifold, which contacts do
 /// not measure, so that no covariance follows from it (Bonnabel, Barczyk & Goulette 2016, arXiv

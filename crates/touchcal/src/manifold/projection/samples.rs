@@ -15,7 +15,8 @@ pub struct PoseSamples {
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum SamplesError {
-    /// Fewer than two different poses: none at all, or one repeated.
+    /// Fewer than two different poses: none at all, or one repeated. Poses are compared exactly,
+    /// after angles were brought into ±π.
     #[error("expected at least two different poses, found {distinct} in {count}")]
     TooFew {
         /// Number of different poses, 0 or 1.
@@ -23,7 +24,7 @@ pub enum SamplesError {
         /// Number of all poses.
         count: usize,
     },
-    /// A coordinate that is NaN or infinite.
+    /// A coordinate that is NaN or infinite; the first one is reported.
     #[error("expected finite coordinates, found {value} in pose {index}")]
     NotFinite {
         /// Index of the pose, 0 for the first.
@@ -34,12 +35,12 @@ pub enum SamplesError {
 }
 
 impl PoseSamples {
-    /// Samples from coordinates `[x, y, z, α, β, γ]` (m, rad) of `fixture_from_tool`; angles are
-    /// brought into ±π.
+    /// Samples from [`Coordinates`] `[x, y, z, α, β, γ]` (m, rad) of `fixture_from_tool`, in
+    /// recorded order; angles are brought into ±π.
     ///
     /// # Errors
-    /// [`SamplesError::NotFinite`] if a coordinate is not finite, [`SamplesError::TooFew`] if there
-    /// are fewer than two different poses.
+    /// [`SamplesError::NotFinite`] if a coordinate is not finite, else [`SamplesError::TooFew`] if
+    /// there are fewer than two different poses.
     pub fn new(mut coordinates: Vec<Coordinates>) -> Result<Self, SamplesError> {
         for (index, each) in coordinates.iter_mut().enumerate() {
             if let Some(&value) = each.iter().find(|value| !value.is_finite()) {
@@ -55,7 +56,7 @@ impl PoseSamples {
         Ok(PoseSamples { coordinates })
     }
 
-    /// Samples from poses `fixture_from_tool` (m).
+    /// Samples from poses `fixture_from_tool` (m), in recorded order.
     ///
     /// # Errors
     /// As [`new`](PoseSamples::new).
@@ -75,7 +76,8 @@ impl PoseSamples {
         self.coordinates.len()
     }
 
-    /// Least and greatest value of each coordinate over the samples (m for 0–2, rad for 3–5).
+    /// Least and greatest value, in this order, of each coordinate `[x, y, z, α, β, γ]` over the
+    /// samples (m for 0–2, rad within ±π for 3–5). Angles on both sides of ±π are not joined.
     pub fn bounds(&self) -> [(f64, f64); 6] {
         let mut bounds = [(f64::INFINITY, f64::NEG_INFINITY); 6];
         for each in &self.coordinates {
@@ -88,7 +90,8 @@ impl PoseSamples {
 
     /// Samples at least `spacing` (m, in `metric`) apart: goes through them in order and keeps each
     /// that is not nearer than `spacing` to a kept one. Every sample left out is nearer than
-    /// `spacing` to a kept one. A spacing of 0 or less keeps all.
+    /// `spacing` to a kept one. A spacing of 0 or less keeps all. The samples themselves are not
+    /// changed.
     ///
     /// # Errors
     /// [`SamplesError::TooFew`] if fewer than two different ones are left.

@@ -14,15 +14,16 @@ use super::projected::Projection;
 const DRAWS: u128 = 8;
 
 /// An endless list of pairs (input, target) from which a projection is learned; pair number `k`
-/// depends on `seed` and `k` alone.
+/// depends on the bounds, `seed`, `k` and the projection alone.
 ///
 /// Input: a random sample (all equally likely) composed on the right with an offset whose six
 /// coordinates are uniform within ± their bound. Target: the projection of the input.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TrainingPairs {
-    /// Largest offset in each coordinate `[x, y, z, α, β, γ]` (m, rad), in the tool's frame.
+    /// Largest offset in each coordinate `[x, y, z, α, β, γ]` (m, rad; finite, not negative), in
+    /// the tool's frame.
     pub bounds: Coordinates,
-    /// Seed of the random numbers.
+    /// Seed of the random numbers (PCG64, O'Neill 2014).
     pub seed: u64,
 }
 
@@ -34,8 +35,8 @@ impl TrainingPairs {
     }
 
     /// Computes the pairs whose numbers lie in `range`, in parallel; replaces the contents of
-    /// `inputs` and `targets`, one entry (m, rad) per pair, in order. An empty range leaves both
-    /// empty.
+    /// `inputs` and `targets`, one entry `[x, y, z, α, β, γ]` (m, rad) of `fixture_from_tool` per
+    /// pair, in order. An empty range leaves both empty.
     pub fn fill(
         &self,
         projection: &NearestSample,

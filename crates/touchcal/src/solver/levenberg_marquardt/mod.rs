@@ -19,19 +19,19 @@ use super::free_parameters::FreeParameters;
 use super::normal_equations::{DampedInformation, NormalEquations};
 use super::termination::{StopReason, Termination};
 
-/// When Levenberg–Marquardt stops, and how it judges steps.
+/// When Levenberg–Marquardt (Madsen, Nielsen & Tingleff 2004) stops, and how it judges steps.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LevenbergMarquardtOptions {
-    /// Number of linearizations, those at rejected steps included, from which no further step is
-    /// begun.
+    /// Number of linearizations, the one at the start and those at rejected steps included, from
+    /// which no further step is begun; with 0 or 1 there is none, unless the start is the minimum.
     pub max_iterations: usize,
-    /// Newton decrement `gᵀH⁻¹g` (1, in units of the cost) at or below which the minimum is
+    /// Newton decrement `gᵀH⁻¹g` (1, > 0, in units of the cost) at or below which the minimum is
     /// reached, with half the cost's gradient `g` and the information `H`; that last step is still
     /// taken if it descends. 1e-2 is a tenth of a standard deviation.
     pub decrement: f64,
     /// A step is judged by the gradient (natural monotonicity test: Deuflhard 2004), not by the
-    /// cost, if it moves the whitened rows by less than this (1, root mean square): a share of
-    /// their noise.
+    /// cost, if it moves the whitened rows by less than this (1, ≥ 0, root mean square): a share of
+    /// their noise. At 0 the cost judges all steps.
     pub gradient_test_below: f64,
 }
 
@@ -65,9 +65,9 @@ struct Trial {
     gain: f64,
 }
 
-/// Minimizes a cost given by its normal equations over the free parameters, from `theta`. `observe`
-/// is called with the number of linearizations and the cost before each step and may end the
-/// search.
+/// Minimizes a cost given by its normal equations over the free parameters, from `theta` (SI, one
+/// entry for each parameter). `observe` is called with the number of linearizations and the cost
+/// before each step and may end the search: the parameters are then those reached so far.
 pub(crate) fn minimize(
     mut linearize: impl FnMut(&DVector<f64>) -> NormalEquations,
     mut theta: DVector<f64>,

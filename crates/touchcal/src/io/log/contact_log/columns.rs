@@ -9,21 +9,30 @@ use crate::robot::Robot;
 
 /// A log in memory: named columns of numbers, one row per moment.
 pub struct Columns<'a> {
-    /// Names of the columns, as in the header of a file: joints, `fx` … `tz`, `contact`.
+    /// Names of the columns, as in the header of a file: joints, `fx` … `tz`, `contact`. Other
+    /// names are passed over; two equal ones are an error if they are used.
     pub names: &'a [String],
-    /// Number of rows.
+    /// Number of rows (> 0), in the order of time.
     pub rows: usize,
-    /// `value(row, column)`: the number in a row and column, both from 0, in the units of a file.
-    /// Called for columns with a known name only.
+    /// `value(row, column)`: the number in a row and column, both from 0 and below `rows` and the
+    /// number of names, in the units of a file (the contact flag 0 or 1). Called for columns with a
+    /// known name only, more than once for each number.
     pub value: &'a dyn Fn(usize, usize) -> f64,
 }
 
-/// Adds the contacts of columns in memory to `log`, as [`super::read_file`] does those of a file,
-/// and returns the fingerprint of the columns used; `name` stands for the file in messages, the
-/// first row is line 1.
+/// Adds the contacts of columns in memory to `log`, as [`super::read_file`] does those of a file;
+/// `name` stands for the file in messages, the first row is line 1. [`Options::header`] and the
+/// topics are ignored.
+///
+/// Returns `name` with the SHA-256 of the numbers used: row by row, the used columns in their
+/// order, as 64-bit numbers, lowest byte first.
 ///
 /// # Errors
-/// As [`super::read_file`].
+/// [`IoError`] if there are no rows, the column of a joint or of a wrench that `options` need is
+/// missing, a number is not finite or a flag neither 0 nor 1, joint positions do not fit the joint
+/// limits in their unit, `log` would hold more than [`MAX_CONTACTS`](crate::contact::MAX_CONTACTS)
+/// contacts, or `options` name a joint or column that does not exist. `log` then holds a part of
+/// the rows and should be dropped.
 pub fn read_columns(
     columns: &Columns<'_>,
     name: &str,

@@ -4,34 +4,44 @@ use std::collections::BTreeMap;
 
 use crate::contact::{AngleUnit, Detection, IngestOptions, Load};
 
-/// How to read a log: its columns and units, and which rows are contacts.
+/// How to read a log: its columns and units, and which rows are contacts. By default all is found
+/// from the log itself, and contacts are of fixture 0.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Options {
-    /// Index of the fixture that the contacts touch, from 0.
+    /// Index of the fixture that the contacts touch, from 0, into
+    /// [`Problem::fixtures`](crate::estimate::Problem::fixtures).
     pub fixture: usize,
-    /// Unit of the columns of revolute joints; prismatic ones are always in m.
+    /// Unit of the positions of revolute joints, in a bag too; those of prismatic joints are always
+    /// in m.
     pub unit: AngleUnit,
-    /// Column names of a file that has no header line, one per column; names of unused columns do
-    /// not matter. `None`: the file has a header line, or its columns are the joints in order.
+    /// Column names of comma-separated values that have no header line, one per column; names of
+    /// unused columns do not matter, another number of names is an error. `None`: the file has a
+    /// header line, or its columns are the joints in order. Other formats have names of their own
+    /// and ignore this.
     pub header: Option<Vec<String>>,
     /// Names of the moving joints in the order of the columns `q1` … `qn` and of a file without
-    /// header; `None`: the order of the kinematic chain.
+    /// header: each exactly once, anything else is an error. `None`: the order of the kinematic
+    /// chain, base first.
     pub joints: Option<Vec<String>>,
     /// Names that the file uses: from the usual name of a column (`q1`, a joint's name, `fx`,
-    /// `contact`) to the name of the column or joint in the file.
+    /// `contact`) to the name of the column or, in a bag, of the joint. A key that is no such name
+    /// and a column that the file lacks are errors.
     pub columns: BTreeMap<String, String>,
-    /// Topic of a bag's joint states; `None`: the only topic of their type.
+    /// Topic of a bag's joint states; `None`: the only topic of their type, of which two are an
+    /// error. Without effect on other formats.
     pub joint_topic: Option<String>,
-    /// Topic of a bag's wrenches; `None`: the only topic of their type.
+    /// Topic of a bag's wrenches. `None`: the only topic of their type, read only if `detection` or
+    /// `load` needs wrenches. Without effect on other formats.
     pub wrench_topic: Option<String>,
     /// Contact detection by a force threshold, which needs columns `fx`, `fy`, `fz` (N), or
-    /// wrenches; `None`: rows are contacts as flagged, or all.
+    /// wrenches in a bag; flags are then ignored. `None`: rows are contacts as flagged, or all if
+    /// there are no flags.
     pub detection: Option<Detection>,
-    /// Least motion (rad or m) of some joint since the last contact for a row to be another
-    /// contact; `None`: every row is one.
+    /// Least motion (rad, or m for a prismatic joint; > 0) of some joint since the last contact for
+    /// a row to be another contact; `None`: every row is one.
     pub apart: Option<f64>,
-    /// How the wrench loads the arm and bends its joints; `None`: it is not taken into account.
-    /// Needs columns `fx` to `tz` (N, N m), or wrenches.
+    /// How the wrench, about the tip's origin, loads the arm and bends its joints; `None`: it is
+    /// not taken into account. Needs columns `fx` to `tz` (N, N m), or wrenches in a bag.
     pub load: Option<Load>,
 }
 

@@ -25,12 +25,18 @@ const MCAP: &[u8] = b"\x89MCAP";
 /// What the folder of a bag may hold beside its files.
 const BAG_CONTENTS: &str = "metadata.yaml";
 
-/// Adds the contacts of a file, whatever its format, or of a bag's folder, to `log`, in rad and m,
-/// and returns the file's fingerprint.
+/// Adds the contacts of a file, or of the only file in a bag's folder, to `log`, in the order of
+/// the rows, and returns the file's fingerprint. The format is known by the first bytes, whatever
+/// the file's name. Joint positions are in rad and m, in the order of the moving joints of `robot`,
+/// base first; `log` must be one of [`Robot::dof`] joints.
 ///
 /// # Errors
-/// [`IoError`] if the file cannot be read, is no such log or too large, or needs a cargo feature
-/// that this build lacks. `log` then holds a part of it and should be dropped.
+/// [`IoError`] if the file cannot be read or needs a cargo feature that this build lacks, a bag's
+/// folder holds several files, `log` would hold more than
+/// [`MAX_CONTACTS`](crate::contact::MAX_CONTACTS) contacts, and as [`contact_csv::read`] for a log
+/// of any format; in a bag also if a topic is missing or there are two of its type, messages are
+/// not in the order of time, or no wrench is within 0.1 s of a joint state. `log` then holds a part
+/// of it and should be dropped.
 pub fn read_file(path: &Path, robot: &Robot, options: &Options, log: &mut ContactLog) -> Result<Input, IoError> {
     let path = &log_in(path)?;
     let mut ingest = ContactIngest::new(robot, &path.display().to_string(), options.ingest(), log);

@@ -29,11 +29,13 @@ pub struct LogTable {
 }
 
 impl LogTable {
-    /// Reads all rows of a log of any format. [`Options::detection`] is ignored; the wrenches of a
-    /// bag are read if [`Options::wrench_topic`] or [`Options::load`] is given.
+    /// Reads all rows of a log of any format, or of the only file in a bag's folder.
+    /// [`Options::detection`], [`Options::apart`] and [`Options::fixture`] are ignored; the
+    /// wrenches of a bag are read if [`Options::wrench_topic`] or [`Options::load`] is given.
+    /// Wrenches are kept as measured.
     ///
     /// # Errors
-    /// As [`read_file`](super::read_file).
+    /// As [`read_file`](super::read_file), with [`MAX_CONTACTS`] as the largest number of rows.
     pub fn read_file(path: &Path, robot: &Robot, options: &Options) -> Result<LogTable, IoError> {
         let joints = robot.moving().map(|joint| joint.name.clone()).collect();
         let mut table = LogTable { joints, ..LogTable::default() };
@@ -42,11 +44,13 @@ impl LogTable {
         Ok(table)
     }
 
-    /// Writes the log in the format of the file name's ending: `.csv`, `.csv.gz`, or `.parquet`
-    /// (cargo feature `parquet`).
+    /// Writes the log in the format of the file name's ending, in any case: `.csv`, `.csv.gz`, or
+    /// `.parquet` (cargo feature `parquet`). Missing folders are made, an existing file is
+    /// replaced.
     ///
     /// # Errors
-    /// [`IoError`] if the name has another ending, or the file cannot be written.
+    /// [`IoError`] if the name has another ending, or the file cannot be written; `path` is then as
+    /// it was.
     pub fn write_file(&self, path: &Path) -> Result<(), IoError> {
         let name = path.display().to_string();
         let failed = |source| IoError::file(path, "write", source);
@@ -66,8 +70,8 @@ impl LogTable {
         }
     }
 
-    /// Names of the columns: the moving joints in the order of the chain, then those of `fx` … `tz`
-    /// and `contact` that the log has.
+    /// Names of the columns: the moving joints in the order of the chain, base first, then those of
+    /// `fx` … `tz` and `contact` that the log has, in the order of its columns.
     pub fn columns(&self) -> Vec<&str> {
         let extra = |holds: &Holds| match holds {
             Holds::Wrench(k) => WRENCH[*k],
@@ -76,13 +80,14 @@ impl LogTable {
         self.joints.iter().map(String::as_str).chain(self.extras.iter().map(extra)).collect()
     }
 
-    /// The rows, one number for each of [`columns`](LogTable::columns): rad or m, N, N m; the
-    /// contact flag 0 or 1.
+    /// The rows in the order of the log, one number for each of [`columns`](LogTable::columns):
+    /// rad, or m for a prismatic joint; N and N m; the contact flag 0 or 1.
     pub fn rows(&self) -> impl ExactSizeIterator<Item = &[f64]> {
         self.values.chunks_exact((self.joints.len() + self.extras.len()).max(1))
     }
 
-    /// Assumptions made in reading, such as a guessed unit, each with the file's name.
+    /// Assumptions made in reading, such as a guessed unit, each with the file's name, in the order
+    /// in which they were made; empty if there were none.
     pub fn notes(&self) -> &[String] {
         &self.notes
     }

@@ -42,7 +42,7 @@ pub use context::MAX_BYTES;
 pub use selection::{Selection, placement};
 pub use settings::{DEFAULT_CONTACT, DEFAULT_ENCODER, Settings};
 
-/// Standard deviation of a known distance between fixtures if the file states none (m).
+/// Standard deviation of a known distance between fixtures if the file states none (m): 0.05 mm.
 pub const DEFAULT_DISTANCE_SIGMA: f64 = 0.05 * MM;
 /// Most rows that a change of contact may be made to wait for.
 const MAX_DEBOUNCE: i64 = 1_000_000;
@@ -51,7 +51,10 @@ const MAX_DEBOUNCE: i64 = 1_000_000;
 /// relative paths begin at `folder`. Lengths and angles are converted to m and rad.
 ///
 /// # Errors
-/// [`IoError`] if the text is no such problem, or a file it refers to cannot be read.
+/// [`IoError`] if the text is longer than [`MAX_BYTES`], no TOML, of another schema than 1, has an
+/// unknown key, a name that does not resolve, a number out of range or no fixture or log; a file it
+/// refers to cannot be read; parts do not fit; or compliances are to be estimated that nothing
+/// determines, see [`Settings::problem`].
 pub fn read(text: &str, file: &str, folder: &Path) -> Result<Loaded, IoError> {
     let context = Context { text, file, folder };
     bytes::check_size(text.len() as u64, MAX_BYTES, file)?;
@@ -59,7 +62,7 @@ pub fn read(text: &str, file: &str, folder: &Path) -> Result<Loaded, IoError> {
     build(&toml, &Selection::default(), &context)
 }
 
-/// Reads a problem file and all that it refers to.
+/// Reads a problem file and all that it refers to, with paths relative to the file's folder.
 ///
 /// # Errors
 /// As [`read`], and if the file itself cannot be read.
@@ -68,10 +71,11 @@ pub fn read_file(path: &Path) -> Result<Loaded, IoError> {
 }
 
 /// Reads the selected placements of a problem file: their fixtures, the logs of these, and the
-/// known distances between these.
+/// known distances between these, each in the order of the file. The files of what is left out are
+/// not read, nor are the shapes and poses of its fixtures checked.
 ///
 /// # Errors
-/// As [`read_file`], and if a named placement is missing, or none is left.
+/// As [`read_file`], and if a placement of `selection` is missing, or none is left.
 pub fn read_selected(path: &Path, selection: &Selection) -> Result<Loaded, IoError> {
     let inside = path.join("problem.toml");
     if inside.is_file() {

@@ -7,17 +7,20 @@ use super::schema::FixtureToml;
 use crate::io::base::error::{IoError, Place, quoted};
 use crate::io::base::suggest::{did_you_mean, list};
 
-/// Placements of a problem that are read; all by default.
+/// Placements of a problem that are read, by their names
+/// ([`Fixture::placement`](crate::estimate::Fixture::placement)); all by default.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Selection {
-    /// Names of the placements to read; empty: all.
+    /// Names of the placements to read; empty: all. A name that no fixture has is an error.
     pub only: Vec<String>,
-    /// Names of placements to leave out, also of those in `only`.
+    /// Names of placements to leave out, also of those in `only`. A name that no fixture has is an
+    /// error.
     pub except: Vec<String>,
 }
 
-/// Placement of a fixture by its name, if none is declared: the part before the first `/`, the
-/// whole name without one.
+/// Name of the placement ([`Fixture::placement`](crate::estimate::Fixture::placement)) of the
+/// fixture called `name` where its table declares none: the part of `name` before the first `/`,
+/// all of it without one.
 pub fn placement(name: &str) -> &str {
     name.split('/').next().unwrap_or("")
 }

@@ -16,7 +16,7 @@ use crate::robot::Robot;
 /// Standard deviation of the encoder noise if none is declared (rad): 0.005°, the repeatability of
 /// a good arm's joint.
 pub const DEFAULT_ENCODER: f64 = 0.005 * DEG;
-/// Standard deviation of the contact noise if none is declared (m).
+/// Standard deviation of the contact noise if none is declared (m): 0.05 mm.
 pub const DEFAULT_CONTACT: f64 = 0.05 * MM;
 
 /// Settings of a problem that do not concern robot, parts and logs: its noise, parameters, priors,
@@ -36,11 +36,13 @@ struct SettingsToml {
 }
 
 impl Settings {
-    /// Reads the tables `[noise]` and `[estimate]` of a problem file from a text that holds these
-    /// alone, for the joints of `robot`. `file` is its name for messages.
+    /// Reads the tables `[noise]`, which may be absent, and `[estimate]` of a problem file from a
+    /// text that holds these alone, for the joints of `robot`. `file` is its name for messages.
     ///
     /// # Errors
-    /// [`IoError`] if the text has other tables or keys, or a number is out of range.
+    /// [`IoError`] if the text is longer than [`MAX_BYTES`], is no TOML or has other tables or
+    /// keys; a number is out of range or both kinds of noise are 0; or a block is not known or
+    /// listed twice, or a parameter to freeze is not known.
     pub fn read(text: &str, file: &str, robot: &Robot) -> Result<Settings, IoError> {
         let context = Context { text, file, folder: Path::new("") };
         bytes::check_size(text.len() as u64, MAX_BYTES, file)?;
@@ -66,7 +68,8 @@ impl Settings {
 
     /// The problem with these settings and the given tool, fixtures, known distances and contacts.
     /// A fixed tool gets a flat prior if its place is to be estimated; fixtures are left as they
-    /// are.
+    /// are, see [`Settings::fixture_freedom`]. A note is appended to `contacts` if loads have no
+    /// effect, or if the masses beside which they count are missing.
     ///
     /// # Errors
     /// [`IoError::Unexpected`] if joint compliances are to be estimated although neither gravity

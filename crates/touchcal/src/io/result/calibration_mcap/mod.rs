@@ -39,7 +39,9 @@ const PLANE: f64 = 0.1;
 const OF_FIXTURE: [f32; 4] = [0.9, 0.6, 0.1, 1.0];
 const OF_TOOL: [f32; 4] = [0.2, 0.5, 0.9, 1.0];
 
-/// The bytes of the MCAP file of a calibration.
+/// The bytes of the MCAP file of a calibration: topics and types as the module lists them, in the
+/// frame of the arm's base link unless a message names another (m, rad). Contacts are every n-th of
+/// the log, so that they are at most [`MOST_DRAWN`].
 ///
 /// # Errors
 /// [`IoError::Syntax`] if the mcap crate cannot write them.

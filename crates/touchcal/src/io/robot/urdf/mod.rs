@@ -28,7 +28,7 @@ pub const MAX_BYTES: u64 = 64 << 20;
 /// A kinematic chain with the text of the URDF it was read from.
 #[derive(Clone, Debug, PartialEq)]
 pub struct UrdfFile {
-    /// The chain, in m, rad and kg.
+    /// The chain, in m, rad and kg; its gravity is not from the text.
     pub robot: Robot,
     /// The whole text of the URDF.
     pub text: String,
@@ -37,11 +37,14 @@ pub struct UrdfFile {
     pub input: Input,
 }
 
-/// Reads the chain between `ends` from URDF text; `file` is its name for messages.
+/// Reads the chain between `ends` from URDF text; `file` is its name for messages. The text does
+/// not state gravity: it is [`GRAVITY`](crate::robot::GRAVITY).
 ///
 /// # Errors
-/// [`IoError`] if the text is no URDF, has unexpanded xacro, the chain cannot be found, or a joint
-/// in it is of an unsupported kind, mimics another, or is malformed.
+/// [`IoError`] if the text is no URDF, has unexpanded xacro, names a link or joint twice or a link
+/// that it lacks, or has a link below two joints; if the chain cannot be found, is ambiguous, is
+/// longer than 1000 joints, or has no moving joint; or if a joint in it is of an unsupported kind,
+/// mimics another, or has a malformed origin, axis, limit, compliance or link mass.
 pub fn read(text: &str, file: &str, ends: Ends<'_>) -> Result<Robot, IoError> {
     read::robot(text, file, ends)
 }
@@ -69,7 +72,7 @@ pub fn read_file(path: &Path, ends: Ends<'_>) -> Result<UrdfFile, IoError> {
 /// it the gravity of `robot`.
 ///
 /// # Errors
-/// As [`read_file`], and as [`check_like`].
+/// As [`read_file`], if one of the links is missing, and as [`check_like`].
 pub fn read_like(robot: &Robot, path: &Path) -> Result<UrdfFile, IoError> {
     let mut other = read_file(path, Ends { base: Some(robot.base()), tip: Some(robot.tip()) })?;
     check_like(robot, &other.robot, &other.input.path)?;
@@ -78,7 +81,7 @@ pub fn read_like(robot: &Robot, path: &Path) -> Result<UrdfFile, IoError> {
 }
 
 /// Checks that `other`, read from `file`, has moving joints of the same names in the same order as
-/// `robot`.
+/// `robot`. Kinds of joints, fixed joints and origins may differ.
 ///
 /// # Errors
 /// [`IoError::Unexpected`] if it has not.
@@ -95,7 +98,8 @@ pub fn check_like(robot: &Robot, other: &Robot, file: &str) -> Result<(), IoErro
 /// another link.
 ///
 /// # Errors
-/// [`IoError::Unexpected`] if there is no such arm, or no such link in it.
+/// [`IoError::Unexpected`] if there is no such arm, no such link in it, or no chain between the
+/// ends.
 pub fn read_builtin(name: &str, ends: Ends<'_>) -> Result<UrdfFile, IoError> {
     let file = format!("builtin:{name}");
     let Some((_, text)) = builtin::ALL.iter().find(|(known, _)| *known == name) else {

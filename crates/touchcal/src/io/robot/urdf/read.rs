@@ -21,10 +21,11 @@ const LONGEST_CHAIN: usize = 1000;
 /// The ends of the chain that is read from a URDF.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Ends<'a> {
-    /// Name of the link where the chain begins; `None`: the only link that is no joint's child.
+    /// Name of the link where the chain begins; `None`: the only link that is no joint's child, of
+    /// which two are an error.
     pub base: Option<&'a str>,
-    /// Name of the link where the chain ends; `None`: the only link below the base that carries no
-    /// other.
+    /// Name of the link where the chain ends, which must be below the base; `None`: the only link
+    /// below the base that carries no other, of which two are an error.
     pub tip: Option<&'a str>,
 }
 

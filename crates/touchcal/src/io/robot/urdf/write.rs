@@ -24,15 +24,17 @@ struct Edit {
     with: String,
 }
 
-/// The URDF `text` with the joint origins (m, rad) and compliances (rad/(N m)) of `calibrated`.
+/// The URDF `text` with the joint origins (m, rad) and compliances (rad/(N m)) of `calibrated`,
+/// which was read from this text. Masses, axes and limits are left as the text has them.
 ///
 /// For every joint whose origin differs from the text by more than 10⁻¹³ (m, rad), the values of
-/// `xyz` and `rpy` are replaced, or added where absent; so is `<touchcal_compliance
-/// rad_per_nm="…"/>` where it differs. Every other byte stays as it is. Numbers are written with
-/// all their digits.
+/// `xyz` and `rpy` (roll, pitch and yaw about fixed axes) are replaced, or added where absent; so
+/// is `<touchcal_compliance rad_per_nm="…"/>` where it differs. Every other byte stays as it is.
+/// Numbers are written with all their digits; origins below 10⁻¹⁵ as 0.
 ///
 /// # Errors
-/// [`IoError`] if the text is no URDF, or lacks a joint of the chain with its child link.
+/// [`IoError`] if the text is no URDF, has unexpanded xacro, lacks a joint of the chain with its
+/// child link, or has a malformed origin or compliance there.
 pub fn rewrite(text: &str, calibrated: &Robot) -> Result<String, IoError> {
     let document = parse(text, FILE)?;
     let robot = robot_element(&document, FILE)?;

@@ -39,10 +39,12 @@ pub fn check_folder(folder: &Path) -> Result<(), IoError> {
 }
 
 /// Writes all files of a simulation into `folder`: truth, logs, scenario, and the problem last.
-/// `file` is the scenario that was simulated with `seeds`.
+/// `file` is the scenario that was simulated with `seeds`. Missing folders are made, files of these
+/// names replaced.
 ///
 /// # Errors
-/// As [`check_folder`] and [`truth_text`], and if a file cannot be written.
+/// As [`check_folder`] and [`truth_text`], with nothing written, and if a file cannot be written;
+/// those before it then stay.
 pub fn write_folder(
     folder: &Path,
     file: &ScenarioFile,
@@ -61,7 +63,8 @@ pub fn write_folder(
 }
 
 /// The text of `problem.toml`, which `touchcal calibrate` takes, preceded by the files that it
-/// refers to, except the logs.
+/// refers to, except the logs ([`log_texts`]). It poses the problem of
+/// [`experiment::problem`](experiment::problem()), with numbers of twelve digits.
 pub fn problem_text(file: &ScenarioFile) -> Vec<TextFile> {
     let scenario = &file.scenario;
     let mut files = Vec::new();
@@ -116,10 +119,10 @@ fn log_name(scenario: &Scenario, touch: &Touch) -> String {
     format!("{}.csv", file_name(scenario, touch))
 }
 
-/// The logs as CSV, one for each fixture of the scenario, as an arm's recorder would write them:
-/// time (s), joint positions (rad or m), the wrench on the tool about the tip (N, N m), whether the
-/// recorder detected contact (0 or 1), and the temperature of each segment (°C) where it is
-/// recorded.
+/// The logs as CSV with a header, one for each fixture of the scenario, in its order, as an arm's
+/// recorder would write them: time (s), joint positions (rad, or m for a prismatic joint; base
+/// first), the wrench on the tool about the tip (N, N m) in the tip frame, whether the recorder
+/// detected contact (0 or 1), and the temperature of each segment (°C) where it is recorded.
 pub fn log_texts(scenario: &Scenario, simulated: &SimulatedTrial) -> Vec<TextFile> {
     let each = scenario.touches.iter().zip(&simulated.logs);
     each.map(|(touch, log)| TextFile::new(log_name(scenario, touch), log_text(scenario, log))).collect()
@@ -176,8 +179,9 @@ struct RowsJson {
 }
 
 /// The text of `truth.json`: the true errors of arm, tool and fixtures, by the names that
-/// `estimate.json` has for them (SI units, rad), each hole's true clearance error (mm), the seeds,
-/// and how many rows of each log are contacts.
+/// `estimate.json` has for them (SI units, rad; those that were not drawn are left out), each
+/// fixture's true clearance error (mm per side), the seeds, and how many rows of each log are
+/// contacts, missed or spurious.
 ///
 /// # Errors
 /// [`IoError::Syntax`] if serialization fails, which does not happen.

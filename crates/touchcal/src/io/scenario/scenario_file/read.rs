@@ -32,13 +32,14 @@ const FASTEST: f64 = 1e5;
 pub struct ScenarioFile {
     /// What to simulate.
     pub scenario: Scenario,
-    /// Name of the built-in arm; `None` if the robot is read from a URDF file.
+    /// Name of the built-in arm, see [`builtin::ALL`](crate::robot::builtin::ALL); `None` if the
+    /// robot is read from a URDF file.
     pub builtin: Option<String>,
-    /// Text of the robot's URDF.
+    /// Whole text of the robot's URDF.
     pub urdf: String,
 }
 
-/// The scenario of a preset, by its name, with the built-in arm `iiwa14`.
+/// The scenario of a preset, by its name ([`Preset::name`]), with the built-in arm `iiwa14`.
 ///
 /// # Errors
 /// [`IoError::Unexpected`] if there is no preset of that name.
@@ -56,10 +57,15 @@ pub fn read_file(path: &Path) -> Result<ScenarioFile, IoError> {
 }
 
 /// Reads a scenario from its text. `file` is its name for messages; relative paths begin at
-/// `folder`. Lengths and angles are converted to m and rad.
+/// `folder`. Lengths and angles are converted to m and rad. What the text leaves out is as in its
+/// preset; without one, as in [`Preset::Paper`], but with an arm that has no errors. Without a
+/// `[robot]` table the arm is `iiwa14`.
 ///
 /// # Errors
-/// [`IoError`] if the text is no such scenario, or a file it refers to cannot be read.
+/// [`IoError`] if the text is longer than [`MAX_BYTES`], no TOML, of another schema than 1, or has
+/// an unknown key, a name that does not resolve, a number out of range, a tool without fixtures or
+/// fixtures without a tool, a mesh, or postures for another number of joints; or a file it refers
+/// to cannot be read.
 pub fn read(text: &str, file: &str, folder: &Path) -> Result<ScenarioFile, IoError> {
     let context = Context { text, file, folder };
     bytes::check_size(text.len() as u64, MAX_BYTES, file)?;

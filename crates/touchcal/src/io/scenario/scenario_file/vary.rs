@@ -13,7 +13,8 @@ use crate::io::base::suggest::{did_you_mean, list};
 use crate::io::base::toml_text::number;
 
 /// The files of [`scenario_text`] with the number called `name` replaced by `value` (in the unit of
-/// its key) in every table that has it.
+/// its key, twelve digits) in every table that has it. Numbers in lists, such as a pose's, have no
+/// name.
 ///
 /// A name is a key, preceded by as many names of its tables as make it unique: `spurious`,
 /// `tool.sigma_mm`.

@@ -31,8 +31,9 @@ const URDF: &str = "robot.urdf";
 /// Name of the tool's outline.
 const PEG: &str = "peg.csv";
 
-/// The text of `scenario.toml` with every key, as [`read`](super::read) takes it, preceded by the
-/// files that it refers to.
+/// The text of `scenario.toml` with every key and numbers of twelve digits, as
+/// [`read`](super::read) takes it, preceded by the files that it refers to: the URDF of an arm that
+/// is not built in, and the outlines of parts. The scenario file is the last.
 pub fn scenario_text(file: &ScenarioFile) -> Vec<TextFile> {
     let scenario = &file.scenario;
     let mut files = Vec::new();

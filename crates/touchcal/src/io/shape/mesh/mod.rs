@@ -35,8 +35,9 @@ impl Soup {
     }
 }
 
-/// Reads a mesh file, and returns its fingerprint too. `unit` is the length (m) of the file's unit,
-/// which no mesh file states: 0.001 for millimetres.
+/// Reads a mesh file as a body in the frame of its coordinates, and returns its fingerprint too.
+/// `unit` (m, > 0) is the length of the file's unit, which no mesh file states: 0.001 for
+/// millimetres.
 ///
 /// # Errors
 /// As [`read`], and if the file cannot be read.
@@ -45,13 +46,17 @@ pub fn read_file(path: &Path, unit: f64) -> Result<(TriangleMesh, Input), IoErro
     Ok((read(&bytes, &input.path, unit)?, input))
 }
 
-/// Reads a mesh as STL (binary or text) or OBJ, by the extension of `file`, its name. `unit` is the
-/// length (m) of the file's unit: 0.001 for millimetres.
+/// Reads a mesh as STL (binary or text) or OBJ, by the extension of `file`, its name, in any case.
+/// The body's frame (m) is that of the file's coordinates. `unit` (m, > 0) is the length of the
+/// file's unit: 0.001 for millimetres. The order of a triangle's corners says which side is
+/// outside; stated normals are not read.
 ///
 /// # Errors
-/// [`IoError`] if the bytes are no such file, the part is smaller than 0.1 mm or extends beyond 10
-/// m from the origin, or the triangles are no closed surface; then the message says where it is
-/// open.
+/// [`IoError`] if there are more than [`MAX_BYTES`] or [`MAX_TRIANGLES`], the extension is another,
+/// the bytes are no such file, a face of an OBJ is cut into triangles that overlap, the part is
+/// smaller than 0.1 mm in all directions or extends beyond 10 m from the origin, or
+/// [`TriangleMesh::new`] refuses the triangles: if they are no closed surface, the message says
+/// where it is open.
 pub fn read(bytes: &[u8], file: &str, unit: f64) -> Result<TriangleMesh, IoError> {
     bytes::check_size(bytes.len() as u64, MAX_BYTES, file)?;
     let extension = Path::new(file).extension().and_then(|extension| extension.to_str()).unwrap_or_default();

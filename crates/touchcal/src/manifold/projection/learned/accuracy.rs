@@ -21,14 +21,14 @@ const UNSEEN: u64 = 1 << 49;
 pub struct Spread {
     /// The mean; 0 for an empty set.
     pub mean: f64,
-    /// The 95 % quantile, without interpolation; NaN for an empty set.
+    /// The 95 % quantile by nearest rank, without interpolation; NaN for an empty set.
     pub q95: f64,
 }
 
-/// Distances between the poses of two lists, pair by pair.
+/// Mean and 95 % quantile of the distances between the poses of two lists, pair by pair.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PoseDistance {
-    /// Distance between the positions (m).
+    /// Distance between the positions (m), in the fixture frame.
     pub place: Spread,
     /// Angle between the orientations (rad), from 0 to π.
     pub turn: Spread,
@@ -38,9 +38,9 @@ pub struct PoseDistance {
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Accuracy {
     /// Largest offset from a sample in each coordinate `[x, y, z, α, β, γ]` (m, rad), in the tool's
-    /// frame.
+    /// frame; offsets are uniform within ± these.
     pub offset: Coordinates,
-    /// Number of poses tried.
+    /// Number of poses tried: the `count` given to [`accuracy`].
     pub poses: usize,
     /// Distance of each pose from its nearest sample: the error without projection.
     pub before: PoseDistance,
@@ -52,10 +52,10 @@ pub struct Accuracy {
     pub to_target: PoseDistance,
 }
 
-/// Accuracy of `learned` in eight ranges of offsets, 0.1 to 10 times those of the training pairs
-/// (angles at most 30°, or the training's own if larger), the smallest first. `count` poses in each
-/// range, none of which it was trained on. With a `count` of 0 the means are 0 and the quantiles
-/// NaN.
+/// Accuracy of `learned` in eight ranges of offsets, the smallest first: 0.1, 0.25, 0.5, 1, 2, 3, 5
+/// and 10 times those of the training pairs (angles at most 30°, or the training's own if larger).
+/// `count` poses are tried in each range, on none of which it was trained. With a `count` of 0 the
+/// means are 0 and the quantiles NaN.
 pub fn accuracy(learned: &dyn Projection, source: &TrainingSource<'_>, count: u64) -> Vec<Accuracy> {
     let regions = REGIONS.iter().map(|share| {
         let offset = std::array::from_fn(|k| {

@@ -21,7 +21,7 @@ pub struct AdamState {
     /// Running mean of the squared gradient by each weight and bias, shaped as the network's
     /// layers.
     pub second: Vec<Layer>,
-    /// Number of steps done.
+    /// Number of steps done; 0 before the first.
     pub steps: u64,
 }
 

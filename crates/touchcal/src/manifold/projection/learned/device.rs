@@ -15,11 +15,11 @@ pub enum Device {
     Wgpu,
 }
 
-/// Why a device cannot be used.
+/// Why a device cannot be used, as [`probe`](super::probe) or a training on it finds.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum DeviceError {
-    /// The device needs a cargo feature that this build lacks.
+    /// The device needs the cargo feature of its name, which this build lacks.
     #[error("this build has no {device}: build with --features {feature}", feature = .device.name())]
     NotBuilt {
         /// Device that was asked for.
@@ -42,11 +42,11 @@ pub enum DeviceError {
 }
 
 impl Device {
-    /// All devices, whether or not this build and this machine have them.
+    /// All devices, whether or not this build and this machine have them; the processor first.
     pub const ALL: [Device; 3] = [Device::Cpu, Device::Cuda, Device::Wgpu];
 
     /// Name of the device in lower case ("cpu", "cuda", "wgpu"), which is also that of its cargo
-    /// feature.
+    /// feature; the processor needs none.
     pub fn name(self) -> &'static str {
         match self {
             Device::Cpu => "cpu",

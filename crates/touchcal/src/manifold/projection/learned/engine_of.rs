@@ -13,7 +13,8 @@ use super::no_gpu as gpu;
 ///
 /// # Errors
 /// [`DeviceError::NotBuilt`] without the device's cargo feature, [`DeviceError::Unusable`] without
-/// device, driver or library, [`DeviceError::Failed`] if the sum fails. Never for [`Device::Cpu`].
+/// device, driver or library, [`DeviceError::Failed`] if the device reports an error or a wrong
+/// sum. None for [`Device::Cpu`].
 pub fn probe(device: Device) -> Result<(), DeviceError> {
     if device == Device::Cpu { Ok(()) } else { gpu::probe(device) }
 }

@@ -15,7 +15,8 @@ const MEMORY: usize = 8 << 20;
 const WIDE: usize = 1024;
 
 /// A projection computed by a trained network, in single precision (Negi, Manyar & Gupta 2025,
-/// arXiv 2506.17458). A pose that is not finite projects onto NaN.
+/// arXiv 2506.17458). A pose that is not finite projects onto NaN. Angles of projected poses may
+/// lie outside ±π.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LearnedProjection {
     network: Network,
@@ -25,8 +26,9 @@ pub struct LearnedProjection {
 
 impl LearnedProjection {
     /// A projection from a network of six inputs and six outputs, the scaling of both, and the
-    /// least and greatest value of each coordinate on the manifold it was trained for (m for 0–2,
-    /// rad for 3–5).
+    /// least and greatest value, in this order, of each coordinate `[x, y, z, α, β, γ]` on the
+    /// manifold it was trained for (m for 0–2, rad for 3–5). Scaling and bounds are not checked:
+    /// scales must be positive, and no least value greater than the greatest.
     ///
     /// # Errors
     /// [`NetworkError::Shape`] if the network has not six inputs and six outputs.

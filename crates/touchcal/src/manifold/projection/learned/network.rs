@@ -36,13 +36,14 @@ pub struct Layer {
     bias: Vec<f32>,
 }
 
-/// A multilayer perceptron: layers with `max(0, ·)` (ReLU) between them, none after the last.
+/// A multilayer perceptron in single precision: one [`Layer`] or more with `max(0, ·)` (ReLU)
+/// between them, none after the last.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Network {
     layers: Vec<Layer>,
 }
 
-/// Why layers cannot be combined into a network.
+/// Why layers cannot be combined into a network, or a network into a projection.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[non_exhaustive]
 pub enum NetworkError {
@@ -50,7 +51,8 @@ pub enum NetworkError {
     #[error("expected layers with inputs and outputs, found none")]
     Empty,
     /// The number of weights does not match the layer's inputs and outputs, or the number of inputs
-    /// (outputs) does not match the layer before (the use of the network).
+    /// is not that of outputs of the layer before, or inputs or outputs of the network do not suit
+    /// its use ([`LearnedProjection`](super::LearnedProjection)).
     #[error("layer {layer}: expected {expected} {what}, found {found}")]
     Shape {
         /// Index of the layer, 0 for the first.
@@ -214,8 +216,10 @@ impl Network {
     /// A network of layers in order from input to output.
     ///
     /// # Errors
-    /// [`NetworkError`] if there are no layers, a layer has no inputs or outputs, shapes do not
-    /// match, or a weight or bias is not finite.
+    /// [`NetworkError::Empty`] if there are no layers or one has no inputs or outputs,
+    /// [`NetworkError::Shape`] if numbers of weights, inputs or outputs do not match,
+    /// [`NetworkError::NotFinite`] if a weight or bias is not finite; of several, that of the first
+    /// layer.
     pub fn new(layers: Vec<Layer>) -> Result<Network, NetworkError> {
         let mut outputs = layers.first().ok_or(NetworkError::Empty)?.inputs;
         for (k, layer) in layers.iter().enumerate() {
@@ -229,9 +233,9 @@ impl Network {
     }
 
     /// Random layers between these widths: number of inputs, of outputs of each hidden layer, of
-    /// outputs. Weights are uniform about zero with variance `2 / inputs`, which keeps the size of
-    /// values from layer to layer, in the last layer `1 / inputs`; biases are zero (He et al. 2015,
-    /// arXiv 1502.01852).
+    /// outputs; the same for the same `seed`. Weights are uniform about zero with variance
+    /// `2 / inputs`, which keeps the size of values from layer to layer, in the last layer
+    /// `1 / inputs`; biases are zero (He et al. 2015, arXiv 1502.01852).
     ///
     /// # Errors
     /// [`NetworkError::Empty`] if there are fewer than two widths, or one is zero.
@@ -247,7 +251,7 @@ impl Network {
         Network::new(layers.collect())
     }
 
-    /// The layers, from input to output.
+    /// The layers, from input to output; at least one.
     pub fn layers(&self) -> &[Layer] {
         &self.layers
     }
@@ -256,14 +260,16 @@ impl Network {
         &mut self.layers
     }
 
-    /// Number of inputs of the network, then number of outputs of each layer.
+    /// Number of inputs of the network, then number of outputs of each layer: one more number than
+    /// layers.
     pub fn widths(&self) -> impl Iterator<Item = usize> {
         self.layers.first().map(Layer::inputs).into_iter().chain(self.layers.iter().map(Layer::outputs))
     }
 
     /// Outputs of the network for a batch of inputs. `inputs` is row-major: one row of
     /// [`widths`](Network::widths)' first number per sample, one after another; so is the result
-    /// with rows of the last number. Surplus numbers of an incomplete last row are ignored.
+    /// with rows of the last number, empty for no inputs. Surplus numbers of an incomplete last row
+    /// are ignored; rows with NaN give NaN.
     pub fn forward(&self, inputs: &[f32]) -> Vec<f32> {
         let width = self.layers.first().map_or(1, Layer::inputs);
         let mut values = Stack::default();

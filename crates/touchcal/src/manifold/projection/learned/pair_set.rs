@@ -15,9 +15,10 @@ pub(super) const PORTION: u64 = 1 << 16;
 /// What a projection is learned from: pairs of poses, and the projection that labels them.
 #[derive(Clone, Copy, Debug)]
 pub struct TrainingSource<'t> {
-    /// Projection that computes the target of each input.
+    /// Projection that computes the target of each input; its samples are what the inputs are near
+    /// to.
     pub projection: &'t NearestSample,
-    /// Distribution and seed of the pairs.
+    /// Offsets of the inputs from the samples, and seed of the pairs.
     pub pairs: TrainingPairs,
 }
 

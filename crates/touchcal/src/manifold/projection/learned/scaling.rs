@@ -22,13 +22,15 @@ pub enum Output {
 pub struct Scaling {
     /// Quantity that the outputs represent.
     pub output: Output,
-    /// Length that a radian counts as in the outputs.
+    /// Length that a radian counts as in the outputs: the projection's metric.
     pub metric: Metric,
-    /// Mean of the inputs `[x, y, z, α, β, γ]` (m, rad).
+    /// Mean of the inputs `[x, y, z, α, β, γ]` (m, rad); of angles that of the differences the
+    /// shorter way round from the first input.
     pub input_centre: Coordinates,
     /// Root mean square of each input about its mean (m, rad), at least 10⁻⁹.
     pub input_scale: Coordinates,
-    /// Mean of the targets `[x, y, z, α, β, γ]` (m, rad); unused for corrections.
+    /// Mean of the targets `[x, y, z, α, β, γ]` (m, rad), of angles as for the inputs; unused for
+    /// corrections.
     pub output_centre: Coordinates,
     /// Length (m) that one unit of an output represents: root mean square of the outputs, at least
     /// 10⁻⁹.
@@ -40,7 +42,8 @@ const LEAST: f64 = 1e-9;
 
 impl Scaling {
     /// Scaling by means and root mean squares of training pairs: `inputs[i]` and its projection
-    /// `targets[i]` (m, rad). Without pairs the centres are zero and the scales 10⁻⁹.
+    /// `targets[i]` (m, rad), as many of both. Without pairs the centres are zero and the scales
+    /// 10⁻⁹.
     pub fn of(output: Output, metric: Metric, inputs: &[Coordinates], targets: &[Coordinates]) -> Scaling {
         let input_centre = centre(inputs);
         let input_scale = root_mean_square(inputs.iter().map(|c| difference(c, &input_centre))).map(|s| s.max(LEAST));
@@ -73,13 +76,14 @@ impl Scaling {
         std::array::from_fn(|k| from[k] + f64::from(output[k]) * scale[k])
     }
 
-    /// Size of one unit of each output (m for 0–2, rad for 3–5).
+    /// Size of one unit of each output, in the order `[x, y, z, α, β, γ]` (m for 0–2, rad for 3–5).
     pub fn output_scale(&self) -> Coordinates {
         self.metric.point(&[1.0; 6]).map(|length| self.output_length / length)
     }
 
     /// Root mean square distance (m, in the metric) between projected poses and targets whose
-    /// outputs have the mean square error `loss`.
+    /// outputs have the mean square error `loss` (no unit, not negative):
+    /// `output_length · √(6 loss)`.
     pub fn distance(&self, loss: f64) -> f64 {
         self.output_length * (6.0 * loss).sqrt()
     }

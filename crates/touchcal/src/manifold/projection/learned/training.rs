@@ -17,28 +17,30 @@ use crate::manifold::projection::projected::Projection;
 /// own.
 const HELD_OUT: u64 = 1 << 48;
 
-/// Why training cannot begin or continue.
+/// Why training cannot begin or continue, or its network cannot be used.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 pub enum TrainingError {
-    /// The widths of the hidden layers make no network, or a checkpoint's network is unusable.
+    /// The widths of the hidden layers make no network, as one of them is zero; or the network of a
+    /// changed checkpoint makes no projection ([`Training::learned`]).
     #[error(transparent)]
     Network(#[from] NetworkError),
     /// The device is missing or failed.
     #[error(transparent)]
     Device(#[from] DeviceError),
-    /// An option that must be finite and above zero is not.
+    /// An option that must be finite and above zero is not; the first one is reported.
     #[error("expected {what} above zero, found {found}")]
     Option {
-        /// Name of the option, such as "the batch".
+        /// Name of the option: "the batch", "the steps", "the pairs", "the held-out pairs", "the
+        /// steps between checks" or "the learning rate".
         what: &'static str,
-        /// Value of the option.
+        /// Value of the option, in its unit.
         found: f64,
     },
-    /// The loss is no longer finite: the learning rate is too high.
+    /// The loss of a batch is no longer finite: the learning rate is too high.
     #[error("the loss is {loss} after {step} steps: the learning rate is too high")]
     Diverged {
-        /// Number of steps done.
+        /// Number of steps done, with the one that failed.
         step: u64,
         /// The loss, NaN or infinite.
         loss: f64,
@@ -48,9 +50,9 @@ pub enum TrainingError {
 /// Progress of training after a step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Progress {
-    /// Number of steps done, 1 after the first.
+    /// Number of steps done, 1 after the first; those before a checkpoint count.
     pub step: u64,
-    /// Total number of steps.
+    /// Total number of steps: [`TrainingOptions::steps`].
     pub steps: u64,
     /// Mean square of the outputs' errors (no unit) in this step's batch, before the step;
     /// [`Scaling::distance`] converts it to a distance (m).
@@ -60,23 +62,24 @@ pub struct Progress {
     pub held_out: Option<f64>,
 }
 
-/// Why training ended.
+/// Why [`Training::run`] ended.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Ending {
     /// All steps are done.
     AllSteps,
-    /// The held-out loss did not fall for [`TrainingOptions::patience`] evaluations.
+    /// The held-out loss did not fall for [`TrainingOptions::patience`] successive evaluations.
     NoGain,
     /// The observer returned [`ControlFlow::Break`].
     Interrupted,
 }
 
-/// Callback after each step; [`ControlFlow::Break`] ends the training. On the processor the
-/// checkpoint is that of the step; on other devices it is that of the last evaluation on held-out
-/// pairs, from which training can also be resumed.
+/// Callback after each step; [`ControlFlow::Break`] ends the training with [`Ending::Interrupted`].
+/// On the processor the checkpoint is that of the step; on other devices it is that of the last
+/// evaluation on held-out pairs, from which training can also be resumed.
 pub type Observer<'o> = &'o mut dyn FnMut(&Progress, &Checkpoint) -> ControlFlow<()>;
 
-/// A training in progress.
+/// A training in progress: begun by [`Training::start`] or [`Training::resume`], done by
+/// [`Training::run`].
 #[derive(Debug)]
 pub struct Training {
     state: Checkpoint,
@@ -89,8 +92,9 @@ pub struct Training {
 }
 
 impl Training {
-    /// Prepares training before the first step, on the processor: a random network from
-    /// `options.seed`, and all pairs, computed here and held in memory.
+    /// Prepares training before the first step, on the processor: a random network
+    /// ([`Network::random`]) from `options.seed`, and all pairs, computed here and held in memory,
+    /// 48 bytes each.
     ///
     /// # Errors
     /// [`TrainingError::Option`] if an option that must be positive is not,
@@ -108,7 +112,8 @@ impl Training {
     }
 
     /// Prepares training from a checkpoint, on the processor; `source` must be the one that the
-    /// checkpoint was trained with.
+    /// checkpoint was trained with, and the checkpoint's network and [`AdamState`] of the shape
+    /// that [`start`](Training::start) gives them: neither is checked. The pairs are computed anew.
     ///
     /// # Errors
     /// [`TrainingError::Option`] if an option that must be positive is not.
@@ -131,7 +136,9 @@ impl Training {
     /// processor's, and possibly differently from run to run.
     ///
     /// # Errors
-    /// [`TrainingError::Device`] if this build or this machine lacks the device.
+    /// [`TrainingError::Device`] if this build or this machine lacks the device, or one of the
+    /// devices fails. The training is lost then; a clone of its [`state`](Training::state) can be
+    /// resumed.
     pub fn on(mut self, device: Device) -> Result<Training, TrainingError> {
         self.engine.read(&mut self.state)?;
         self.engine = engine_of(device, &self.state)?;
@@ -145,11 +152,12 @@ impl Training {
     }
 
     /// Trains until all steps are done, patience is exhausted, or `observer` ends it after some
-    /// step.
+    /// step. After an interruption another call continues; after another [`Ending`] it ends at once
+    /// in the same way.
     ///
     /// # Errors
     /// [`TrainingError::Diverged`] if the loss is no longer finite, [`TrainingError::Device`] if
-    /// the device fails.
+    /// the device fails. The best weights of the [`state`](Training::state) so far are kept.
     pub fn run(&mut self, observer: Observer<'_>) -> Result<Ending, TrainingError> {
         while self.done < self.state.options.steps {
             if self.out_of_patience() {
