@@ -55,7 +55,7 @@ def reports(touchcal, folder):
     problem = (folder / "demo/problem.toml").read_text()
     variants = {
         "not_usable": (problem.replace("outline_offset_mm = 0.5", "outline_offset_mm = 1.0"), 3),
-        "free": (problem.replace("[[contacts]]", "free = true\n[[contacts]]", 1), 0),
+        "free": (problem.replace("exact = true\n\n[[contacts]]", 'free = true\nexact = ["clearance", "depth"]\n\n[[contacts]]', 1), 0),
         "hostile": (problem.replace('"hole"\nkind', f"'''{HOSTILE}'''\nkind").replace('fixture = "hole"', f"fixture = '''{HOSTILE}'''"), 0),
     }
     for name, (text, code) in variants.items():

@@ -57,8 +57,8 @@ for name in PLANES:
 
 problem = touchcal.Problem(
     robot,
-    touchcal.Tool(touchcal.pose((0, 0, 0.1), quat_wxyz=(0, 0, 1, 0))),
-    [touchcal.Fixture(name, touchcal.Manifold.plane(), place) for name, place in PLANES.items()],
+    touchcal.Tool(touchcal.pose((0, 0, 0.1), quat_wxyz=(0, 0, 1, 0)), exact=True),
+    [touchcal.Fixture(name, touchcal.Manifold.plane(), place, exact=True) for name, place in PLANES.items()],
     logs,
     parameters=["joint_offset"],
 )

@@ -18,7 +18,7 @@ use crate::error::io;
 use crate::frame::Frame;
 use crate::problem::Problem;
 use crate::progress::{Observer, Progress};
-use crate::result::{NullDirection, Parameter, Termination, Warning};
+use crate::result::{EffectTest, NullDirection, Parameter, Termination, Warning};
 use crate::robot::Robot;
 use crate::score::Score;
 
@@ -109,6 +109,13 @@ impl Calibration {
     #[getter]
     fn warnings(&self) -> Vec<Warning> {
         self.file.warnings.iter().cloned().map(Warning::from).collect()
+    }
+
+    /// Score tests of effects that the model leaves out, the least p-value first; none where the
+    /// search did not converge, or contacts have no likelihood.
+    #[getter]
+    fn effect_tests(&self) -> Vec<EffectTest> {
+        self.solved.estimate.effect_tests.iter().map(EffectTest::from).collect()
     }
 
     /// Why the search stopped.

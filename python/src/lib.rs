@@ -13,6 +13,7 @@ mod frame;
 mod inspection;
 mod log;
 mod manifold;
+mod parts;
 mod problem;
 mod progress;
 mod repr;
@@ -42,11 +43,13 @@ mod _touchcal {
     #[pymodule_export]
     use crate::manifold::{Manifold, extrusion25, offset_outline, project, read_outline};
     #[pymodule_export]
-    use crate::problem::{Fixture, Problem, Tool};
+    use crate::parts::{Fixture, Tool};
+    #[pymodule_export]
+    use crate::problem::Problem;
     #[pymodule_export]
     use crate::progress::Progress;
     #[pymodule_export]
-    use crate::result::{NullDirection, Parameter, Termination, Warning};
+    use crate::result::{EffectTest, NullDirection, Parameter, Termination, Warning};
     #[pymodule_export]
     use crate::robot::Robot;
     #[pymodule_export]

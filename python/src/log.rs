@@ -96,14 +96,14 @@ impl ContactLog {
 
     /// With what was taken for granted said as warnings.
     fn with_warnings(self, py: Python<'_>) -> PyResult<ContactLog> {
-        warn(py, &self.log)?;
+        warn(py, self.log.notes())?;
         Ok(self)
     }
 }
 
 /// Says what was taken for granted in reading.
-pub fn warn(py: Python<'_>, log: &touchcal::contact::ContactLog) -> PyResult<()> {
-    for note in log.notes() {
+pub fn warn(py: Python<'_>, notes: &[String]) -> PyResult<()> {
+    for note in notes {
         PyErr::warn(py, &py.get_type::<PyUserWarning>(), &CString::new(note.as_str())?, 1)?;
     }
     Ok(())

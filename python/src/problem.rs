@@ -6,115 +6,25 @@ use std::path::PathBuf;
 use numpy::PyArray2;
 use pyo3::prelude::*;
 use pyo3::types::PyMapping;
-use touchcal::estimate::{self, Distance, PlacePrior, contact_poses};
+use touchcal::estimate::{self, DEFAULT_DISTANCE_SIGMA, Distance, contact_poses};
 use touchcal::io::mukca::{self, MukcaOptions};
-use touchcal::io::problem_file::{self, DEFAULT_DISTANCE_SIGMA, Settings};
+use touchcal::io::problem_file::{self, Assumptions, EXACT_DISTANCE_SIGMA, Settings};
 use touchcal::io::{Input, IoError, Loaded};
-use touchcal::se3::Pose;
 
-use crate::array::{Numbers, one_pose, poses_array};
+use crate::array::poses_array;
 use crate::error::{io, unexpected};
 use crate::log::{ContactLog, contact_positions, warn};
-use crate::manifold::Manifold;
+use crate::parts::{Fixture, Tool};
 use crate::robot::Robot;
 use crate::toml_value::as_table;
 
 /// Name of the source of settings in messages.
 const SETTINGS: &str = "Problem";
+/// Arguments that declare what is assumed without them.
+const KEYS: &str = "sigma, sigma_angle, clearance_sigma, depth_sigma, or exact=True";
 
-/// The tool: its pose on the arm's tip link.
-///
-/// Args:
-///     tip_from_tool: nominal pose of the tool's frame on the tip link, shape (7,) or (4, 4);
-///         default: the tip link itself.
-///     sigma, sigma_angle: its prior: standard deviations of each translation (m) and
-///         rotation (rad) component; 0: exactly known.
-///     free: flat prior, instead of sigma and sigma_angle.
-#[pyclass(frozen, module = "touchcal")]
-#[derive(Clone, Debug)]
-pub struct Tool {
-    tool: estimate::Tool,
-}
-
-#[pymethods]
-impl Tool {
-    #[new]
-    #[pyo3(signature = (tip_from_tool=None, *, sigma=0.0, sigma_angle=0.0, free=false))]
-    fn new(tip_from_tool: Option<Numbers<'_>>, sigma: f64, sigma_angle: f64, free: bool) -> PyResult<Tool> {
-        let tip_from_tool = match &tip_from_tool {
-            None => Pose::identity(),
-            Some(pose) => one_pose(pose, "tip_from_tool")?,
-        };
-        Ok(Tool { tool: estimate::Tool { tip_from_tool, prior: place_prior("tool", sigma, sigma_angle, free)? } })
-    }
-}
-
-/// A fixture: a contact manifold at a pose.
-///
-/// Args: name: unique; fixtures "left/0" and "left/1" are of the placement "left". manifold: its
-/// contact manifold. base_from_fixture: its nominal pose in the base frame, shape (7,) or (4, 4). A
-/// free socket needs none. sigma, sigma_angle: its prior: standard deviations of each translation
-/// (m) and rotation (rad) component; 0: exactly known. free: flat prior, instead of sigma and
-/// sigma_angle. placement: fixtures that were recorded in one session share it; default: the name
-/// up to its first "/".
-#[pyclass(frozen, module = "touchcal")]
-#[derive(Clone, Debug)]
-pub struct Fixture {
-    fixture: estimate::Fixture,
-    manifold: Manifold,
-}
-
-#[pymethods]
-#[allow(clippy::too_many_arguments, reason = "most are keywords with a default")]
-impl Fixture {
-    #[new]
-    #[pyo3(signature = (name, manifold, base_from_fixture=None, *, sigma=0.0, sigma_angle=0.0, free=false, placement=None))]
-    fn new(
-        name: String,
-        manifold: &Manifold,
-        base_from_fixture: Option<Numbers<'_>>,
-        sigma: f64,
-        sigma_angle: f64,
-        free: bool,
-        placement: Option<String>,
-    ) -> PyResult<Fixture> {
-        let title = format!("fixture `{name}`");
-        let place = base_from_fixture.as_ref();
-        let place = place.map(|pose| one_pose(pose, &format!("{title}, base_from_fixture"))).transpose()?;
-        let fixture = estimate::Fixture {
-            manifold: manifold.shape.clone(),
-            base_from_fixture: place,
-            prior: place_prior(&title, sigma, sigma_angle, free)?,
-            placement: placement.unwrap_or_else(|| problem_file::placement(&name).to_owned()),
-            name,
-        };
-        Ok(Fixture { fixture, manifold: manifold.clone() })
-    }
-
-    /// Its name.
-    #[getter]
-    fn name(&self) -> &str {
-        &self.fixture.name
-    }
-
-    fn __repr__(&self) -> String {
-        format!("Fixture({:?}, {:?})", self.fixture.name, self.fixture.manifold.name())
-    }
-}
-
-fn place_prior(what: &str, sigma: f64, sigma_angle: f64, free: bool) -> PyResult<PlacePrior> {
-    if let Some(bad) = [sigma, sigma_angle].into_iter().find(|sigma| !(*sigma >= 0.0 && sigma.is_finite())) {
-        return Err(unexpected(format!("{what}, sigma"), "a number of at least 0", format!("{bad}")));
-    }
-    match (free, sigma > 0.0 || sigma_angle > 0.0) {
-        (true, true) => Err(unexpected(what, "free or sigma and sigma_angle", "both")),
-        (true, false) => Ok(PlacePrior::Flat),
-        (false, true) => Ok(PlacePrior::Gaussian { sigma, sigma_angle }),
-        (false, false) => Ok(PlacePrior::Fixed),
-    }
-}
-
-/// A calibration problem: robot, tool, fixtures and contacts.
+/// A calibration problem: robot, tool, fixtures and contacts. What is assumed where no standard
+/// deviations are declared is issued as a `UserWarning`.
 ///
 /// Args:
 ///     robot: the arm.
@@ -122,11 +32,11 @@ fn place_prior(what: &str, sigma: f64, sigma_angle: f64, free: bool) -> PyResult
 ///     fixtures: the fixtures.
 ///     contacts: by name of a fixture, the log of its contacts, or several.
 ///     parameters: blocks to estimate: "strain", "segment_strain", "joint_offset", "joint_origin",
-///         "joint_compliance", "joint_drift", "tool", "fixture".
+///         "joint_compliance", "joint_drift", "joint_trend", "tool", "fixture".
 ///     distances: known distances between origins of fixtures: (name, name, metres) or (name, name,
-///         metres, sigma).
-///     noise: the table [noise] of problem.toml: encoder_deg, contact_mm; default: learned from the
-///         data.
+///         metres, sigma); default of sigma: 0.1 mm. A sigma of 0 is exact.
+///     noise: the table [noise] of problem.toml: encoder_deg, contact_mm, encoder_trend_deg;
+///         default: learned from the data.
 ///     estimate: other keys of the table [estimate] of problem.toml: loss, loss_scale, freeze,
 ///         prior, method, descent.
 ///
@@ -147,18 +57,20 @@ enum KnownDistance {
 }
 
 impl KnownDistance {
-    fn checked(self, names: &FixtureNames) -> PyResult<Distance> {
-        let (first, second, distance, sigma) = match self {
-            KnownDistance::Default(first, second, distance) => (first, second, distance, DEFAULT_DISTANCE_SIGMA),
-            KnownDistance::WithSigma(first, second, distance, sigma) => (first, second, distance, sigma),
+    fn checked(self, names: &FixtureNames, assumptions: &mut Assumptions) -> PyResult<Distance> {
+        let (first, second, distance, declared) = match self {
+            KnownDistance::Default(first, second, distance) => (first, second, distance, None),
+            KnownDistance::WithSigma(first, second, distance, sigma) => (first, second, distance, Some(sigma)),
         };
+        let sigma = declared.unwrap_or(DEFAULT_DISTANCE_SIGMA);
         let between = (names.index(&first, "distances")?, names.index(&second, "distances")?);
-        let is_positive = |value: f64| value > 0.0 && value.is_finite();
-        if between.0 == between.1 || !is_positive(distance) || !is_positive(sigma) {
+        let is_length = distance > 0.0 && distance.is_finite() && sigma >= 0.0 && sigma.is_finite();
+        if between.0 == between.1 || !is_length {
             let found = format!("({first:?}, {second:?}, {distance}, {sigma})");
             return Err(unexpected("distances", "two fixtures, a positive distance and its sigma (m)", found));
         }
-        Ok(Distance { between, distance, sigma })
+        assumptions.distance([&first, &second], declared, sigma);
+        Ok(Distance { between, distance, sigma: sigma.max(EXACT_DISTANCE_SIGMA) })
     }
 }
 
@@ -170,7 +82,7 @@ struct FixtureNames {
 
 impl FixtureNames {
     fn new(fixtures: &[PyRef<'_, Fixture>]) -> PyResult<FixtureNames> {
-        let names: Vec<String> = fixtures.iter().map(|fixture| fixture.fixture.name.clone()).collect();
+        let names: Vec<String> = fixtures.iter().map(|fixture| fixture.name().to_owned()).collect();
         let mut indices = HashMap::new();
         for (index, name) in names.iter().enumerate() {
             if indices.insert(name.clone(), index).is_some() {
@@ -220,6 +132,7 @@ impl Problem {
     #[new]
     #[pyo3(signature = (robot, tool, fixtures, contacts, *, parameters, distances=None, noise=None, estimate=None))]
     fn new(
+        py: Python<'_>,
         robot: &Robot,
         tool: &Tool,
         fixtures: Vec<PyRef<'_, Fixture>>,
@@ -234,21 +147,22 @@ impl Problem {
         let settings = settings.map_err(|error| io(without_lines(error)))?;
         let mut inputs = vec![robot.file.input.clone()];
         let names = FixtureNames::new(&fixtures)?;
+        let mut assumptions = Assumptions::default();
+        let tool = tool.nominal(&settings, &fixtures, &mut assumptions);
         let mut nominal = Vec::with_capacity(fixtures.len());
         for given in &fixtures {
-            let mut fixture = given.fixture.clone();
-            fixture.prior = settings.fixture_freedom(fixture.prior);
-            if let Some(expected) = problem_file::missing_place(&fixture) {
-                return Err(unexpected(format!("fixture `{}`", fixture.name), expected, "none"));
-            }
-            inputs.extend(given.manifold.inputs.iter().cloned());
-            nominal.push(fixture);
+            nominal.push(given.nominal(&settings, &mut assumptions)?);
+            inputs.extend(given.inputs().iter().cloned());
         }
-        let log = joined_log(contacts, &names, arm.dof(), &mut inputs)?;
-        let distances = distances.unwrap_or_default().into_iter().map(|distance| distance.checked(&names));
-        let distances: Vec<Distance> = distances.collect::<PyResult<_>>()?;
-        let problem = settings.problem(arm.clone(), (tool.tool.clone(), nominal, distances), log);
+        let mut log = joined_log(contacts, &names, arm.dof(), &mut inputs)?;
+        let known = distances.unwrap_or_default().into_iter();
+        let distances: Vec<Distance> =
+            known.map(|distance| distance.checked(&names, &mut assumptions)).collect::<PyResult<_>>()?;
+        let told = log.notes().len();
+        assumptions.notes(KEYS).iter().for_each(|note| log.note(note));
+        let problem = settings.problem(arm.clone(), (tool, nominal, distances), log);
         let problem = problem.map_err(|error| io(without_lines(error)))?;
+        warn(py, &problem.contacts.notes()[told..])?;
         Problem::of(Loaded { problem, urdf: robot.file.text.clone(), inputs })
     }
 
@@ -310,7 +224,8 @@ impl Problem {
         self.loaded.inputs.iter().map(|input| (input.path.as_str(), input.sha256.as_str())).collect()
     }
 
-    /// Assumptions made in reading logs, as issued in warnings.
+    /// Assumptions made in reading logs, and where no standard deviations are declared, as issued
+    /// in warnings.
     #[getter]
     fn notes(&self) -> Vec<String> {
         self.loaded.problem.contacts.notes().to_vec()
@@ -349,7 +264,7 @@ impl Problem {
 
     /// The problem, after the notes of its logs were issued as Python warnings.
     fn with_warnings(self, py: Python<'_>) -> PyResult<Problem> {
-        warn(py, &self.loaded.problem.contacts)?;
+        warn(py, self.loaded.problem.contacts.notes())?;
         Ok(self)
     }
 }

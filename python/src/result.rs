@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use pyo3::prelude::*;
-use touchcal::estimate::{self, Identifiability};
+use touchcal::estimate::{self, EffectValue, Identifiability};
 use touchcal::io::estimate_file::{ParameterEntry, Severity, WarningEntry};
 
 use crate::repr::{python_bool, shown};
@@ -106,6 +106,57 @@ impl From<WarningEntry> for Warning {
 impl Warning {
     fn __repr__(&self) -> String {
         format!("Warning({:?}, {:?})", self.kind, self.message)
+    }
+}
+
+/// A score test of an effect that the model leaves out.
+///
+/// Attributes:
+///     effect: for programs: "joint_compliance", "segment_strain", "joint_origin",
+///         "joint_harmonic", "joint_trend", "tool" or "fixture.{name}".
+///     description: the effect in words.
+///     statistic: score statistic, chi-squared distributed if the effect is zero.
+///     degrees_of_freedom: number of directions tested.
+///     p_value: probability, 0 to 1, of a statistic as large by chance, times the number of tests.
+///     values: by name of the parameter that the effect would have, its one-step estimate and the
+///         standard deviation of that, in SI units.
+///     displacement: root mean square motion of the tool over the workspace if the effect were
+///         estimated (m).
+///     radius: root mean square radius of the tool's reported 95 % region over the workspace (m).
+#[pyclass(frozen, get_all, eq, module = "touchcal")]
+#[derive(Clone, Debug, PartialEq)]
+pub struct EffectTest {
+    effect: String,
+    description: String,
+    statistic: f64,
+    degrees_of_freedom: usize,
+    p_value: f64,
+    values: BTreeMap<String, (f64, f64)>,
+    displacement: f64,
+    radius: f64,
+}
+
+impl From<&estimate::EffectTest> for EffectTest {
+    fn from(test: &estimate::EffectTest) -> Self {
+        let value = |entry: &EffectValue| (entry.name.clone(), (entry.value, entry.sigma));
+        EffectTest {
+            effect: test.effect.name(),
+            description: test.effect.description(),
+            statistic: test.statistic,
+            degrees_of_freedom: test.degrees_of_freedom,
+            p_value: test.p_value,
+            values: test.values.iter().map(value).collect(),
+            displacement: test.displacement,
+            radius: test.radius,
+        }
+    }
+}
+
+#[pymethods]
+impl EffectTest {
+    fn __repr__(&self) -> String {
+        let EffectTest { effect, p_value, displacement, .. } = self;
+        format!("EffectTest({effect:?}, p_value={p_value:?}, displacement={displacement:?})")
     }
 }
 

@@ -23,8 +23,8 @@ def long_one() -> touchcal.Problem:
     place = touchcal.pose((0.6, 0.1, 0.15), quat_wxyz=(0.984807753012, 0, 0, 0.173648177667))
     return touchcal.Problem(
         robot,
-        touchcal.Tool(touchcal.pose((0, 0, 0.15), quat_wxyz=(0, 0, 1, 0))),
-        [touchcal.Fixture("hole", hole, place)],
+        touchcal.Tool(touchcal.pose((0, 0, 0.15), quat_wxyz=(0, 0, 1, 0)), exact=True),
+        [touchcal.Fixture("hole", hole, place, exact=True)],
         {"hole": [touchcal.ContactLog.from_numpy(robot, log["q"], contact=log["contact"])] * 20},
         parameters=["strain", "joint_offset"],
     )
@@ -62,7 +62,7 @@ def test_a_problem_in_code_has_the_bits_of_its_file(workcell: Path) -> None:
     mm, deg = 1e-3, np.pi / 180
     problem = touchcal.Problem(
         robot,
-        touchcal.Tool(touchcal.pose((0, 0, 150 * mm), quat_wxyz=(0, 0, 1, 0))),
+        touchcal.Tool(touchcal.pose((0, 0, 150 * mm), quat_wxyz=(0, 0, 1, 0)), exact=True),
         [
             touchcal.Fixture(
                 "hole",
@@ -72,15 +72,17 @@ def test_a_problem_in_code_has_the_bits_of_its_file(workcell: Path) -> None:
                 ),
                 sigma=1 * mm,
                 sigma_angle=0.2 * deg,
+                exact=["clearance", "depth"],
             )
         ],
         {"hole": touchcal.ContactLog.from_file(robot, workcell / "hole.csv", force_threshold=3)},
         parameters=["joint_offset"],
-        noise={"encoder_deg": 0.002, "contact_mm": 0.005},
+        noise={"encoder_deg": 0.002, "contact_mm": 0.005, "encoder_trend_deg": 0},
         estimate={"loss": "geman_mcclure", "loss_scale": 3},
     )
     in_code = touchcal.calibrate(problem)
     assert in_code.parameters == from_file.parameters
+    assert in_code.effect_tests == from_file.effect_tests
     assert np.array_equal(in_code.covariance, from_file.covariance)
     assert in_code.calibrated_urdf() == from_file.calibrated_urdf()
     assert [sha for _, sha in problem.inputs] == [
@@ -114,6 +116,24 @@ def settings(folder: Path, table: str) -> dict[str, object]:
     lines = (folder / "problem.toml").read_text().split(f"[{table}]\n")[1].split("[")[0].splitlines()
     pairs = (line.split(" = ") for line in lines if " = " in line)
     return {key: json.loads(value) for key, value in pairs if key != "parameters"}
+
+
+def test_what_is_left_out_is_tested(workcell: Path) -> None:
+    calibration = touchcal.calibrate(touchcal.Problem.from_toml(workcell / "problem.toml"))
+    tests = {test.effect: test for test in calibration.effect_tests}
+    # The tool is declared exact; the fixture has a standard deviation and is estimated.
+    assert {"joint_compliance", "joint_origin", "joint_trend", "tool"} <= set(tests)
+    assert "fixture.hole" not in tests
+    p_values = [test.p_value for test in calibration.effect_tests]
+    assert p_values == sorted(p_values) and all(0 <= p <= 1 for p in p_values)
+    test = tests["joint_compliance"]
+    assert test.description and test.degrees_of_freedom >= 1 and test.statistic > 0 and test.radius > 0
+    value, sigma = test.values["joint_compliance.joint_a2"]
+    assert np.isfinite(value) and sigma >= 0
+    # All entries are those of the file.
+    written = json.loads(calibration.to_json())["effect_tests"]
+    assert [entry["effect"] for entry in written] == [test.effect for test in calibration.effect_tests]
+    assert written[0]["displacement_mm"] == pytest.approx(1e3 * calibration.effect_tests[0].displacement, rel=1e-12)
 
 
 def test_a_calibrated_arm_is_the_one_that_is_written(workcell: Path, tmp_path: Path) -> None:

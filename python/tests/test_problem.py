@@ -24,12 +24,12 @@ def test_what_problems_are_refused_for(robot: touchcal.Robot, log: touchcal.Cont
     sockets = [Fixture("a/0", ball, free=True), Fixture("a/1", ball, free=True)]
 
     def refused(words: str, **arguments: object) -> None:
-        usual = {"robot": robot, "tool": Tool(), "fixtures": sockets, "contacts": {"a/0": log}, "parameters": ["strain"]}
+        usual = {"robot": robot, "tool": Tool(exact=True), "fixtures": sockets, "contacts": {"a/0": log}, "parameters": ["strain"]}
         with pytest.raises(touchcal.InputError, match=words):
             Problem(**{**usual, **arguments})  # type: ignore[arg-type]
 
     refused("^Problem, estimate, parameters: expected a block of parameters .*, found \"strian\"; did you mean `strain`", parameters=["strian"])
-    refused("^Problem: unknown field `encoder`, expected one of `encoder_deg`, `contact_mm`, `estimated`", noise={"encoder": 1})
+    refused("^Problem: unknown field `encoder`, expected one of `encoder_deg`, `contact_mm`, `encoder_trend_deg`, `estimated`", noise={"encoder": 1})
     refused("encoder or contact noise above 0, found both 0", noise={"encoder_deg": 0, "contact_mm": 0})
     refused("^Problem: unknown variant `l2`", estimate={"loss": "l2"})
     refused("did you mean `joint_offset.joint_a1`", parameters=["joint_offset"], estimate={"freeze": ["joint_offset.joint_b1"]})
@@ -39,10 +39,54 @@ def test_what_problems_are_refused_for(robot: touchcal.Robot, log: touchcal.Cont
     refused("fixture `p`: expected `base_from_fixture`, from where", fixtures=[Fixture("p", Manifold.plane(), free=True)])
     refused("distances: expected two fixtures", distances=[("a/0", "a/0", 0.05)])
     refused("distances: expected the name", distances=[("a/0", "c", 0.05)])
-    with pytest.raises(touchcal.InputError, match="tool: expected free or sigma and sigma_angle, found both"):
+    with pytest.raises(touchcal.InputError, match="tool: expected free or standard deviations, found both"):
         Tool(free=True, sigma=1e-3)
     with pytest.raises(touchcal.InputError, match="tool, sigma: expected a number of at least 0, found -1"):
         Tool(sigma=-1)
+    with pytest.raises(touchcal.InputError, match="tool: expected exact or standard deviations above 0, found both"):
+        Tool(exact=True, sigma_angle=1e-3)
+    with pytest.raises(touchcal.InputError, match="tool: expected free or exact, found both"):
+        Tool(exact=True, free=True)
+    with pytest.raises(touchcal.InputError, match='fixture `a`, exact: expected True, False, or a list of place, found "depth"'):
+        Fixture("a", ball, exact=["depth"])
+    with pytest.raises(touchcal.InputError, match="fixture `a`, clearance_sigma: expected what belongs to a manifold without a hole"):
+        Fixture("a", ball, clearance_sigma=1e-5)
+    with pytest.raises(touchcal.InputError, match='fixture `h`, depth_sigma: expected depth_sigma or exact with "depth", found both'):
+        Fixture("h", hole(), touchcal.pose(), depth_sigma=1e-5, exact=["depth"])
+    with pytest.raises(touchcal.InputError, match="fixture `h`, clearance_sigma: expected a number of at least 0, found -1"):
+        Fixture("h", hole(), touchcal.pose(), clearance_sigma=-1)
+
+
+def hole() -> Manifold:
+    peg = touchcal.extrusion25()
+    return Manifold.peg_in_hole(peg, touchcal.offset_outline(peg, 0.0005), length=0.04, depth=0.03)
+
+
+def test_what_is_assumed_is_warned_of_and_estimated(robot: touchcal.Robot, log: touchcal.ContactLog) -> None:
+    place = touchcal.pose((0.6, 0.1, 0.15))
+
+    def problem(tool: Tool, fixtures: list[Fixture], **arguments: object) -> Problem:
+        contacts = {fixture.name: log for fixture in fixtures}
+        return Problem(robot, tool, fixtures, contacts, parameters=["joint_offset"], **arguments)  # type: ignore[arg-type]
+
+    words = r"tool: place ± 0.3 mm, 0.2°; fixture `h`: place ± 1 mm, 0.5°; fixture `h`: clearance ± 0.03 mm; fixture `h`: depth ± 0.03 mm; declare"
+    with pytest.warns(UserWarning, match=words):
+        assumed = problem(Tool(), [Fixture("h", hole(), place)])
+    assert len(assumed.notes) == 1
+    priors = {entry.name: entry.prior_sigma for entry in touchcal.inspect(assumed).parameters}
+    assert priors["tool.x"] == 0.3e-3 and priors["fixture.h.x"] == 1e-3
+    assert priors["fixture.h.rx"] == pytest.approx(np.radians(0.5), rel=1e-12)
+    with pytest.warns(UserWarning, match=r"tool: place ± 2 mm, 0.2°; declare"):
+        problem(Tool(sigma=2e-3), [Fixture("h", hole(), place, exact=True)])
+    # A ball has no orientation.
+    ball = [Fixture(name, Manifold.ball_in_socket(), place, sigma=1e-3) for name in ("a", "b")]
+    with pytest.warns(UserWarning, match="^assumed, since no standard deviations are declared: distance a–b: ± 0.1 mm; declare"):
+        problem(Tool(sigma=2e-3), ball, distances=[("a", "b", 0.05)])
+    with pytest.warns(UserWarning, match="^standard deviations of 0 are taken as exact: tool$"):
+        problem(Tool(sigma=0, sigma_angle=0), ball)
+    exact = problem(Tool(exact=True), [Fixture("h", hole(), place, exact=["place"], clearance_sigma=1e-5, depth_sigma=1e-4)])
+    assert not exact.notes
+    assert not any(entry.name.startswith(("tool.", "fixture.")) for entry in touchcal.inspect(exact).parameters)
 
 
 def test_settings_mean_what_a_file_means(robot: touchcal.Robot, log: touchcal.ContactLog) -> None:

@@ -47,6 +47,7 @@ free = true
 [[distance]]
 between = ["front/0", "front/1"]
 mm = 50
+sigma_mm = 0.05
 [[contacts]]
 file = "{logs}/front/hole_0.csv"
 fixture = "front/0"

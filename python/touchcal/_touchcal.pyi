@@ -11,6 +11,7 @@ __all__ = [
     "Calibration",
     "Campaign",
     "ContactLog",
+    "EffectTest",
     "Error",
     "Expected",
     "FileError",
@@ -50,8 +51,17 @@ _Floats: TypeAlias = npt.NDArray[np.float64]
 _Watch: TypeAlias = Callable[[Progress], object]
 _Unit: TypeAlias = Literal["rad", "deg"]
 _Block: TypeAlias = Literal[
-    "strain", "segment_strain", "joint_offset", "joint_origin", "joint_compliance", "joint_drift", "tool", "fixture"
+    "strain",
+    "segment_strain",
+    "joint_offset",
+    "joint_origin",
+    "joint_compliance",
+    "joint_drift",
+    "joint_trend",
+    "tool",
+    "fixture",
 ]
+_Exact: TypeAlias = Literal["place", "outline", "clearance", "depth"]
 _Distance: TypeAlias = tuple[str, str, float] | tuple[str, str, float, float]
 
 class _Log(TypedDict):
@@ -196,9 +206,10 @@ class Tool:
         cls,
         tip_from_tool: npt.ArrayLike | None = None,
         *,
-        sigma: float = 0.0,
-        sigma_angle: float = 0.0,
+        sigma: float | None = None,
+        sigma_angle: float | None = None,
         free: bool = False,
+        exact: bool = False,
     ) -> Tool: ...
 
 @final
@@ -209,9 +220,12 @@ class Fixture:
         manifold: Manifold,
         base_from_fixture: npt.ArrayLike | None = None,
         *,
-        sigma: float = 0.0,
-        sigma_angle: float = 0.0,
+        sigma: float | None = None,
+        sigma_angle: float | None = None,
         free: bool = False,
+        exact: bool | Sequence[_Exact] = False,
+        clearance_sigma: float | None = None,
+        depth_sigma: float | None = None,
         placement: str | None = None,
     ) -> Fixture: ...
     @property
@@ -305,6 +319,26 @@ class Warning:
     def __eq__(self, other: object, /) -> bool: ...
 
 @final
+class EffectTest:
+    @property
+    def effect(self) -> str: ...
+    @property
+    def description(self) -> str: ...
+    @property
+    def statistic(self) -> float: ...
+    @property
+    def degrees_of_freedom(self) -> int: ...
+    @property
+    def p_value(self) -> float: ...
+    @property
+    def values(self) -> dict[str, tuple[float, float]]: ...
+    @property
+    def displacement(self) -> float: ...
+    @property
+    def radius(self) -> float: ...
+    def __eq__(self, other: object, /) -> bool: ...
+
+@final
 class Termination:
     @property
     def reason(self) -> str: ...
@@ -363,6 +397,8 @@ class Calibration:
     def weights(self) -> _Floats: ...
     @property
     def warnings(self) -> list[Warning]: ...
+    @property
+    def effect_tests(self) -> list[EffectTest]: ...
     @property
     def termination(self) -> Termination: ...
     @property

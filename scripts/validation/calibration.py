@@ -104,9 +104,9 @@ class Planes:
         return q
 
     def toml(self):
-        tool = f'[tool]\nkind = "ball"\nradius_mm = {self.RADIUS / MM}\ntip_from_tool = {{ xyz_mm = {list(map(float, self.TOOL / MM))} }}\n'
+        tool = f'[tool]\nkind = "ball"\nradius_mm = {self.RADIUS / MM}\ntip_from_tool = {{ xyz_mm = {list(map(float, self.TOOL / MM))} }}\nexact = true\n'
         plane = lambda name, roll, pitch, place: (
-            f'[[fixture]]\nname = "{name}"\nkind = "plane"\nbase_from_fixture = {{ xyz_mm = {list(place)}, rpy_deg = [{roll}, {pitch}, 0] }}\n'
+            f'[[fixture]]\nname = "{name}"\nkind = "plane"\nbase_from_fixture = {{ xyz_mm = {list(place)}, rpy_deg = [{roll}, {pitch}, 0] }}\nexact = true\n'
         )
         return tool + "".join(plane(name, *where) for name, where in PLANES.items())
 
@@ -126,7 +126,7 @@ def with_tool(values, tool):
 def calibrated(problem, estimate, folder):
     """touchcal's estimate of a problem with an `[estimate]` table."""
     contacts = "".join(f'[[contacts]]\nfile = "{c.file}"\nfixture = "{c.name}"\n' for c in problem.contacts)
-    noise = f"[noise]\nencoder_deg = {ENCODER / DEG}\ncontact_mm = {CONTACT / MM}\n"
+    noise = f"[noise]\nencoder_deg = {ENCODER / DEG}\ncontact_mm = {CONTACT / MM}\nencoder_trend_deg = 0\n"
     text = f'[robot]\nurdf = "{problem.urdf}"\n{problem.toml()}{contacts}{noise}[estimate]\nloss = "squared"\n{estimate}'
     (folder / "problem.toml").write_text(text)
     touchcal("calibrate", folder / "problem.toml", "--out", folder / "out")

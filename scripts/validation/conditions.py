@@ -6,7 +6,7 @@ from .commands import files, touchcal
 from .report import Row, Table
 
 SEED = 7000
-TRIALS = {"short": 10, "long": 50}
+TRIALS = {"short": 4, "long": 50}
 SETTINGS = {
     "contacts": [1000, 3000, 10000],
     "encoder_deg": [0.001, 0.005, 0.01],

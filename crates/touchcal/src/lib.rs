@@ -43,7 +43,8 @@
 //! use std::ops::ControlFlow;
 //! use std::sync::Arc;
 //! use touchcal::contact::{ContactLog, Source};
-//! use touchcal::estimate::{Fixture, Noise, PlacePrior, Problem, Status, Tool, calibrate};
+//! use touchcal::estimate::{Fixture, Noise, PlacePrior, Problem, ShapeTolerance, Status, Tool};
+//! use touchcal::estimate::calibrate;
 //! use touchcal::geometry::{Parts, Polygon, PrismPair};
 //! use touchcal::io::urdf::{self, Ends};
 //! use touchcal::manifold::PegInHole;
@@ -78,6 +79,7 @@
 //!     manifold: Arc::new(PegInHole::new(parts)),
 //!     base_from_fixture: Some(scenario.touches[0].base_from_fixture),
 //!     prior: PlacePrior::Fixed,
+//!     tolerance: ShapeTolerance::EXACT,
 //!     placement: String::new(),
 //! };
 //! let noise = Noise { encoder: 3.5e-5, contact: 1e-5, is_estimated: false };

@@ -2,7 +2,11 @@
 
 use std::path::PathBuf;
 
+#[cfg(feature = "parquet")]
+use clap::builder::{PossibleValue, PossibleValuesParser};
 use clap::{Subcommand, ValueEnum};
+#[cfg(feature = "parquet")]
+use touchcal::experiment::falsified::FalsifiedKind;
 
 #[cfg(feature = "parquet")]
 use super::number::count;
@@ -22,6 +26,44 @@ pub enum ExperimentArgs {
     /// Merge parts of a campaign computed in several places; refuse gaps, drop duplicates
     #[cfg(feature = "parquet")]
     Merge(MergeArgs),
+    /// Calibrate problems whose declarations are false; say whether the answers are honest
+    #[cfg(feature = "parquet")]
+    Falsified(FalsifiedArgs),
+}
+
+/// Arguments of `experiment falsified`.
+#[cfg(feature = "parquet")]
+#[derive(Debug, clap::Args)]
+pub struct FalsifiedArgs {
+    /// Folder to write falsified.parquet, falsified.json, falsified.svg and rows/ into; trials
+    /// found there are not computed again
+    #[arg(long, value_name = "DIR")]
+    pub out: PathBuf,
+    /// Only this kind (may be repeated)
+    #[arg(long, value_name = "NAME", value_parser = falsified_kind())]
+    pub kind: Vec<String>,
+    /// Trials of each kind and excitation
+    #[arg(long, default_value_t = 4, value_parser = clap::value_parser!(u64).range(1..=100_000))]
+    pub trials: u64,
+    /// Seed of the first trial of each kind; later trials use the following numbers
+    #[arg(long, default_value_t = 1)]
+    pub seed: u64,
+    /// Contacts of the peg in each trial; a hundredth of that with each socket
+    #[arg(long, value_name = "N", default_value_t = 3000, value_parser = count(20, 1_000_000))]
+    pub contacts: usize,
+    /// Threads; as many as cores if not given; results do not depend on it
+    #[arg(long, value_name = "N", value_parser = count(1, 1024))]
+    pub threads: Option<usize>,
+    /// Print JSON instead of a table
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Names of the battery's kinds, with what is false.
+#[cfg(feature = "parquet")]
+fn falsified_kind() -> PossibleValuesParser {
+    let named = |kind: FalsifiedKind| PossibleValue::new(kind.name).help(kind.description);
+    PossibleValuesParser::new(FalsifiedKind::ALL.map(named))
 }
 
 /// Arguments of `experiment campaign`.

@@ -14,7 +14,7 @@ use clap::{Parser, Subcommand};
 pub use convert::ConvertArgs;
 pub use experiment::{ApproachName, ExperimentArgs, Table1Args};
 #[cfg(feature = "parquet")]
-pub use experiment::{CampaignArgs, MergeArgs, Vary};
+pub use experiment::{CampaignArgs, FalsifiedArgs, MergeArgs, Vary};
 pub use manifold::{ManifoldArgs, TrainArgs};
 pub use manual::{CompletionsArgs, ManArgs};
 pub use new::{NewArgs, Start};

@@ -4,7 +4,7 @@ mod parameters;
 
 pub use parameters::{Detail, ParameterRow, in_user_units, parameters};
 
-use touchcal::estimate::{Fixture, Identifiability, Score, Spread, Status};
+use touchcal::estimate::{EffectTest, Fixture, Identifiability, Score, Spread, Status};
 use touchcal::io::Loaded;
 use touchcal::io::calibration_folder::{Solved, Written};
 use touchcal::io::estimate_file::EstimateFile;
@@ -54,6 +54,7 @@ impl Calibration<'_> {
             residuals(&problem.fixtures, &scores),
             parameters(&lines, detail),
             identifiability(&estimate.identifiability, detail),
+            effect_tests(&estimate.effect_tests, problem.options.thresholds.effect_p_value),
             self.warnings(),
             self.paths(),
             self.next(next),
@@ -151,6 +152,29 @@ pub fn residuals(fixtures: &[Fixture], scores: &[(&str, &Score)]) -> String {
         }
     }
     format!("{table}\n")
+}
+
+/// What contacts say of effects that the model leaves out: the significant ones, and how many were
+/// tested.
+pub fn effect_tests(tests: &[EffectTest], threshold: f64) -> String {
+    if tests.is_empty() {
+        return String::new();
+    }
+    let significant: Vec<&EffectTest> = tests.iter().filter(|test| test.p_value < threshold).collect();
+    let names = |tests: &mut dyn Iterator<Item = &EffectTest>| {
+        tests.map(|test| test.effect.name()).collect::<Vec<String>>().join(", ")
+    };
+    if significant.is_empty() {
+        let tested = names(&mut tests.iter());
+        let text = format!("contacts do not contradict that these are zero: {tested}");
+        return format!("Left out  {}\n\n", wrapped(&text));
+    }
+    let mut table = Table::new(["effect that the model leaves out", "p", "moves the tool (mm)", "95 % region (mm)"]);
+    for test in significant {
+        let numbers = [test.displacement, test.radius].map(millimetres);
+        table.row([test.effect.name(), format!("{:.0e}", test.p_value)].into_iter().chain(numbers));
+    }
+    format!("Contacts contradict the model\n{table}\n")
 }
 
 /// A length in mm.

@@ -45,7 +45,7 @@ pub fn parameters(lines: &[ParameterRow<'_>], detail: Detail) -> String {
     let apart = |line: &&ParameterRow<'_>| {
         let block = line.parameter.id.block();
         let place = matches!(block, Block::JointOrigin | Block::Tool | Block::Fixture);
-        detail == Detail::Grouped && (place || block == Block::JointDrift)
+        detail == Detail::Grouped && (place || matches!(block, Block::JointDrift | Block::JointTrend))
     };
     let is_directional = |line: &&ParameterRow<'_>| matches!(line.parameter.id, ParameterId::DirectionalGapBias(..));
     let lines: Vec<&ParameterRow<'_>> =
@@ -59,9 +59,13 @@ pub fn parameters(lines: &[ParameterRow<'_>], detail: Detail) -> String {
                 lines.iter().copied().filter(|l| l.parameter.id.block() == block).collect();
             text.push_str(&places(&members, title));
         }
-        let drifts: Vec<&ParameterRow<'_>> =
-            lines.iter().copied().filter(|l| l.parameter.id.block() == Block::JointDrift).collect();
-        text.push_str(&drift(&drifts));
+        for (block, what) in
+            [(Block::JointDrift, "joint drifts between placements"), (Block::JointTrend, "joint trends over the log")]
+        {
+            let members: Vec<&ParameterRow<'_>> =
+                lines.iter().copied().filter(|l| l.parameter.id.block() == block).collect();
+            text.push_str(&root_mean_square(&members, what));
+        }
     }
     if lines.iter().any(|line| !line.identifiable) {
         text.push_str(&format!(
@@ -150,7 +154,7 @@ fn cell(line: Option<&&ParameterRow<'_>>, wants_value: bool) -> String {
     text + if marked { MARK } else { " " }
 }
 
-fn drift(lines: &[&ParameterRow<'_>]) -> String {
+fn root_mean_square(lines: &[&ParameterRow<'_>], what: &str) -> String {
     if lines.is_empty() {
         return String::new();
     }
@@ -158,7 +162,7 @@ fn drift(lines: &[&ParameterRow<'_>]) -> String {
     let squares: f64 = lines.iter().filter_map(|line| line.value).map(|value| value * value).sum();
     let rms = (squares / count as f64).sqrt().to_degrees();
     match lines.iter().all(|line| line.value.is_some()) {
-        true => format!("  {count} joint drifts between placements, rms {rms:.4} deg (--all lists them)\n"),
-        false => format!("  {count} joint drifts between placements (--all lists them)\n"),
+        true => format!("  {count} {what}, rms {rms:.4} deg (--all lists them)\n"),
+        false => format!("  {count} {what} (--all lists them)\n"),
     }
 }

@@ -50,9 +50,10 @@ fn a_score_takes_the_places_that_were_found() {
     touchcal(folder.path(), &["demo", "--contacts", "1000", "--out", "."]).success();
     let text = std::fs::read_to_string(folder.path().join("problem.toml")).unwrap();
     let place = text.lines().find(|line| line.starts_with("base_from_fixture")).unwrap();
-    let off =
-        "base_from_fixture = { xyz_mm = [601, 99, 150.5], rpy_deg = [0.2, 0, 20] }\nsigma_mm = 1\nsigma_deg = 0.2";
-    std::fs::write(folder.path().join("off.toml"), text.replace(place, off)).unwrap();
+    let exact = format!("{place}\nexact = true");
+    assert!(text.contains(&exact), "{text}");
+    let off = "base_from_fixture = { xyz_mm = [601, 99, 150.5], rpy_deg = [0.2, 0, 20] }\nsigma_mm = 1\nsigma_deg = 0.2\nexact = [\"clearance\", \"depth\"]";
+    std::fs::write(folder.path().join("off.toml"), text.replace(&exact, off)).unwrap();
     let done = touchcal(folder.path(), &["calibrate", "off.toml", "--out", "out"]).success();
     assert!(stdout(&done).contains("--estimate out/estimate.json"), "{}", stdout(&done));
     let score = |more: &[&str]| -> f64 {

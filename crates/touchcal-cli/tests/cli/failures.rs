@@ -105,7 +105,7 @@ fn a_tool_far_from_where_it_is_said_to_be_is_seen() {
     assert!(nominal(SOCKET) < 5.0 && nominal(&problem) > 40.0);
     let done = touchcal(folder.path(), &["calibrate", "problem.toml", "--out", "out"]);
     let said = stdout(&done.code(3));
-    assert!(said.contains("-> check the tool's pose and its unit, or give it a larger standard deviation"), "{said}");
+    assert!(said.contains("-> measure the tool's pose again, and check its unit and axes"), "{said}");
 }
 
 #[test]
@@ -203,7 +203,11 @@ fn another_robot_cannot_be_scored() {
 fn places_that_are_uncertain_are_scored_with_a_note() {
     let noted = |problem: &str| {
         let folder = one_socket(problem);
-        stderr(&touchcal(folder.path(), &["evaluate", "problem.toml", "--urdf", "panda.urdf"]).success())
+        let said = stderr(&touchcal(folder.path(), &["evaluate", "problem.toml", "--urdf", "panda.urdf"]).success());
+        let (assumed, others): (Vec<&str>, Vec<&str>) =
+            said.lines().partition(|line| line.starts_with("touchcal: note: assumed, since no standard deviations"));
+        assert_eq!(assumed.len(), usize::from(!problem.contains("\"ball\"\nsigma_mm")), "{said}");
+        others.join("\n")
     };
     assert_eq!(noted(SOCKET), "", "a socket without a place is scored without one");
     assert_eq!(

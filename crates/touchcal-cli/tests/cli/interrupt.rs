@@ -38,3 +38,21 @@ fn an_interrupted_simulation_leaves_no_file() {
     assert_eq!(String::from_utf8(output.stderr).unwrap(), "touchcal: error: interrupted; no result was written\n");
     assert!(output.stdout.is_empty() && !folder.path().join("out").exists());
 }
+
+#[cfg(feature = "parquet")]
+#[test]
+fn an_interrupted_battery_keeps_its_rows() {
+    let folder = tempfile::tempdir().unwrap();
+    let child =
+        start(folder.path(), &["experiment", "falsified", "--contacts", "300", "--threads", "1", "--out", "out"]);
+    let rows = || std::fs::read_dir(folder.path().join("out/rows")).map_or(0, Iterator::count);
+    while rows() == 0 {
+        std::thread::sleep(Duration::from_millis(50));
+    }
+    assert!(Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap().success());
+    let output = child.wait_with_output().unwrap();
+    assert_eq!(output.status.code(), Some(130));
+    let told = "touchcal: error: interrupted; finished rows are saved, the same command continues with the others\n";
+    assert_eq!(String::from_utf8(output.stderr).unwrap(), told);
+    assert!(output.stdout.is_empty() && rows() > 0 && !folder.path().join("out/falsified.json").exists());
+}

@@ -12,6 +12,8 @@ mod demo;
 mod driver;
 mod experiment;
 mod failures;
+#[cfg(feature = "parquet")]
+mod falsified;
 mod golden;
 #[cfg(unix)]
 mod interrupt;

@@ -3,6 +3,7 @@
 
 mod calibrate;
 mod contact_mode;
+mod effect_tests;
 mod evaluate;
 mod input_checks;
 mod inspect;
@@ -24,11 +25,11 @@ pub use options::{
     VarianceComponentOptions, WarningThresholds,
 };
 pub use problem::{
-    DEFAULT_CONTACT, DEFAULT_ENCODER, Distance, Fixture, GradientDescent, Method, Noise, Optimizer, PlacePrior,
-    Problem, Tool,
+    DEFAULT_CONTACT, DEFAULT_DISTANCE_SIGMA, DEFAULT_ENCODER, Distance, Fixture, GradientDescent, Method, Noise,
+    Optimizer, PlacePrior, Problem, ShapeTolerance, Tool,
 };
 pub use result::{
-    ContactCount, Estimate, Identifiability, NullDirection, ParameterEstimate, Progress, Score, Severity, Spread,
-    Stage, Status, Verdict, Warning,
+    ContactCount, EffectTest, EffectValue, Estimate, Identifiability, NullDirection, OmittedEffect, ParameterEstimate,
+    Progress, Score, Severity, Spread, Stage, Status, Verdict, Warning,
 };
 pub use uncertainty::{ToolUncertainty, cramer_rao, distance_uncertainty, tool_uncertainty, workspace_configurations};

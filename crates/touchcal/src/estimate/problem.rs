@@ -17,6 +17,10 @@ pub const DEFAULT_ENCODER: f64 = 0.005 * std::f64::consts::PI / 180.0;
 /// Initial standard deviation (m) of contacts where noise is estimated: 0.05 mm, machined parts.
 pub const DEFAULT_CONTACT: f64 = 0.05e-3;
 
+/// Standard deviation (m) of a declared distance of fixtures where none is given: what a workshop
+/// reaches.
+pub const DEFAULT_DISTANCE_SIGMA: f64 = 0.1e-3;
+
 /// Prior of a pose about its nominal value: of the local twist `ξ = [v; ω]` (m, rad) in `nominal ·
 /// Exp(ξ)`. Whatever the prior, only components that change a contact are estimated:
 /// [`ContactManifold::fixture_directions`] and [`ContactManifold::tool_directions`].
@@ -34,6 +38,37 @@ pub enum PlacePrior {
     },
     /// No prior: contacts and known distances alone determine the pose.
     Flat,
+}
+
+impl PlacePrior {
+    /// Default prior of a fixture's pose, what a workshop reaches: 1 mm and 0.5°.
+    pub const DEFAULT_FIXTURE: PlacePrior =
+        PlacePrior::Gaussian { sigma: 1e-3, sigma_angle: 0.5 * std::f64::consts::PI / 180.0 };
+    /// Default prior of the tool's pose on the tip link: 0.3 mm and 0.2°.
+    pub const DEFAULT_TOOL: PlacePrior =
+        PlacePrior::Gaussian { sigma: 0.3e-3, sigma_angle: 0.2 * std::f64::consts::PI / 180.0 };
+}
+
+/// Standard deviations (m) of the shapes of tool and fixture together; 0 is exact.
+///
+/// They widen the covariance of one-sided contacts by what an error of that size would move the
+/// estimates; the shapes themselves are not estimated, but for gap biases that follow from contacts
+/// whatever the tolerance. Other fixtures have none.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct ShapeTolerance {
+    /// Standard deviation (m, ≥ 0) of the clearance on each side: contacts whose normal is nearest
+    /// to ±x or ±y of the fixture.
+    pub clearance: f64,
+    /// Standard deviation (m, ≥ 0) of the depth: contacts whose normal is nearest to ±z of the
+    /// fixture.
+    pub depth: f64,
+}
+
+impl ShapeTolerance {
+    /// Exact shapes.
+    pub const EXACT: ShapeTolerance = ShapeTolerance { clearance: 0.0, depth: 0.0 };
+    /// Default tolerance, what a workshop reaches: 0.03 mm of clearance on each side and of depth.
+    pub const DEFAULT: ShapeTolerance = ShapeTolerance { clearance: 0.03e-3, depth: 0.03e-3 };
 }
 
 /// The tool: the part on the arm that touches, and its pose on the tip link.
@@ -58,6 +93,8 @@ pub struct Fixture {
     pub base_from_fixture: Option<Pose>,
     /// Prior of `base_from_fixture`.
     pub prior: PlacePrior,
+    /// Tolerance of the shapes of fixture and tool.
+    pub tolerance: ShapeTolerance,
     /// Name of the placement: fixtures with the same name here were touched in one go, with the
     /// same drift of the joints.
     pub placement: String,

@@ -2,10 +2,12 @@
 
 use super::input_checks::input_warnings;
 use super::options::WarningThresholds;
-use super::problem::Problem;
+use super::problem::{PlacePrior, Problem};
 use super::result::{Estimate, ParameterEstimate, Warning};
 use super::search::SearchState;
 use crate::parameter::{Parameter, ParameterId};
+use crate::robot::{JointKind, KinematicParameter};
+use crate::se3::Pose;
 
 /// Numbers by which warnings about a result are decided.
 pub(super) struct FitStatistics {
@@ -36,8 +38,10 @@ pub(super) fn result_warnings(
         warnings.push(Warning::NoUncertainty);
     }
     warnings.extend(joint_warnings(problem));
-    let of_value = |entry: &ParameterEstimate| value_warning(entry, &problem.options.thresholds);
+    let of_value = |entry: &ParameterEstimate| value_warning(entry, problem);
     warnings.extend(estimate.parameters.iter().filter_map(of_value));
+    warnings.extend(distance_warnings(search));
+    warnings.extend(common_scale(problem, estimate));
     if let Some(motion) = estimate.tool_motion().filter(|_| !problem.tool_is_tip()) {
         warnings.push(Warning::ToolNotInRobot { tip_from_tool: problem.tool.tip_from_tool * motion });
     }
@@ -88,7 +92,10 @@ fn fit_warnings(search: &SearchState<'_>, statistics: &FitStatistics) -> Vec<War
         }
         (None, Some(informative_fraction)) => {
             let inflation = problem.options.contact_mode.least_gap_inflation;
-            warnings.push(Warning::FewInformativeContacts { informative_fraction, inflation });
+            // Without a likelihood nothing that is declared exact can be tested.
+            let is_enough = informative_fraction > thresholds.informative_fraction;
+            let usable = is_enough && !has_exact_places(problem);
+            warnings.push(Warning::FewInformativeContacts { informative_fraction, inflation, usable });
         }
         _ => {}
     }
@@ -96,6 +103,12 @@ fn fit_warnings(search: &SearchState<'_>, statistics: &FitStatistics) -> Vec<War
         warnings.push(Warning::CompetingMinimum);
     }
     warnings
+}
+
+/// Whether the place of the tool or of any fixture is declared exact.
+fn has_exact_places(problem: &Problem) -> bool {
+    let of_fixtures = problem.fixtures.iter().map(|fixture| fixture.prior);
+    of_fixtures.chain([problem.tool.prior]).any(|prior| prior == PlacePrior::Fixed)
 }
 
 /// Joints that hardly moved.
@@ -112,8 +125,55 @@ fn joint_warnings(problem: &Problem) -> Vec<Warning> {
     warnings
 }
 
+/// Whether an estimate is within what was declared.
+fn far_from_prior(name: String, deviations: f64, thresholds: &WarningThresholds) -> Option<Warning> {
+    let [doubtful, unusable] = thresholds.prior_deviations;
+    (deviations > doubtful).then_some(Warning::FarFromPrior { name, deviations, usable: deviations <= unusable })
+}
+
+/// Whether the distances of fixtures are within what was declared.
+fn distance_warnings(search: &SearchState<'_>) -> Vec<Warning> {
+    let (problem, point) = (search.model.problem, search.point());
+    let each = problem.distances.iter().filter_map(|declared| {
+        let (a, b) = declared.between;
+        let [from, to] = [a, b].map(|f| point.fixtures[f].base_from_fixture.translation.vector);
+        let deviations = ((to - from).norm() - declared.distance).abs() / declared.sigma;
+        let name = format!("distance.{}.{}", problem.fixtures[a].name, problem.fixtures[b].name);
+        far_from_prior(name, deviations, &problem.options.thresholds)
+    });
+    each.collect()
+}
+
+/// Whether displacements `x` of joint origins with priors `σ` all follow the lengths `l` of the
+/// arm: the strain `Σ x l/σ² / Σ l²/σ²` has the prior standard deviation `(Σ l²/σ²)^-½`.
+fn common_scale(problem: &Problem, estimate: &Estimate) -> Option<Warning> {
+    let mut lengths = Vec::new();
+    let mut origin = Pose::identity();
+    for joint in problem.robot.joints() {
+        origin *= joint.parent_from_joint;
+        if joint.kind != JointKind::Fixed {
+            lengths.push(origin.rotation.inverse() * origin.translation.vector);
+            origin = Pose::identity();
+        }
+    }
+    let (mut along, mut information) = (0.0, 0.0);
+    for entry in &estimate.parameters {
+        if let (ParameterId::Kinematic(KinematicParameter::JointOrigin(i, k @ 0..3)), Some(sigma)) =
+            (entry.parameter.id, entry.parameter.prior_sigma())
+        {
+            along += entry.value * lengths[i][k] / (sigma * sigma);
+            information += (lengths[i][k] / sigma).powi(2);
+        }
+    }
+    let deviations = along.abs() / information.max(f64::MIN_POSITIVE).sqrt();
+    let [doubtful, unusable] = problem.options.thresholds.common_scale;
+    let (strain, usable) = (along / information, deviations <= unusable);
+    (deviations > doubtful).then_some(Warning::CommonScale { strain, deviations, usable })
+}
+
 /// Whether a parameter's value is one that a calibration finds.
-fn value_warning(entry: &ParameterEstimate, thresholds: &WarningThresholds) -> Option<Warning> {
+fn value_warning(entry: &ParameterEstimate, problem: &Problem) -> Option<Warning> {
+    let thresholds = &problem.options.thresholds;
     let Parameter { name, id, scale, .. } = &entry.parameter;
     let (name, value) = (name.clone(), entry.value);
     let deviations = entry.parameter.prior_sigma().map_or(0.0, |sigma| value.abs() / sigma);
@@ -121,10 +181,16 @@ fn value_warning(entry: &ParameterEstimate, thresholds: &WarningThresholds) -> O
         _ if !id.block().is_nuisance() && value.abs() > thresholds.implausible_scales * scale => {
             Some(Warning::Implausible { name, value })
         }
-        ParameterId::GapBias(_) if deviations > thresholds.prior_deviations => {
+        ParameterId::GapBias(_) if deviations > thresholds.prior_deviations[0] => {
             Some(Warning::NotTouching { name, gap: value })
         }
-        _ if deviations > thresholds.prior_deviations => Some(Warning::FarFromPrior { name, deviations }),
-        _ => None,
+        // A clearance that is declared too wide lets parts float, and one too narrow penetrate.
+        ParameterId::GapBias(f) => {
+            let clearance = problem.fixtures[*f].tolerance.clearance;
+            let blurred = thresholds.exact_gap_share * problem.noise.contact;
+            let sigma = clearance.hypot(blurred).hypot(entry.sigma.unwrap_or(0.0));
+            far_from_prior(name, value.abs() / sigma.max(f64::MIN_POSITIVE), thresholds)
+        }
+        _ => far_from_prior(name, deviations, thresholds),
     }
 }

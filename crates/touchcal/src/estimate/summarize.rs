@@ -2,6 +2,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
+use super::effect_tests::{apply_effect_tests, effect_tests};
 use super::evaluate::score;
 use super::model::{CalibrationModel, distance_information, whitened_norms};
 use super::result::{ContactCount, Estimate, ParameterEstimate, Severity, Status, Verdict, Warning};
@@ -110,11 +111,16 @@ pub(super) fn summarize(mut search: SearchState<'_>) -> Estimate {
         verdicts: postfit.verdicts,
         termination: search.termination,
         warnings: Vec::new(),
+        effect_tests: Vec::new(),
         noise_factor,
         robot: robot::calibrated(&problem.robot, &columns, &values),
         parameters,
     };
+    let tests = effect_tests(&mut search, &estimate);
     estimate.warnings = result_warnings(&search, &estimate, &statistics);
+    let of_effects = apply_effect_tests(&mut estimate, tests, &search.model.problem.options.thresholds);
+    estimate.warnings.extend(of_effects);
+    estimate.warnings.sort_by_key(Warning::severity);
     estimate.status = status(&estimate.termination, &estimate.warnings);
     estimate
 }

@@ -2,13 +2,11 @@
 
 use std::ops::ControlFlow;
 
-use nalgebra::{DMatrix, DVector};
-
+use super::parameter_errors::{ParameterErrors, true_robot};
 use super::problem::problem;
 use super::tool_error::{random_positions, tool_error};
 use crate::estimate::{Estimate, Problem, Status, calibrate, cramer_rao};
-use crate::parameter::{Block, kinematic_part};
-use crate::robot::{Robot, calibrated};
+use crate::parameter::Block;
 use crate::sim::{self, Scenario, SimulationError, Truth};
 
 /// Nominal probabilities (1) of the two-sided intervals whose coverage is counted: 50, 90, 95 and
@@ -97,22 +95,12 @@ pub fn campaign_trial(scenario: &Scenario, first_seed: u64, trial: u64) -> Resul
 
 /// The row with the errors of `estimate`.
 fn compare(row: CampaignRow, problem: &Problem, estimate: &Estimate, truth: &Truth) -> CampaignRow {
-    let has_sigma = |k: &usize| {
-        let parameter = &estimate.parameters[*k];
-        !parameter.parameter.id.block().is_nuisance() && parameter.sigma.is_some_and(|sigma| sigma > 0.0)
-    };
-    let which: Vec<usize> = (0..estimate.parameters.len()).filter(has_sigma).collect();
+    let errors = ParameterErrors::new(estimate, truth);
     let id = |k: usize| estimate.parameters[k].parameter.id;
     let error = |k: usize| estimate.parameters[k].value - truth.value(id(k));
-    let errors = DVector::from_iterator(which.len(), which.iter().map(|&k| error(k)));
-    let part = |all: &DMatrix<f64>| DMatrix::from_fn(which.len(), which.len(), |i, j| all[(which[i], which[j])]);
-    let nees = |covariance: DMatrix<f64>| match covariance.cholesky() {
-        Some(factor) => errors.dot(&factor.solve(&errors)),
-        None => f64::NAN,
-    };
     let inside = HALF_WIDTHS.map(|half_width| {
         let within = |k: &&usize| error(**k).abs() < half_width * estimate.parameters[**k].sigma.unwrap_or(0.0);
-        which.iter().filter(within).count() as u64
+        errors.which.iter().filter(within).count() as u64
     });
     let bound = cramer_rao(problem, |id| truth.value(id));
     let is_strain = |k: &usize| matches!(id(*k).block(), Block::Strain | Block::SegmentStrain);
@@ -129,10 +117,10 @@ fn compare(row: CampaignRow, problem: &Problem, estimate: &Estimate, truth: &Tru
     let positions = workspace.iter().map(Vec::as_slice);
     let tool = tool_error(&true_robot(&problem.robot, truth), &estimate.robot, tip_from_tool, positions);
     CampaignRow {
-        parameters: which.len() as u64,
+        parameters: errors.which.len() as u64,
         inside,
-        nees: nees(part(&estimate.covariance)),
-        nees_of_bound: nees(part(&bound)),
+        nees: errors.nees(&estimate.covariance).unwrap_or(f64::NAN),
+        nees_of_bound: errors.nees(&bound).unwrap_or(f64::NAN),
         strain_error: mean(&strains, &size),
         offset_error: mean(&offsets, &size),
         strain_bound: mean(&strains, &at_bound),
@@ -142,10 +130,4 @@ fn compare(row: CampaignRow, problem: &Problem, estimate: &Estimate, truth: &Tru
         noise_factor: estimate.noise_factor,
         ..row
     }
-}
-
-fn true_robot(robot: &Robot, truth: &Truth) -> Robot {
-    let arm = truth.errors.iter().filter(|(id, _)| !id.block().is_nuisance());
-    let (parameters, values) = kinematic_part(arm.copied());
-    calibrated(robot, &parameters, &values)
 }

@@ -2,6 +2,8 @@
 //! estimates.
 
 mod campaign;
+pub mod falsified;
+mod parameter_errors;
 mod problem;
 mod summary;
 mod tool_error;

@@ -1,7 +1,7 @@
 //! The calibration problem of a simulated scenario, with the scenario's nominal values.
 
 use crate::contact::{ContactLog, Source};
-use crate::estimate::{Distance, Fixture, Loss, Noise, PlacePrior, Problem, Tool};
+use crate::estimate::{Distance, Fixture, Loss, Noise, PlacePrior, Problem, ShapeTolerance, Tool};
 use crate::manifold::exact_manifold;
 use crate::parameter::{Block, Parameter, joint_compliance, joint_offset, joint_origin, segment_strain, strain};
 use crate::robot::Robot;
@@ -107,6 +107,7 @@ fn fixture(touch: &Touch) -> Fixture {
         manifold: exact_manifold(&touch.parts).into(),
         base_from_fixture: (!touch.free).then_some(touch.base_from_fixture),
         prior: if touch.free { PlacePrior::Flat } else { place_prior(touch.place_error) },
+        tolerance: ShapeTolerance { clearance: touch.clearance_sigma, depth: 0.0 },
         placement: touch.name.split('/').next().unwrap_or_default().to_owned(),
     }
 }

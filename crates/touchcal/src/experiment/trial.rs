@@ -3,7 +3,7 @@
 use sha2::{Digest, Sha256};
 
 use crate::contact::{ContactLog, Source};
-use crate::estimate::{Fixture, Loss, Method, Noise, PlacePrior, Problem, Tool};
+use crate::estimate::{Fixture, Loss, Method, Noise, PlacePrior, Problem, ShapeTolerance, Tool};
 use crate::manifold::ContactManifold;
 use crate::parameter::{Block, ParameterId, joint_offset, kinematic_part, strain};
 use crate::robot::{Robot, calibrated};
@@ -97,6 +97,7 @@ impl Trial {
             manifold: manifold.into(),
             base_from_fixture: Some(self.base_from_hole),
             prior: PlacePrior::Fixed,
+            tolerance: ShapeTolerance::EXACT,
             placement: String::new(),
         };
         let tool = Tool { tip_from_tool: self.tip_from_peg, prior: PlacePrior::Fixed };

@@ -15,6 +15,7 @@
 //! | [`calibration_folder`] | | writes what a calibration leaves: `calibrated.urdf`, `estimate.json`, `report.html` |
 //! | `calibration_mcap` | | writes a calibration for Foxglove and Rerun (cargo feature `mcap`) |
 //! | `campaign_folder`, `campaign_parquet` | parts of a campaign (feature `parquet`) | [`CampaignRow`](crate::experiment::CampaignRow)s, and writes them |
+//! | `falsified_parquet` | | writes trials with false declarations (feature `parquet`) |
 //! | [`estimate_file`] | `estimate.json` | [`EstimateFile`](estimate_file::EstimateFile), and writes it |
 //! | [`weights_file`], [`checkpoint_file`] | a network, trained or in training | [`WeightsFile`](weights_file::WeightsFile), [`CheckpointFile`](checkpoint_file::CheckpointFile), and writes them |
 //! | [`onnx`] | | writes a network for others |
@@ -40,7 +41,7 @@ pub use base::bytes::Input;
 pub use base::error::{IoError, Place};
 pub use campaign::trial_folder;
 #[cfg(feature = "parquet")]
-pub use campaign::{campaign_folder, campaign_parquet};
+pub use campaign::{campaign_folder, campaign_parquet, falsified_parquet};
 pub use log::{contact_csv, contact_log};
 #[cfg(feature = "learned")]
 pub use manifold::{checkpoint_file, onnx, weights_file};

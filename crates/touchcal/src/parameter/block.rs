@@ -12,6 +12,12 @@ pub enum Block {
     JointOffset,
     /// One encoder offset for each revolute or continuous joint and placement (rad), a nuisance.
     JointDrift,
+    /// One linear change of the encoder offset over the log for each moving joint (rad, or m for a
+    /// prismatic one), a nuisance.
+    JointTrend,
+    /// Two amplitudes of a harmonic of once a turn for the encoder of each revolute or continuous
+    /// joint (rad).
+    JointHarmonic,
     /// Six components of a local twist `[v; ω]` on each moving joint's origin, in the joint's frame
     /// (m, rad): the full geometric model.
     JointOrigin,
@@ -30,13 +36,16 @@ pub enum Block {
 
 impl Block {
     /// Name in files and reports: `strain`, `segment_strain`, `joint_offset`, `joint_drift`,
-    /// `joint_origin`, `joint_compliance`, `tool`, `fixture`, `gap_bias`.
+    /// `joint_trend`, `joint_harmonic`, `joint_origin`, `joint_compliance`, `tool`, `fixture`,
+    /// `gap_bias`.
     pub fn name(self) -> &'static str {
         match self {
             Block::Strain => "strain",
             Block::SegmentStrain => "segment_strain",
             Block::JointOffset => "joint_offset",
             Block::JointDrift => "joint_drift",
+            Block::JointTrend => "joint_trend",
+            Block::JointHarmonic => "joint_harmonic",
             Block::JointOrigin => "joint_origin",
             Block::JointCompliance => "joint_compliance",
             Block::Tool => "tool",
@@ -45,8 +54,9 @@ impl Block {
         }
     }
 
-    /// Whether the block is not part of the arm: true for tool, fixtures, drifts and gap biases.
+    /// Whether the block is not part of the arm: true for tool, fixtures, drifts,
+    /// trends and gap biases.
     pub fn is_nuisance(self) -> bool {
-        matches!(self, Block::Tool | Block::Fixture | Block::GapBias | Block::JointDrift)
+        matches!(self, Block::Tool | Block::Fixture | Block::GapBias | Block::JointDrift | Block::JointTrend)
     }
 }

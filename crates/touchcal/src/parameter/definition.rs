@@ -144,6 +144,8 @@ impl Parameter {
                 KinematicParameter::Tool(k) => format!("the tool's {}", COMPONENTS[k.min(5)]),
             },
             ParameterId::JointDrift(..) => format!("the drift of {rest}"),
+            ParameterId::JointTrend(_) => format!("the trend of {rest}"),
+            ParameterId::JointHarmonic(..) => format!("the harmonic of {owner}"),
             ParameterId::Fixture(_, k) => format!("the {} of fixture {owner}", COMPONENTS[k.min(5)]),
             ParameterId::GapBias(_) => format!("the gap bias of fixture {rest}"),
             ParameterId::DirectionalGapBias(_, k) => {

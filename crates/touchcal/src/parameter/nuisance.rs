@@ -7,6 +7,11 @@ use crate::robot::{JointKind, Robot};
 
 /// Start of the drifts' variance component.
 const DRIFT_SIGMA: f64 = 0.05 * std::f64::consts::PI / 180.0;
+/// Start of the trends' variance component: half of 0.01° over a log.
+const TREND_ANGLE_SIGMA: f64 = 0.005 * std::f64::consts::PI / 180.0;
+const TREND_LENGTH_SIGMA: f64 = 5e-6;
+/// That start counts little: encoders that do not drift must get none.
+const TREND_STRENGTH: f64 = 0.01;
 
 /// An encoder offset (rad) for each revolute or continuous joint, base first, that holds in
 /// placement number `placement` only, on top of the joint's offset; its prior is a variance
@@ -19,6 +24,36 @@ pub fn joint_drift(robot: &Robot, placement: usize, placement_name: &str) -> Vec
     let each = revolute.map(|(i, joint)| {
         let name = format!("joint_drift.{}.{placement_name}", joint.name);
         Parameter::angle(name, ParameterId::JointDrift(placement, i)).with_prior(prior)
+    });
+    each.collect()
+}
+
+/// A linear change of the encoder offset over the log for each moving joint (rad, or m for a
+/// prismatic one), base first, named `joint_trend.{joint}`: minus its value at the first contact
+/// and plus its value at the last, see [`ParameterId::JointTrend`]. Its prior is a variance
+/// component that starts at 0.005°, or 5 µm.
+pub fn joint_trend(robot: &Robot) -> Vec<Parameter> {
+    let each = robot.moving().enumerate().map(|(i, joint)| {
+        let (name, id) = (format!("joint_trend.{}", joint.name), ParameterId::JointTrend(i));
+        let (parameter, sigma, group) = match joint.kind {
+            JointKind::Prismatic => (Parameter::length(name, id), TREND_LENGTH_SIGMA, "joint_trend (m)"),
+            _ => (Parameter::angle(name, id), TREND_ANGLE_SIGMA, "joint_trend"),
+        };
+        parameter.with_prior(Prior::VarianceComponent { sigma, group, strength: TREND_STRENGTH })
+    });
+    each.collect()
+}
+
+/// Two amplitudes (rad) of a harmonic of once a turn for the encoder of each revolute or continuous
+/// joint, base first, named `joint_harmonic.{joint}.{sin|cos}`, without prior, see
+/// [`ParameterId::JointHarmonic`].
+pub fn joint_harmonic(robot: &Robot) -> Vec<Parameter> {
+    let revolute = robot.moving().enumerate().filter(|(_, joint)| joint.kind != JointKind::Prismatic);
+    let each = revolute.flat_map(|(i, joint)| {
+        ["sin", "cos"].into_iter().enumerate().map(move |(k, phase)| {
+            let name = format!("joint_harmonic.{}.{phase}", joint.name);
+            Parameter::angle(name, ParameterId::JointHarmonic(i, k))
+        })
     });
     each.collect()
 }

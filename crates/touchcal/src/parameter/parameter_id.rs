@@ -20,6 +20,14 @@ pub enum ParameterId {
     /// `(p, i)`: encoder offset of joint `i`, revolute or continuous, in placement `p` only (rad),
     /// on top of the joint's offset; no part of the calibrated arm.
     JointDrift(usize, usize),
+    /// `(i)`: change of the encoder offset of joint `i` over the log (rad, or m for a prismatic
+    /// joint): on top of the joint's offset, minus this at the first contact and plus this at the
+    /// last, linear in the number of the contact; no part of the calibrated arm.
+    JointTrend(usize),
+    /// `(i, k)`: amplitude of a harmonic of once a turn in the encoder of joint `i` (rad): the
+    /// measured position `q` is too large by `amplitude · sin q` for `k` = 0 and by
+    /// `amplitude · cos q` for `k` = 1.
+    JointHarmonic(usize, usize),
     /// `(f, k)`: component `k` of the local twist `ξ` on fixture `f`'s pose in base (m, rad):
     /// `base_from_fixture · Exp(ξ)`.
     Fixture(usize, usize),
@@ -50,12 +58,15 @@ impl ParameterId {
                 KinematicParameter::Tool(_) => Block::Tool,
             },
             ParameterId::JointDrift(..) => Block::JointDrift,
+            ParameterId::JointTrend(_) => Block::JointTrend,
+            ParameterId::JointHarmonic(..) => Block::JointHarmonic,
             ParameterId::Fixture(..) => Block::Fixture,
             ParameterId::GapBias(_) | ParameterId::DirectionalGapBias(..) => Block::GapBias,
         }
     }
 
-    /// The parameter of the kinematics of arm and tool; `None` for drifts, fixtures and gap biases.
+    /// The parameter of the kinematics of arm and tool; `None` for drifts, trends,
+    /// harmonics, fixtures and gap biases.
     pub fn kinematic(self) -> Option<KinematicParameter> {
         match self {
             ParameterId::Kinematic(parameter) => Some(parameter),

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use crate::support::{solve, uniform};
 use nalgebra::{DMatrix, DVector, UnitQuaternion, Vector3};
 use touchcal::contact::{ContactLog, Source};
-use touchcal::estimate::{Estimate, Fixture, Loss, Method, Noise, PlacePrior, Problem, Status, Tool};
+use touchcal::estimate::{Estimate, Fixture, Loss, Method, Noise, PlacePrior, Problem, ShapeTolerance, Status, Tool};
 use touchcal::experiment::{CampaignSummary, Search, Trial, campaign_trial};
 use touchcal::geometry::Parts;
 use touchcal::io::urdf::{self, Ends};
@@ -97,6 +97,7 @@ fn socket(seed: u64) -> Problem {
         manifold: Arc::new(BallInSocket),
         base_from_fixture: Some(Pose::translation(0.55, 0.05, 0.2)),
         prior: PlacePrior::Fixed,
+        tolerance: ShapeTolerance::EXACT,
         placement: String::new(),
     };
     problem(fixture, tip_from_tool, log_of(&rows), Noise { encoder: 1e-6, contact: 1e-6, is_estimated: false })

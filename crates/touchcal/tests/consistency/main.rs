@@ -12,4 +12,5 @@ mod support;
 
 mod campaign;
 mod coverage;
+mod falsified;
 mod simulator;

@@ -5,7 +5,7 @@ use std::path::Path;
 use nalgebra::{UnitQuaternion, Vector3};
 use proptest::prelude::*;
 use tempfile::TempDir;
-use touchcal::estimate::{Loss, PlacePrior};
+use touchcal::estimate::{Loss, PlacePrior, ShapeTolerance};
 use touchcal::io::{Loaded, problem_file};
 use touchcal::parameter::{Block, Prior};
 
@@ -137,8 +137,9 @@ fn a_full_problem_is_read() {
     assert_eq!(problem.tool.prior, PlacePrior::Gaussian { sigma: 1e-4, sigma_angle: 0.5_f64.to_radians() });
 
     let [hole, table] = problem.fixtures.as_slice() else { panic!() };
-    assert_eq!((hole.name.as_str(), hole.prior, hole.manifold.name()), ("hole", PlacePrior::Fixed, "peg in hole"));
-    assert_eq!(table.manifold.name(), "tool on plane");
+    assert_eq!((hole.name.as_str(), hole.manifold.name()), ("hole", "peg in hole"));
+    assert_eq!((hole.prior, hole.tolerance), (PlacePrior::DEFAULT_FIXTURE, ShapeTolerance::DEFAULT));
+    assert_eq!((table.manifold.name(), table.tolerance), ("tool on plane", ShapeTolerance::EXACT));
     let place = hole.base_from_fixture.unwrap();
     assert!((place.translation.vector - Vector3::new(0.6, 0.1, 0.15)).norm() < 1e-15);
     assert!((place.rotation.euler_angles().2.to_degrees() - 20.0).abs() < 1e-12);

@@ -49,7 +49,7 @@ fn malformed_text_is_refused() {
     refused("length_mm = 40", "length_mm = \"40\"", &["problem.toml:10:13", "invalid type"]);
     refused("[[contacts]]", "[[contacts", &["problem.toml:31:"]);
     refused("xyz_mm = [600, 100, 150]", "xyz_mm = [600, 100]", &["problem.toml:17:", "invalid length 2"]);
-    refused("[estimate]\n", "", &["problem.toml:", "unknown field", "`encoder_deg`, `contact_mm`, `estimated`"]);
+    refused("[estimate]\n", "", &["problem.toml:", "unknown field", "`encoder_trend_deg`, `estimated`"]);
     assert!(read("").unwrap_err().contains("missing field `robot`"));
     let deep = format!("a = {}", "[".repeat(100_000));
     assert!(read(&deep).unwrap_err().starts_with("problem.toml:1:"));
@@ -119,7 +119,11 @@ fn what_does_not_fit_together_is_refused() {
     refused("outline = \"peg.csv\"\n", "", &["tool", "`outline` or `builtin` of the peg"]);
     refused("outline = \"peg.csv\"", "builtin = \"extrusion52\"", &["did you mean `extrusion25`?"]);
     refused("length_mm = 40\n", "", &["tool, length_mm", "the peg's length"]);
-    refused("sigma_mm = 0.1", "free = true\nsigma_mm = 0.1", &["free = true or sigma_mm", "both"]);
+    refused(
+        "sigma_mm = 0.1",
+        "free = true\nsigma_mm = 0.1",
+        &["problem.toml:12:12, tool", "free or standard deviations", "both"],
+    );
     refused("kind = \"plane\"", "kind = \"socket\"", &["a hole or plane, which a peg can touch", "found a socket"]);
     refused("builtin = \"iiwa14\"", "builtin = \"iiwa14\"\nurdf = \"a.urdf\"", &["`urdf` or `builtin`", "both"]);
     refused(

@@ -2,8 +2,8 @@
 
 use proptest::prelude::*;
 use touchcal::io::estimate_file::{
-    ContactCounts, EstimateFile, FixtureResidual, NullDirection, ParameterEntry, ResidualStats, Residuals, Severity,
-    Status, TerminationEntry, WarningEntry,
+    ContactCounts, EffectTestEntry, EffectValueEntry, EstimateFile, FixtureResidual, NullDirection, ParameterEntry,
+    ResidualStats, Residuals, Severity, Status, TerminationEntry, WarningEntry,
 };
 use touchcal::io::{Input, atomic};
 
@@ -51,6 +51,16 @@ fn estimate() -> EstimateFile {
             message: "w".to_owned(),
             advice: "a".to_owned(),
         }],
+        effect_tests: vec![EffectTestEntry {
+            effect: "joint_trend".to_owned(),
+            description: "d".to_owned(),
+            statistic: 9.5,
+            degrees_of_freedom: 2,
+            p_value: 0.03,
+            values: [("joint_trend.joint_a1".to_owned(), EffectValueEntry { value: 1e-4, sigma: 2e-5 })].into(),
+            displacement_mm: 0.1,
+            radius_mm: 0.2,
+        }],
         inputs: vec![Input { path: "a".to_owned(), sha256: "0".to_owned() }],
         version: "0.1.0".to_owned(),
         seconds: 0.5,
@@ -69,6 +79,11 @@ fn refused(text: &str, parts: &[&str]) {
 fn estimates_survive_json() {
     let text = estimate().to_json().unwrap();
     assert_eq!(EstimateFile::from_json(&text, "e").unwrap(), estimate());
+    // Version 0.2.0 wrote no tests of effects.
+    let mut older: serde_json::Value = serde_json::from_str(&text).unwrap();
+    older.as_object_mut().unwrap().remove("effect_tests");
+    let older = EstimateFile::from_json(&older.to_string(), "e").unwrap();
+    assert_eq!(older, EstimateFile { effect_tests: Vec::new(), ..estimate() });
     for part in ["\"status\": \"not_converged\"", "\"prior_sigma\": null", "\"condition\": null", "\"rms_mm\": 0.2"] {
         assert!(text.contains(part), "{part}");
     }
@@ -85,6 +100,9 @@ fn numbers_that_json_cannot_hold_are_not_written() {
     let mut bad = estimate();
     bad.residuals.postfit.max_mm = Some(f64::INFINITY);
     assert!(bad.to_json().unwrap_err().to_string().contains("residuals.postfit"));
+    let mut bad = estimate();
+    bad.effect_tests[0].p_value = f64::NAN;
+    assert!(bad.to_json().unwrap_err().to_string().contains("effect_tests, joint_trend: expected a finite number"));
     let mut bad = estimate();
     bad.covariance.clear();
     assert!(bad.to_json().unwrap_err().to_string().contains("1 rows of 1 numbers"));

@@ -2,7 +2,7 @@
 //! that panics.
 
 use proptest::prelude::*;
-use touchcal::estimate::Problem;
+use touchcal::estimate::{PlacePrior, Problem};
 use touchcal::experiment;
 use touchcal::geometry::Parts;
 use touchcal::io::scenario_file::ScenarioFile;
@@ -106,6 +106,18 @@ fn every_key_is_read() {
     assert_eq!((points.len(), *radius), (4, 0.0));
 }
 
+#[track_caller]
+fn same_prior(read: PlacePrior, made: PlacePrior) {
+    let numbers = |prior: PlacePrior| match prior {
+        PlacePrior::Gaussian { sigma, sigma_angle } => Some((sigma, sigma_angle)),
+        PlacePrior::Fixed | PlacePrior::Flat => None,
+    };
+    assert_eq!(std::mem::discriminant(&read), std::mem::discriminant(&made));
+    if let (Some(read), Some(made)) = (numbers(read), numbers(made)) {
+        assert!((read.0 - made.0).abs() <= 1e-9 * made.0 && (read.1 - made.1).abs() <= 1e-9 * made.1);
+    }
+}
+
 /// The problem read from files is the one made in memory, to the digits of the file.
 #[track_caller]
 fn same(read: &Problem, made: &Problem) {
@@ -115,10 +127,13 @@ fn same(read: &Problem, made: &Problem) {
     assert_eq!((read.method, read.loss, read.joint_drift), (made.method, made.loss, made.joint_drift));
     near(read.noise.encoder, made.noise.encoder);
     near(read.noise.contact, made.noise.contact);
+    same_prior(read.tool.prior, made.tool.prior);
     assert_eq!((read.fixtures.len(), read.distances.len()), (made.fixtures.len(), made.distances.len()));
     for (a, b) in read.fixtures.iter().zip(&made.fixtures) {
         assert_eq!((&a.name, &a.placement), (&b.name, &b.placement));
-        assert_eq!(std::mem::discriminant(&a.prior), std::mem::discriminant(&b.prior));
+        same_prior(a.prior, b.prior);
+        near(a.tolerance.clearance, b.tolerance.clearance);
+        near(a.tolerance.depth, b.tolerance.depth);
         let apart = a.base_from_fixture.zip(b.base_from_fixture).map(|(a, b)| se3::log(&(a.inverse() * b)).norm());
         assert!(apart < Some(1e-9) && a.base_from_fixture.is_some() == b.base_from_fixture.is_some());
         // The same shapes: the same rows at any pose.
@@ -164,6 +179,9 @@ fn what_is_written_is_read_again() {
         write(&scenario_file::problem_text(&file));
         let problem = problem_file::read_file(&out.path().join(scenario_file::PROBLEM)).unwrap().problem;
         same(&problem, &experiment::problem(&file.scenario, &simulated));
+        // Nothing is left to be assumed: what is known exactly is declared so.
+        let notes = problem.contacts.notes();
+        assert!(!notes.iter().any(|note| note.starts_with("assumed")), "{notes:?}");
         // Detection by force finds the rows that the recorder took for contacts.
         let contacts: usize = simulated.logs.iter().map(|log| log.contacts().count()).sum();
         assert_eq!(problem.contacts.len(), contacts);

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use crate::support::solve;
 use nalgebra::{UnitQuaternion, Vector3};
 use touchcal::contact::{ContactLog, Source};
-use touchcal::estimate::{Fixture, Loss, Method, Noise, PlacePrior, Problem, Status, Tool};
+use touchcal::estimate::{Fixture, Loss, Method, Noise, PlacePrior, Problem, ShapeTolerance, Status, Tool};
 use touchcal::io::urdf::{self, Ends};
 use touchcal::manifold::{ContactManifold, Residual};
 use touchcal::parameter::joint_offset;
@@ -77,6 +77,7 @@ fn a_sphere_calibrates_the_joints_that_move_over_it() {
             manifold: Arc::new(Sphere { radius: 0.1 }),
             base_from_fixture: Some(base_from_sphere),
             prior: PlacePrior::Fixed,
+            tolerance: ShapeTolerance::EXACT,
             placement: String::new(),
         }],
         distances: Vec::new(),

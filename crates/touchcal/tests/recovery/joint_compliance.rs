@@ -7,7 +7,7 @@ use crate::support::{report, solve, uniform};
 use nalgebra::{Point3, UnitQuaternion, Vector3};
 use touchcal::contact::{ContactLog, Source};
 use touchcal::estimate::{
-    Distance, Estimate, Fixture, Loss, Method, Noise, PlacePrior, Problem, Status, Tool, evaluate,
+    Distance, Estimate, Fixture, Loss, Method, Noise, PlacePrior, Problem, ShapeTolerance, Status, Tool, evaluate,
 };
 use touchcal::io::urdf::{self, Ends};
 use touchcal::manifold::BallInSocket;
@@ -238,6 +238,7 @@ fn touching(errors: &[(KinematicParameter, f64)], sockets: &[[f64; 3]], noise: &
         manifold: Arc::new(BallInSocket),
         base_from_fixture: Some(Pose::translation(socket[0], socket[1], socket[2])),
         prior: PlacePrior::Fixed,
+        tolerance: ShapeTolerance::EXACT,
         placement: String::new(),
     };
     Problem {

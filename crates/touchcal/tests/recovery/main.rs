@@ -11,6 +11,7 @@
 mod support;
 
 mod custom_manifold;
+mod declarations;
 mod gradient_descent;
 mod joint_compliance;
 mod load;

@@ -35,6 +35,7 @@ builtin = "iiwa14"
 kind = "peg"
 tip_from_tool = {{ xyz_mm = [0, 0, 150], quat_wxyz = [0, 0, 1, 0] }}
 mesh = "peg.stl"
+exact = true
 [[fixture]]
 name = "hole"
 kind = "hole"
@@ -42,12 +43,14 @@ base_from_fixture = {{ xyz_mm = [600, 100, 150], rpy_deg = [0, 0, 20] }}
 mesh = "hole.stl"
 mesh_unit = "mm"
 depth_mm = 30
+exact = true
 [[contacts]]
 file = {:?}
 fixture = "hole"
 [noise]
 encoder_deg = 0.002
 contact_mm = 0.02
+encoder_trend_deg = 0
 [estimate]
 parameters = ["strain", "joint_offset"]
 "#,

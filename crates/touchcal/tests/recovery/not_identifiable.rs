@@ -6,7 +6,9 @@ use std::sync::Arc;
 use crate::support::{data, mujoco_trial, solve};
 use nalgebra::{UnitQuaternion, Vector3};
 use touchcal::contact::{ContactLog, Source};
-use touchcal::estimate::{Estimate, Fixture, Loss, Method, Noise, PlacePrior, Problem, Status, Tool, Warning};
+use touchcal::estimate::{
+    Estimate, Fixture, Loss, Method, Noise, PlacePrior, Problem, ShapeTolerance, Status, Tool, Warning,
+};
 use touchcal::io::mukca::{self, MukcaOptions};
 use touchcal::io::urdf::{self, Ends};
 use touchcal::manifold::Plane;
@@ -96,6 +98,7 @@ fn table(parameters: fn(&robot::Robot) -> Vec<touchcal::parameter::Parameter>) -
             manifold: Arc::new(Plane::ball(0.0)),
             base_from_fixture: Some(Pose::translation(0.0, 0.0, 0.1)),
             prior: PlacePrior::Fixed,
+            tolerance: ShapeTolerance::EXACT,
             placement: String::new(),
         }],
         distances: Vec::new(),

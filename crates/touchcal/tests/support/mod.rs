@@ -29,8 +29,8 @@ pub struct Truth {
     pub offset: Vec<f64>,
 }
 
-/// A simulated peg-in-hole trial of `mujoco_iiwa14`, such as `extrusion/paper/trial_00`, and its
-/// truth.
+/// A simulated peg-in-hole trial of `mujoco_iiwa14`, such as `extrusion/paper/trial_00`, with all
+/// that is declared exact, and its truth.
 pub fn mujoco_trial(name: &str) -> (Problem, Truth) {
     let base = data().join("mujoco_iiwa14");
     let folder = base.join(name);
@@ -52,6 +52,7 @@ builtin = "iiwa14"
 [tool]
 kind = "peg"
 tip_from_tool = {{ xyz_mm = [0, 0, 150], quat_wxyz = [0, 0, 1, 0] }}
+exact = true
 {outline}
 length_mm = 40
 [[fixture]]
@@ -60,12 +61,14 @@ kind = "hole"
 base_from_fixture = {{ xyz_mm = [600, 100, 150], rpy_deg = [0, 0, 20] }}
 outline_offset_mm = 0.5
 depth_mm = 30
+exact = true
 [[contacts]]
 file = "contact.csv.gz"
 fixture = "hole"
 [noise]
 encoder_deg = 0.002
 contact_mm = 0.02
+encoder_trend_deg = 0
 [estimate]
 parameters = ["strain", "joint_offset"]
 loss = "geman_mcclure"

@@ -3,9 +3,14 @@
 mod approach;
 #[cfg(feature = "parquet")]
 mod campaign;
+#[cfg(feature = "parquet")]
+mod falsified;
 mod figure;
 mod row;
+mod saved;
 mod table1;
+#[cfg(feature = "parquet")]
+mod threads;
 
 use crate::args::ExperimentArgs;
 use crate::failure::{Failure, Outcome};
@@ -18,5 +23,7 @@ pub fn run(args: &ExperimentArgs) -> Result<Outcome, Failure> {
         ExperimentArgs::Campaign(args) => campaign::run(args),
         #[cfg(feature = "parquet")]
         ExperimentArgs::Merge(args) => campaign::merge::run(args),
+        #[cfg(feature = "parquet")]
+        ExperimentArgs::Falsified(args) => falsified::run(args),
     }
 }

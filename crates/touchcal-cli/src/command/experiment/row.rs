@@ -5,17 +5,15 @@ use std::path::{Path, PathBuf};
 use serde::{Deserialize, Serialize};
 use touchcal::estimate::{Estimate, Status};
 use touchcal::experiment::{ToolError, Trial, random_positions, tool_error};
-use touchcal::io::atomic;
 use touchcal::robot::Robot;
 
+use super::saved;
 use crate::failure::Failure;
 
 /// Joint positions over the whole workspace at which arms are compared.
 const WORKSPACE_POSES: usize = 1000;
 /// Seed of those positions.
 const WORKSPACE_SEED: u64 = 1;
-/// Largest row file (bytes).
-const MAX_BYTES: u64 = 1 << 16;
 
 /// Errors of an estimate: mean absolute ones, over the joints for the biases; `_95` is the 95 %
 /// quantile over poses.
@@ -87,15 +85,12 @@ impl Row {
 
     /// The row saved at `path`, if it has these settings.
     pub fn load(path: &Path, settings: &str) -> Option<Row> {
-        let size = std::fs::metadata(path).ok()?.len();
-        let text = (size <= MAX_BYTES).then(|| std::fs::read_to_string(path).ok()).flatten()?;
-        serde_json::from_str::<Row>(&text).ok().filter(|row| row.settings == settings)
+        saved::load::<Row>(path).filter(|row| row.settings == settings)
     }
 
     /// Saves the row.
     pub fn save(&self, path: &Path) -> Result<(), Failure> {
-        atomic::write(path, (serde_json::to_string_pretty(self)? + "\n").as_bytes())?;
-        Ok(())
+        saved::save(path, self)
     }
 
     /// Path in `folder` of the row of a trial and an approach.

@@ -1,12 +1,13 @@
 //! A problem with the parameters in order and what was estimated of its noise and contact modes.
 
-use nalgebra::Vector3;
+use nalgebra::{DVector, Vector3};
 
 use super::layout::ParameterLayout;
 use super::noise::NoiseModel;
 use crate::estimate::contact_mode::ContactModePrior;
-use crate::estimate::problem::Problem;
+use crate::estimate::problem::{Problem, ShapeTolerance};
 use crate::manifold::{Residual, ResidualKind, SurfaceCounts};
+use crate::parameter::ParameterId;
 use crate::robot::Kinematics;
 use crate::se3::Pose;
 
@@ -62,6 +63,24 @@ impl<'p> CalibrationModel<'p> {
     /// Whether contact `i` is one-sided.
     pub fn is_one_sided(&self, i: usize) -> bool {
         self.problem.fixtures[self.problem.contacts.fixture(i)].manifold.residual_kind() == ResidualKind::LeastGap
+    }
+
+    /// Errors of one standard deviation (m) of the shapes that are declared uncertain, each over
+    /// all parameters: of the clearance, common to all sides, and of the depth.
+    pub fn shape_errors(&self) -> Vec<DVector<f64>> {
+        let mut errors = Vec::new();
+        for (f, fixture) in self.problem.fixtures.iter().enumerate() {
+            let ShapeTolerance { clearance, depth } = fixture.tolerance;
+            for (sigma, directions) in [(clearance, 0..4), (depth, 4..6)].into_iter().filter(|(sigma, _)| *sigma > 0.0)
+            {
+                let is_of_error =
+                    |id| matches!(id, ParameterId::DirectionalGapBias(of, k) if of == f && directions.contains(&k));
+                let each =
+                    self.layout.parameters.iter().map(|parameter| if is_of_error(parameter.id) { sigma } else { 0.0 });
+                errors.push(DVector::from_iterator(self.layout.len(), each));
+            }
+        }
+        errors
     }
 
     /// Region of fixture `f`'s manifold that the candidate contacts belong to (an index, 0 if there

@@ -95,7 +95,7 @@ impl ContactFactor {
         let is_whitened = objective != Objective::Envelope;
         let bias_derivative = if is_whitened { -1.0 } else { 0.0 };
         let bias = if is_whitened { point.fixtures[f].gap_bias } else { 0.0 };
-        self.differentiate(point, f, pose, |id, _| match id {
+        self.differentiate(point, i, pose, |id, _| match id {
             ParameterId::GapBias(_) => Some(bias_derivative),
             _ => None,
         });
@@ -133,7 +133,7 @@ impl ContactFactor {
         let directions: [usize; MAX_ROWS] = std::array::from_fn(|r| {
             self.rows.jacobian().get(r).map_or(0, |row| axis_direction(&(pose.rotation * se3::linear(row))))
         });
-        self.differentiate(point, f, &pose, |id, r| match id {
+        self.differentiate(point, i, &pose, |id, r| match id {
             ParameterId::GapBias(_) => Some(-1.0),
             ParameterId::DirectionalGapBias(_, k) => Some(-f64::from(u8::from(directions[r] == k))),
             _ => None,
@@ -164,22 +164,22 @@ impl ContactFactor {
         }
     }
 
-    /// Derivatives of the rows by all parameters that the contact depends on; `of_bias(id, row)`
-    /// for those that the pose does not depend on.
+    /// Derivatives of the rows of contact `i` by all parameters that it depends on;
+    /// `of_bias(id, row)` for those that the pose does not depend on.
     fn differentiate(
         &mut self,
         point: &LinearizationPoint<'_>,
-        f: usize,
+        i: usize,
         fixture_from_tool: &Pose,
         of_bias: impl Fn(ParameterId, usize) -> Option<f64>,
     ) {
-        let layout = &point.model.layout;
+        let (layout, f) = (&point.model.layout, point.model.problem.contacts.fixture(i));
         let dependencies = &layout.dependencies[f];
         let fixture_motion = point.fixture_motion(f, fixture_from_tool);
         for (r, row) in self.rows.jacobian().iter().enumerate() {
             let jacobian = &mut self.jacobian[r * dependencies.len()..(r + 1) * dependencies.len()];
             for (entry, &k) in jacobian.iter_mut().zip(dependencies) {
-                let derivative = || point.derivative(k, row, fixture_motion.as_ref(), &self.kinematics);
+                let derivative = || point.derivative((k, i), row, fixture_motion.as_ref(), &self.kinematics);
                 *entry = of_bias(layout.parameters[k].id, r).unwrap_or_else(derivative);
             }
         }

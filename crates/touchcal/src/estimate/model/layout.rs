@@ -27,6 +27,16 @@ impl ParameterLayout {
     pub fn new(problem: &Problem) -> Self {
         let (placement_names, placement) = placements(problem);
         let parameters = all_parameters(problem, &placement_names);
+        ParameterLayout::of(problem, parameters, placement)
+    }
+
+    /// These parameters and `more` behind them.
+    pub fn extended(&self, problem: &Problem, more: impl IntoIterator<Item = Parameter>) -> Self {
+        let parameters = self.parameters.iter().cloned().chain(more).collect();
+        ParameterLayout::of(problem, parameters, self.placement.clone())
+    }
+
+    fn of(problem: &Problem, parameters: Vec<Parameter>, placement: Vec<usize>) -> Self {
         let mut kinematic_count = 0;
         let kinematic_index = parameters.iter().map(|parameter| {
             let index = kinematic_count;
@@ -98,8 +108,8 @@ impl PriorGroup {
 
     /// The directional gap biases of each fixture that has any.
     pub fn directional_gap_biases(layout: &ParameterLayout, options: &EstimatorOptions) -> Vec<PriorGroup> {
-        let (start, strength) =
-            (options.contact_mode.directional_bias_sigma, options.contact_mode.directional_bias_strength);
+        let options = &options.contact_mode;
+        let (start, strength) = (options.directional_bias_sigma, options.directional_bias_strength);
         let fixtures = 0..layout.dependencies.len();
         let members = fixtures.map(|f| {
             let is_of_fixture =
@@ -143,10 +153,7 @@ fn all_parameters(problem: &Problem, placements: &[&str]) -> Vec<Parameter> {
             parameters.extend(joint_drift(&problem.robot, p, name));
         }
     }
-    let mut tool_directions: Vec<usize> =
-        problem.fixtures.iter().flat_map(|fixture| fixture.manifold.tool_directions().iter().copied()).collect();
-    tool_directions.sort_unstable();
-    tool_directions.dedup();
+    let tool_directions = tool_directions(problem);
     let of_tool = |k: usize| Parameter::twist("tool", ParameterId::tool(k), k);
     parameters.extend(place_parameters(problem.tool.prior, &tool_directions, of_tool));
     for (f, fixture) in problem.fixtures.iter().enumerate() {
@@ -163,6 +170,15 @@ fn all_parameters(problem: &Problem, placements: &[&str]) -> Vec<Parameter> {
         }
     }
     parameters
+}
+
+/// Components of a twist on the tool's pose that change any contact, ascending.
+pub(super) fn tool_directions(problem: &Problem) -> Vec<usize> {
+    let each = problem.fixtures.iter().flat_map(|fixture| fixture.manifold.tool_directions().iter().copied());
+    let mut directions: Vec<usize> = each.collect();
+    directions.sort_unstable();
+    directions.dedup();
+    directions
 }
 
 /// The components of a twist that are to be estimated, with their priors.
@@ -183,7 +199,7 @@ fn dependencies(parameters: &[Parameter], fixture: usize, placement: usize) -> V
     let depends = |id: ParameterId| match id {
         ParameterId::Fixture(f, _) | ParameterId::GapBias(f) | ParameterId::DirectionalGapBias(f, _) => f == fixture,
         ParameterId::JointDrift(p, _) => p == placement,
-        ParameterId::Kinematic(_) => true,
+        ParameterId::Kinematic(_) | ParameterId::JointTrend(_) | ParameterId::JointHarmonic(..) => true,
     };
     (0..parameters.len()).filter(|&k| depends(parameters[k].id)).collect()
 }

@@ -16,6 +16,10 @@ pub(crate) struct LinearizationPoint<'m> {
     pub fixtures: Vec<FixtureState>,
     /// Drift of each joint in each placement (rad), one placement after the other.
     drift: Vec<f64>,
+    /// Trend of each joint over the log (rad, or m for a prismatic joint).
+    trend: Vec<f64>,
+    /// Amplitudes of the sine and the cosine of each joint's encoder (rad).
+    harmonic: Vec<[f64; 2]>,
 }
 
 /// A fixture at given parameters.
@@ -42,11 +46,14 @@ impl<'m> LinearizationPoint<'m> {
         let mut biases = vec![(0.0, [0.0; 6]); model.base_from_fixture.len()];
         let dof = kinematics.dof();
         let placements = 1 + model.layout.placement.iter().max().copied().unwrap_or(0);
-        let mut drift = vec![0.0; dof * placements];
+        let (mut drift, mut trend) = (vec![0.0; dof * placements], vec![0.0; dof]);
+        let mut harmonic = vec![[0.0; 2]; dof];
         for (parameter, &value) in model.layout.parameters.iter().zip(theta.iter()) {
             match parameter.id {
                 ParameterId::Kinematic(_) => kinematic_values.push(value),
                 ParameterId::JointDrift(placement, i) => drift[placement * dof + i] = value,
+                ParameterId::JointTrend(i) => trend[i] = value,
+                ParameterId::JointHarmonic(i, k) => harmonic[i][k] = value,
                 ParameterId::Fixture(f, k) => twists[f][k] = value,
                 ParameterId::GapBias(f) => biases[f].0 = value,
                 ParameterId::DirectionalGapBias(f, k) => biases[f].1[k] = value,
@@ -64,7 +71,7 @@ impl<'m> LinearizationPoint<'m> {
                 directional_gap_bias,
             }
         });
-        LinearizationPoint { model, kinematics, fixtures: fixtures.collect(), drift }
+        LinearizationPoint { model, kinematics, fixtures: fixtures.collect(), drift, trend, harmonic }
     }
 
     /// Number of moving joints.
@@ -77,7 +84,8 @@ impl<'m> LinearizationPoint<'m> {
         self.kinematics.scratch()
     }
 
-    /// `fixture_from_tool` of contact `i` without the drift of its placement.
+    /// `fixture_from_tool` of contact `i` without the errors of encoders that are no part of the
+    /// arm.
     pub fn pose_without_drift(&self, i: usize) -> Pose {
         let contacts = &self.model.problem.contacts;
         self.fixtures[contacts.fixture(i)].fixture_from_base
@@ -87,7 +95,7 @@ impl<'m> LinearizationPoint<'m> {
     /// `fixture_from_tool` of contact `i`; `q` is scratch for joint positions.
     pub fn pose(&self, i: usize, q: &mut [f64]) -> Pose {
         let contacts = &self.model.problem.contacts;
-        self.subtract_drift(i, q);
+        self.correct(i, q);
         self.fixtures[contacts.fixture(i)].fixture_from_base * self.kinematics.pose_under(q, &contacts.load(i))
     }
 
@@ -95,19 +103,31 @@ impl<'m> LinearizationPoint<'m> {
     /// `scratch`; `q` is scratch for joint positions.
     pub fn pose_and_jacobian(&self, i: usize, q: &mut [f64], scratch: &mut KinematicsScratch) -> Pose {
         let contacts = &self.model.problem.contacts;
-        self.subtract_drift(i, q);
+        self.correct(i, q);
         let base_from_tool = self.kinematics.pose_and_jacobian_under(q, &contacts.load(i), scratch);
         self.fixtures[contacts.fixture(i)].fixture_from_base * base_from_tool
     }
 
-    /// Writes the joint positions of contact `i` less the drift of its placement to `q`.
-    fn subtract_drift(&self, i: usize, q: &mut [f64]) {
+    /// Writes the joint positions of contact `i` less drift, trend and harmonics of the encoders to
+    /// `q`.
+    fn correct(&self, i: usize, q: &mut [f64]) {
         let contacts = &self.model.problem.contacts;
         let (f, measured) = (contacts.fixture(i), contacts.q(i));
         let drift = &self.drift[self.model.layout.placement[f] * measured.len()..];
-        for (q, (measured, drift)) in q.iter_mut().zip(measured.iter().zip(drift)) {
-            *q = measured - drift;
+        let position = self.position_in_log(i);
+        for (joint, (q, &measured)) in q.iter_mut().zip(measured).enumerate() {
+            let [sine, cosine] = self.harmonic[joint];
+            *q = measured - drift[joint] - self.trend[joint] * position;
+            if sine != 0.0 || cosine != 0.0 {
+                *q -= sine * measured.sin() + cosine * measured.cos();
+            }
         }
+    }
+
+    /// Position of contact `i` in the log: −1 for the first, 1 for the last.
+    fn position_in_log(&self, i: usize) -> f64 {
+        let last = self.model.problem.contacts.len().saturating_sub(1).max(1);
+        2.0 * i as f64 / last as f64 - 1.0
     }
 
     /// `∂ξ/∂ζ` of the tool's twist ξ in its own frame by the twist ζ on fixture `f`'s pose; none if
@@ -121,10 +141,11 @@ impl<'m> LinearizationPoint<'m> {
     }
 
     /// Derivative by parameter `k` of a quantity that changes by `row · ξ` for a twist ξ of the
-    /// tool in its own frame, given [`fixture_motion`](LinearizationPoint::fixture_motion).
+    /// tool in its own frame in contact `i`, given
+    /// [`fixture_motion`](LinearizationPoint::fixture_motion).
     pub fn derivative(
         &self,
-        k: usize,
+        (k, i): (usize, usize),
         row: &Twist,
         fixture_motion: Option<&Matrix6<f64>>,
         scratch: &KinematicsScratch,
@@ -135,6 +156,11 @@ impl<'m> LinearizationPoint<'m> {
                 fixture_motion.map_or(0.0, |motion| row.dot(&motion.column(component)))
             }
             ParameterId::JointDrift(_, joint) => -row.dot(&scratch.joints[joint]),
+            ParameterId::JointTrend(joint) => -row.dot(&scratch.joints[joint]) * self.position_in_log(i),
+            ParameterId::JointHarmonic(joint, phase) => {
+                let measured = self.model.problem.contacts.q(i)[joint];
+                -row.dot(&scratch.joints[joint]) * if phase == 0 { measured.sin() } else { measured.cos() }
+            }
             ParameterId::GapBias(_) | ParameterId::DirectionalGapBias(..) => 0.0,
         }
     }
@@ -149,3 +175,6 @@ impl<'m> LinearizationPoint<'m> {
         Vector3::new(value(0), value(1), value(2))
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -11,6 +11,7 @@ mod linearization;
 mod mode_statistics;
 mod noise;
 mod objective;
+mod omitted_effects;
 mod resolution;
 mod whitening;
 
@@ -23,4 +24,5 @@ pub(crate) use layout::PriorGroup;
 pub(crate) use linearization::LinearizationPoint;
 pub(crate) use mode_statistics::{ContactModeStatistics, Curvature, contact_mode_statistics};
 pub(crate) use objective::Objective;
+pub(crate) use omitted_effects::{OmittedParameters, with_omitted_effects};
 pub(crate) use resolution::set_resolution;

@@ -73,7 +73,8 @@ impl ContactModeStatistics {
         }
     }
 
-    fn scale(&mut self, factor: f64) {
+    /// Multiplies all sums over contacts by `factor`.
+    pub fn scale(&mut self, factor: f64) {
         self.derivatives.scale(factor);
         self.score_outer_product.scale(factor);
         self.block_scores.iter_mut().for_each(|score| *score *= factor.sqrt());

@@ -2,6 +2,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
+use super::effect_test::EffectTest;
 use super::identifiability::Identifiability;
 use super::score::Score;
 use super::warning::Warning;
@@ -108,6 +109,9 @@ pub struct Estimate {
     pub verdicts: Vec<Verdict>,
     /// Why, where and after how many iterations the minimization stopped.
     pub termination: Termination,
+    /// Tests of effects that the model leaves out, the most significant first; empty where the
+    /// search did not converge, or contacts have no likelihood.
+    pub effect_tests: Vec<EffectTest>,
     /// Warnings, those that forbid the use of the result first.
     pub warnings: Vec<Warning>,
     /// Measured standard deviation of the contacts' residuals over the declared one, or over the

@@ -1,11 +1,13 @@
 //! What an estimation ends with: values, never log text.
 
+mod effect_test;
 mod estimate;
 mod identifiability;
 mod progress;
 mod score;
 mod warning;
 
+pub use effect_test::{EffectTest, EffectValue, OmittedEffect};
 pub use estimate::{ContactCount, Estimate, ParameterEstimate, Status, Verdict};
 pub use identifiability::{Identifiability, NullDirection};
 pub(crate) use progress::Observer;

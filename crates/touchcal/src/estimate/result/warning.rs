@@ -1,5 +1,6 @@
 //! Warnings with their severity, message and advice.
 
+use super::effect_test::OmittedEffect;
 use crate::se3::Pose;
 
 /// Consequence of a warning for the use of a result; the graver one is the lesser in their order,
@@ -102,6 +103,9 @@ pub enum Warning {
         informative_fraction: f64,
         /// Factor by which the standard deviations were multiplied (1).
         inflation: f64,
+        /// Whether the result may be used: there are some, and no place is declared exact, which
+        /// would have to be tested.
+        usable: bool,
     },
     /// Searches from other starts ended in another minimum that fits about as well.
     CompetingMinimum,
@@ -129,12 +133,36 @@ pub enum Warning {
     /// Contacts were measured by their distance from a projection, from which no uncertainty
     /// follows.
     NoUncertainty,
-    /// A parameter ended far outside its prior.
+    /// A parameter or a declared distance ended far from what was declared.
     FarFromPrior {
-        /// Name of the parameter.
+        /// Name of the parameter, or `distance.{fixture}.{fixture}`.
         name: String,
-        /// Distance of the estimate from zero in prior standard deviations (1).
+        /// Distance of the estimate from the declared value in prior standard deviations (1).
         deviations: f64,
+        /// Whether the result may be used.
+        usable: bool,
+    },
+    /// Lengths of the arm that are estimated one by one are all off by the same factor: a declared
+    /// distance or its unit is wrong, or the description is of another arm.
+    CommonScale {
+        /// The common strain (1) that explains the estimated displacements of joint origins best.
+        strain: f64,
+        /// That strain in its prior standard deviations (1).
+        deviations: f64,
+        /// Whether the result may be used.
+        usable: bool,
+    },
+    /// Contacts contradict that an effect which the model leaves out is zero.
+    OmittedEffect {
+        /// The effect.
+        effect: OmittedEffect,
+        /// Corrected probability that it is chance (0 to 1).
+        p_value: f64,
+        /// Root mean square motion (m) of the tool over the workspace if it were estimated.
+        displacement: f64,
+        /// Whether the result may be used: the tool stays within its reported 95 % region, and
+        /// standard deviations were widened by that motion.
+        usable: bool,
     },
     /// The tool's pose was estimated, but the calibrated chain ends at the tip link and does not
     /// contain it.
@@ -149,7 +177,9 @@ pub enum Warning {
 
 impl Warning {
     /// Whether a result with this warning may be used with care or must not be used; for
-    /// [`Warning::CorrelatedErrors`] and [`Warning::ManyRejected`] their `usable` decides.
+    /// [`Warning::CorrelatedErrors`], [`Warning::ManyRejected`] [`Warning::FarFromPrior`],
+    /// [`Warning::FewInformativeContacts`], [`Warning::CommonScale`] and [`Warning::OmittedEffect`]
+    /// their `usable` decides.
     pub fn severity(&self) -> Severity {
         let usable = match self {
             Warning::TooFewContacts { .. }
@@ -159,7 +189,12 @@ impl Warning {
             | Warning::NoiseContradicted { .. }
             | Warning::NotTouching { .. }
             | Warning::CompetingMinimum => false,
-            Warning::CorrelatedErrors { usable, .. } | Warning::ManyRejected { usable, .. } => *usable,
+            Warning::CorrelatedErrors { usable, .. }
+            | Warning::ManyRejected { usable, .. }
+            | Warning::FarFromPrior { usable, .. }
+            | Warning::FewInformativeContacts { usable, .. }
+            | Warning::CommonScale { usable, .. }
+            | Warning::OmittedEffect { usable, .. } => *usable,
             _ => true,
         };
         if usable { Severity::Caution } else { Severity::Unusable }
@@ -186,6 +221,8 @@ impl Warning {
             Warning::Implausible { .. } => "implausible",
             Warning::NoUncertainty => "no_uncertainty",
             Warning::FarFromPrior { .. } => "far_from_prior",
+            Warning::CommonScale { .. } => "common_scale",
+            Warning::OmittedEffect { .. } => "omitted_effect",
             Warning::ToolNotInRobot { .. } => "tool_not_in_robot",
             Warning::ComplianceInRobot => "compliance_in_robot",
         }
@@ -205,9 +242,8 @@ impl Warning {
                 let (x, y) = (mm(x), mm(y));
                 format!("the tool's outline does not enclose the origin: its middle is at ({x:.1}, {y:.1}) mm")
             }
-            Warning::DistanceContradicted { between: [a, b], declared, measured } => {
-                let (declared, measured) = (mm(declared), mm(measured));
-                format!("`{a}` and `{b}` are declared {declared} mm apart; by the nominal arm it is {measured:.1} mm")
+            Warning::DistanceContradicted { between, declared, measured } => {
+                distance_message(between, mm(declared), mm(measured))
             }
             Warning::Unobservable { names } => {
                 format!("the data do not determine these parameters, which are fixed at zero: {}", names.join(", "))
@@ -223,11 +259,8 @@ impl Warning {
             Warning::CorrelatedErrors { design_effect: d, .. } => {
                 format!("contact errors are correlated (design effect {d:.0}: {d:.0} contacts count as one)")
             }
-            Warning::NotTouching { name, gap } => {
-                let verb = if *gap > 0.0 { "float" } else { "penetrate" };
-                format!("`{name}`: parts {verb} by {:.2} mm on average at contact", mm(&gap.abs()))
-            }
-            Warning::FewInformativeContacts { informative_fraction: share, inflation } => {
+            Warning::NotTouching { name, gap } => not_touching_message(name, *gap),
+            Warning::FewInformativeContacts { informative_fraction: share, inflation, .. } => {
                 let share = percent(share);
                 format!("only {share} of the one-sided contacts are informative; intervals are scaled by {inflation}")
             }
@@ -244,9 +277,11 @@ impl Warning {
             Warning::NoUncertainty => {
                 "the distance from a projection has no known distribution: there are no standard deviations".to_owned()
             }
-            Warning::FarFromPrior { name, deviations } => {
-                format!("`{name}` ended {deviations:.1} prior standard deviations from zero")
+            Warning::FarFromPrior { name, deviations, .. } => {
+                format!("`{name}` ended {deviations:.1} standard deviations from what was declared")
             }
+            Warning::CommonScale { strain, deviations, .. } => scale_message(*strain, *deviations),
+            Warning::OmittedEffect { effect, p_value, displacement, .. } => effect.message(*p_value, *displacement),
             Warning::ToolNotInRobot { .. } => {
                 "the calibrated robot description does not contain the tool's estimated pose".to_owned()
             }
@@ -283,6 +318,9 @@ impl Warning {
             Warning::NotTouching { .. } => {
                 "check the shapes of the parts; or the search ended in a wrong minimum: give the fixture's pose as well as it is known"
             }
+            Warning::FewInformativeContacts { usable: false, .. } => {
+                "record longer with the tool inside the hole, and give places that are declared exact a standard deviation"
+            }
             Warning::FewInformativeContacts { .. } => "record longer with the tool inside the hole, not at its rim",
             Warning::CompetingMinimum => "record longer, with more motion of the tool and the elbow, or give priors",
             Warning::ManyRejected { .. } => {
@@ -291,15 +329,11 @@ impl Warning {
             Warning::LittleJointMotion { .. } => "move it more, to separate its errors from its neighbours'",
             Warning::Implausible { .. } => "check units, the robot description, and where the fixtures are",
             Warning::NoUncertainty => "use the exact shapes of the parts to get standard deviations",
-            Warning::FarFromPrior { name, .. } if name.starts_with("tool.") => {
-                "check the tool's pose and its unit, or give it a larger standard deviation"
+            Warning::FarFromPrior { name, .. } => far_from_prior_advice(name),
+            Warning::CommonScale { .. } => {
+                "measure the distances of fixtures again and check their unit, and that the robot description is of this arm"
             }
-            Warning::FarFromPrior { name, .. } if name.starts_with("fixture.") => {
-                "check the fixture's pose and its unit, or give it a larger standard deviation"
-            }
-            Warning::FarFromPrior { .. } => {
-                "check the nominal robot description, or give the parameter a larger standard deviation"
-            }
+            Warning::OmittedEffect { effect, .. } => effect.remedy(),
             Warning::ToolNotInRobot { .. } => {
                 "declare the tool at its estimated pose where the calibrated robot is used"
             }
@@ -314,5 +348,35 @@ impl std::fmt::Display for Warning {
     /// The message and the advice.
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         write!(f, "{}; {}", self.message(), self.advice())
+    }
+}
+
+/// Message of [`Warning::DistanceContradicted`] of a declared and a measured distance (mm).
+fn distance_message([a, b]: &[String; 2], declared: f64, measured: f64) -> String {
+    format!("`{a}` and `{b}` are declared {declared} mm apart; by the nominal arm it is {measured:.1} mm")
+}
+
+/// Message of [`Warning::NotTouching`] of a mean gap (m).
+fn not_touching_message(name: &str, gap: f64) -> String {
+    let verb = if gap > 0.0 { "float" } else { "penetrate" };
+    format!("`{name}`: parts {verb} by {:.2} mm on average at contact", 1e3 * gap.abs())
+}
+
+/// Message of [`Warning::CommonScale`].
+fn scale_message(strain: f64, deviations: f64) -> String {
+    let (size, side) = (100.0 * strain.abs(), if strain > 0.0 { "longer" } else { "shorter" });
+    format!(
+        "all lengths of the arm would be {size:.2} % {side} than described, {deviations:.1} prior standard deviations"
+    )
+}
+
+/// Advice of [`Warning::FarFromPrior`] for the parameter or distance of this name.
+fn far_from_prior_advice(name: &str) -> &'static str {
+    match name.split('.').next() {
+        Some("tool") => "measure the tool's pose again, and check its unit and axes",
+        Some("fixture") => "measure the fixture's pose again, and check its unit and axes",
+        Some("gap_bias") => "measure the clearance and the depth again, and check the outlines and their unit",
+        Some("distance") => "measure the distance again, and check its unit and which log belongs to which fixture",
+        _ => "check the nominal robot description, or give the parameter a larger standard deviation",
     }
 }

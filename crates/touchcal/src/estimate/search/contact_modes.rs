@@ -115,5 +115,6 @@ pub(crate) fn sandwich(search: &mut SearchState<'_>) -> Option<Sandwich> {
     let known = distance_information(model, theta) + prior_information(model);
     let statistics = contact_mode_statistics(model, theta, (1, Curvature::Observed), &mut search.caches);
     let options = &model.problem.options.contact_mode;
-    sandwich_covariance(&statistics, &known, &search.free, &model.mode_priors, options)
+    let sandwich = sandwich_covariance(&statistics, &known, &search.free, &model.mode_priors, options)?;
+    Some(sandwich.with_shape_errors(&statistics, &model.shape_errors()))
 }

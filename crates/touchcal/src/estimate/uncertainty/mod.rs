@@ -5,11 +5,13 @@ mod design_effect;
 mod identifiability;
 mod posterior;
 mod sandwich;
+mod score_test;
 mod workspace;
 
 pub use cramer_rao::cramer_rao;
 pub(crate) use identifiability::{GaugeFix, gauge_fix};
 pub(crate) use posterior::Posterior;
-pub(crate) use sandwich::{Sandwich, sandwich_covariance};
+pub(crate) use sandwich::{Sandwich, curvature_and_squares, sandwich_covariance};
+pub(crate) use score_test::{Derivatives, ScoreTest, score_test};
 pub(crate) use workspace::arm_uncertainty_ratio;
 pub use workspace::{ToolUncertainty, distance_uncertainty, tool_uncertainty, workspace_configurations};

@@ -1,6 +1,6 @@
 //! Uncertainty of every parameter at the minimum.
 
-use nalgebra::DMatrix;
+use nalgebra::{DMatrix, DVector};
 
 use super::identifiability::{GaugeFix, identifiability};
 use crate::estimate::model::{CalibrationModel, prior_information};
@@ -29,9 +29,13 @@ impl Posterior {
     pub fn new(model: &CalibrationModel<'_>, data: &DMatrix<f64>, free: &FreeParameters, fixed: &GaugeFix) -> Self {
         let parameters = &model.layout.parameters;
         let options = &model.problem.options.identifiability;
-        // Directional gap biases say nothing about what the data determine.
-        let is_directional = |k: usize| matches!(parameters[k].id, ParameterId::DirectionalGapBias(..));
-        let scales = model.layout.scale().map_with_location(|k, _, scale| if is_directional(k) { 0.0 } else { scale });
+        // What measurements and parts are off by is no question to the data.
+        let is_in_question = |id| !matches!(id, ParameterId::DirectionalGapBias(..) | ParameterId::JointTrend(_));
+        let without = |scale: DVector<f64>, is_kept: &dyn Fn(ParameterId) -> bool| {
+            scale.map_with_location(|k, _, scale| if is_kept(parameters[k].id) { scale } else { 0.0 })
+        };
+        let scales = without(model.layout.scale(), &|id| !matches!(id, ParameterId::DirectionalGapBias(..)));
+        let in_question = FreeParameters::new(without(scales.clone(), &is_in_question));
         let prior = DMatrix::from_diagonal(&scales.map(|sigma| sigma.powi(-2)));
         let all = FreeParameters::new(scales.clone());
         let covariance_from_scales = all.covariance(&(data + prior));
@@ -42,7 +46,7 @@ impl Posterior {
             |k: usize| covariance_from_scales[(k, k)].max(0.0).sqrt() < options.max_sigma_ratio * scales[k];
         Posterior {
             covariance: free.covariance(&(data + prior_information(model))),
-            identifiability: identifiability(data, parameters, &all, options),
+            identifiability: identifiability(data, parameters, &in_question, options),
             identifiable: bounded.iter().enumerate().map(|(k, bounded)| *bounded && is_reduced(k)).collect(),
             covariance_from_scales,
             bounded,

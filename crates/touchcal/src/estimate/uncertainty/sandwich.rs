@@ -14,6 +14,27 @@ pub(crate) struct Sandwich {
     pub covariance: DMatrix<f64>,
     /// Design effect: number of contacts that carry the information of an independent one (1).
     pub design_effect: f64,
+    /// Inverse `(H + Λ)⁻¹` over the parameters and the odds of contact modes.
+    bread: DMatrix<f64>,
+}
+
+impl Sandwich {
+    /// The covariance with errors of shapes that are declared uncertain and not estimated: the
+    /// motion `−(H + Λ)⁻¹ H e` of the estimates for each error `e` of one standard deviation, over
+    /// the parameters (SI).
+    ///
+    /// Source: the consider covariance of Schmidt, *Application of state-space methods to
+    /// navigation problems* (1966).
+    pub fn with_shape_errors(mut self, statistics: &ContactModeStatistics, errors: &[DVector<f64>]) -> Self {
+        let (size, parameters) = (self.bread.nrows(), self.covariance.nrows());
+        for error in errors {
+            let error = error.clone().resize_vertically(size, 0.0);
+            let motion = &self.bread * (&statistics.derivatives.information * error);
+            let motion = motion.rows(0, parameters);
+            self.covariance += motion * motion.transpose();
+        }
+        self
+    }
 }
 
 /// `D (H + Λ)⁻¹ (B + Λ) (H + Λ)⁻¹`, with `H` the observed information, `B` the sum of the outer
@@ -32,6 +53,25 @@ pub(crate) fn sandwich_covariance(
     options: &ContactModeOptions,
 ) -> Option<Sandwich> {
     let (parameters, size) = (free.len(), statistics.derivatives.information.nrows());
+    let (hessian, squares) = curvature_and_squares(statistics, known, priors, options);
+    let all = free.extended(size);
+    Cholesky::new(all.scaled_regular(&hessian))?;
+    let bread = all.covariance(&hessian);
+    let design_effect = design_effect(&statistics.score_outer_product.information, &statistics.block_scores, free);
+    let covariance = &bread * squares * &bread * design_effect;
+    let covariance = covariance.view((0, 0), (parameters, parameters)).into_owned();
+    Some(Sandwich { covariance, design_effect, bread })
+}
+
+/// `H + Λ` and `B + Λ` over the parameters and, behind them, the odds of contact modes; `known` is
+/// `Λ` of the parameters.
+pub(crate) fn curvature_and_squares(
+    statistics: &ContactModeStatistics,
+    known: &DMatrix<f64>,
+    priors: &[Vec<ContactModePrior>],
+    options: &ContactModeOptions,
+) -> (DMatrix<f64>, DMatrix<f64>) {
+    let (parameters, size) = (known.nrows(), statistics.derivatives.information.nrows());
     let odds = size - parameters;
     let mut hessian = statistics.derivatives.information.clone();
     let mut squares = statistics.score_outer_product.information.clone();
@@ -48,13 +88,7 @@ pub(crate) fn sandwich_covariance(
     let mut of_odds = hessian.view_mut((parameters, parameters), (odds, odds));
     of_odds += DMatrix::from_diagonal(&of_contacts);
     of_odds.copy_from(&bounded_below(&of_odds.clone_owned(), &before));
-    let all = free.extended(size);
-    Cholesky::new(all.scaled_regular(&hessian))?;
-    let bread = all.covariance(&hessian);
-    let design_effect = design_effect(&statistics.score_outer_product.information, &statistics.block_scores, free);
-    let covariance = &bread * squares * &bread * design_effect;
-    let covariance = covariance.view((0, 0), (parameters, parameters)).into_owned();
-    Some(Sandwich { covariance, design_effect })
+    (hessian, squares)
 }
 
 /// Information with at least what was known `before` in every direction. Contacts that are not

@@ -3,6 +3,10 @@
 //!
 //! A tree keeps its boxes while its body moves: a search moves each box that it visits, and bounds
 //! the moved box by an axis-aligned one.
+//!
+//! parry3d 0.31 has a tree too. In its place calibrations with chamfered meshes take 1.3 to 1.5
+//! times as long (`benches/meshes.rs`, in one run: T-slot 1.29 and 1.70 s, rounded 3.7 and 5.3 s,
+//! cylinder 5.1 and 6.6 s): its nodes are in double precision, and visited in no order of distance.
 
 use std::cell::Cell;
 

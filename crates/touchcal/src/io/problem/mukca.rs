@@ -10,7 +10,7 @@ use std::sync::Arc;
 use nalgebra::Isometry3;
 
 use crate::contact::ContactLog;
-use crate::estimate::{Distance, Fixture, Loss, Noise, PlacePrior, Problem, Tool};
+use crate::estimate::{Distance, Fixture, Loss, Noise, PlacePrior, Problem, ShapeTolerance, Tool};
 use crate::io::base::bytes::Input;
 use crate::io::base::error::{IoError, Place, quoted};
 use crate::io::base::paths::relative;
@@ -206,6 +206,7 @@ fn socket(placement: &str, number: u32) -> Fixture {
         manifold: Arc::new(BallInSocket),
         base_from_fixture: None,
         prior: PlacePrior::Flat,
+        tolerance: ShapeTolerance::EXACT,
         placement: placement.to_owned(),
     }
 }

@@ -9,8 +9,8 @@ use crate::io::base::bytes::Input;
 use crate::io::base::error::{IoError, Place};
 use crate::io::problem::loaded::Loaded;
 use crate::io::result::estimate_file::{
-    self, ContactCounts, EstimateFile, FixtureResidual, NullDirection, ParameterEntry, ResidualStats, Residuals,
-    TerminationEntry, WarningEntry,
+    self, ContactCounts, EffectTestEntry, EstimateFile, FixtureResidual, NullDirection, ParameterEntry, ResidualStats,
+    Residuals, TerminationEntry, WarningEntry,
 };
 use crate::io::result::offsets_yaml;
 use crate::io::robot::urdf;
@@ -198,6 +198,7 @@ pub fn estimate_file(loaded: &Loaded, solved: &Solved) -> EstimateFile {
             iterations: estimate.termination.iterations,
         },
         warnings: warnings(estimate),
+        effect_tests: estimate.effect_tests.iter().map(EffectTestEntry::from).collect(),
         inputs: loaded.inputs.clone(),
         version: env!("CARGO_PKG_VERSION").to_owned(),
         seconds: *seconds,

@@ -118,6 +118,57 @@ pub struct TerminationEntry {
     pub iterations: usize,
 }
 
+/// A score test of an effect that the model leaves out: [`estimate::EffectTest`] in the file.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct EffectTestEntry {
+    /// Name of the effect: [`OmittedEffect::name`](estimate::OmittedEffect::name).
+    pub effect: String,
+    /// The effect as a sentence.
+    pub description: String,
+    /// Score statistic (1), chi-squared distributed if the effect is zero.
+    pub statistic: f64,
+    /// Number of directions that were tested.
+    pub degrees_of_freedom: usize,
+    /// Probability of a statistic as large by chance, corrected for the number of tests.
+    pub p_value: f64,
+    /// Values that the effect's parameters would take, in their SI units, by name.
+    pub values: BTreeMap<String, EffectValueEntry>,
+    /// Root mean square motion of the tool over the workspace if the effect were estimated (mm).
+    pub displacement_mm: f64,
+    /// Root mean square radius of the tool's reported 95 % region over the workspace (mm).
+    pub radius_mm: f64,
+}
+
+/// The value that a parameter of an effect would take.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct EffectValueEntry {
+    /// One-step estimate (SI).
+    pub value: f64,
+    /// Standard deviation of that estimate (SI).
+    pub sigma: f64,
+}
+
+impl From<&estimate::EffectTest> for EffectTestEntry {
+    fn from(test: &estimate::EffectTest) -> Self {
+        let values = test
+            .values
+            .iter()
+            .map(|entry| (entry.name.clone(), EffectValueEntry { value: entry.value, sigma: entry.sigma }));
+        EffectTestEntry {
+            effect: test.effect.name(),
+            description: test.effect.description(),
+            statistic: test.statistic,
+            degrees_of_freedom: test.degrees_of_freedom,
+            p_value: test.p_value,
+            values: values.collect(),
+            displacement_mm: 1e3 * test.displacement,
+            radius_mm: 1e3 * test.radius,
+        }
+    }
+}
+
 /// Consequence of a warning for the use of a result.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]

@@ -10,8 +10,8 @@ use crate::io::base::bytes::{self, Input};
 use crate::io::base::error::{IoError, Place};
 
 pub use super::estimate_entries::{
-    ContactCounts, FixtureResidual, NullDirection, ParameterEntry, ResidualStats, Residuals, Severity, Status,
-    TerminationEntry, WarningEntry,
+    ContactCounts, EffectTestEntry, EffectValueEntry, FixtureResidual, NullDirection, ParameterEntry, ResidualStats,
+    Residuals, Severity, Status, TerminationEntry, WarningEntry,
 };
 
 /// The schema that this version writes; it reads schema 1 too.
@@ -49,6 +49,10 @@ pub struct EstimateFile {
     pub termination: TerminationEntry,
     /// Warnings about the result, those that forbid its use first.
     pub warnings: Vec<WarningEntry>,
+    /// Tests of effects that the model leaves out, the most significant first; files of earlier
+    /// versions have none.
+    #[serde(default)]
+    pub effect_tests: Vec<EffectTestEntry>,
     /// Path and fingerprint of each file that was read, in the order of reading.
     pub inputs: Vec<Input>,
     /// Version of this crate that wrote the file.
@@ -71,6 +75,7 @@ impl From<estimate_schema_1::EstimateFile1> for EstimateFile {
             contacts: old.contacts,
             termination: old.termination,
             warnings: old.warnings.into_iter().map(WarningEntry::from).collect(),
+            effect_tests: Vec::new(),
             inputs: old.inputs,
             version: old.version,
             seconds: old.seconds,
@@ -168,7 +173,12 @@ impl EstimateFile {
             ("seconds", Some(self.seconds)),
         ];
         let single = single.into_iter().filter_map(|(key, value)| Some((key.to_owned(), value?)));
-        parameters.chain(covariance).chain(null).chain(residuals).chain(single)
+        let tests = self.effect_tests.iter().flat_map(|test| {
+            let own = [test.statistic, test.p_value, test.displacement_mm, test.radius_mm];
+            let values = test.values.values().flat_map(|entry| [entry.value, entry.sigma]);
+            own.into_iter().chain(values).map(move |value| (format!("effect_tests, {}", test.effect), value))
+        });
+        parameters.chain(tests).chain(covariance).chain(null).chain(residuals).chain(single)
     }
 }
 

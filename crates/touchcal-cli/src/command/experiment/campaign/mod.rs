@@ -11,6 +11,7 @@ mod sweep;
 use touchcal::io::campaign_folder::PART;
 use touchcal::io::scenario_file::{self, ScenarioFile};
 
+use super::threads;
 use crate::args::CampaignArgs;
 use crate::command::simulate;
 use crate::failure::{Failure, Outcome};
@@ -22,10 +23,7 @@ use statistics::CampaignStatistics;
 /// Computes the missing parts of this shard; once all parts are there, writes and prints the
 /// statistics.
 pub fn run(args: &CampaignArgs) -> Result<Outcome, Failure> {
-    if let Some(threads) = args.threads {
-        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build_global();
-        pool.map_err(|error| Failure::Setup(format!("{threads} threads: {error}")))?;
-    }
+    threads::set(args.threads)?;
     let campaigns = campaigns(args, &simulate::scenario(&args.source)?)?;
     let parts = args.trials.div_ceil(PART);
     let is_own = |campaign: usize, part: u64| (campaign as u64 * parts + part) % args.shard.of == args.shard.number - 1;

@@ -7,7 +7,6 @@ use nalgebra::{Quaternion, Translation3, UnitQuaternion};
 use toml::Spanned;
 
 use super::schema::{Number, PoseToml, Text};
-use crate::estimate::PlacePrior;
 use crate::io::base::error::{IoError, Place, quoted};
 use crate::io::base::suggest::did_you_mean;
 use crate::se3::Pose;
@@ -150,27 +149,5 @@ impl Context<'_> {
         };
         let translation = Translation3::new(xyz_mm[0] * MM, xyz_mm[1] * MM, xyz_mm[2] * MM);
         Ok(Some(Pose::from_parts(translation, rotation)))
-    }
-
-    /// How well a place is known. Sigmas of zero mean exactly.
-    pub(crate) fn freedom(
-        &self,
-        free: bool,
-        sigma_mm: Option<&Number>,
-        sigma_deg: Option<&Number>,
-        field: &str,
-    ) -> Result<PlacePrior, IoError> {
-        if let (true, Some(sigma)) = (free, sigma_mm.or(sigma_deg)) {
-            let place = self.place(sigma.span(), field);
-            return Err(IoError::unexpected(place, "free = true or sigma_mm and sigma_deg", "both"));
-        }
-        let sigma = self.number(sigma_mm, MM, Allowed::NotNegative, &format!("{field}, sigma_mm"))?.unwrap_or(0.0);
-        let sigma_angle =
-            self.number(sigma_deg, DEG, Allowed::NotNegative, &format!("{field}, sigma_deg"))?.unwrap_or(0.0);
-        Ok(match (free, sigma > 0.0 || sigma_angle > 0.0) {
-            (true, _) => PlacePrior::Flat,
-            (false, true) => PlacePrior::Gaussian { sigma, sigma_angle },
-            (false, false) => PlacePrior::Fixed,
-        })
     }
 }

@@ -5,13 +5,16 @@
 //! its folder. Every unknown key, every name that does not resolve and every number out of range is
 //! an error with line and column.
 
+mod assumptions;
 pub(crate) mod context;
+mod declared;
 mod parameters;
 mod projected;
 pub(crate) mod schema;
 mod selection;
 mod settings;
 mod source;
+mod tolerance;
 pub(crate) mod touch;
 
 use std::collections::HashMap;
@@ -21,29 +24,29 @@ use toml::Spanned;
 
 use crate::contact::ContactLog;
 use crate::contact::{AngleUnit, Detection, Load, LoadFrame, LoadOn};
-use crate::estimate::{Distance, Fixture, PlacePrior, Tool};
+use crate::estimate::{DEFAULT_DISTANCE_SIGMA, Distance};
 use crate::io::base::bytes::{self, Input};
 use crate::io::base::error::{IoError, Place, quoted};
 use crate::io::base::suggest::{did_you_mean, list};
 use crate::io::log::contact_log::{self, Options};
 use crate::io::problem::loaded::Loaded;
 use crate::io::robot::urdf::{self, Ends, UrdfFile};
-use crate::manifold::ResidualKind;
 use crate::robot::Robot;
-use crate::se3::Pose;
-use context::{Allowed, Context, DEG, MM};
-use schema::{
-    ContactsToml, DistanceToml, FixtureToml, LoadFrameToml, LoadOnToml, ProblemToml, RobotToml, Text, UnitToml,
-};
-use selection::{placement_of, selected};
+use context::{Allowed, Context, DEG};
+use declared::{distance, fixture, tool};
+use schema::{ContactsToml, FixtureToml, LoadFrameToml, LoadOnToml, ProblemToml, RobotToml, UnitToml};
+use selection::{fixture_index, selected};
 use touch::Shape;
 
+pub use assumptions::Assumptions;
 pub use context::MAX_BYTES;
+pub use declared::{EXACT_DISTANCE_SIGMA, missing_place};
 pub use selection::{Selection, placement};
 pub use settings::{DEFAULT_CONTACT, DEFAULT_ENCODER, Settings};
+pub use tolerance::DeclaredPrior;
 
-/// Standard deviation of a known distance between fixtures if the file states none (m): 0.05 mm.
-pub const DEFAULT_DISTANCE_SIGMA: f64 = 0.05 * MM;
+/// Keys that declare what is assumed without them.
+const KEYS: &str = "sigma_mm, sigma_deg, clearance_sigma_mm, depth_sigma_mm, or exact = true";
 /// Most rows that a change of contact may be made to wait for.
 const MAX_DEBOUNCE: i64 = 1_000_000;
 
@@ -100,21 +103,24 @@ fn build(toml: &ProblemToml, selection: &Selection, context: &Context<'_>) -> Re
     let mut inputs = vec![input];
     let settings = Settings::of(&toml.noise, &toml.estimate, &robot, context)?;
     let shape = Shape::of(&toml.tool, context, &mut inputs)?;
-    let tool = toml.tool.get_ref();
-    let tool = Tool {
-        tip_from_tool: context.pose(tool.tip_from_tool.as_ref(), "tool, tip_from_tool")?.unwrap_or_else(Pose::identity),
-        prior: context.freedom(tool.free, tool.sigma_mm.as_ref(), tool.sigma_deg.as_ref(), "tool")?,
-    };
+    let mut assumptions = Assumptions::default();
+    let tool = tool(&toml.tool, &settings, context, &mut assumptions)?;
     let names = fixture_names(&toml.fixture, context)?;
     let selected = selected(&toml.fixture, selection, context)?;
     let mut fixtures = Vec::with_capacity(toml.fixture.len());
     for (table, _) in toml.fixture.iter().zip(&selected).filter(|(_, selected)| selected.is_some()) {
-        fixtures.push(fixture(table, &settings, &shape, context, &mut inputs)?);
+        fixtures.push(fixture(table, (&settings, &shape), context, (&mut inputs, &mut assumptions))?);
     }
     let mut distances = Vec::new();
     for table in &toml.distance {
         let distance = distance(table, &names, context)?;
         if let (Some(first), Some(second)) = (selected[distance.between.0], selected[distance.between.1]) {
+            let between = table.get_ref().between.each_ref().map(|name| name.get_ref().as_str());
+            let declared = table.get_ref().sigma_mm.as_ref().map(|sigma| *sigma.get_ref());
+            let declared = declared.filter(|sigma| *sigma > 0.0 || table.get_ref().exact.is_none());
+            if declared.is_some() || distance.sigma == DEFAULT_DISTANCE_SIGMA {
+                assumptions.distance(between, declared, distance.sigma);
+            }
             distances.push(Distance { between: (first, second), ..distance });
         }
     }
@@ -131,6 +137,7 @@ fn build(toml: &ProblemToml, selection: &Selection, context: &Context<'_>) -> Re
         let options = Options { joints, fixture, ..options };
         inputs.push(read_contacts(table, &robot, &options, context, &mut contacts)?);
     }
+    assumptions.notes(KEYS).iter().for_each(|note| contacts.note(note));
     let problem = settings.problem(robot, (tool, fixtures, distances), contacts)?;
     Ok(Loaded { problem, urdf, inputs })
 }
@@ -193,79 +200,6 @@ fn fixture_names<'t>(
         }
     }
     Ok(names)
-}
-
-fn fixture(
-    table: &Spanned<FixtureToml>,
-    settings: &Settings,
-    shape: &Shape,
-    context: &Context<'_>,
-    inputs: &mut Vec<Input>,
-) -> Result<Fixture, IoError> {
-    let manifold = shape.touching(table, context, inputs)?;
-    let span = table.span();
-    let table = table.get_ref();
-    let name = format!("fixture `{}`", table.name.get_ref());
-    let freedom = context.freedom(table.free, table.sigma_mm.as_ref(), table.sigma_deg.as_ref(), &name)?;
-    let fixture = Fixture {
-        name: table.name.get_ref().clone(),
-        manifold: manifold.into(),
-        base_from_fixture: context.pose(table.base_from_fixture.as_ref(), &format!("{name}, base_from_fixture"))?,
-        prior: settings.fixture_freedom(freedom),
-        placement: placement_of(table).to_owned(),
-    };
-    match missing_place(&fixture) {
-        Some(expected) => Err(IoError::unexpected(context.place(span, name), expected, "none")),
-        None => Ok(fixture),
-    }
-}
-
-/// Names the keys that a fixture lacks for its place to be known or searched, as a phrase for
-/// messages; `None` if it lacks none. Only a socket, which is a point, can be found without a
-/// nominal place, with [`PlacePrior::Flat`].
-pub fn missing_place(fixture: &Fixture) -> Option<&'static str> {
-    match (fixture.base_from_fixture, fixture.manifold.residual_kind() == ResidualKind::PointOffset, fixture.prior) {
-        (Some(_), _, _) | (None, true, PlacePrior::Flat) => None,
-        (None, true, _) => Some("`base_from_fixture`, or `free = true`"),
-        (None, false, _) => Some("`base_from_fixture`, from where its place is looked for"),
-    }
-}
-
-fn fixture_index(
-    name: &Text,
-    names: &HashMap<&str, usize>,
-    context: &Context<'_>,
-    field: &str,
-) -> Result<usize, IoError> {
-    names.get(name.get_ref().as_str()).copied().ok_or_else(|| {
-        let mut known: Vec<&str> = names.keys().copied().collect();
-        known.sort_unstable();
-        let found = format!("{}{}", quoted(name.get_ref()), did_you_mean(name.get_ref(), known.iter().copied()));
-        IoError::unexpected(
-            context.place(name.span(), field),
-            format!("the name of a fixture ({})", list(known)),
-            found,
-        )
-    })
-}
-
-fn distance(
-    table: &Spanned<DistanceToml>,
-    names: &HashMap<&str, usize>,
-    context: &Context<'_>,
-) -> Result<Distance, IoError> {
-    let DistanceToml { between: [first, second], mm, sigma_mm } = table.get_ref();
-    let between = (
-        fixture_index(first, names, context, "distance, between")?,
-        fixture_index(second, names, context, "distance, between")?,
-    );
-    if between.0 == between.1 {
-        let found = format!("{} twice", quoted(first.get_ref()));
-        return Err(IoError::unexpected(context.place(second.span(), "distance, between"), "two fixtures", found));
-    }
-    let distance = context.required(Some(mm), MM, table.span(), "distance, mm")?;
-    let sigma = context.number(sigma_mm.as_ref(), MM, Allowed::Positive, "distance, sigma_mm")?;
-    Ok(Distance { between, distance, sigma: sigma.unwrap_or(DEFAULT_DISTANCE_SIGMA) })
 }
 
 fn options(

@@ -7,17 +7,21 @@ use super::schema::{EstimateToml, LossToml, Number, OptimiserToml, PriorToml, Te
 use crate::estimate::{GradientDescent, Loss, Method, Optimizer};
 use crate::io::base::error::{IoError, Place, quoted};
 use crate::io::base::suggest::{did_you_mean, list};
-use crate::parameter::{Block, Parameter, Unit, joint_compliance, joint_offset, joint_origin, segment_strain, strain};
+use crate::parameter::{
+    Block, Parameter, Unit, joint_compliance, joint_harmonic, joint_offset, joint_origin, joint_trend, segment_strain,
+    strain,
+};
 use crate::robot::Robot;
 
 /// Blocks that may be listed.
-const BLOCKS: [Block; 8] = [
+const BLOCKS: [Block; 9] = [
     Block::Strain,
     Block::SegmentStrain,
     Block::JointOffset,
     Block::JointOrigin,
     Block::JointCompliance,
     Block::JointDrift,
+    Block::JointTrend,
     Block::Tool,
     Block::Fixture,
 ];
@@ -76,6 +80,8 @@ pub(super) fn wanted(estimate: &EstimateToml, robot: &Robot, context: &Context<'
                 wanted.joint_compliance = Some(context.place(name.span(), "estimate, parameters"));
                 joint_compliance(robot)
             }
+            Block::JointTrend => joint_trend(robot),
+            Block::JointHarmonic => joint_harmonic(robot),
             Block::JointDrift | Block::Tool | Block::Fixture | Block::GapBias => Vec::new(),
         };
         wanted.tool |= block == Block::Tool;
@@ -85,6 +91,28 @@ pub(super) fn wanted(estimate: &EstimateToml, robot: &Robot, context: &Context<'
     }
     freeze(&mut wanted.parameters, &estimate.freeze, context)?;
     Ok(wanted)
+}
+
+impl Wanted {
+    /// Adds the trends of encoder offsets over the log, with `sigma` (rad) as prior standard
+    /// deviation: none if it is 0, an estimated one if it is not declared. Offsets that are not
+    /// estimated, or are for each placement, have no trend unless it is asked for.
+    pub(super) fn add_trend(&mut self, sigma: Option<f64>, robot: &Robot) {
+        let has = |block: Block| self.parameters.iter().any(|parameter| parameter.id.block() == block);
+        let is_asked = has(Block::JointTrend);
+        let has_offsets = has(Block::JointOffset) || has(Block::JointOrigin);
+        let is_applicable = has_offsets && !self.joint_drift && self.method == Method::LevenbergMarquardt;
+        match sigma {
+            Some(0.0) => self.parameters.retain(|parameter| parameter.id.block() != Block::JointTrend),
+            Some(sigma) => {
+                self.parameters.retain(|parameter| parameter.id.block() != Block::JointTrend);
+                let revolute = joint_trend(robot).into_iter().filter(|trend| trend.unit == Unit::Radian);
+                self.parameters.extend(revolute.map(|trend| trend.with_sigma(sigma)));
+            }
+            None if is_asked || !is_applicable => {}
+            None => self.parameters.extend(joint_trend(robot)),
+        }
+    }
 }
 
 fn block(name: &Text, context: &Context<'_>) -> Result<Block, IoError> {

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use serde::Deserialize;
-use toml::Spanned;
+use toml::{Spanned, Value};
 
 /// A number with its place in the file.
 pub(crate) type Number = Spanned<f64>;
@@ -94,6 +94,7 @@ pub(crate) struct ToolToml {
     pub(crate) sigma_deg: Option<Number>,
     #[serde(default)]
     pub(crate) free: bool,
+    pub(crate) exact: Option<Spanned<Value>>,
 }
 
 #[derive(Clone, Copy, Debug, Deserialize, PartialEq, Eq)]
@@ -137,8 +138,11 @@ pub(crate) struct FixtureToml {
     pub(crate) mm_per_deg: Option<Number>,
     pub(crate) sigma_mm: Option<Number>,
     pub(crate) sigma_deg: Option<Number>,
+    pub(crate) clearance_sigma_mm: Option<Number>,
+    pub(crate) depth_sigma_mm: Option<Number>,
     #[serde(default)]
     pub(crate) free: bool,
+    pub(crate) exact: Option<Spanned<Value>>,
 }
 
 #[derive(Debug, Deserialize)]
@@ -147,6 +151,7 @@ pub(crate) struct DistanceToml {
     pub(crate) between: [Text; 2],
     pub(crate) mm: Number,
     pub(crate) sigma_mm: Option<Number>,
+    pub(crate) exact: Option<Spanned<Value>>,
 }
 
 #[derive(Clone, Copy, Debug, Deserialize)]
@@ -197,6 +202,7 @@ pub(crate) struct ContactsToml {
 pub(crate) struct NoiseToml {
     pub(crate) encoder_deg: Option<Number>,
     pub(crate) contact_mm: Option<Number>,
+    pub(crate) encoder_trend_deg: Option<Number>,
     /// Whether the noise is estimated too, the values being where that starts.
     pub(crate) estimated: Option<bool>,
 }

@@ -1,9 +1,11 @@
 //! The placements of a problem that are read.
 
+use std::collections::HashMap;
+
 use toml::Spanned;
 
 use super::context::Context;
-use super::schema::FixtureToml;
+use super::schema::{FixtureToml, Text};
 use crate::io::base::error::{IoError, Place, quoted};
 use crate::io::base::suggest::{did_you_mean, list};
 
@@ -57,4 +59,23 @@ pub(super) fn selected(
         return Err(IoError::unexpected(Place::file(context.file), "at least one placement to be left", "none"));
     }
     Ok(each)
+}
+
+/// Index of the fixture that `field` names.
+pub(super) fn fixture_index(
+    name: &Text,
+    names: &HashMap<&str, usize>,
+    context: &Context<'_>,
+    field: &str,
+) -> Result<usize, IoError> {
+    names.get(name.get_ref().as_str()).copied().ok_or_else(|| {
+        let mut known: Vec<&str> = names.keys().copied().collect();
+        known.sort_unstable();
+        let found = format!("{}{}", quoted(name.get_ref()), did_you_mean(name.get_ref(), known.iter().copied()));
+        IoError::unexpected(
+            context.place(name.span(), field),
+            format!("the name of a fixture ({})", list(known)),
+            found,
+        )
+    })
 }

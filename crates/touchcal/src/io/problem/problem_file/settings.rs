@@ -7,6 +7,7 @@ use serde::Deserialize;
 use super::context::{Allowed, Context, DEG, MAX_BYTES, MM};
 use super::parameters::{self, Wanted};
 use super::schema::{EstimateToml, NoiseToml};
+use super::tolerance::DeclaredPrior;
 use crate::contact::ContactLog;
 use crate::estimate::{Distance, Fixture, Noise, PlacePrior, Problem, Tool};
 use crate::io::base::bytes;
@@ -56,20 +57,27 @@ impl Settings {
         robot: &Robot,
         context: &Context<'_>,
     ) -> Result<Settings, IoError> {
-        let wanted = parameters::wanted(estimate, robot, context)?;
+        let mut wanted = parameters::wanted(estimate, robot, context)?;
+        let field = "noise, encoder_trend_deg";
+        let trend = context.number(noise.encoder_trend_deg.as_ref(), DEG, Allowed::NotNegative, field)?;
+        wanted.add_trend(trend, robot);
         Ok(Settings { noise: self::noise(noise, context)?, wanted })
     }
 
-    /// Prior of a fixture's place, if `given` is the declared one: [`PlacePrior::Flat`] instead of
-    /// [`PlacePrior::Fixed`] if the places of all fixtures are to be estimated, else `given`.
-    pub fn fixture_freedom(&self, given: PlacePrior) -> PlacePrior {
-        if self.wanted.fixtures && given == PlacePrior::Fixed { PlacePrior::Flat } else { given }
+    /// Prior of a fixture's place: [`PlacePrior::Flat`] where nothing is declared and the places of
+    /// all fixtures are to be estimated, else the declared or default one.
+    pub fn fixture_prior(&self, place: DeclaredPrior) -> PlacePrior {
+        if self.wanted.fixtures && place.is_assumed { PlacePrior::Flat } else { place.prior }
+    }
+
+    /// Prior of the tool's place, likewise.
+    pub fn tool_prior(&self, place: DeclaredPrior) -> PlacePrior {
+        if self.wanted.tool && place.is_assumed { PlacePrior::Flat } else { place.prior }
     }
 
     /// The problem with these settings and the given tool, fixtures, known distances and contacts.
-    /// A fixed tool gets a flat prior if its place is to be estimated; fixtures are left as they
-    /// are, see [`Settings::fixture_freedom`]. A note is appended to `contacts` if loads have no
-    /// effect, or if the masses beside which they count are missing.
+    /// A note is appended to `contacts` if loads have no effect, or if the masses beside which they
+    /// count are missing.
     ///
     /// # Errors
     /// [`IoError::Unexpected`] if joint compliances are to be estimated although neither gravity
@@ -77,7 +85,7 @@ impl Settings {
     pub fn problem(
         self,
         robot: Robot,
-        (mut tool, fixtures, distances): (Tool, Vec<Fixture>, Vec<Distance>),
+        (tool, fixtures, distances): (Tool, Vec<Fixture>, Vec<Distance>),
         mut contacts: ContactLog,
     ) -> Result<Problem, IoError> {
         let Settings { noise, wanted } = self;
@@ -95,9 +103,6 @@ impl Settings {
                  give links an <inertial>, or declare gravity = [0, 0, 0] if the arm makes up for its weight",
             ),
             _ => {}
-        }
-        if wanted.tool && tool.prior == PlacePrior::Fixed {
-            tool.prior = PlacePrior::Flat;
         }
         Ok(Problem {
             distances,

@@ -228,6 +228,8 @@ fn check_keys(fixture: &FixtureToml, name: &str, context: &Context<'_>) -> Resul
     let text = |value: &Option<Text>, key| value.as_ref().map(|value| (value.span(), key));
     let foreign = number(&fixture.depth_mm, "depth_mm")
         .or(number(&fixture.outline_offset_mm, "outline_offset_mm"))
+        .or(number(&fixture.clearance_sigma_mm, "clearance_sigma_mm"))
+        .or(number(&fixture.depth_sigma_mm, "depth_sigma_mm"))
         .or(fixture_sources(fixture).key())
         .or(fixture.manifold.as_ref().map(|manifold| (manifold.span(), "manifold")))
         .or(text(&fixture.samples, "samples"))

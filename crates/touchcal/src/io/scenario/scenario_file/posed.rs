@@ -11,6 +11,7 @@ use super::read::ScenarioFile;
 use super::write::{Lines, TextFile, file_name, fixture_text, robot_text, scenario_text, tool_text};
 use crate::estimate::Distance;
 use crate::experiment;
+use crate::geometry::Parts;
 use crate::io::base::atomic;
 use crate::io::base::error::{IoError, Place};
 use crate::io::base::toml_text::quoted;
@@ -74,15 +75,17 @@ pub fn problem_text(file: &ScenarioFile) -> Vec<TextFile> {
     );
     text.push_str(&robot_text(file, &mut files));
     text.push_str(&tool_text(scenario, &mut files));
-    Lines(&mut text).place_error(scenario.tool_error);
+    Lines(&mut text).prior(scenario.tool_error, None);
     for touch in &scenario.touches {
         text.push_str(&fixture_text(scenario, touch, &mut files));
         let mut line = Lines(&mut text);
+        let clearance = matches!(touch.parts, Parts::PegInHole(_)).then_some(touch.clearance_sigma);
         if touch.free {
             line.raw("free", "true");
+            line.shape(clearance);
         } else {
             line.place(touch);
-            line.place_error(touch.place_error);
+            line.prior(touch.place_error, clearance);
         }
     }
     let mut line = Lines(&mut text);
@@ -106,6 +109,7 @@ pub fn problem_text(file: &ScenarioFile) -> Vec<TextFile> {
     let noise = experiment::noise(scenario);
     line.number("encoder_deg", noise.encoder.to_degrees());
     line.number("contact_mm", 1e3 * noise.contact);
+    line.number("encoder_trend_deg", 0.0);
     line.table("[estimate]");
     let names: Vec<&str> = experiment::blocks(scenario).into_iter().map(Block::name).collect();
     line.raw("parameters", &format!("{names:?}"));

@@ -94,7 +94,10 @@ impl TouchToml {
             mm_per_deg: None,
             sigma_mm: None,
             sigma_deg: None,
+            clearance_sigma_mm: None,
+            depth_sigma_mm: None,
             free: touch.free,
+            exact: None,
         };
         Spanned::new(table.span(), fixture)
     }

@@ -143,9 +143,29 @@ impl Lines<'_> {
         self.raw("base_from_fixture", &pose(&touch.base_from_fixture));
     }
 
-    pub(super) fn place_error(&mut self, error: PlaceError) {
+    /// How well a place is known, and with it the shape of a hole whose clearance (m) is known so
+    /// well; what is exact says so.
+    pub(super) fn prior(&mut self, error: PlaceError, clearance: Option<f64>) {
         if error != PlaceError::default() {
             self.sigmas(error);
+            self.shape(clearance);
+        } else if clearance.is_none_or(|sigma| sigma == 0.0) {
+            self.raw("exact", "true");
+        } else {
+            self.number("clearance_sigma_mm", 1e3 * clearance.unwrap_or(0.0));
+            self.raw("exact", "[\"place\", \"depth\"]");
+        }
+    }
+
+    /// How well the shape of a hole is known, if there is one; its depth is exact.
+    pub(super) fn shape(&mut self, clearance: Option<f64>) {
+        match clearance {
+            None => {}
+            Some(0.0) => self.raw("exact", "[\"clearance\", \"depth\"]"),
+            Some(sigma) => {
+                self.number("clearance_sigma_mm", 1e3 * sigma);
+                self.raw("exact", "[\"depth\"]");
+            }
         }
     }
 

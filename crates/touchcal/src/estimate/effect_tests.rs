@@ -1,0 +1,195 @@
+//! Tests of what a model leaves out, at the minimum.
+
+use nalgebra::DVector;
+
+use super::model::{
+    CalibrationModel, Curvature, LinearizationPoint, Objective, OmittedParameters, add_distances, add_priors,
+    contact_mode_statistics, distance_information, prior_information, with_omitted_effects,
+};
+use super::options::WarningThresholds;
+use super::result::{EffectTest, EffectValue, Estimate, Warning};
+use super::search::{SearchState, uses_contact_modes};
+use super::uncertainty::{
+    Derivatives, ScoreTest, curvature_and_squares, score_test, tool_uncertainty, workspace_configurations,
+};
+use crate::parameter::ParameterId;
+use crate::se3::{self, Twist};
+use crate::solver::{FreeParameters, NormalEquations, StopReason};
+
+/// Number of contacts that the tests use, about evenly spread over the log.
+const SUBSAMPLE: usize = 6000;
+/// Number of joint positions over the workspace at which the tool's motion is taken.
+const CONFIGURATIONS: usize = 100;
+/// Radius of the ball that holds 95 % of a Gaussian with equal variances, over the square root of
+/// the trace of its covariance: `√(χ²₃(0.95) / 3)`.
+const RADIUS: f64 = 1.614;
+
+/// A test, and what its effect would do to the model's parameters.
+pub(super) struct ModelTest {
+    pub test: EffectTest,
+    /// Change of the model's own parameters (SI) if the effect were estimated.
+    pub change: DVector<f64>,
+}
+
+/// Score tests of all effects that the model leaves out, those with the least p-value first. None
+/// where the minimum was not reached, or contacts have no likelihood.
+pub(super) fn effect_tests(search: &mut SearchState<'_>, estimate: &Estimate) -> Vec<ModelTest> {
+    let problem = search.model.problem;
+    let has_likelihood = uses_contact_modes(search) || !search.model.has_one_sided_contacts();
+    let is_applicable = has_likelihood && !problem.has_projection() && !problem.contacts.is_empty();
+    if !is_applicable || search.termination.reason != StopReason::Converged {
+        return Vec::new();
+    }
+    let (model, omitted) = with_omitted_effects(&search.model);
+    let theta = search.theta.clone().resize_vertically(model.layout.len(), 0.0);
+    let stride = model.stride(SUBSAMPLE);
+    let mut statistics = contact_mode_statistics(&model, &theta, (stride, Curvature::Observed), &mut search.caches);
+    statistics.scale(1.0 / stride as f64);
+    let known = distance_information(&model, &theta) + prior_information(&model);
+    let options = &problem.options.contact_mode;
+    let (curvature, squares) = curvature_and_squares(&statistics, &known, &model.mode_priors, options);
+    let at = Derivatives {
+        gradient: gradient(&model, &theta, &statistics.derivatives.gradient),
+        curvature,
+        squares,
+        block_scores: statistics.block_scores,
+    };
+    let positions = workspace_configurations(&problem.robot, CONFIGURATIONS);
+    let radius = tool_radius(search, estimate, &positions);
+    let count = omitted.len() as f64;
+    let each = omitted.into_iter().filter_map(|omitted| {
+        let tested = &omitted.indices;
+        let free = estimated(search, &model, tested, at.gradient.len());
+        let at = without_priors(&at, &model, &theta, tested);
+        let found = score_test(&at, &free, (tested, &omitted.sizes))?;
+        let displacement = tool_displacement(&model, &theta, &found.change, &positions);
+        Some(model_test(&model, omitted, found, (count, displacement, radius)))
+    });
+    let mut tests: Vec<ModelTest> = each.collect();
+    tests.sort_by(|a, b| a.test.p_value.total_cmp(&b.test.p_value));
+    tests
+}
+
+/// Warnings about effects that contacts show. Standard deviations are widened by what those move
+/// that keep the tool within its reported region.
+pub(super) fn apply_effect_tests(
+    estimate: &mut Estimate,
+    tests: Vec<ModelTest>,
+    thresholds: &WarningThresholds,
+) -> Vec<Warning> {
+    let mut warnings = Vec::new();
+    for ModelTest { test, change } in tests {
+        if test.p_value < thresholds.effect_p_value {
+            let usable = test.displacement <= test.radius;
+            if usable {
+                let change = change.rows(0, estimate.parameters.len());
+                estimate.covariance += change * change.transpose();
+            }
+            let EffectTest { effect, p_value, displacement, .. } = test.clone();
+            warnings.push(Warning::OmittedEffect { effect, p_value, displacement, usable });
+        }
+        estimate.effect_tests.push(test);
+    }
+    for (k, entry) in estimate.parameters.iter_mut().enumerate() {
+        entry.sigma = entry.sigma.map(|sigma| sigma.max(estimate.covariance[(k, k)].max(0.0).sqrt()));
+    }
+    warnings
+}
+
+fn model_test(
+    model: &CalibrationModel<'_>,
+    omitted: OmittedParameters,
+    found: ScoreTest,
+    (count, displacement, radius): (f64, f64, f64),
+) -> ModelTest {
+    let values = omitted.indices.iter().zip(&found.sigma).map(|(&k, &sigma)| EffectValue {
+        name: model.layout.parameters[k].name.clone(),
+        value: found.change[k],
+        sigma,
+    });
+    let test = EffectTest {
+        values: values.collect(),
+        effect: omitted.effect,
+        statistic: found.statistic,
+        degrees_of_freedom: found.degrees_of_freedom,
+        p_value: (found.p_value * count).min(1.0),
+        displacement,
+        radius,
+    };
+    ModelTest { test, change: found.change }
+}
+
+/// Gradient of contacts, known distances and priors; that of the odds is zero.
+fn gradient(model: &CalibrationModel<'_>, theta: &DVector<f64>, of_contacts: &DVector<f64>) -> DVector<f64> {
+    let mut declared = NormalEquations::new(model.layout.len());
+    add_distances(&LinearizationPoint::new(model, theta), &mut declared);
+    add_priors(model, theta, Objective::ContactModes, &mut declared);
+    let mut gradient = of_contacts.clone();
+    let mut of_parameters = gradient.rows_mut(0, theta.len());
+    of_parameters += declared.gradient;
+    gradient.rows_mut(theta.len(), of_contacts.len() - theta.len()).fill(0.0);
+    gradient
+}
+
+/// The derivatives without the priors of what is tested.
+fn without_priors(
+    at: &Derivatives,
+    model: &CalibrationModel<'_>,
+    theta: &DVector<f64>,
+    tested: &[usize],
+) -> Derivatives {
+    let mut at = at.clone();
+    for &k in tested {
+        let prior = model.layout.parameters[k].prior_sigma().map_or(0.0, |sigma| sigma.powi(-2));
+        at.gradient[k] -= prior * theta[k];
+        at.curvature[(k, k)] -= prior;
+        at.squares[(k, k)] -= prior;
+    }
+    at
+}
+
+/// Which of `size` parameters and odds are estimated: those of the model itself but for what is
+/// tested, none of what it leaves out, and the odds.
+fn estimated(search: &SearchState<'_>, model: &CalibrationModel<'_>, tested: &[usize], size: usize) -> FreeParameters {
+    let own = search.free.scale();
+    let scale = |k: usize| match k {
+        _ if tested.contains(&k) => 0.0,
+        _ if k < own.len() => own[k],
+        _ if k < model.layout.len() => 0.0,
+        _ => 1.0,
+    };
+    FreeParameters::new(DVector::from_fn(size, |k, _| scale(k)))
+}
+
+/// Root mean square motion (m) of the tool at joint `positions` by a change of the parameters.
+fn tool_displacement(
+    model: &CalibrationModel<'_>,
+    theta: &DVector<f64>,
+    change: &DVector<f64>,
+    positions: &[Vec<f64>],
+) -> f64 {
+    let parameters = &model.layout.parameters;
+    let mut kinematics = model.kinematics.clone();
+    let is_kinematic = |k: &usize| parameters[*k].id.kinematic().is_some();
+    kinematics.set(&(0..theta.len()).filter(is_kinematic).map(|k| theta[k]).collect::<Vec<f64>>());
+    let mut scratch = kinematics.scratch();
+    let square = |q: &Vec<f64>| {
+        kinematics.pose_and_jacobian(q, &mut scratch);
+        let motion = (0..parameters.len()).map(|k| match parameters[k].id {
+            ParameterId::Kinematic(_) => scratch.parameters[model.layout.kinematic_index[k]] * change[k],
+            ParameterId::JointHarmonic(i, phase) => {
+                scratch.joints[i] * (-change[k] * if phase == 0 { q[i].sin() } else { q[i].cos() })
+            }
+            _ => Twist::zeros(),
+        });
+        se3::linear(&motion.sum::<Twist>()).norm_squared()
+    };
+    (positions.iter().map(square).sum::<f64>() / positions.len().max(1) as f64).sqrt()
+}
+
+/// Root mean square radius (m) of the tool's 95 % region.
+fn tool_radius(search: &SearchState<'_>, estimate: &Estimate, positions: &[Vec<f64>]) -> f64 {
+    let each = tool_uncertainty(search.model.problem, estimate, positions.iter().map(Vec::as_slice));
+    let squares: f64 = each.iter().flatten().map(|tool| tool.position.powi(2)).sum();
+    RADIUS * (squares / positions.len().max(1) as f64).sqrt()
+}

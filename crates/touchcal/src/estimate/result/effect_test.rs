@@ -1,0 +1,108 @@
+//! Tests of effects that a model leaves out.
+
+/// An effect that a model leaves out: fixed at what was declared, or not a parameter.
+#[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum OmittedEffect {
+    /// Joints deflect under gravity and load.
+    JointCompliance,
+    /// Links are strained each by another amount.
+    SegmentStrain,
+    /// Joint origins are displaced and rotated.
+    JointOrigin,
+    /// Encoders have an error of once a turn.
+    JointHarmonic,
+    /// Encoder offsets change over the log.
+    JointTrend,
+    /// The tool is not at its exactly declared place.
+    ToolPlace,
+    /// A fixture is not at its exactly declared place.
+    FixturePlace {
+        /// Name of the fixture.
+        fixture: String,
+    },
+}
+
+impl OmittedEffect {
+    /// Name in files: `joint_compliance`, `segment_strain`, `joint_origin`, `joint_harmonic`,
+    /// `joint_trend`, `tool`, `fixture.{name}`.
+    pub fn name(&self) -> String {
+        match self {
+            OmittedEffect::JointCompliance => "joint_compliance".to_owned(),
+            OmittedEffect::SegmentStrain => "segment_strain".to_owned(),
+            OmittedEffect::JointOrigin => "joint_origin".to_owned(),
+            OmittedEffect::JointHarmonic => "joint_harmonic".to_owned(),
+            OmittedEffect::JointTrend => "joint_trend".to_owned(),
+            OmittedEffect::ToolPlace => "tool".to_owned(),
+            OmittedEffect::FixturePlace { fixture } => format!("fixture.{fixture}"),
+        }
+    }
+
+    /// The effect in English words for messages, such as "the joints deflect under load".
+    pub fn description(&self) -> String {
+        match self {
+            OmittedEffect::JointCompliance => "joints deflect under gravity and load".to_owned(),
+            OmittedEffect::SegmentStrain => "links are strained differently".to_owned(),
+            OmittedEffect::JointOrigin => "joint origins are displaced".to_owned(),
+            OmittedEffect::JointHarmonic => "encoders have an error of once a turn".to_owned(),
+            OmittedEffect::JointTrend => "encoder offsets change over the log".to_owned(),
+            OmittedEffect::ToolPlace => "the tool is not where it is declared".to_owned(),
+            OmittedEffect::FixturePlace { fixture } => format!("fixture `{fixture}` is not where it is declared"),
+        }
+    }
+
+    /// What contacts show, with the corrected `p_value` (0 to 1) that it is chance and how far (m)
+    /// it moves the tool; without a full stop.
+    pub(super) fn message(&self, p_value: f64, displacement: f64) -> String {
+        let (what, millimetres) = (self.description(), 1e3 * displacement);
+        format!("contacts show that {what} (p = {p_value:.0e}), which moves the tool by {millimetres:.3} mm")
+    }
+
+    /// What to change in the problem so that the effect is estimated, without a full stop.
+    pub fn remedy(&self) -> &'static str {
+        match self {
+            OmittedEffect::JointCompliance => "estimate `joint_compliance`, with the wrench of the log if it has one",
+            OmittedEffect::SegmentStrain => "estimate `segment_strain` instead of `strain`",
+            OmittedEffect::JointOrigin => "estimate `joint_origin`",
+            OmittedEffect::JointHarmonic => "no parameter corrects this: mind the scatter of the encoders",
+            OmittedEffect::JointTrend => {
+                "estimate `joint_trend`, or record a shorter log with the arm at one temperature"
+            }
+            OmittedEffect::ToolPlace => "measure the tool's place again, or give it a standard deviation",
+            OmittedEffect::FixturePlace { .. } => "measure the fixture's place again, or give it a standard deviation",
+        }
+    }
+}
+
+/// The value that one parameter of an omitted effect would take.
+#[derive(Clone, Debug, PartialEq)]
+pub struct EffectValue {
+    /// Name of the parameter, as it would be named if it were estimated.
+    pub name: String,
+    /// One-step estimate (SI).
+    pub value: f64,
+    /// Standard deviation of that estimate (SI); 0 where contacts do not see the parameter.
+    pub sigma: f64,
+}
+
+/// A score test of the hypothesis that an effect which the model leaves out is zero.
+#[derive(Clone, Debug, PartialEq)]
+pub struct EffectTest {
+    /// The effect.
+    pub effect: OmittedEffect,
+    /// Score statistic (1): chi-squared distributed if the effect is zero.
+    pub statistic: f64,
+    /// Number of directions that the contacts see at a plausible size of the effect.
+    pub degrees_of_freedom: usize,
+    /// Probability (0 to 1) of a statistic as large by chance, times the number of tests made, at
+    /// most 1 (Bonferroni).
+    pub p_value: f64,
+    /// Values that the effect's parameters would take.
+    pub values: Vec<EffectValue>,
+    /// Root mean square motion (m) of the tool in base over the workspace if the effect were
+    /// estimated.
+    pub displacement: f64,
+    /// Root mean square radius (m) of the tool's 95 % region over the workspace, as reported
+    /// without the effect.
+    pub radius: f64,
+}

@@ -1,0 +1,158 @@
+//! Score (Lagrange multiplier) tests of effects that the model leaves out.
+//!
+//! `g` and `H` are the gradient and the second derivative of the cost `−ln L + ½ priors` by
+//! estimated parameters P and left-out ones S, at the minimum over P with S at zero. Then
+//!
+//! - `W = [−H_PP⁻¹ H_PS; 1]` is how the estimated parameters follow the left-out ones,
+//! - `g_e = Wᵀ g` is the gradient by S with P following, `H_e = Wᵀ H_{·S}` its information,
+//! - `V = D Wᵀ (B + Λ) W` is its covariance, with the outer product `B` of scores, the information
+//!   `Λ` of priors, and the design effect `D` of contacts whose errors are correlated,
+//! - `g_eᵀ V⁻¹ g_e` is chi-squared distributed if S is zero, and `−H_e⁻¹ g_e` estimates S.
+//!
+//! Directions of S that contacts do not see at a plausible size are left out.
+//!
+//! Source: Rao, *Large sample tests of statistical hypotheses concerning several parameters with
+//! applications to problems of estimation* (1948); with this covariance White, *Maximum likelihood
+//! estimation of misspecified models* (1982), theorem 3.5.
+
+use nalgebra::{Cholesky, DMatrix, DVector};
+use statrs::distribution::{ChiSquared, ContinuousCDF};
+
+use super::design_effect::design_effect;
+use crate::solver::FreeParameters;
+
+/// Least information (1) on a direction at its plausible size from which it is tested: the effect
+/// then stands out of the noise by one standard deviation.
+const MIN_INFORMATION: f64 = 1.0;
+
+/// Derivatives at the minimum, over parameters estimated and left out, and the odds of contact
+/// modes.
+#[derive(Clone)]
+pub(crate) struct Derivatives {
+    /// Gradient `g`, with that of the priors of what is estimated (inverse SI units).
+    pub gradient: DVector<f64>,
+    /// `H + Λ` and `B + Λ`.
+    pub curvature: DMatrix<f64>,
+    pub squares: DMatrix<f64>,
+    /// Scores summed over blocks of contacts close in the log.
+    pub block_scores: Vec<DVector<f64>>,
+}
+
+/// The outcome of a test.
+pub(crate) struct ScoreTest {
+    /// `g_eᵀ V⁻¹ g_e` (1), and the number of directions tested.
+    pub statistic: f64,
+    pub degrees_of_freedom: usize,
+    /// Probability of a statistic as large by chance.
+    pub p_value: f64,
+    /// Estimates of all parameters' changes (SI) if the effect is let in: those of S, and of P with
+    /// them.
+    pub change: DVector<f64>,
+    /// Standard deviation (SI) of each estimate of S, in their order.
+    pub sigma: Vec<f64>,
+}
+
+/// Tests the left-out parameters of indices `omitted` with plausible sizes `sizes` (SI); `free` are
+/// the estimated ones. `None` if contacts see none of them at that size.
+pub(crate) fn score_test(
+    at: &Derivatives,
+    free: &FreeParameters,
+    (omitted, sizes): (&[usize], &[f64]),
+) -> Option<ScoreTest> {
+    // Where the cost is not convex there is no minimum to test at.
+    Cholesky::new(free.scaled_regular(&at.curvature))?;
+    let of_omitted = at.curvature.select_columns(omitted);
+    let mut following = -(free.covariance(&at.curvature) * &of_omitted);
+    for (column, &k) in omitted.iter().enumerate() {
+        following[(k, column)] = 1.0;
+    }
+    let by_size = |column: usize| sizes[column];
+    following.column_iter_mut().enumerate().for_each(|(column, mut entries)| entries *= by_size(column));
+    let mut information = following.tr_mul(&of_omitted);
+    information.column_iter_mut().enumerate().for_each(|(column, mut entries)| entries *= by_size(column));
+    if information.iter().any(|entry| !entry.is_finite()) {
+        return None;
+    }
+    let eigen = ((&information + information.transpose()) * 0.5).symmetric_eigen();
+    let seen: Vec<usize> = (0..omitted.len()).filter(|&k| eigen.eigenvalues[k] > MIN_INFORMATION).collect();
+    let directions = eigen.eigenvectors.select_columns(&seen);
+    let eigenvalues = DVector::from_iterator(seen.len(), seen.iter().map(|&k| eigen.eigenvalues[k]));
+    let along = &following * &directions;
+    let gradient = along.tr_mul(&at.gradient);
+    let squares = along.tr_mul(&(&at.squares * &along));
+    let mean = &gradient / at.block_scores.len().max(1) as f64;
+    let blocks: Vec<DVector<f64>> =
+        at.block_scores.iter().map(|score| along.rows(0, score.len()).tr_mul(score) - &mean).collect();
+    let unit = FreeParameters::new(DVector::repeat(seen.len(), 1.0));
+    let effect = if seen.is_empty() { 1.0 } else { design_effect(&squares, &blocks, &unit) };
+    let inverse = Cholesky::new(squares * effect)?;
+    let statistic = gradient.dot(&inverse.solve(&gradient));
+    let p_value = ChiSquared::new(seen.len() as f64).map_or(1.0, |distribution| distribution.sf(statistic));
+    let step = -gradient.component_div(&eigenvalues);
+    let covariance = DMatrix::from_diagonal(&eigenvalues.map(f64::recip)) * inverse.l();
+    let of_sizes = &directions * covariance;
+    let sigma = (0..omitted.len()).map(|k| sizes[k] * of_sizes.row(k).norm()).collect();
+    (!seen.is_empty() && statistic.is_finite()).then(|| ScoreTest {
+        statistic,
+        degrees_of_freedom: seen.len(),
+        p_value,
+        change: &along * step,
+        sigma,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Columns of a regression with three parameters, and observations.
+    fn regression() -> (DMatrix<f64>, DVector<f64>) {
+        const ROWS: usize = 200;
+        let at = |row: usize, column: usize| ((row * (3 + 2 * column)) as f64 * 0.37 + column as f64).sin();
+        let columns = DMatrix::from_fn(ROWS, 3, at);
+        let noise = DVector::from_fn(ROWS, |row, _| at(row, 7));
+        let observed = &columns * DVector::from_vec(vec![1.0, -2.0, 0.3]) + noise;
+        (columns, observed)
+    }
+
+    /// Of a linear regression: the statistic is the decrease of the squares by letting the third
+    /// parameter in, and the step leads to the regression on all three.
+    #[test]
+    fn of_a_linear_regression_it_is_the_decrease_of_the_squares() {
+        let (columns, observed) = regression();
+        let squares = |used: usize| {
+            let part = columns.columns(0, used).into_owned();
+            let solution = part.clone().svd(true, true).solve(&observed, 1e-12).expect("full rank");
+            ((&observed - &part * &solution).norm_squared(), solution)
+        };
+        let (before, restricted) = squares(2);
+        let (after, full) = squares(3);
+        let information = columns.tr_mul(&columns);
+        let at = restricted.clone().resize_vertically(3, 0.0);
+        let derivatives = Derivatives {
+            gradient: columns.tr_mul(&(&columns * &at - &observed)),
+            curvature: information.clone(),
+            squares: information,
+            block_scores: Vec::new(),
+        };
+        let free = FreeParameters::new(DVector::from_vec(vec![1.0, 1.0, 0.0]));
+        let test = score_test(&derivatives, &free, (&[2], &[1.0])).expect("a test");
+        assert!((test.statistic - (before - after)).abs() < 1e-9 * test.statistic, "{}", test.statistic);
+        assert_eq!(test.degrees_of_freedom, 1);
+        assert!((at + test.change - full).amax() < 1e-12);
+        let expected = 2.0 * (1.0 - 0.5 * libm::erfc(-test.statistic.sqrt() / 2f64.sqrt()));
+        assert!((test.p_value - expected).abs() < 1e-9, "{} {expected}", test.p_value);
+    }
+
+    #[test]
+    fn what_is_not_seen_at_its_plausible_size_is_not_tested() {
+        let (columns, _) = regression();
+        let information = columns.tr_mul(&columns);
+        let gradient = DVector::zeros(3);
+        let at =
+            Derivatives { gradient, curvature: information.clone(), squares: information, block_scores: Vec::new() };
+        let free = FreeParameters::new(DVector::from_vec(vec![1.0, 1.0, 0.0]));
+        assert!(score_test(&at, &free, (&[2], &[1e-3])).is_none());
+        assert!(score_test(&at, &free, (&[2], &[1.0])).is_some());
+    }
+}

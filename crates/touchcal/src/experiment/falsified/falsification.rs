@@ -1,0 +1,185 @@
+//! What is false: of the simulated world, or of the problem that is posed of it.
+
+use nalgebra::Vector3;
+use rand::{RngExt, SeedableRng};
+use rand_distr::{Distribution, StandardNormal};
+use rand_pcg::Pcg64;
+
+use super::declare::{change_parts, change_positions};
+use crate::estimate::Problem;
+use crate::geometry::{Parts, Polygon, PrismPair};
+use crate::se3::{self, Twist};
+use crate::sim::{PartsError, Scenario};
+
+/// Makes chance of what is false another than that of the simulation with the same seed.
+const PURPOSE: u64 = 0x5EED_FA15_E000_0001;
+
+/// By how much a pose is declared wrong: the local twist `ξ = [v; ω]` of `true = declared ·
+/// Exp(ξ)`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Displacement {
+    /// Gaussian components with these standard deviations, independent of each other.
+    Drawn {
+        /// Of each translation component (m, ≥ 0).
+        length: f64,
+        /// Of each rotation component (rad, ≥ 0).
+        angle: f64,
+    },
+    /// Of this size in a uniformly distributed direction.
+    Sized {
+        /// Norm of the translation part (m, ≥ 0).
+        length: f64,
+        /// Norm of the rotation part (rad, ≥ 0).
+        angle: f64,
+    },
+}
+
+/// A false declaration, with its size. Joints and directions that are not said are drawn.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Falsification {
+    /// Nothing is false.
+    Nothing,
+    /// Poses of all fixtures in base.
+    FixturePlace(Displacement),
+    /// Pose of the tool on the tip link.
+    ToolPlace(Displacement),
+    /// The tool's position on the tip link, in metres where millimetres were meant: a thousandth
+    /// of the true one.
+    ToolInMetres,
+    /// The hole is declared wider than it is by this much (m a side, negative for narrower).
+    Clearance(f64),
+    /// The hole is declared deeper than it is by this much (m).
+    Depth(f64),
+    /// Outlines of peg and hole are declared larger by this share of themselves (1).
+    Outline(f64),
+    /// Friction with this coefficient (1, ≥ 0) between tool and fixture, which no model has.
+    Friction(f64),
+    /// Joints that give way to the contact's load by this compliance (rad/(N m)), undeclared.
+    JointCompliance(f64),
+    /// One encoder's offset changes linearly by this much (rad) from the first to the last contact;
+    /// its mean is the true offset.
+    EncoderDrift(f64),
+    /// One encoder reads too much by this amplitude (rad) times the sine of its position plus a
+    /// phase.
+    EncoderHarmonic(f64),
+    /// Encoders have noise of this factor (1, > 0) times the declared standard deviation.
+    EncoderNoise(f64),
+    /// Contacts that are none.
+    FalseContacts {
+        /// Their share (0 to 1) of all.
+        share: f64,
+        /// Standard deviation (rad) by which each joint is away from contact.
+        deviation: f64,
+    },
+    /// No more contacts than this with each fixture.
+    FewContacts(usize),
+    /// Columns of two neighbouring joints are exchanged in the log.
+    JointsExchanged,
+    /// Distances between fixtures are declared larger by this share of themselves (1).
+    Spacing(f64),
+}
+
+impl Falsification {
+    /// Makes `scenario`, whose declarations are the problem's, the scenario that is simulated.
+    pub fn falsify_scenario(&self, scenario: &mut Scenario) {
+        match *self {
+            Falsification::Friction(coefficient) => scenario.friction = coefficient,
+            Falsification::JointCompliance(compliance) => scenario.errors.joint_compliance = compliance,
+            Falsification::EncoderNoise(factor) => scenario.recorder.encoder_sigma *= factor,
+            Falsification::FewContacts(contacts) => scenario.contacts = scenario.contacts.min(contacts),
+            _ => {}
+        }
+    }
+
+    /// Makes `problem`, posed of a simulation of `scenario`, declare what is false, or changes its
+    /// contacts; the same for the same `seed`. Fixtures of the problem are the scenario's touches,
+    /// in their order.
+    ///
+    /// # Errors
+    /// If shapes that are to be declared are not valid.
+    pub fn falsify_problem(&self, problem: &mut Problem, scenario: &Scenario, seed: u64) -> Result<(), PartsError> {
+        let random = &mut Pcg64::seed_from_u64(seed ^ PURPOSE);
+        match *self {
+            Falsification::FixturePlace(by) => {
+                for pose in problem.fixtures.iter_mut().filter_map(|fixture| fixture.base_from_fixture.as_mut()) {
+                    *pose *= se3::exp(&by.draw(random)).inverse();
+                }
+            }
+            Falsification::ToolPlace(by) => problem.tool.tip_from_tool *= se3::exp(&by.draw(random)).inverse(),
+            Falsification::ToolInMetres => problem.tool.tip_from_tool.translation.vector *= 1e-3,
+            Falsification::Clearance(wider) => {
+                let changed = |parts: &PrismPair| shapes(parts, parts.hole().offset_mitred(wider)?, parts.depth());
+                change_parts(problem, scenario, changed)?;
+            }
+            Falsification::Depth(deeper) => {
+                let changed = |parts: &PrismPair| shapes(parts, parts.hole().clone(), parts.depth() + deeper);
+                change_parts(problem, scenario, changed)?;
+            }
+            Falsification::Outline(share) => change_parts(problem, scenario, |parts| scaled(parts, 1.0 + share))?,
+            Falsification::Spacing(share) => {
+                problem.distances.iter_mut().for_each(|known| known.distance *= 1.0 + share);
+            }
+            _ => self.falsify_contacts(problem, random),
+        }
+        Ok(())
+    }
+
+    /// Changes the joint positions of the contacts.
+    fn falsify_contacts(&self, problem: &mut Problem, random: &mut Pcg64) {
+        let count = problem.contacts.len();
+        let dof = problem.contacts.dof();
+        if dof < 2 {
+            return;
+        }
+        match *self {
+            Falsification::EncoderDrift(change) => {
+                let joint = random.random_range(0..dof);
+                let passed = |i: usize| i as f64 / count.saturating_sub(1).max(1) as f64;
+                change_positions(problem, |i, q| q[joint] += change * (passed(i) - 0.5));
+            }
+            Falsification::EncoderHarmonic(amplitude) => {
+                let joint = random.random_range(0..dof);
+                let phase = random.random_range(0.0..std::f64::consts::TAU);
+                change_positions(problem, |_, q| q[joint] += amplitude * (q[joint] + phase).sin());
+            }
+            Falsification::FalseContacts { share, deviation } => change_positions(problem, |_, q| {
+                if random.random_bool(share) {
+                    q.iter_mut().for_each(|q| *q += deviation * normal(random));
+                }
+            }),
+            Falsification::JointsExchanged => {
+                let joint = random.random_range(0..dof - 1);
+                change_positions(problem, |_, q| q.swap(joint, joint + 1));
+            }
+            _ => {}
+        }
+    }
+}
+
+impl Displacement {
+    /// A twist `ξ` (m, rad).
+    pub(super) fn draw(self, random: &mut Pcg64) -> Twist {
+        let mut vector = || Vector3::from_fn(|_, _| normal(random));
+        let (v, w) = (vector(), vector());
+        match self {
+            Displacement::Drawn { length, angle } => se3::twist(&(v * length), &(w * angle)),
+            Displacement::Sized { length, angle } => se3::twist(&(v.normalize() * length), &(w.normalize() * angle)),
+        }
+    }
+}
+
+fn normal(random: &mut Pcg64) -> f64 {
+    StandardNormal.sample(random)
+}
+
+/// The peg of `parts` and a hole.
+fn shapes(parts: &PrismPair, hole: Polygon, depth: f64) -> Result<Parts, PartsError> {
+    Ok(Parts::PegInHole(Box::new(PrismPair::new(parts.peg().clone(), parts.length(), hole, depth)?)))
+}
+
+/// Outlines of peg and hole times `factor`, lengths as they are.
+fn scaled(parts: &PrismPair, factor: f64) -> Result<Parts, PartsError> {
+    let outline = |of: &Polygon| Polygon::new(of.vertices().iter().map(|vertex| vertex * factor).collect());
+    let pair = PrismPair::new(outline(parts.peg())?, parts.length(), outline(parts.hole())?, parts.depth())?;
+    Ok(Parts::PegInHole(Box::new(pair)))
+}

@@ -1,0 +1,166 @@
+//! The battery: what is false, and what is declared beside it.
+
+use Declared::{Defaults, FixtureExact, FixtureFree, FixtureSigma, ShapesExact, ToolExact};
+use Falsification::{
+    Clearance, Depth, EncoderDrift, EncoderHarmonic, EncoderNoise, FalseContacts, FewContacts, FixturePlace, Friction,
+    JointCompliance, JointsExchanged, Nothing, Outline, Spacing, ToolInMetres, ToolPlace,
+};
+
+use super::excitation::Excitation;
+use super::falsification::{Displacement, Falsification};
+use crate::estimate::{DEFAULT_DISTANCE_SIGMA, PlacePrior, Problem, ShapeTolerance};
+use crate::experiment::problem::problem;
+use crate::parameter::{Block, joint_trend};
+use crate::sim::{PartsError, Scenario, SimulatedTrial};
+
+const DEG: f64 = std::f64::consts::PI / 180.0;
+const MM: f64 = 1e-3;
+
+/// Standard deviations that a problem declares.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Declared {
+    /// Those of the scenario: what does not err is exact, distances have 0.01 mm.
+    Scenario,
+    /// Those that a problem file has where it says nothing: [`PlacePrior::DEFAULT_TOOL`] and
+    /// [`PlacePrior::DEFAULT_FIXTURE`] in place of exact ones, [`ShapeTolerance::DEFAULT`],
+    /// [`DEFAULT_DISTANCE_SIGMA`], and trends of encoder offsets where offsets are estimated.
+    Defaults,
+    /// The defaults, but places of fixtures are exact.
+    FixtureExact,
+    /// The defaults, but the tool's place is exact.
+    ToolExact,
+    /// The defaults, but shapes are exact.
+    ShapesExact,
+    /// The defaults, but places of fixtures have this standard deviation (m) and that of the
+    /// default's angle.
+    FixtureSigma(f64),
+    /// The defaults, but nothing is known of the places of fixtures.
+    FixtureFree,
+}
+
+/// One kind of trial: what is false, and the standard deviations that are declared.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FalsifiedKind {
+    /// Name in files and arguments, unique in [`FalsifiedKind::ALL`].
+    pub name: &'static str,
+    /// What is false, in words.
+    pub description: &'static str,
+    /// What is false.
+    pub falsification: Falsification,
+    /// The declared standard deviations.
+    pub declared: Declared,
+    /// The excitations with which it is tried.
+    pub excitations: &'static [Excitation],
+}
+
+const PEG: &[Excitation] = &[Excitation::Paper, Excitation::Rich];
+const SOCKETS: &[Excitation] = &[Excitation::Sockets];
+const ALL: &[Excitation] = &[Excitation::Paper, Excitation::Rich, Excitation::Sockets];
+
+const fn kind(
+    name: &'static str,
+    description: &'static str,
+    falsification: Falsification,
+    declared: Declared,
+) -> FalsifiedKind {
+    FalsifiedKind { name, description, falsification, declared, excitations: PEG }
+}
+
+const fn tried(excitations: &'static [Excitation], kind: FalsifiedKind) -> FalsifiedKind {
+    FalsifiedKind { excitations, ..kind }
+}
+
+const fn sized(length: f64, angle: f64) -> Displacement {
+    Displacement::Sized { length, angle }
+}
+
+const DRAWN_HOLE: Displacement = Displacement::Drawn { length: MM, angle: 0.5 * DEG };
+const DRAWN_TOOL: Displacement = Displacement::Drawn { length: 0.3 * MM, angle: 0.2 * DEG };
+const FALSE: Falsification = FalseContacts { share: 0.2, deviation: 0.3 * DEG };
+
+impl FalsifiedKind {
+    /// The battery, in the order in which it is shown.
+    #[rustfmt::skip]
+    pub const ALL: [FalsifiedKind; 34] = [
+        tried(ALL, kind("nothing_exact", "nothing; tool, hole and shapes declared exact", Nothing, Declared::Scenario)),
+        tried(ALL, kind("nothing", "nothing", Nothing, Defaults)),
+        kind("hole_drawn", "hole off by a draw from the default, 1 mm and 0.5°", FixturePlace(DRAWN_HOLE), Defaults),
+        kind("hole_1mm", "hole off by 1 mm", FixturePlace(sized(MM, 0.0)), Defaults),
+        kind("hole_0.3mm", "hole off by 0.3 mm", FixturePlace(sized(0.3 * MM, 0.0)), Defaults),
+        kind("hole_0.1mm", "hole off by 0.1 mm", FixturePlace(sized(0.1 * MM, 0.0)), Defaults),
+        kind("hole_exact_0.1mm", "hole declared exact, off by 0.1 mm", FixturePlace(sized(0.1 * MM, 0.0)), FixtureExact),
+        kind("hole_exact_1mm", "hole declared exact, off by 1 mm", FixturePlace(sized(MM, 0.0)), FixtureExact),
+        kind("hole_sigma_2mm", "hole declared to 2 mm, off by 2 mm", FixturePlace(sized(2.0 * MM, 0.0)), FixtureSigma(2.0 * MM)),
+        kind("hole_free", "nothing; the place of the hole is unknown", Nothing, FixtureFree),
+        kind("tool_drawn", "tool off by a draw from the default, 0.3 mm and 0.2°", ToolPlace(DRAWN_TOOL), Defaults),
+        kind("tool_0.5mm", "tool off by 0.5 mm and 0.2°", ToolPlace(sized(0.5 * MM, 0.2 * DEG)), Defaults),
+        kind("tool_0.1mm", "tool off by 0.1 mm and 0.05°", ToolPlace(sized(0.1 * MM, 0.05 * DEG)), Defaults),
+        kind("tool_exact_0.5mm", "tool declared exact, off by 0.5 mm and 0.2°", ToolPlace(sized(0.5 * MM, 0.2 * DEG)), ToolExact),
+        kind("tool_in_metres", "tool's position a thousandth of the true one", ToolInMetres, Defaults),
+        kind("clearance_wide_0.05mm", "hole declared 0.05 mm a side too wide", Clearance(0.05 * MM), Defaults),
+        kind("clearance_narrow_0.05mm", "hole declared 0.05 mm a side too narrow", Clearance(-0.05 * MM), Defaults),
+        kind("clearance_wide_0.02mm", "hole declared 0.02 mm a side too wide", Clearance(0.02 * MM), Defaults),
+        kind("clearance_exact", "shapes declared exact, hole 0.05 mm a side too wide", Clearance(0.05 * MM), ShapesExact),
+        kind("depth_0.05mm", "hole declared 0.05 mm too deep", Depth(0.05 * MM), Defaults),
+        kind("outline_0.2_percent", "outlines of peg and hole declared 0.2 % too large", Outline(0.002), Defaults),
+        kind("friction_0.25", "friction with a coefficient of 0.25", Friction(0.25), Defaults),
+        kind("friction_0.5", "friction with a coefficient of 0.5", Friction(0.5), Defaults),
+        kind("compliance_2e-5", "joints give way by 2e-5 rad/(N m)", JointCompliance(2e-5), Defaults),
+        kind("compliance_5e-6", "joints give way by 5e-6 rad/(N m)", JointCompliance(5e-6), Defaults),
+        kind("encoder_drift", "one encoder drifts by 0.02° over the log", EncoderDrift(0.02 * DEG), Defaults),
+        kind("encoder_harmonic", "one encoder is off by 0.02° once a turn", EncoderHarmonic(0.02 * DEG), Defaults),
+        kind("encoder_noise", "encoder noise three times the declared", EncoderNoise(3.0), Defaults),
+        kind("false_contacts", "20 % of the contacts are none, joints off by 0.3°", FALSE, Defaults),
+        kind("few_contacts", "nothing; 300 contacts only", FewContacts(300), Defaults),
+        kind("joints_exchanged", "two joints exchanged in the log", JointsExchanged, Defaults),
+        tried(SOCKETS, kind("spacing_0.25_percent", "distances of sockets declared 0.25 % too large", Spacing(0.0025), Defaults)),
+        tried(SOCKETS, kind("spacing_0.6_percent", "distances of sockets declared 0.6 % too large", Spacing(0.006), Defaults)),
+        tried(SOCKETS, kind("spacing_2.5_percent", "distances of sockets declared 2.5 % too large", Spacing(0.025), Defaults)),
+    ];
+
+    /// The problem of a simulated trial: as [`problem`] poses it of `scenario`, with the declared
+    /// standard deviations, and what [`Falsification::falsify_problem`] makes of it with `seed`.
+    /// The trial is that of the scenario after [`Falsification::falsify_scenario`].
+    ///
+    /// # Errors
+    /// If shapes that are to be declared are not valid.
+    pub fn problem(&self, scenario: &Scenario, simulated: &SimulatedTrial, seed: u64) -> Result<Problem, PartsError> {
+        let mut posed = problem(scenario, simulated);
+        self.declared.apply(&mut posed);
+        self.falsification.falsify_problem(&mut posed, scenario, seed)?;
+        Ok(posed)
+    }
+
+    /// The kind of this name; `None` if there is none.
+    pub fn by_name(name: &str) -> Option<FalsifiedKind> {
+        FalsifiedKind::ALL.into_iter().find(|kind| kind.name == name)
+    }
+}
+
+impl Declared {
+    /// Declares these standard deviations in `problem`, which has those of its scenario.
+    pub(super) fn apply(self, problem: &mut Problem) {
+        if self == Declared::Scenario {
+            return;
+        }
+        if problem.tool.prior == PlacePrior::Fixed && self != ToolExact {
+            problem.tool.prior = PlacePrior::DEFAULT_TOOL;
+        }
+        for fixture in &mut problem.fixtures {
+            if self != ShapesExact {
+                fixture.tolerance = ShapeTolerance::DEFAULT;
+            }
+            fixture.prior = match (fixture.prior, self) {
+                (PlacePrior::Fixed, FixtureExact) => PlacePrior::Fixed,
+                (PlacePrior::Fixed, FixtureSigma(sigma)) => PlacePrior::Gaussian { sigma, sigma_angle: 0.5 * DEG },
+                (PlacePrior::Fixed, FixtureFree) => PlacePrior::Flat,
+                (PlacePrior::Fixed, _) => PlacePrior::DEFAULT_FIXTURE,
+                (known, _) => known,
+            };
+        }
+        problem.distances.iter_mut().for_each(|known| known.sigma = DEFAULT_DISTANCE_SIGMA);
+        if problem.parameters.iter().any(|parameter| parameter.id.block() == Block::JointOffset) {
+            problem.parameters.extend(joint_trend(&problem.robot));
+        }
+    }
+}

@@ -1,0 +1,73 @@
+//! What is assumed where no standard deviations are declared.
+
+use super::tolerance::DeclaredPrior;
+use crate::estimate::{PlacePrior, ShapeTolerance};
+
+/// Collects what is assumed of tool, fixtures and distances where nothing is declared, and which
+/// standard deviations are declared 0.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Assumptions {
+    of_parts: Vec<String>,
+    exact_by_zero: Vec<String>,
+}
+
+impl Assumptions {
+    /// Notes what is assumed of the place of a part named `part` in messages. Without
+    /// `has_rotation` its rotation has no effect on any contact and is not spoken of.
+    pub fn place(&mut self, part: &str, declared: DeclaredPrior, has_rotation: bool) {
+        let is_assumed = declared.is_assumed || declared.is_partly_assumed && has_rotation;
+        if let (PlacePrior::Gaussian { sigma, sigma_angle }, true) = (declared.prior, is_assumed) {
+            let angle = if has_rotation { format!(", {}°", rounded(sigma_angle.to_degrees())) } else { String::new() };
+            self.of_parts.push(format!("{part}: place ± {} mm{angle}", rounded(1e3 * sigma)));
+        }
+        let has_zero = match declared.prior {
+            PlacePrior::Gaussian { sigma, .. } => sigma == 0.0 || has_rotation,
+            PlacePrior::Fixed | PlacePrior::Flat => true,
+        };
+        if declared.is_exact_by_zero && has_zero {
+            self.exact_by_zero.push(part.to_owned());
+        }
+    }
+
+    /// Notes what is assumed of the shape of a hole named `part` in messages, of whose clearance
+    /// and depth the standard deviations `declared` (m) are declared.
+    pub fn shape(&mut self, part: &str, declared: [Option<f64>; 2], tolerance: ShapeTolerance) {
+        for (declared, name, sigma) in
+            [(declared[0], "clearance", tolerance.clearance), (declared[1], "depth", tolerance.depth)]
+        {
+            match declared {
+                None if sigma > 0.0 => self.of_parts.push(format!("{part}: {name} ± {} mm", rounded(1e3 * sigma))),
+                Some(0.0) => self.exact_by_zero.push(format!("{part}: {name}")),
+                _ => {}
+            }
+        }
+    }
+
+    /// Notes the assumed standard deviation `sigma` (m) of the distance of two fixtures, or that it
+    /// is declared 0.
+    pub fn distance(&mut self, between: [&str; 2], declared: Option<f64>, sigma: f64) {
+        let part = format!("distance {}–{}", between[0], between[1]);
+        match declared {
+            None => self.of_parts.push(format!("{part}: ± {} mm", rounded(1e3 * sigma))),
+            Some(0.0) => self.exact_by_zero.push(part),
+            Some(_) => {}
+        }
+    }
+
+    /// Notes for people, none if nothing is assumed: what is assumed, how to declare it with the
+    /// `keys`, and what a standard deviation of 0 makes exact.
+    pub fn notes(&self, keys: &str) -> Vec<String> {
+        let assumed = (!self.of_parts.is_empty()).then(|| {
+            let parts = self.of_parts.join("; ");
+            format!("assumed, since no standard deviations are declared: {parts}; declare them ({keys})")
+        });
+        let exact = (!self.exact_by_zero.is_empty())
+            .then(|| format!("standard deviations of 0 are taken as exact: {}", self.exact_by_zero.join(", ")));
+        assumed.into_iter().chain(exact).collect()
+    }
+}
+
+/// Four digits after the point at most.
+fn rounded(value: f64) -> f64 {
+    (1e4 * value).round() / 1e4
+}

@@ -1,0 +1,201 @@
+//! False declarations are false by as much as they say, and by nothing else.
+
+use std::ops::ControlFlow;
+
+use touchcal::estimate::{PlacePrior, Problem, ShapeTolerance};
+use touchcal::experiment::falsified::{Excitation, FalsifiedKind, falsified_trial};
+use touchcal::experiment::problem;
+use touchcal::io::urdf::{self, Ends};
+use touchcal::robot::Robot;
+use touchcal::se3::{self, Pose};
+use touchcal::sim::{self, Scenario};
+
+const DEG: f64 = std::f64::consts::PI / 180.0;
+
+fn robot() -> Robot {
+    urdf::read_builtin("iiwa14", Ends::default()).expect("built in").robot
+}
+
+fn kind(name: &str) -> FalsifiedKind {
+    FalsifiedKind::by_name(name).expect("a kind")
+}
+
+/// The scenario that is declared, the problem as it should be, and as `name` poses it of a
+/// simulation with the same seed.
+fn falsified(name: &str, excitation: Excitation) -> (Scenario, Problem, Problem) {
+    let declared = excitation.scenario(robot(), 40).expect("a scenario");
+    let mut scenario = declared.clone();
+    kind(name).falsification.falsify_scenario(&mut scenario);
+    let simulated = |scenario: &Scenario| sim::simulate(scenario, 3).expect("contacts");
+    let right = problem(&declared, &simulated(&declared));
+    (declared.clone(), right, kind(name).problem(&declared, &simulated(&scenario), 3).expect("a problem"))
+}
+
+/// Differences (rad) of the joint positions of all contacts, joint by joint.
+fn differences(one: &Problem, other: &Problem) -> Vec<Vec<f64>> {
+    let dof = one.contacts.dof();
+    assert_eq!(one.contacts.len(), other.contacts.len());
+    let of = |joint: usize| (0..one.contacts.len()).map(move |i| other.contacts.q(i)[joint] - one.contacts.q(i)[joint]);
+    (0..dof).map(|joint| of(joint).collect()).collect()
+}
+
+#[track_caller]
+fn apart(declared: &Pose, truth: &Pose, length: f64, angle: f64) {
+    let by = se3::log(&(declared.inverse() * truth));
+    let (v, w) = (se3::linear(&by).norm(), se3::angular(&by).norm());
+    assert!((v - length).abs() < 1e-9 && (w - angle).abs() < 1e-9, "{v} m, {w} rad");
+}
+
+#[test]
+fn names_are_unique() {
+    for (k, kind) in FalsifiedKind::ALL.iter().enumerate() {
+        assert!(FalsifiedKind::ALL[..k].iter().all(|other| other.name != kind.name), "{}", kind.name);
+        let is_plain = |c: char| c.is_ascii_alphanumeric() || ['_', '.', '-'].contains(&c);
+        assert!(kind.name.chars().all(is_plain), "{}", kind.name);
+    }
+}
+
+#[test]
+fn places_are_off_by_the_size() {
+    for (name, length) in [("hole_1mm", 1e-3), ("hole_exact_0.1mm", 1e-4), ("hole_sigma_2mm", 2e-3)] {
+        let (scenario, right, wrong) = falsified(name, Excitation::Paper);
+        let place = wrong.fixtures[0].base_from_fixture.expect("a place");
+        apart(&place, &scenario.touches[0].base_from_fixture, length, 0.0);
+        assert_eq!((&wrong.contacts, &wrong.tool.tip_from_tool), (&right.contacts, &right.tool.tip_from_tool));
+    }
+    let (scenario, _, wrong) = falsified("tool_0.5mm", Excitation::Paper);
+    apart(&wrong.tool.tip_from_tool, &scenario.tip_from_tool, 0.5e-3, 0.2 * DEG);
+    let (scenario, right, wrong) = falsified("tool_in_metres", Excitation::Paper);
+    let height = wrong.tool.tip_from_tool.translation.z;
+    assert!((1e3 * height - scenario.tip_from_tool.translation.z).abs() < 1e-15 && right.contacts == wrong.contacts);
+}
+
+#[test]
+fn draws_have_the_size_on_average() {
+    let declared = Excitation::Paper.scenario(robot(), 40).expect("a scenario");
+    let simulated = sim::simulate(&declared, 3).expect("contacts");
+    let truth = declared.touches[0].base_from_fixture;
+    let draw = |seed: u64| {
+        let problem = kind("hole_drawn").problem(&declared, &simulated, seed).expect("a problem");
+        se3::log(&(problem.fixtures[0].base_from_fixture.expect("a place").inverse() * truth))
+    };
+    assert_eq!(draw(1), draw(1));
+    let twists: Vec<_> = (0..300).map(draw).collect();
+    for (k, sigma) in [1e-3, 1e-3, 1e-3, 0.5 * DEG, 0.5 * DEG, 0.5 * DEG].into_iter().enumerate() {
+        let square: f64 = twists.iter().map(|twist| (twist[k] / sigma).powi(2)).sum::<f64>() / 300.0;
+        // Four standard deviations of the mean square of 300 normal numbers.
+        assert!((square - 1.0).abs() < 4.0 * (2.0 / 300.0_f64).sqrt(), "{k}: {square}");
+    }
+}
+
+#[test]
+fn declared_standard_deviations_are_those_of_the_kind() {
+    let priors = |name: &str| {
+        let (_, _, wrong) = falsified(name, Excitation::Paper);
+        (wrong.tool.prior, wrong.fixtures[0].prior, wrong.fixtures[0].tolerance)
+    };
+    let (tool, fixture, shape) = (PlacePrior::DEFAULT_TOOL, PlacePrior::DEFAULT_FIXTURE, ShapeTolerance::DEFAULT);
+    let (fixed, exact) = (PlacePrior::Fixed, ShapeTolerance::EXACT);
+    assert_eq!(priors("nothing_exact"), (fixed, fixed, exact));
+    assert_eq!(priors("nothing"), (tool, fixture, shape));
+    assert_eq!(priors("hole_exact_1mm"), (tool, fixed, shape));
+    assert_eq!(priors("tool_exact_0.5mm"), (fixed, fixture, shape));
+    assert_eq!(priors("clearance_exact"), (tool, fixture, exact));
+    assert_eq!(priors("hole_free"), (tool, PlacePrior::Flat, shape));
+    let (_, _, wrong) = falsified("hole_sigma_2mm", Excitation::Paper);
+    assert_eq!(wrong.fixtures[0].prior, PlacePrior::Gaussian { sigma: 2e-3, sigma_angle: 0.5 * DEG });
+}
+
+/// A peg upright over the middle of the hole is as far from its walls as they were moved.
+#[test]
+fn shapes_are_off_by_the_size() {
+    let gap = |problem: &Problem, height: f64| {
+        let mut rows = touchcal::manifold::Residual::new();
+        problem.fixtures[0].manifold.residual(&Pose::translation(0.0, 0.0, height), 0.0, &mut rows);
+        rows.values()[0]
+    };
+    for (name, height, expected) in [
+        ("clearance_wide_0.05mm", -0.015, 0.05e-3),
+        ("clearance_narrow_0.05mm", -0.015, -0.05e-3),
+        ("depth_0.05mm", -0.0299, 0.05e-3),
+    ] {
+        let (_, right, wrong) = falsified(name, Excitation::Paper);
+        let wider = gap(&wrong, height) - gap(&right, height);
+        assert!((wider - expected).abs() < 1e-9, "{name}: {wider}");
+    }
+    // Clearance grows with the outlines.
+    let (_, right, wrong) = falsified("outline_0.2_percent", Excitation::Paper);
+    let ratio = gap(&wrong, -0.015) / gap(&right, -0.015);
+    assert!((ratio - 1.002).abs() < 1e-9, "{ratio}");
+}
+
+#[test]
+fn encoders_are_off_by_the_size() {
+    let moved = |name: &str| {
+        let (_, right, wrong) = falsified(name, Excitation::Rich);
+        differences(&right, &wrong)
+    };
+    let one = |joints: Vec<Vec<f64>>| -> Vec<f64> {
+        let mut moved = joints.into_iter().filter(|joint| joint.iter().any(|change| *change != 0.0));
+        let only = moved.next().expect("a joint");
+        assert!(moved.next().is_none());
+        only
+    };
+    let drift = one(moved("encoder_drift"));
+    let (first, last) = (drift[0], drift[drift.len() - 1]);
+    assert!((first + 0.01 * DEG).abs() < 1e-12 && (last - 0.01 * DEG).abs() < 1e-12, "{first} to {last}");
+    assert!(one(moved("encoder_harmonic")).iter().all(|change| change.abs() <= 0.02 * DEG + 1e-12));
+
+    let (_, right, wrong) = falsified("joints_exchanged", Excitation::Paper);
+    let joint = (0..6).find(|&joint| wrong.contacts.q(0)[joint] == right.contacts.q(0)[joint + 1]).expect("a pair");
+    assert!((0..40).all(|i| wrong.contacts.q(i)[joint + 1] == right.contacts.q(i)[joint]));
+}
+
+#[test]
+fn a_fifth_of_the_contacts_is_false() {
+    let declared = Excitation::Paper.scenario(robot(), 1000).expect("a scenario");
+    let simulated = sim::simulate(&declared, 3).expect("contacts");
+    let right = problem(&declared, &simulated);
+    let wrong = kind("false_contacts").problem(&declared, &simulated, 3).expect("a problem");
+    let changes: Vec<f64> = differences(&right, &wrong)[2].iter().copied().filter(|change| *change != 0.0).collect();
+    // Within four standard deviations: of a count of 1000 with a share of 0.2, of a mean square.
+    assert!((changes.len() as f64 - 200.0).abs() < 4.0 * 160.0_f64.sqrt(), "{}", changes.len());
+    let square = changes.iter().map(|change| (change / (0.3 * DEG)).powi(2)).sum::<f64>() / changes.len() as f64;
+    assert!((square - 1.0).abs() < 4.0 * (2.0 / changes.len() as f64).sqrt(), "{square}");
+}
+
+#[test]
+fn distances_are_too_large_by_the_share() {
+    let (_, right, wrong) = falsified("spacing_2.5_percent", Excitation::Sockets);
+    assert_eq!((right.distances.len(), wrong.distances.len()), (3, 3));
+    for (right, wrong) in right.distances.iter().zip(&wrong.distances) {
+        assert!((wrong.distance / right.distance - 1.025).abs() < 1e-12 && wrong.sigma == 0.1e-3);
+    }
+}
+
+/// The third joint, which only the elbow moves much, has several times the range.
+#[test]
+fn rich_excitation_moves_the_elbow() {
+    let range = |excitation: Excitation| {
+        let declared = excitation.scenario(robot(), 400).expect("a scenario");
+        let log = &sim::simulate(&declared, 3).expect("contacts").logs[0];
+        let each = || (0..log.len()).map(|i| log.q(i)[2]);
+        each().fold(f64::MIN, f64::max) - each().fold(f64::MAX, f64::min)
+    };
+    let (paper, rich) = (range(Excitation::Paper), range(Excitation::Rich));
+    assert!(rich > 0.5 && rich > 4.0 * paper, "{paper} and {rich} rad");
+}
+
+#[test]
+fn a_row_says_what_the_answer_was() {
+    let run = |name: &str, seed: u64| {
+        let on = &mut || ControlFlow::Continue(());
+        falsified_trial(&kind(name), (Excitation::Sockets, &robot(), 1000), seed, on).expect("a row")
+    };
+    let row = run("nothing_exact", 1);
+    assert_eq!(row, run("nothing_exact", 1));
+    assert!(row.is_answered() && row.honest && row.useful, "{row:?}");
+    assert!(row.nees.expect("a NEES") < 3.0 * row.degrees_of_freedom as f64 && row.tool_error > 0.0, "{row:?}");
+    let row = run("spacing_2.5_percent", 1);
+    assert!(!row.is_answered() && row.honest && !row.useful, "{row:?}");
+}
