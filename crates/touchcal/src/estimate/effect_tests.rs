@@ -1,6 +1,6 @@
 //! Tests of what a model leaves out, at the minimum.
 
-use nalgebra::DVector;
+use nalgebra::{Cholesky, DVector};
 
 use super::model::{
     CalibrationModel, Curvature, LinearizationPoint, Objective, OmittedParameters, add_distances, add_priors,
@@ -18,6 +18,9 @@ use crate::solver::{FreeParameters, NormalEquations, StopReason};
 
 /// Number of contacts that the tests use, about evenly spread over the log.
 const SUBSAMPLE: usize = 6000;
+/// Largest number of parameters, with those that are left out, up to which there are tests: memory
+/// grows with its square, for each of some dozens of blocks of contacts.
+const MAX_PARAMETERS: usize = 400;
 /// Number of joint positions over the workspace at which the tool's motion is taken.
 const CONFIGURATIONS: usize = 100;
 /// Radius of the ball that holds 95 % of a Gaussian with equal variances, over the square root of
@@ -32,15 +35,20 @@ pub(super) struct ModelTest {
 }
 
 /// Score tests of all effects that the model leaves out, those with the least p-value first. None
-/// where the minimum was not reached, or contacts have no likelihood.
+/// where the minimum was not reached or is none, contacts have no likelihood, or parameters are too
+/// many.
 pub(super) fn effect_tests(search: &mut SearchState<'_>, estimate: &Estimate) -> Vec<ModelTest> {
     let problem = search.model.problem;
-    let has_likelihood = uses_contact_modes(search) || !search.model.has_one_sided_contacts();
+    let one_sided = (0..problem.contacts.len()).any(|i| search.model.is_one_sided(i));
+    let has_likelihood = uses_contact_modes(search) || !one_sided;
     let is_applicable = has_likelihood && !problem.has_projection() && !problem.contacts.is_empty();
     if !is_applicable || search.termination.reason != StopReason::Converged {
         return Vec::new();
     }
     let (model, omitted) = with_omitted_effects(&search.model);
+    if model.layout.len() > MAX_PARAMETERS {
+        return Vec::new();
+    }
     let theta = search.theta.clone().resize_vertically(model.layout.len(), 0.0);
     let stride = model.stride(SUBSAMPLE);
     let mut statistics = contact_mode_statistics(&model, &theta, (stride, Curvature::Observed), &mut search.caches);
@@ -54,14 +62,17 @@ pub(super) fn effect_tests(search: &mut SearchState<'_>, estimate: &Estimate) ->
         squares,
         block_scores: statistics.block_scores,
     };
+    let free = estimated(search, &model, at.gradient.len());
+    // Where the cost is not convex there is no minimum to test at.
+    if Cholesky::new(free.scaled_regular(&at.curvature)).is_none() {
+        return Vec::new();
+    }
+    let inverse = free.covariance(&at.curvature);
     let positions = workspace_configurations(&problem.robot, CONFIGURATIONS);
-    let radius = tool_radius(search, estimate, &positions);
+    let radius = tool_radius(search, estimate, &positions).hypot(problem.noise.contact);
     let count = omitted.len() as f64;
     let each = omitted.into_iter().filter_map(|omitted| {
-        let tested = &omitted.indices;
-        let free = estimated(search, &model, tested, at.gradient.len());
-        let at = without_priors(&at, &model, &theta, tested);
-        let found = score_test(&at, &free, (tested, &omitted.sizes))?;
+        let found = score_test(&at, &inverse, (&omitted.indices, &omitted.sizes))?;
         let displacement = tool_displacement(&model, &theta, &found.change, &positions);
         Some(model_test(&model, omitted, found, (count, displacement, radius)))
     });
@@ -119,41 +130,20 @@ fn model_test(
     ModelTest { test, change: found.change }
 }
 
-/// Gradient of contacts, known distances and priors; that of the odds is zero.
+/// Gradient of contacts, known distances and priors; that of the odds, which contacts do not enter
+/// here, is zero.
 fn gradient(model: &CalibrationModel<'_>, theta: &DVector<f64>, of_contacts: &DVector<f64>) -> DVector<f64> {
     let mut declared = NormalEquations::new(model.layout.len());
     add_distances(&LinearizationPoint::new(model, theta), &mut declared);
     add_priors(model, theta, Objective::ContactModes, &mut declared);
-    let mut gradient = of_contacts.clone();
-    let mut of_parameters = gradient.rows_mut(0, theta.len());
-    of_parameters += declared.gradient;
-    gradient.rows_mut(theta.len(), of_contacts.len() - theta.len()).fill(0.0);
-    gradient
+    of_contacts + declared.gradient.resize_vertically(of_contacts.len(), 0.0)
 }
 
-/// The derivatives without the priors of what is tested.
-fn without_priors(
-    at: &Derivatives,
-    model: &CalibrationModel<'_>,
-    theta: &DVector<f64>,
-    tested: &[usize],
-) -> Derivatives {
-    let mut at = at.clone();
-    for &k in tested {
-        let prior = model.layout.parameters[k].prior_sigma().map_or(0.0, |sigma| sigma.powi(-2));
-        at.gradient[k] -= prior * theta[k];
-        at.curvature[(k, k)] -= prior;
-        at.squares[(k, k)] -= prior;
-    }
-    at
-}
-
-/// Which of `size` parameters and odds are estimated: those of the model itself but for what is
-/// tested, none of what it leaves out, and the odds.
-fn estimated(search: &SearchState<'_>, model: &CalibrationModel<'_>, tested: &[usize], size: usize) -> FreeParameters {
+/// Which of `size` parameters and odds are estimated: those of the model itself, none of what it
+/// leaves out, and the odds.
+fn estimated(search: &SearchState<'_>, model: &CalibrationModel<'_>, size: usize) -> FreeParameters {
     let own = search.free.scale();
     let scale = |k: usize| match k {
-        _ if tested.contains(&k) => 0.0,
         _ if k < own.len() => own[k],
         _ if k < model.layout.len() => 0.0,
         _ => 1.0,

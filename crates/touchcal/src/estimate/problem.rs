@@ -54,7 +54,7 @@ impl PlacePrior {
 /// They widen the covariance of one-sided contacts by what an error of that size would move the
 /// estimates; the shapes themselves are not estimated, but for gap biases that follow from contacts
 /// whatever the tolerance. Other fixtures have none.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ShapeTolerance {
     /// Standard deviation (m, ≥ 0) of the clearance on each side: contacts whose normal is nearest
     /// to ±x or ±y of the fixture.

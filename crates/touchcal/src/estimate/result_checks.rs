@@ -1,10 +1,11 @@
 //! Warnings about a result.
 
 use super::input_checks::input_warnings;
+use super::model::has_exact_places;
 use super::options::WarningThresholds;
-use super::problem::{PlacePrior, Problem};
+use super::problem::Problem;
 use super::result::{Estimate, ParameterEstimate, Warning};
-use super::search::SearchState;
+use super::search::{SearchState, uses_contact_modes};
 use crate::parameter::{Parameter, ParameterId};
 use crate::robot::{JointKind, KinematicParameter};
 use crate::se3::Pose;
@@ -38,7 +39,7 @@ pub(super) fn result_warnings(
         warnings.push(Warning::NoUncertainty);
     }
     warnings.extend(joint_warnings(problem));
-    let of_value = |entry: &ParameterEstimate| value_warning(entry, problem);
+    let of_value = |entry: &ParameterEstimate| value_warning(entry, search);
     warnings.extend(estimate.parameters.iter().filter_map(of_value));
     warnings.extend(distance_warnings(search));
     warnings.extend(common_scale(problem, estimate));
@@ -105,12 +106,6 @@ fn fit_warnings(search: &SearchState<'_>, statistics: &FitStatistics) -> Vec<War
     warnings
 }
 
-/// Whether the place of the tool or of any fixture is declared exact.
-fn has_exact_places(problem: &Problem) -> bool {
-    let of_fixtures = problem.fixtures.iter().map(|fixture| fixture.prior);
-    of_fixtures.chain([problem.tool.prior]).any(|prior| prior == PlacePrior::Fixed)
-}
-
 /// Joints that hardly moved.
 fn joint_warnings(problem: &Problem) -> Vec<Warning> {
     let contacts = &problem.contacts;
@@ -172,7 +167,8 @@ fn common_scale(problem: &Problem, estimate: &Estimate) -> Option<Warning> {
 }
 
 /// Whether a parameter's value is one that a calibration finds.
-fn value_warning(entry: &ParameterEstimate, problem: &Problem) -> Option<Warning> {
+fn value_warning(entry: &ParameterEstimate, search: &SearchState<'_>) -> Option<Warning> {
+    let problem = search.model.problem;
     let thresholds = &problem.options.thresholds;
     let Parameter { name, id, scale, .. } = &entry.parameter;
     let (name, value) = (name.clone(), entry.value);
@@ -185,9 +181,10 @@ fn value_warning(entry: &ParameterEstimate, problem: &Problem) -> Option<Warning
             Some(Warning::NotTouching { name, gap: value })
         }
         // A clearance that is declared too wide lets parts float, and one too narrow penetrate.
-        ParameterId::GapBias(f) => {
+        // The least of noisy gaps has a bias of its own.
+        ParameterId::GapBias(f) if uses_contact_modes(search) => {
             let clearance = problem.fixtures[*f].tolerance.clearance;
-            let blurred = thresholds.exact_gap_share * problem.noise.contact;
+            let blurred = thresholds.exact_gap_share * problem.noise.contact * search.model.noise.factor;
             let sigma = clearance.hypot(blurred).hypot(entry.sigma.unwrap_or(0.0));
             far_from_prior(name, value.abs() / sigma.max(f64::MIN_POSITIVE), thresholds)
         }

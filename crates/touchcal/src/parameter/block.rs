@@ -57,6 +57,7 @@ impl Block {
     /// Whether the block is not part of the arm: true for tool, fixtures, drifts,
     /// trends and gap biases.
     pub fn is_nuisance(self) -> bool {
-        matches!(self, Block::Tool | Block::Fixture | Block::GapBias | Block::JointDrift | Block::JointTrend)
+        let of_encoders = matches!(self, Block::JointDrift | Block::JointTrend | Block::JointHarmonic);
+        of_encoders || matches!(self, Block::Tool | Block::Fixture | Block::GapBias)
     }
 }

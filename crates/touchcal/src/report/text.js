@@ -35,10 +35,10 @@ const UNITS = { m: [1e3, "mm"], rad: [180 / Math.PI, "°"], "rad/(N m)": [1e6, "
 const BLOCKS = {
   strain: "Strain common to all links", segment_strain: "Additional strain of each segment", joint_offset: "Encoder offsets", joint_origin: "Joint origins",
   joint_compliance: "Joint compliance", tool: "Pose of the tool on the tip", fixture: "Poses of the fixtures", gap_bias: "Gap bias: mean measured gap at contact",
-  joint_drift: "Drift of encoder offsets between placements",
+  joint_drift: "Drift of encoder offsets between placements", joint_trend: "Trend of encoder offsets over the log",
 };
 /** Blocks of nuisance parameters. */
-const NUISANCE = ["gap_bias", "joint_drift"];
+const NUISANCE = ["gap_bias", "joint_drift", "joint_trend"];
 
 function place(contact) {
   return `${data.contacts.files[contact.file] ?? "?"}, line ${contact.line}`;

@@ -4,11 +4,14 @@
 use std::sync::Arc;
 
 use nalgebra::{DVector, Translation3, UnitQuaternion};
-use touchcal::contact::ContactLog;
-use touchcal::estimate::{Estimate, OmittedEffect, PlacePrior, Problem, ShapeTolerance, Status, Warning};
+use touchcal::contact::{ContactLog, Source};
+use touchcal::estimate::{
+    Estimate, Fixture, OmittedEffect, PlacePrior, Problem, ShapeTolerance, Status, Tool, Warning,
+};
 use touchcal::geometry::{Polygon, PrismPair};
-use touchcal::manifold::PegInHole;
-use touchcal::parameter::joint_trend;
+use touchcal::io::urdf::{self, Ends};
+use touchcal::manifold::{BallInSocket, PegInHole};
+use touchcal::parameter::{joint_offset, joint_trend};
 use touchcal::se3::Pose;
 
 use crate::support::{Truth, mujoco_trial, report, solve};
@@ -158,5 +161,41 @@ fn an_encoder_that_drifts_is_shown_and_found() {
         assert!(deviations.abs() < 4.0 && trend.value > 0.9 * half, "{name}: {} ({deviations} σ)", trend.value);
         let worst = nees(&with, &truth);
         assert!(worst < NEES_LIMIT, "{worst}");
+    }
+}
+
+/// An arm of three sliding joints has no compliance, no harmonics and no segments to be tested.
+#[test]
+fn an_arm_without_turning_joints_is_answered() {
+    let joint = |name: &str, parent: &str, child: &str, axis: &str| {
+        format!(
+            "<joint name='{name}' type='prismatic'><parent link='{parent}'/><child link='{child}'/>\
+             <axis xyz='{axis}'/><limit lower='-1' upper='1'/></joint>"
+        )
+    };
+    let joints = [("x", "a", "b", "1 0 0"), ("y", "b", "c", "0 1 0"), ("z", "c", "d", "0 0 1")];
+    let joints: String = joints.iter().map(|(name, parent, child, axis)| joint(name, parent, child, axis)).collect();
+    let links: String = ["a", "b", "c", "d"].iter().map(|name| format!("<link name='{name}'/>")).collect();
+    let text = format!("<robot name='gantry'>{links}{joints}</robot>");
+    let robot = urdf::read(&text, "gantry.urdf", Ends::default()).expect("an arm");
+    let mut contacts = ContactLog::new(3);
+    for line in 1..=40 {
+        let wobble = |k: f64| 1e-5 * (k * line as f64).sin();
+        contacts.push(&[0.1 + wobble(1.0), 0.2 + wobble(2.0), 0.3 + wobble(3.0)], 0, Source { file: 0, line });
+    }
+    let socket = Fixture {
+        name: "socket".to_owned(),
+        manifold: Arc::new(BallInSocket),
+        base_from_fixture: Some(Pose::translation(0.1, 0.2, 0.3)),
+        prior: PlacePrior::Fixed,
+        tolerance: ShapeTolerance::EXACT,
+        placement: String::new(),
+    };
+    let tool = Tool { tip_from_tool: Pose::identity(), prior: PlacePrior::Fixed };
+    let offsets = joint_offset(&robot);
+    let estimate = solve(&Problem::new(robot, tool, vec![socket], contacts).with_parameters(offsets));
+    assert!(estimate.effect_tests.iter().all(|test| !test.values.is_empty() && test.p_value <= 1.0));
+    for entry in &estimate.parameters {
+        assert!(entry.value.abs() < 1e-4, "{}: {}", entry.parameter.name, entry.value);
     }
 }

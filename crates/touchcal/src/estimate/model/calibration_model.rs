@@ -52,12 +52,9 @@ impl<'p> CalibrationModel<'p> {
         (self.problem.contacts.len() / count).max(1)
     }
 
-    /// Whether any fixture is one-sided, so that the contact mode is latent; false without contacts
-    /// or encoder noise.
+    /// Whether any contact is one-sided, so that its mode is latent; false without encoder noise.
     pub fn has_one_sided_contacts(&self) -> bool {
-        let one_sided =
-            self.problem.fixtures.iter().any(|fixture| fixture.manifold.residual_kind() == ResidualKind::LeastGap);
-        one_sided && self.problem.noise.encoder > 0.0 && !self.problem.contacts.is_empty()
+        self.problem.noise.encoder > 0.0 && (0..self.problem.contacts.len()).any(|i| self.is_one_sided(i))
     }
 
     /// Whether contact `i` is one-sided.

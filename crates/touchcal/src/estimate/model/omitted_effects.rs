@@ -2,10 +2,10 @@
 
 use super::calibration_model::CalibrationModel;
 use super::layout::tool_directions;
-use crate::estimate::problem::PlacePrior;
+use crate::estimate::problem::{PlacePrior, Problem};
 use crate::estimate::result::OmittedEffect;
 use crate::parameter::{
-    Block, Parameter, ParameterId, joint_compliance, joint_harmonic, joint_origin, joint_trend, segment_strain,
+    Block, Parameter, ParameterId, Prior, joint_compliance, joint_harmonic, joint_origin, joint_trend, segment_strain,
 };
 use crate::robot::{KinematicParameter, Kinematics};
 
@@ -32,10 +32,13 @@ pub(crate) fn with_omitted_effects<'p>(own: &CalibrationModel<'p>) -> (Calibrati
     let mut parameters: Vec<Parameter> = Vec::new();
     let mut omitted = Vec::new();
     let mut add = |effect: OmittedEffect, more: Vec<Parameter>, size: &dyn Fn(ParameterId) -> f64| {
+        if more.is_empty() {
+            return;
+        }
         let first = own.layout.len() + parameters.len();
         let sizes = more.iter().map(|parameter| size(parameter.id)).collect();
         omitted.push(OmittedParameters { effect, indices: (first..first + more.len()).collect(), sizes });
-        parameters.extend(more);
+        parameters.extend(more.into_iter().map(|parameter| parameter.with_prior(Prior::Flat)));
     };
     let (problem, robot) = (own.problem, &own.problem.robot);
     let has = |block: Block| own.layout.parameters.iter().any(|parameter| parameter.id.block() == block);
@@ -55,26 +58,17 @@ pub(crate) fn with_omitted_effects<'p>(own: &CalibrationModel<'p>) -> (Calibrati
     if !has(Block::JointTrend) {
         add(OmittedEffect::JointTrend, joint_trend(robot), &|_| TREND);
     }
-    let place = |prior: PlacePrior, effect: OmittedEffect, directions: &[usize], default: PlacePrior| {
-        let PlacePrior::Gaussian { sigma, sigma_angle } = default else { return None };
-        (prior == PlacePrior::Fixed).then_some((effect, directions.to_vec(), (sigma, sigma_angle)))
-    };
-    let tool_directions = tool_directions(problem);
-    let of_tool = place(problem.tool.prior, OmittedEffect::ToolPlace, &tool_directions, PlacePrior::DEFAULT_TOOL);
-    if let Some((effect, directions, sizes)) = of_tool {
-        let parameter = |&k: &usize| Parameter::twist("tool", ParameterId::tool(k), k);
-        add(effect, directions.iter().map(parameter).collect(), &|id| twist_size(id, sizes));
-    }
+    let of_tool = exact_directions(problem.tool.prior, &tool_directions(problem));
+    let parameter = |k: usize| Parameter::twist("tool", ParameterId::tool(k), k);
+    let size = |id| twist_size(id, default_sizes(PlacePrior::DEFAULT_TOOL));
+    add(OmittedEffect::ToolPlace, of_tool.into_iter().map(parameter).collect(), &size);
     for (f, fixture) in problem.fixtures.iter().enumerate() {
-        let effect = OmittedEffect::FixturePlace { fixture: fixture.name.clone() };
-        let directions = fixture.manifold.fixture_directions();
-        let Some((effect, directions, sizes)) = place(fixture.prior, effect, directions, PlacePrior::DEFAULT_FIXTURE)
-        else {
-            continue;
-        };
+        let of_fixture = exact_directions(fixture.prior, fixture.manifold.fixture_directions());
         let prefix = format!("fixture.{}", fixture.name);
-        let parameter = |&k: &usize| Parameter::twist(&prefix, ParameterId::Fixture(f, k), k);
-        add(effect, directions.iter().map(parameter).collect(), &|id| twist_size(id, sizes));
+        let parameter = |k: usize| Parameter::twist(&prefix, ParameterId::Fixture(f, k), k);
+        let size = |id| twist_size(id, default_sizes(PlacePrior::DEFAULT_FIXTURE));
+        let effect = OmittedEffect::FixturePlace { fixture: fixture.name.clone() };
+        add(effect, of_fixture.into_iter().map(parameter).collect(), &size);
     }
     let layout = own.layout.extended(problem, parameters);
     let model = CalibrationModel {
@@ -86,6 +80,31 @@ pub(crate) fn with_omitted_effects<'p>(own: &CalibrationModel<'p>) -> (Calibrati
         layout,
     };
     (model, omitted)
+}
+
+/// Whether any place is declared exact, in a direction that changes contacts.
+pub(crate) fn has_exact_places(problem: &Problem) -> bool {
+    let mut of_fixtures = problem.fixtures.iter().map(|fixture| (fixture.prior, fixture.manifold.fixture_directions()));
+    !exact_directions(problem.tool.prior, &tool_directions(problem)).is_empty()
+        || of_fixtures.any(|(prior, directions)| !exact_directions(prior, directions).is_empty())
+}
+
+/// Those of `directions` in which a place is exact.
+fn exact_directions(prior: PlacePrior, directions: &[usize]) -> Vec<usize> {
+    let is_exact = |k: &usize| match prior {
+        PlacePrior::Fixed => true,
+        PlacePrior::Gaussian { sigma, sigma_angle } => (if *k < 3 { sigma } else { sigma_angle }) == 0.0,
+        PlacePrior::Flat => false,
+    };
+    directions.iter().copied().filter(is_exact).collect()
+}
+
+/// Standard deviations of lengths (m) and angles (rad) of a default prior.
+fn default_sizes(prior: PlacePrior) -> (f64, f64) {
+    match prior {
+        PlacePrior::Gaussian { sigma, sigma_angle } => (sigma, sigma_angle),
+        PlacePrior::Fixed | PlacePrior::Flat => (0.0, 0.0),
+    }
 }
 
 /// Size of a component of a twist, from that of lengths (m) and that of angles (rad).

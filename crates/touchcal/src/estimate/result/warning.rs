@@ -177,7 +177,7 @@ pub enum Warning {
 
 impl Warning {
     /// Whether a result with this warning may be used with care or must not be used; for
-    /// [`Warning::CorrelatedErrors`], [`Warning::ManyRejected`] [`Warning::FarFromPrior`],
+    /// [`Warning::CorrelatedErrors`], [`Warning::ManyRejected`], [`Warning::FarFromPrior`],
     /// [`Warning::FewInformativeContacts`], [`Warning::CommonScale`] and [`Warning::OmittedEffect`]
     /// their `usable` decides.
     pub fn severity(&self) -> Severity {

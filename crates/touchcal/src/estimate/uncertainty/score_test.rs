@@ -27,7 +27,6 @@ const MIN_INFORMATION: f64 = 1.0;
 
 /// Derivatives at the minimum, over parameters estimated and left out, and the odds of contact
 /// modes.
-#[derive(Clone)]
 pub(crate) struct Derivatives {
     /// Gradient `g`, with that of the priors of what is estimated (inverse SI units).
     pub gradient: DVector<f64>,
@@ -52,17 +51,19 @@ pub(crate) struct ScoreTest {
     pub sigma: Vec<f64>,
 }
 
-/// Tests the left-out parameters of indices `omitted` with plausible sizes `sizes` (SI); `free` are
-/// the estimated ones. `None` if contacts see none of them at that size.
+/// Tests the left-out parameters of indices `omitted` with plausible sizes `sizes` (SI), a number
+/// each; `inverse` is that of the curvature of the estimated ones, zero elsewhere. `None` if there
+/// are none, contacts see none of them at that size, or a number is not finite.
 pub(crate) fn score_test(
     at: &Derivatives,
-    free: &FreeParameters,
+    inverse: &DMatrix<f64>,
     (omitted, sizes): (&[usize], &[f64]),
 ) -> Option<ScoreTest> {
-    // Where the cost is not convex there is no minimum to test at.
-    Cholesky::new(free.scaled_regular(&at.curvature))?;
+    if omitted.is_empty() {
+        return None;
+    }
     let of_omitted = at.curvature.select_columns(omitted);
-    let mut following = -(free.covariance(&at.curvature) * &of_omitted);
+    let mut following = -(inverse * &of_omitted);
     for (column, &k) in omitted.iter().enumerate() {
         following[(k, column)] = 1.0;
     }
@@ -83,22 +84,23 @@ pub(crate) fn score_test(
     let mean = &gradient / at.block_scores.len().max(1) as f64;
     let blocks: Vec<DVector<f64>> =
         at.block_scores.iter().map(|score| along.rows(0, score.len()).tr_mul(score) - &mean).collect();
+    // Decompositions do not terminate on NaN.
+    if seen.is_empty() || !squares.iter().chain(blocks.iter().flatten()).all(|entry| entry.is_finite()) {
+        return None;
+    }
     let unit = FreeParameters::new(DVector::repeat(seen.len(), 1.0));
-    let effect = if seen.is_empty() { 1.0 } else { design_effect(&squares, &blocks, &unit) };
-    let inverse = Cholesky::new(squares * effect)?;
-    let statistic = gradient.dot(&inverse.solve(&gradient));
+    let effect = design_effect(&squares, &blocks, &unit);
+    let factor = Cholesky::new(squares * effect)?;
+    let statistic = gradient.dot(&factor.solve(&gradient));
     let p_value = ChiSquared::new(seen.len() as f64).map_or(1.0, |distribution| distribution.sf(statistic));
     let step = -gradient.component_div(&eigenvalues);
-    let covariance = DMatrix::from_diagonal(&eigenvalues.map(f64::recip)) * inverse.l();
+    let covariance = DMatrix::from_diagonal(&eigenvalues.map(f64::recip)) * factor.l();
     let of_sizes = &directions * covariance;
-    let sigma = (0..omitted.len()).map(|k| sizes[k] * of_sizes.row(k).norm()).collect();
-    (!seen.is_empty() && statistic.is_finite()).then(|| ScoreTest {
-        statistic,
-        degrees_of_freedom: seen.len(),
-        p_value,
-        change: &along * step,
-        sigma,
-    })
+    let sigma: Vec<f64> = (0..omitted.len()).map(|k| sizes[k] * of_sizes.row(k).norm()).collect();
+    let change = &along * step;
+    let is_finite = change.iter().chain(&sigma).chain([&statistic]).all(|entry| entry.is_finite());
+    let degrees_of_freedom = seen.len();
+    is_finite.then_some(ScoreTest { statistic, degrees_of_freedom, p_value, change, sigma })
 }
 
 #[cfg(test)]
@@ -136,7 +138,8 @@ mod tests {
             block_scores: Vec::new(),
         };
         let free = FreeParameters::new(DVector::from_vec(vec![1.0, 1.0, 0.0]));
-        let test = score_test(&derivatives, &free, (&[2], &[1.0])).expect("a test");
+        let inverse = free.covariance(&derivatives.curvature);
+        let test = score_test(&derivatives, &inverse, (&[2], &[1.0])).expect("a test");
         assert!((test.statistic - (before - after)).abs() < 1e-9 * test.statistic, "{}", test.statistic);
         assert_eq!(test.degrees_of_freedom, 1);
         assert!((at + test.change - full).amax() < 1e-12);
@@ -152,7 +155,9 @@ mod tests {
         let at =
             Derivatives { gradient, curvature: information.clone(), squares: information, block_scores: Vec::new() };
         let free = FreeParameters::new(DVector::from_vec(vec![1.0, 1.0, 0.0]));
-        assert!(score_test(&at, &free, (&[2], &[1e-3])).is_none());
-        assert!(score_test(&at, &free, (&[2], &[1.0])).is_some());
+        let inverse = free.covariance(&at.curvature);
+        assert!(score_test(&at, &inverse, (&[], &[])).is_none());
+        assert!(score_test(&at, &inverse, (&[2], &[1e-3])).is_none());
+        assert!(score_test(&at, &inverse, (&[2], &[1.0])).is_some());
     }
 }

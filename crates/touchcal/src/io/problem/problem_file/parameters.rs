@@ -52,7 +52,14 @@ pub(super) struct Wanted {
     pub(super) loss: Loss,
 }
 
-pub(super) fn wanted(estimate: &EstimateToml, robot: &Robot, context: &Context<'_>) -> Result<Wanted, IoError> {
+/// What the table asks for, with `trend` (rad) as declared standard deviation of the trends of encoder
+/// offsets.
+pub(super) fn wanted(
+    estimate: &EstimateToml,
+    trend: Option<f64>,
+    robot: &Robot,
+    context: &Context<'_>,
+) -> Result<Wanted, IoError> {
     let mut wanted = Wanted {
         parameters: Vec::new(),
         tool: false,
@@ -69,6 +76,11 @@ pub(super) fn wanted(estimate: &EstimateToml, robot: &Robot, context: &Context<'
         if seen.contains(&block) {
             let place = context.place(name.span(), "estimate, parameters");
             return Err(IoError::unexpected(place, "distinct blocks", format!("{} twice", quoted(name.get_ref()))));
+        }
+        if block == Block::JointTrend && trend == Some(0.0) {
+            let place = context.place(name.span(), "estimate, parameters");
+            let expected = "no `joint_trend`, as `encoder_trend_deg` is 0";
+            return Err(IoError::unexpected(place, expected, quoted(name.get_ref())));
         }
         seen.push(block);
         let parameters = match block {
@@ -89,6 +101,7 @@ pub(super) fn wanted(estimate: &EstimateToml, robot: &Robot, context: &Context<'
         wanted.fixtures |= block == Block::Fixture;
         wanted.parameters.extend(parameters.into_iter().map(|parameter| priors.on(parameter)));
     }
+    wanted.add_trend(trend, robot);
     freeze(&mut wanted.parameters, &estimate.freeze, context)?;
     Ok(wanted)
 }
@@ -97,13 +110,13 @@ impl Wanted {
     /// Adds the trends of encoder offsets over the log, with `sigma` (rad) as prior standard
     /// deviation: none if it is 0, an estimated one if it is not declared. Offsets that are not
     /// estimated, or are for each placement, have no trend unless it is asked for.
-    pub(super) fn add_trend(&mut self, sigma: Option<f64>, robot: &Robot) {
+    fn add_trend(&mut self, sigma: Option<f64>, robot: &Robot) {
         let has = |block: Block| self.parameters.iter().any(|parameter| parameter.id.block() == block);
         let is_asked = has(Block::JointTrend);
         let has_offsets = has(Block::JointOffset) || has(Block::JointOrigin);
         let is_applicable = has_offsets && !self.joint_drift && self.method == Method::LevenbergMarquardt;
         match sigma {
-            Some(0.0) => self.parameters.retain(|parameter| parameter.id.block() != Block::JointTrend),
+            Some(0.0) => {}
             Some(sigma) => {
                 self.parameters.retain(|parameter| parameter.id.block() != Block::JointTrend);
                 let revolute = joint_trend(robot).into_iter().filter(|trend| trend.unit == Unit::Radian);

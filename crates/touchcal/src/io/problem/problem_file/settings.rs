@@ -57,10 +57,9 @@ impl Settings {
         robot: &Robot,
         context: &Context<'_>,
     ) -> Result<Settings, IoError> {
-        let mut wanted = parameters::wanted(estimate, robot, context)?;
         let field = "noise, encoder_trend_deg";
         let trend = context.number(noise.encoder_trend_deg.as_ref(), DEG, Allowed::NotNegative, field)?;
-        wanted.add_trend(trend, robot);
+        let wanted = parameters::wanted(estimate, trend, robot, context)?;
         Ok(Settings { noise: self::noise(noise, context)?, wanted })
     }
 
