@@ -52,8 +52,8 @@ pub(super) struct Wanted {
     pub(super) loss: Loss,
 }
 
-/// What the table asks for, with `trend` (rad) as declared standard deviation of the trends of encoder
-/// offsets.
+/// What the table asks for, with `trend` (rad) as declared standard deviation of the trends of
+/// encoder offsets.
 pub(super) fn wanted(
     estimate: &EstimateToml,
     trend: Option<f64>,
