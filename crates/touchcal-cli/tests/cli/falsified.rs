@@ -13,12 +13,12 @@ fn two_kinds_are_told_apart() {
     let run = |more: &[&str]| touchcal(path, &[&ARGS[..], more].concat());
     let kinds = ["--kind", "hole_exact_1mm", "--kind", "nothing_exact"];
     let done = run(&kinds).success();
-    let told = stdout(&done);
+    let printed = stdout(&done);
     // In the order of the battery, not of the arguments.
-    let lines: Vec<Vec<&str>> = told.lines().map(|line| line.split_whitespace().collect()).collect();
-    assert_eq!(lines[2][..4], ["kind", "trials", "honest", "useful"], "{told}");
-    assert_eq!((lines[3][0], lines[4][0], lines[5][0]), ("nothing_exact", "hole_exact_1mm", "all"), "{told}");
-    assert_eq!((lines[3][1], lines[4][1], lines[5][1]), ("3", "2", "5"), "{told}");
+    let lines: Vec<Vec<&str>> = printed.lines().map(|line| line.split_whitespace().collect()).collect();
+    assert_eq!(lines[2][..4], ["kind", "trials", "honest", "useful"], "{printed}");
+    assert_eq!((lines[3][0], lines[4][0], lines[5][0]), ("nothing_exact", "hole_exact_1mm", "all"), "{printed}");
+    assert_eq!((lines[3][1], lines[4][1], lines[5][1]), ("3", "2", "5"), "{printed}");
 
     let found = json(&path.join("out/falsified.json"));
     let (nothing, hole) = (&found[0], &found[1]);
@@ -37,7 +37,7 @@ fn two_kinds_are_told_apart() {
     let written = |name: &str| std::fs::metadata(row(name)).unwrap().modified().unwrap();
     let kept = written("hole_exact_1mm.rich.1.json");
     std::fs::write(row("nothing_exact.sockets.1.json"), "{").unwrap();
-    assert_eq!(stdout(&run(&kinds).success()), told);
+    assert_eq!(stdout(&run(&kinds).success()), printed);
     assert_eq!(written("hole_exact_1mm.rich.1.json"), kept);
     let as_json = run(&[&kinds[..], &["--json"]].concat()).success();
     assert_eq!(serde_json::from_str::<serde_json::Value>(&stdout(&as_json)).unwrap(), found);

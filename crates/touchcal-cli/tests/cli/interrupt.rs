@@ -52,7 +52,7 @@ fn an_interrupted_battery_keeps_its_rows() {
     assert!(Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap().success());
     let output = child.wait_with_output().unwrap();
     assert_eq!(output.status.code(), Some(130));
-    let told = "touchcal: error: interrupted; finished rows are saved, the same command continues with the others\n";
-    assert_eq!(String::from_utf8(output.stderr).unwrap(), told);
+    let printed = "touchcal: error: interrupted; finished rows are saved, the same command continues with the others\n";
+    assert_eq!(String::from_utf8(output.stderr).unwrap(), printed);
     assert!(output.stdout.is_empty() && rows() > 0 && !folder.path().join("out/falsified.json").exists());
 }
