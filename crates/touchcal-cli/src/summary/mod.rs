@@ -154,8 +154,8 @@ pub fn residuals(fixtures: &[Fixture], scores: &[(&str, &Score)]) -> String {
     format!("{table}\n")
 }
 
-/// What contacts say of effects that the model leaves out: the significant ones, and how many were
-/// tested.
+/// What contacts say of effects that the model leaves out: a table of the significant ones, or the
+/// names of all that were tested.
 pub fn effect_tests(tests: &[EffectTest], threshold: f64) -> String {
     if tests.is_empty() {
         return String::new();

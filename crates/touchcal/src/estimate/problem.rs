@@ -186,7 +186,8 @@ pub struct Problem {
     /// Measurement noise of encoders and contacts.
     pub noise: Noise,
     /// Parameters of the arm ([`ParameterId::Kinematic`](crate::parameter::ParameterId::Kinematic))
-    /// to estimate, each once, with their priors; those of tool and fixtures follow from their
+    /// and of its encoders ([`joint_trend`](crate::parameter::joint_trend), `joint_harmonic`) to
+    /// estimate, each once, with their priors; those of tool and fixtures follow from their
     /// [`PlacePrior`]s. May be empty.
     pub parameters: Vec<Parameter>,
     /// Whether each placement ([`Fixture::placement`]) has encoder offsets of its own

@@ -94,8 +94,8 @@ pub struct EffectTest {
     pub statistic: f64,
     /// Number of directions that the contacts see at a plausible size of the effect.
     pub degrees_of_freedom: usize,
-    /// Probability (0 to 1) of a statistic as large by chance, times the number of tests made, at
-    /// most 1 (Bonferroni).
+    /// Probability (0 to 1) of a statistic as large by chance, times the number of effects left
+    /// out, at most 1 (Bonferroni).
     pub p_value: f64,
     /// Values that the effect's parameters would take.
     pub values: Vec<EffectValue>,
