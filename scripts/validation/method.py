@@ -6,8 +6,9 @@ from . import network
 from .commands import DATA, files, touchcal
 from .report import Row, Table, number
 
-RECORDED = {"short": ["--steps", 1000], "long": ["--steps", 5000]}
-SIMULATED = {"short": ["--trials", 4, "--steps", 1000], "long": ["--trials", 20, "--steps", 2000]}
+DESCENT = ["--steps", 300, "--descent-contacts", 250]
+RECORDED = {"short": DESCENT, "long": ["--steps", 5000]}
+SIMULATED = {"short": ["--trials", 2, *DESCENT], "long": ["--trials", 20, "--steps", 2000]}
 # Greatest mean errors of the long form: strain, bias (°).
 LIMITS = {
     ("extrusion/paper", "nearest_gd"): (4e-4, 0.05),

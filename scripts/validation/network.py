@@ -5,7 +5,7 @@ import json
 from .commands import DATA, files, touchcal
 
 POSES = DATA / "mujoco_iiwa14/extrusion/offline/contact_poses.csv.gz"
-STEPS = {"short": 3000, "long": 15_000}
+STEPS = {"short": 1500, "long": 15_000}
 COMMAND = "`touchcal train --manifold m.safetensors --out net --steps N --onnx`"
 
 
