@@ -8,7 +8,10 @@ use numpy::{PyArray1, PyArray2};
 use pyo3::exceptions::PyKeyError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use touchcal::estimate::{self, Status, Verdict, apply_estimated_places, contact_distances};
+use touchcal::estimate::{
+    self, Status, Verdict, apply_estimated_places, calibrate_with_freed_effects, contact_distances,
+};
+use touchcal::io::Loaded;
 use touchcal::io::calibration_folder::{self, Solved};
 use touchcal::io::estimate_file::{EstimateFile, ParameterEntry};
 use touchcal::io::urdf::{self, Ends};
@@ -18,7 +21,7 @@ use crate::error::io;
 use crate::frame::Frame;
 use crate::problem::Problem;
 use crate::progress::{Observer, Progress};
-use crate::result::{EffectTest, NullDirection, Parameter, Termination, Warning};
+use crate::result::{EffectTest, NullDirection, Parameter, Prediction, Termination, Warning};
 use crate::robot::Robot;
 use crate::score::Score;
 
@@ -116,6 +119,13 @@ impl Calibration {
     #[getter]
     fn effect_tests(&self) -> Vec<EffectTest> {
         self.solved.estimate.effect_tests.iter().map(EffectTest::from).collect()
+    }
+
+    /// How far stretches of the log are from what the others predict; None where contacts are too
+    /// few for two stretches, or have no likelihood.
+    #[getter]
+    fn prediction(&self) -> Option<Prediction> {
+        self.solved.estimate.prediction.as_ref().map(Prediction::from)
     }
 
     /// Why the search stopped.
@@ -268,24 +278,39 @@ impl Calibration {
 ///     problem: the problem.
 ///     progress: called with a `Progress` at each step; what it raises ends the work, as Ctrl-C
 ///         does. See `touchcal.bar`.
+///     free_suspects: estimate what the problem leaves out or declares exact where contacts
+///         contradict it; the result's problem then has these parameters.
 ///
 /// Returns:
 ///     The result, which may be not usable: that is no exception, but its `status`.
 #[pyfunction]
-#[pyo3(signature = (problem, progress=None))]
-pub fn calibrate(py: Python<'_>, problem: Py<Problem>, progress: Option<Py<PyAny>>) -> PyResult<Calibration> {
+#[pyo3(signature = (problem, progress=None, *, free_suspects=false))]
+pub fn calibrate(
+    py: Python<'_>,
+    problem: Py<Problem>,
+    progress: Option<Py<PyAny>>,
+    free_suspects: bool,
+) -> PyResult<Calibration> {
     let mut observer = Observer::new(progress);
     let loaded = &problem.get().loaded;
     let mut steps = Vec::new();
     let start = Instant::now();
-    let estimate = py.detach(|| {
-        estimate::calibrate(&loaded.problem, &mut |progress| {
+    let (freed, estimate) = py.detach(|| {
+        let mut observe = |progress: &estimate::Progress| {
             steps.push(*progress);
             observer.step(progress)
-        })
+        };
+        if free_suspects {
+            let (problem, estimate) = calibrate_with_freed_effects(&loaded.problem, &mut observe);
+            (Some(Loaded { problem, ..loaded.clone() }), estimate)
+        } else {
+            (None, estimate::calibrate(&loaded.problem, &mut observe))
+        }
     });
     let seconds = start.elapsed().as_secs_f64();
     observer.finish()?;
+    let problem = freed.map_or(Ok(problem), |loaded| Py::new(py, Problem { loaded }))?;
+    let loaded = &problem.get().loaded;
     let prefit = py.detach(|| estimate::evaluate(&loaded.problem));
     let solved = Solved { estimate, prefit, steps, seconds };
     let file = calibration_folder::estimate_file(loaded, &solved);

@@ -160,6 +160,39 @@ impl EffectTest {
     }
 }
 
+/// How far stretches of the log are from what all others predict: a stretch is left out, and its
+/// contacts are compared with those that the estimates without it predict.
+///
+/// Attributes:
+///     ratio: scatter found over scatter predicted, over all stretches; about 1 if the model is
+///         right.
+///     p_value: probability of a ratio as large by chance.
+///     stretches: ratio of each stretch, in the order of the log.
+///     nll: sum of the contacts' -ln L, each stretch with the estimates from the others; of two
+///         models of the same contacts the one with the lesser predicts better.
+#[pyclass(frozen, get_all, eq, module = "touchcal")]
+#[derive(Clone, Debug, PartialEq)]
+pub struct Prediction {
+    ratio: f64,
+    p_value: f64,
+    stretches: Vec<f64>,
+    nll: f64,
+}
+
+impl From<&estimate::Prediction> for Prediction {
+    fn from(prediction: &estimate::Prediction) -> Self {
+        let estimate::Prediction { ratio, p_value, stretches, nll } = prediction.clone();
+        Prediction { ratio, p_value, stretches, nll }
+    }
+}
+
+#[pymethods]
+impl Prediction {
+    fn __repr__(&self) -> String {
+        format!("Prediction(ratio={:?}, p_value={:?})", self.ratio, self.p_value)
+    }
+}
+
 /// Why the search stopped.
 ///
 /// Attributes:

@@ -42,7 +42,11 @@ pub struct FalsifiedArgs {
     /// Only this kind (may be repeated)
     #[arg(long, value_name = "NAME", value_parser = falsified_kind())]
     pub kind: Vec<String>,
-    /// Trials of each kind and excitation
+    /// Recorded trials of the paper's peg instead of simulated ones: subfolders of DIR with
+    /// contact.csv and truth.json (may be repeated)
+    #[arg(long, value_name = "DIR", conflicts_with = "contacts")]
+    pub logs: Vec<PathBuf>,
+    /// Trials of each kind and excitation, or recorded trial
     #[arg(long, default_value_t = 4, value_parser = clap::value_parser!(u64).range(1..=100_000))]
     pub trials: u64,
     /// Seed of the first trial of each kind; later trials use the following numbers

@@ -15,12 +15,12 @@ use crate::summary::{Calibration, Detail, INDENT};
 pub fn run(args: &CalibrateArgs) -> Result<Outcome, Failure> {
     let out = format!(" --out {}", args.out.display());
     super::refuse_replaced(&args.source, &args.arm, ["calibrate", &out])?;
-    let loaded = super::load(&args.source)?;
+    let mut loaded = super::load(&args.source)?;
     super::check_outputs(
         calibration_folder::paths(&args.out),
         loaded.inputs.iter().map(|input| Path::new(&input.path)),
     )?;
-    let solved = super::calibrate(&loaded)?;
+    let solved = super::calibrate(&mut loaded, args.free_suspects)?;
     let file = calibration_folder::estimate_file(&loaded, &solved);
     let mut written = calibration_folder::write(&args.out, &loaded, &solved, &file)?;
     if args.driver_offsets {

@@ -15,7 +15,7 @@ pub mod train;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use touchcal::estimate::StopReason;
+use touchcal::estimate::{Progress, StopReason, calibrate_with_freed_effects};
 use touchcal::io::Loaded;
 use touchcal::io::calibration_folder::Solved;
 use touchcal::io::problem_file::{self, Selection};
@@ -80,15 +80,23 @@ fn selection_flags(only: &[String], except: &[String]) -> String {
     only + &except
 }
 
-/// Calibrates with progress, until interrupted.
-fn calibrate(loaded: &Loaded) -> Result<Solved, Failure> {
+/// Calibrates with progress, until interrupted. With `free_suspects` the problem becomes the one
+/// with what contacts contradict as parameters.
+fn calibrate(loaded: &mut Loaded, free_suspects: bool) -> Result<Solved, Failure> {
     let spinner = Spinner::new("Calibrating");
     let start = Instant::now();
     let mut steps = Vec::new();
-    let estimate = touchcal::estimate::calibrate(&loaded.problem, &mut |progress| {
+    let mut observe = |progress: &Progress| {
         steps.push(*progress);
         spinner.observe(progress)
-    });
+    };
+    let estimate = if free_suspects {
+        let (problem, estimate) = calibrate_with_freed_effects(&loaded.problem, &mut observe);
+        loaded.problem = problem;
+        estimate
+    } else {
+        touchcal::estimate::calibrate(&loaded.problem, &mut observe)
+    };
     let seconds = start.elapsed().as_secs_f64();
     // An interrupt may have come since the last step.
     if estimate.termination.reason == StopReason::Interrupted || crate::progress::interrupted() {

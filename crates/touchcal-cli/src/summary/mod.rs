@@ -4,7 +4,7 @@ mod parameters;
 
 pub use parameters::{Detail, ParameterRow, in_user_units, parameters};
 
-use touchcal::estimate::{EffectTest, Fixture, Identifiability, Score, Spread, Status};
+use touchcal::estimate::{EffectTest, Fixture, FreedEffect, Identifiability, Prediction, Score, Spread, Status};
 use touchcal::io::Loaded;
 use touchcal::io::calibration_folder::{Solved, Written};
 use touchcal::io::estimate_file::EstimateFile;
@@ -49,7 +49,10 @@ impl Calibration<'_> {
             format!("{}\n", self.headline()),
             format!("Robot     {}\n", robot(self.loaded)),
             format!("Contacts  {} rows read, {} contacts used, {} rejected\n", count.read, count.used, count.rejected),
-            format!("Noise     {:.2} times the {source}\n\n", estimate.noise_factor),
+            format!("Noise     {:.2} times the {source}\n", estimate.noise_factor),
+            prediction(estimate.prediction.as_ref()),
+            freed_effects(&estimate.freed_effects),
+            "\n".to_owned(),
             "Distance from touching (mm)\n".to_owned(),
             residuals(&problem.fixtures, &scores),
             parameters(&lines, detail),
@@ -175,6 +178,25 @@ pub fn effect_tests(tests: &[EffectTest], threshold: f64) -> String {
         table.row([test.effect.name(), format!("{:.0e}", test.p_value)].into_iter().chain(numbers));
     }
     format!("Contacts contradict the model\n{table}\n")
+}
+
+/// How far stretches of the log are from what the others predict.
+fn prediction(prediction: Option<&Prediction>) -> String {
+    prediction.map_or_else(String::new, |Prediction { ratio, stretches, .. }| {
+        let count = stretches.len();
+        format!("Predicted {count} stretches of the log, each from the others: {ratio:.2} times the expected scatter\n")
+    })
+}
+
+/// Effects that were let in, and what each is worth.
+fn freed_effects(freed: &[FreedEffect]) -> String {
+    let line = |freed: &FreedEffect| {
+        let outcome = if freed.is_kept { "estimated" } else { "left out again" };
+        let gain = |gain: f64| format!(", {gain:+.1} in the log-likelihood of left-out stretches");
+        let gain = freed.gain.map_or_else(String::new, gain);
+        format!("Freed     {}: {outcome}{gain}\n", freed.effect.name())
+    };
+    freed.iter().map(line).collect()
 }
 
 /// A length in mm.

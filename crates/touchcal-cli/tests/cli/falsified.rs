@@ -56,3 +56,24 @@ fn kinds_are_listed_and_others_are_named() {
     let done = touchcal(folder.path(), &[&ARGS[..], &["--kind", "hole_2mm"]].concat()).code(2);
     assert!(stderr(&done).contains("hole_2mm") && !folder.path().join("out").exists(), "{}", stderr(&done));
 }
+
+#[test]
+fn recorded_contacts_are_tried_with_what_the_problem_declares() {
+    let folder = tempfile::tempdir().unwrap();
+    let logs = concat!(env!("CARGO_MANIFEST_DIR"), "/../../data/mujoco_iiwa14/extrusion/rich");
+    let run = |kind: &str| {
+        let args = ["experiment", "falsified", "--logs", logs, "--trials", "1", "--kind", kind, "--out", "out"];
+        touchcal(folder.path(), &args)
+    };
+    run("hole_drawn").success();
+    let found = &json(&folder.path().join("out/falsified.json"))[0];
+    let trials = std::fs::read_dir(logs).unwrap().count();
+    assert_eq!(
+        (&found["trials"], &found["honest"], &found["useful"]),
+        (&trials.into(), &trials.into(), &trials.into())
+    );
+    assert_eq!(found["excitations"]["rich.trial_00"]["trials"], 1, "{found}");
+    assert!(folder.path().join("out/rows/hole_drawn.rich.trial_00.1.json").is_file());
+    let refused = stderr(&run("friction_0.25").failure());
+    assert!(refused.contains("friction_0.25 needs a simulation"), "{refused}");
+}

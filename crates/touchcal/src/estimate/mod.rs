@@ -5,6 +5,7 @@ mod calibrate;
 mod contact_mode;
 mod effect_tests;
 mod evaluate;
+mod free_effects;
 mod input_checks;
 mod inspect;
 mod model;
@@ -19,6 +20,7 @@ mod uncertainty;
 pub use crate::solver::{Loss, StopReason, Termination};
 pub use calibrate::calibrate;
 pub use evaluate::{apply_estimated_places, contact_distances, contact_poses, evaluate};
+pub use free_effects::calibrate_with_freed_effects;
 pub use inspect::{Inspection, JointRange, inspect};
 pub use options::{
     ContactModeOptions, EstimatorOptions, IdentifiabilityOptions, MultiStartOptions, SearchOptions,
@@ -29,7 +31,7 @@ pub use problem::{
     Optimizer, PlacePrior, Problem, ShapeTolerance, Tool,
 };
 pub use result::{
-    ContactCount, EffectTest, EffectValue, Estimate, Identifiability, NullDirection, OmittedEffect, ParameterEstimate,
-    Progress, Score, Severity, Spread, Stage, Status, Verdict, Warning,
+    ContactCount, EffectTest, EffectValue, Estimate, FreedEffect, Identifiability, NullDirection, OmittedEffect,
+    ParameterEstimate, Prediction, Progress, Score, Severity, Spread, Stage, Status, Verdict, Warning,
 };
 pub use uncertainty::{ToolUncertainty, cramer_rao, distance_uncertainty, tool_uncertainty, workspace_configurations};

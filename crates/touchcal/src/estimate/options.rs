@@ -291,6 +291,12 @@ pub struct WarningThresholds {
     /// region. Small, since contacts never follow a likelihood exactly: of sixteen true problems
     /// with logs of another simulator (MuJoCo), two had effects at 1e-4.
     pub effect_p_value: f64,
+    /// Probability (0 to 1) of the predictive check ([`Prediction`](super::Prediction)) below which
+    /// standard deviations are multiplied by its ratio.
+    pub prediction_p_value: f64,
+    /// Ratio (1) of the predictive check from which the result is not usable where it is
+    /// significant.
+    pub prediction_ratio: f64,
     /// Share (≥ 0) of the declared distance between two sockets by which the nominal arm may
     /// contradict it; where the contacts with both scatter by more (sum of root mean squares, m),
     /// that scatter is allowed.
@@ -312,6 +318,8 @@ impl Default for WarningThresholds {
             informative_fraction: 0.03,
             common_scale: [3.6, 5.0],
             effect_p_value: 1e-5,
+            prediction_p_value: 1e-5,
+            prediction_ratio: 3.0,
             distance_contradiction: 0.5,
         }
     }

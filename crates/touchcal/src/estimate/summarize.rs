@@ -5,9 +5,9 @@ use nalgebra::{DMatrix, DVector};
 use super::effect_tests::{apply_effect_tests, effect_tests};
 use super::evaluate::score;
 use super::model::{CalibrationModel, distance_information, whitened_norms};
-use super::result::{ContactCount, Estimate, ParameterEstimate, Severity, Status, Verdict, Warning};
+use super::result::{ContactCount, Estimate, ParameterEstimate, Prediction, Severity, Status, Verdict, Warning};
 use super::result_checks::{FitStatistics, result_warnings};
-use super::search::{SearchState, sandwich, uses_contact_modes};
+use super::search::{SearchState, sandwich, two_sided_prediction, uses_contact_modes};
 use super::uncertainty::{Posterior, arm_uncertainty_ratio};
 use crate::manifold::ContactCache;
 use crate::parameter::kinematic_part;
@@ -70,12 +70,20 @@ pub(super) fn summarize(mut search: SearchState<'_>) -> Estimate {
     let postfit = PostfitStatistics::new(&search.model, &search.theta, &mut search.caches);
     let mut posterior = Posterior::new(&search.model, &postfit.information, &search.free, &search.fixed);
     let sandwich = sandwich(&mut search);
-    let (model, theta, problem) = (&search.model, &search.theta, search.model.problem);
     let design_effect = sandwich.as_ref().map(|sandwich| sandwich.design_effect);
+    let prediction = match &sandwich {
+        Some(sandwich) => sandwich.prediction.clone(),
+        None => two_sided_prediction(&mut search, postfit.noise_factor),
+    };
+    let (model, theta, problem) = (&search.model, &search.theta, search.model.problem);
     if let Some(sandwich) = sandwich {
         posterior.covariance = sandwich.covariance;
     } else if search.informative_fraction.is_some() {
         posterior.covariance *= problem.options.contact_mode.least_gap_inflation.powi(2);
+    }
+    let is_contradicted = |found: &&Prediction| found.p_value < problem.options.thresholds.prediction_p_value;
+    if let Some(found) = prediction.as_ref().filter(is_contradicted) {
+        posterior.covariance *= found.ratio.max(1.0).powi(2);
     }
     // The least of several gaps scatters otherwise than each of them.
     let noise_factor = if uses_contact_modes(&search) { model.noise.mode_factor } else { postfit.noise_factor };
@@ -112,6 +120,8 @@ pub(super) fn summarize(mut search: SearchState<'_>) -> Estimate {
         termination: search.termination,
         warnings: Vec::new(),
         effect_tests: Vec::new(),
+        freed_effects: Vec::new(),
+        prediction,
         noise_factor,
         robot: robot::calibrated(&problem.robot, &columns, &values),
         parameters,

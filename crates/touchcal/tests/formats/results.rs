@@ -2,8 +2,8 @@
 
 use proptest::prelude::*;
 use touchcal::io::estimate_file::{
-    ContactCounts, EffectTestEntry, EffectValueEntry, EstimateFile, FixtureResidual, NullDirection, ParameterEntry,
-    ResidualStats, Residuals, Severity, Status, TerminationEntry, WarningEntry,
+    ContactCounts, EffectTestEntry, EffectValueEntry, EstimateFile, FixtureResidual, FreedEffectEntry, NullDirection,
+    ParameterEntry, PredictionEntry, ResidualStats, Residuals, Severity, Status, TerminationEntry, WarningEntry,
 };
 use touchcal::io::{Input, atomic};
 
@@ -61,6 +61,13 @@ fn estimate() -> EstimateFile {
             displacement_mm: 0.1,
             radius_mm: 0.2,
         }],
+        freed_effects: vec![FreedEffectEntry {
+            effect: "joint_harmonic".to_owned(),
+            p_value: 1e-9,
+            gain: Some(20.0),
+            kept: true,
+        }],
+        prediction: Some(PredictionEntry { ratio: 1.1, p_value: 0.2, stretches: vec![1.0, 1.2], nll: 40.0 }),
         inputs: vec![Input { path: "a".to_owned(), sha256: "0".to_owned() }],
         version: "0.1.0".to_owned(),
         seconds: 0.5,
@@ -79,11 +86,16 @@ fn refused(text: &str, parts: &[&str]) {
 fn estimates_survive_json() {
     let text = estimate().to_json().unwrap();
     assert_eq!(EstimateFile::from_json(&text, "e").unwrap(), estimate());
-    // Version 0.2.0 wrote no tests of effects.
+    // Version 0.2.0 wrote no tests of effects and no prediction.
     let mut older: serde_json::Value = serde_json::from_str(&text).unwrap();
-    older.as_object_mut().unwrap().remove("effect_tests");
+    for added in ["effect_tests", "freed_effects", "prediction"] {
+        older.as_object_mut().unwrap().remove(added);
+    }
     let older = EstimateFile::from_json(&older.to_string(), "e").unwrap();
-    assert_eq!(older, EstimateFile { effect_tests: Vec::new(), ..estimate() });
+    assert_eq!(
+        older,
+        EstimateFile { effect_tests: Vec::new(), freed_effects: Vec::new(), prediction: None, ..estimate() }
+    );
     for part in ["\"status\": \"not_converged\"", "\"prior_sigma\": null", "\"condition\": null", "\"rms_mm\": 0.2"] {
         assert!(text.contains(part), "{part}");
     }

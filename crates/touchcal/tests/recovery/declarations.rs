@@ -1,12 +1,14 @@
 //! Declarations that are false: tolerated as far as they are declared uncertain, and contradicted
 //! where they are declared exact.
 
+use std::ops::ControlFlow;
 use std::sync::Arc;
 
 use nalgebra::{DVector, Translation3, UnitQuaternion};
 use touchcal::contact::{ContactLog, Source};
 use touchcal::estimate::{
     Estimate, Fixture, OmittedEffect, PlacePrior, Problem, ShapeTolerance, Status, Tool, Warning,
+    calibrate_with_freed_effects,
 };
 use touchcal::geometry::{Polygon, PrismPair};
 use touchcal::io::urdf::{self, Ends};
@@ -161,6 +163,74 @@ fn an_encoder_that_drifts_is_shown_and_found() {
         assert!(deviations.abs() < 4.0 && trend.value > 0.9 * half, "{name}: {} ({deviations} σ)", trend.value);
         let worst = nees(&with, &truth);
         assert!(worst < NEES_LIMIT, "{worst}");
+    }
+}
+
+/// With an encoder of `joint` that reads too much by `amplitude` (rad) times the sine of its
+/// position.
+fn with_harmonic(mut problem: Problem, joint: usize, amplitude: f64) -> Problem {
+    let old = &problem.contacts;
+    let mut contacts = ContactLog::new(old.dof());
+    for i in 0..old.len() {
+        let mut q = old.q(i).to_vec();
+        q[joint] += amplitude * q[joint].sin();
+        contacts.push(&q, old.fixture(i), old.source(i));
+    }
+    problem.contacts = contacts;
+    problem
+}
+
+/// An encoder with a harmonic of 0.05°: not usable where it is left out, and freed without being
+/// asked for by name; a drift, too. Where nothing is false nothing is freed.
+#[test]
+fn what_contacts_contradict_is_freed_and_found() {
+    let size = 0.05_f64.to_radians();
+    let free = |problem: &Problem| calibrate_with_freed_effects(problem, &mut |_| ControlFlow::Continue(()));
+    for trial in ["extrusion/rich/trial_01", "extrusion/rich/trial_20"] {
+        let (problem, truth) = mujoco_trial(trial);
+        let (same, estimate) = free(&problem);
+        assert!(estimate.freed_effects.is_empty() && same.parameters == problem.parameters, "{trial}");
+
+        let (posed, estimate) = free(&with_harmonic(problem.clone(), 1, size));
+        let first = &estimate.freed_effects[0];
+        assert!(first.is_kept && first.gain.expect("a prediction") > 20.0, "{trial}: {first:?}");
+        assert_eq!(first.effect, OmittedEffect::JointHarmonic, "{trial}");
+        assert_eq!(estimate.status, Status::Converged, "{trial}: {:?}", estimate.warnings);
+        assert!(posed.parameters.len() > problem.parameters.len());
+        let found = estimate.parameter("joint_harmonic.joint_a2.sin").expect("a harmonic");
+        let deviations = (found.value - size) / found.sigma.expect("a standard deviation");
+        assert!(deviations.abs() < 3.5, "{trial}: {deviations}");
+        let worst = nees(&estimate, &truth);
+        assert!(worst < NEES_LIMIT, "{trial}: {worst}");
+
+        let (_, estimate) = free(&drifting(problem, 3, size));
+        let kept: Vec<&OmittedEffect> =
+            estimate.freed_effects.iter().filter(|freed| freed.is_kept).map(|freed| &freed.effect).collect();
+        assert_eq!(kept, [&OmittedEffect::JointTrend], "{trial}");
+        assert!(nees(&estimate, &truth) < NEES_LIMIT && estimate.status == Status::Converged, "{trial}");
+    }
+}
+
+/// The log's second half with another offset of one encoder, as after a collision: no linear trend
+/// and no model has it, and the stretches of the log contradict each other.
+#[test]
+fn an_encoder_that_jumps_is_contradicted_by_the_stretches() {
+    for (trial, joint) in [("extrusion/rich/trial_01", 3), ("extrusion/paper/trial_02", 5)] {
+        let (mut problem, _) = mujoco_trial(trial);
+        let before = solve(&problem).prediction.expect("a prediction");
+        assert!(before.p_value > 1e-5 && (0.8..1.5).contains(&before.ratio), "{trial}: {before:?}");
+        let old = problem.contacts.clone();
+        problem.contacts = ContactLog::new(old.dof());
+        for i in 0..old.len() {
+            let mut q = old.q(i).to_vec();
+            q[joint] += if 2 * i > old.len() { 0.02_f64.to_radians() } else { 0.0 };
+            problem.contacts.push(&q, old.fixture(i), old.source(i));
+        }
+        let estimate = solve(&problem);
+        let after = estimate.prediction.as_ref().expect("a prediction");
+        assert!(after.p_value < 1e-5 && after.ratio > 1.5, "{trial}: {after:?}");
+        let of_prediction = |warning: &Warning| matches!(warning, Warning::PredictionContradicted { .. });
+        assert!(estimate.warnings.iter().any(of_prediction), "{trial}: {:?}", estimate.warnings);
     }
 }
 

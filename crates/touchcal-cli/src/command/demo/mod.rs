@@ -21,8 +21,8 @@ pub fn run(args: &DemoArgs) -> Result<Outcome, Failure> {
     file.scenario.contacts = args.contacts as usize;
     let simulated = simulate::simulate(&file, args.seed.into())?;
     scenario_file::write_folder(&args.out, &file, &simulated, args.seed)?;
-    let loaded = problem_file::read_file(&args.out.join(scenario_file::PROBLEM))?;
-    let solved = super::calibrate(&loaded)?;
+    let mut loaded = problem_file::read_file(&args.out.join(scenario_file::PROBLEM))?;
+    let solved = super::calibrate(&mut loaded, false)?;
     let Solved { estimate, prefit, .. } = &solved;
     let written = calibration_folder::estimate_file(&loaded, &solved);
     calibration_folder::write(&args.out, &loaded, &solved, &written)?;

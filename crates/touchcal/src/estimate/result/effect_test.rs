@@ -74,6 +74,21 @@ impl OmittedEffect {
     }
 }
 
+/// An effect that was let in as parameters because contacts contradict that it is zero.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FreedEffect {
+    /// The effect.
+    pub effect: OmittedEffect,
+    /// Corrected probability (0 to 1) that what contacts show of it is chance.
+    pub p_value: f64,
+    /// What the contacts' log-likelihood gains (1), each stretch of the log predicted from the
+    /// others, less [`Prediction::nll`](super::Prediction::nll) with the effect than without;
+    /// `None` where there is no prediction.
+    pub gain: Option<f64>,
+    /// Whether the effect is part of the result: the search converged, and the gain is positive.
+    pub is_kept: bool,
+}
+
 /// The value that one parameter of an omitted effect would take.
 #[derive(Clone, Debug, PartialEq)]
 pub struct EffectValue {

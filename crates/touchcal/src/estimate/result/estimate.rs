@@ -2,8 +2,9 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::effect_test::EffectTest;
+use super::effect_test::{EffectTest, FreedEffect};
 use super::identifiability::Identifiability;
+use super::prediction::Prediction;
 use super::score::Score;
 use super::warning::Warning;
 use crate::parameter::{Parameter, ParameterId};
@@ -112,6 +113,12 @@ pub struct Estimate {
     /// Tests of effects that the model leaves out, the most significant first; empty where the
     /// search did not converge, or contacts have no likelihood.
     pub effect_tests: Vec<EffectTest>,
+    /// Effects that were let in, in the order in which they were tried; empty but for
+    /// [`calibrate_with_freed_effects`](crate::estimate::calibrate_with_freed_effects).
+    pub freed_effects: Vec<FreedEffect>,
+    /// How far stretches of the log are from what the others predict; `None` where contacts are too
+    /// few for two stretches, or have no likelihood.
+    pub prediction: Option<Prediction>,
     /// Warnings, those that forbid the use of the result first.
     pub warnings: Vec<Warning>,
     /// Measured standard deviation of the contacts' residuals over the declared one, or over the

@@ -3,13 +3,16 @@
 mod effect_test;
 mod estimate;
 mod identifiability;
+mod prediction;
 mod progress;
 mod score;
 mod warning;
+mod warning_text;
 
-pub use effect_test::{EffectTest, EffectValue, OmittedEffect};
+pub use effect_test::{EffectTest, EffectValue, FreedEffect, OmittedEffect};
 pub use estimate::{ContactCount, Estimate, ParameterEstimate, Status, Verdict};
 pub use identifiability::{Identifiability, NullDirection};
+pub use prediction::Prediction;
 pub(crate) use progress::Observer;
 pub use progress::{Progress, Stage};
 pub use score::{Score, Spread};

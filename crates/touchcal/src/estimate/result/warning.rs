@@ -1,6 +1,7 @@
 //! Warnings with their severity, message and advice.
 
 use super::effect_test::OmittedEffect;
+use super::warning_text::{distance_message, far_from_prior_advice, not_touching_message, scale_message};
 use crate::se3::Pose;
 
 /// Consequence of a warning for the use of a result; the graver one is the lesser in their order,
@@ -164,6 +165,14 @@ pub enum Warning {
         /// standard deviations were widened by that motion.
         usable: bool,
     },
+    /// Stretches of the log are farther from what the others predict than their uncertainty
+    /// explains; standard deviations are scaled accordingly.
+    PredictionContradicted {
+        /// Scatter found over scatter predicted (1).
+        ratio: f64,
+        /// Whether the result may be used.
+        usable: bool,
+    },
     /// The tool's pose was estimated, but the calibrated chain ends at the tip link and does not
     /// contain it.
     ToolNotInRobot {
@@ -178,8 +187,8 @@ pub enum Warning {
 impl Warning {
     /// Whether a result with this warning may be used with care or must not be used; for
     /// [`Warning::CorrelatedErrors`], [`Warning::ManyRejected`], [`Warning::FarFromPrior`],
-    /// [`Warning::FewInformativeContacts`], [`Warning::CommonScale`] and [`Warning::OmittedEffect`]
-    /// their `usable` decides.
+    /// [`Warning::FewInformativeContacts`], [`Warning::CommonScale`], [`Warning::OmittedEffect`]
+    /// and [`Warning::PredictionContradicted`] their `usable` decides.
     pub fn severity(&self) -> Severity {
         let usable = match self {
             Warning::TooFewContacts { .. }
@@ -194,7 +203,8 @@ impl Warning {
             | Warning::FarFromPrior { usable, .. }
             | Warning::FewInformativeContacts { usable, .. }
             | Warning::CommonScale { usable, .. }
-            | Warning::OmittedEffect { usable, .. } => *usable,
+            | Warning::OmittedEffect { usable, .. }
+            | Warning::PredictionContradicted { usable, .. } => *usable,
             _ => true,
         };
         if usable { Severity::Caution } else { Severity::Unusable }
@@ -223,6 +233,7 @@ impl Warning {
             Warning::FarFromPrior { .. } => "far_from_prior",
             Warning::CommonScale { .. } => "common_scale",
             Warning::OmittedEffect { .. } => "omitted_effect",
+            Warning::PredictionContradicted { .. } => "prediction_contradicted",
             Warning::ToolNotInRobot { .. } => "tool_not_in_robot",
             Warning::ComplianceInRobot => "compliance_in_robot",
         }
@@ -282,6 +293,9 @@ impl Warning {
             }
             Warning::CommonScale { strain, deviations, .. } => scale_message(*strain, *deviations),
             Warning::OmittedEffect { effect, p_value, displacement, .. } => effect.message(*p_value, *displacement),
+            Warning::PredictionContradicted { ratio, .. } => {
+                format!("stretches of the log are {ratio:.1} times farther from what the others predict than expected")
+            }
             Warning::ToolNotInRobot { .. } => {
                 "the calibrated robot description does not contain the tool's estimated pose".to_owned()
             }
@@ -334,6 +348,9 @@ impl Warning {
                 "measure the distances of fixtures again and check their unit, and that the robot description is of this arm"
             }
             Warning::OmittedEffect { effect, .. } => effect.remedy(),
+            Warning::PredictionContradicted { .. } => {
+                "record again with parts clamped and the arm at one temperature, or estimate what the model leaves out"
+            }
             Warning::ToolNotInRobot { .. } => {
                 "declare the tool at its estimated pose where the calibrated robot is used"
             }
@@ -348,35 +365,5 @@ impl std::fmt::Display for Warning {
     /// The message and the advice.
     fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
         write!(f, "{}; {}", self.message(), self.advice())
-    }
-}
-
-/// Message of [`Warning::DistanceContradicted`] of a declared and a measured distance (mm).
-fn distance_message([a, b]: &[String; 2], declared: f64, measured: f64) -> String {
-    format!("`{a}` and `{b}` are declared {declared} mm apart; by the nominal arm it is {measured:.1} mm")
-}
-
-/// Message of [`Warning::NotTouching`] of a mean gap (m).
-fn not_touching_message(name: &str, gap: f64) -> String {
-    let verb = if gap > 0.0 { "float" } else { "penetrate" };
-    format!("`{name}`: parts {verb} by {:.2} mm on average at contact", 1e3 * gap.abs())
-}
-
-/// Message of [`Warning::CommonScale`].
-fn scale_message(strain: f64, deviations: f64) -> String {
-    let (size, side) = (100.0 * strain.abs(), if strain > 0.0 { "longer" } else { "shorter" });
-    format!(
-        "all lengths of the arm would be {size:.2} % {side} than described, {deviations:.1} prior standard deviations"
-    )
-}
-
-/// Advice of [`Warning::FarFromPrior`] for the parameter or distance of this name.
-fn far_from_prior_advice(name: &str) -> &'static str {
-    match name.split('.').next() {
-        Some("tool") => "measure the tool's pose again, and check its unit and axes",
-        Some("fixture") => "measure the fixture's pose again, and check its unit and axes",
-        Some("gap_bias") => "measure the clearance and the depth again, and check the outlines and their unit",
-        Some("distance") => "measure the distance again, and check its unit and which log belongs to which fixture",
-        _ => "check the nominal robot description, or give the parameter a larger standard deviation",
     }
 }

@@ -3,9 +3,11 @@
 use nalgebra::{Cholesky, DMatrix, DVector};
 
 use super::design_effect::design_effect;
+use super::prediction::prediction;
 use crate::estimate::contact_mode::ContactModePrior;
 use crate::estimate::model::ContactModeStatistics;
 use crate::estimate::options::ContactModeOptions;
+use crate::estimate::result::Prediction;
 use crate::solver::FreeParameters;
 
 /// A sandwich covariance.
@@ -14,6 +16,9 @@ pub(crate) struct Sandwich {
     pub covariance: DMatrix<f64>,
     /// Design effect: number of contacts that carry the information of an independent one (1).
     pub design_effect: f64,
+    /// How far stretches of the log are from what the others predict, errors as correlated as the
+    /// design effect says.
+    pub prediction: Option<Prediction>,
     /// Inverse `(H + Λ)⁻¹` over the parameters and the odds of contact modes.
     bread: DMatrix<f64>,
 }
@@ -60,7 +65,9 @@ pub(crate) fn sandwich_covariance(
     let design_effect = design_effect(&statistics.score_outer_product.information, &statistics.block_scores, free);
     let covariance = &bread * squares * &bread * design_effect;
     let covariance = covariance.view((0, 0), (parameters, parameters)).into_owned();
-    Some(Sandwich { covariance, design_effect, bread })
+    let nll = 0.5 * statistics.derivatives.cost;
+    let prediction = prediction(&statistics.stretches, known, free, (nll, design_effect));
+    Some(Sandwich { covariance, design_effect, prediction, bread })
 }
 
 /// `H + Λ` and `B + Λ` over the parameters and, behind them, the odds of contact modes; `known` is

@@ -80,6 +80,18 @@ pub enum Falsification {
 }
 
 impl Falsification {
+    /// Whether the problem alone is false: [`Falsification::falsify_scenario`] changes nothing, so
+    /// that it can be tried with recorded contacts.
+    pub fn is_of_problem(&self) -> bool {
+        !matches!(
+            self,
+            Falsification::Friction(_)
+                | Falsification::JointCompliance(_)
+                | Falsification::EncoderNoise(_)
+                | Falsification::FewContacts(_)
+        )
+    }
+
     /// Makes `scenario`, whose declarations are the problem's, the scenario that is simulated.
     pub fn falsify_scenario(&self, scenario: &mut Scenario) {
         match *self {

@@ -25,7 +25,7 @@ const WORKSPACE: (usize, u64) = (1000, 1);
 pub struct FalsifiedRow {
     /// Name of the kind ([`FalsifiedKind::name`]).
     pub kind: String,
-    /// Name of the excitation ([`Excitation::name`]).
+    /// Name of the excitation ([`Excitation::name`]), or of the recorded trial.
     pub excitation: String,
     /// Seed of the simulation and of what is false.
     pub seed: u64,
@@ -94,16 +94,29 @@ pub fn falsified_trial(
     let logs = sim::run(&scenario, &truth, seed, &mut |_| watch())?;
     let simulated = SimulatedTrial { truth, logs };
     let problem = kind.problem(&declared, &simulated, seed)?;
-    let estimate = calibrate(&problem, &mut |_| watch());
-    let row = FalsifiedRow { excitation: excitation.name().to_owned(), seed, ..empty(kind, &problem) };
-    Ok(compare(row, &problem, &estimate, (&simulated.truth, simulated.truth.tip_from_tool(&scenario))))
+    let truth = (&simulated.truth, simulated.truth.tip_from_tool(&scenario));
+    Ok(answer(kind, (excitation.name(), seed), &problem, truth, watch))
 }
 
-fn empty(kind: &FalsifiedKind, problem: &Problem) -> FalsifiedRow {
+/// The row of the calibration of `problem`, which `kind` falsified, by an excitation of this name;
+/// the truth with the true pose of the tool on the tip link.
+pub(super) fn answer(
+    kind: &FalsifiedKind,
+    (excitation, seed): (&str, u64),
+    problem: &Problem,
+    truth: (&Truth, Pose),
+    watch: &mut dyn FnMut() -> ControlFlow<()>,
+) -> FalsifiedRow {
+    let estimate = calibrate(problem, &mut |_| watch());
+    let row = empty(kind, (excitation, seed), problem);
+    compare(row, problem, &estimate, truth)
+}
+
+fn empty(kind: &FalsifiedKind, (excitation, seed): (&str, u64), problem: &Problem) -> FalsifiedRow {
     FalsifiedRow {
         kind: kind.name.to_owned(),
-        excitation: String::new(),
-        seed: 0,
+        excitation: excitation.to_owned(),
+        seed,
         contacts: problem.contacts.len() as u64,
         status: String::new(),
         nees: None,

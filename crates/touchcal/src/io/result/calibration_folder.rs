@@ -9,8 +9,8 @@ use crate::io::base::bytes::Input;
 use crate::io::base::error::{IoError, Place};
 use crate::io::problem::loaded::Loaded;
 use crate::io::result::estimate_file::{
-    self, ContactCounts, EffectTestEntry, EstimateFile, FixtureResidual, NullDirection, ParameterEntry, ResidualStats,
-    Residuals, TerminationEntry, WarningEntry,
+    self, ContactCounts, EffectTestEntry, EstimateFile, FixtureResidual, FreedEffectEntry, NullDirection,
+    ParameterEntry, PredictionEntry, ResidualStats, Residuals, TerminationEntry, WarningEntry,
 };
 use crate::io::result::offsets_yaml;
 use crate::io::robot::urdf;
@@ -199,6 +199,8 @@ pub fn estimate_file(loaded: &Loaded, solved: &Solved) -> EstimateFile {
         },
         warnings: warnings(estimate),
         effect_tests: estimate.effect_tests.iter().map(EffectTestEntry::from).collect(),
+        freed_effects: estimate.freed_effects.iter().map(FreedEffectEntry::from).collect(),
+        prediction: estimate.prediction.as_ref().map(PredictionEntry::from),
         inputs: loaded.inputs.clone(),
         version: env!("CARGO_PKG_VERSION").to_owned(),
         seconds: *seconds,

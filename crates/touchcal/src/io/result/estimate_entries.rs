@@ -169,6 +169,48 @@ impl From<&estimate::EffectTest> for EffectTestEntry {
     }
 }
 
+/// An effect that was let in as parameters: [`estimate::FreedEffect`] in the file.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct FreedEffectEntry {
+    /// Name of the effect: [`OmittedEffect::name`](estimate::OmittedEffect::name).
+    pub effect: String,
+    /// Corrected probability that what contacts show of it is chance.
+    pub p_value: f64,
+    /// What the log-likelihood of left-out stretches of the log gains; `None` without prediction.
+    pub gain: Option<f64>,
+    /// Whether the effect is part of the result.
+    pub kept: bool,
+}
+
+impl From<&estimate::FreedEffect> for FreedEffectEntry {
+    fn from(freed: &estimate::FreedEffect) -> Self {
+        FreedEffectEntry { effect: freed.effect.name(), p_value: freed.p_value, gain: freed.gain, kept: freed.is_kept }
+    }
+}
+
+/// How far stretches of the log are from what the others predict: [`estimate::Prediction`] in the
+/// file.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PredictionEntry {
+    /// Scatter found over scatter predicted (1).
+    pub ratio: f64,
+    /// Probability of a ratio as large by chance.
+    pub p_value: f64,
+    /// The ratio of each stretch, in the order of the log.
+    pub stretches: Vec<f64>,
+    /// Sum of the contacts' `−ln L`, each stretch with the estimates from the others.
+    pub nll: f64,
+}
+
+impl From<&estimate::Prediction> for PredictionEntry {
+    fn from(prediction: &estimate::Prediction) -> Self {
+        let estimate::Prediction { ratio, p_value, stretches, nll } = prediction.clone();
+        PredictionEntry { ratio, p_value, stretches, nll }
+    }
+}
+
 /// Consequence of a warning for the use of a result.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]

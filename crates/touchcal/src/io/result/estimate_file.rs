@@ -10,8 +10,8 @@ use crate::io::base::bytes::{self, Input};
 use crate::io::base::error::{IoError, Place};
 
 pub use super::estimate_entries::{
-    ContactCounts, EffectTestEntry, EffectValueEntry, FixtureResidual, NullDirection, ParameterEntry, ResidualStats,
-    Residuals, Severity, Status, TerminationEntry, WarningEntry,
+    ContactCounts, EffectTestEntry, EffectValueEntry, FixtureResidual, FreedEffectEntry, NullDirection, ParameterEntry,
+    PredictionEntry, ResidualStats, Residuals, Severity, Status, TerminationEntry, WarningEntry,
 };
 
 /// The schema that this version writes; it reads schema 1 too.
@@ -53,6 +53,14 @@ pub struct EstimateFile {
     /// versions have none.
     #[serde(default)]
     pub effect_tests: Vec<EffectTestEntry>,
+    /// Effects that were let in because contacts contradict that they are zero, in the order in
+    /// which they were tried; files of earlier versions have none.
+    #[serde(default)]
+    pub freed_effects: Vec<FreedEffectEntry>,
+    /// How far stretches of the log are from what the others predict; `None` where contacts are too
+    /// few or have no likelihood, and in files of earlier versions.
+    #[serde(default)]
+    pub prediction: Option<PredictionEntry>,
     /// Path and fingerprint of each file that was read, in the order of reading.
     pub inputs: Vec<Input>,
     /// Version of this crate that wrote the file.
@@ -76,6 +84,8 @@ impl From<estimate_schema_1::EstimateFile1> for EstimateFile {
             termination: old.termination,
             warnings: old.warnings.into_iter().map(WarningEntry::from).collect(),
             effect_tests: Vec::new(),
+            freed_effects: Vec::new(),
+            prediction: None,
             inputs: old.inputs,
             version: old.version,
             seconds: old.seconds,
@@ -178,7 +188,24 @@ impl EstimateFile {
             let values = test.values.values().flat_map(|entry| [entry.value, entry.sigma]);
             own.into_iter().chain(values).map(move |value| (format!("effect_tests, {}", test.effect), value))
         });
-        parameters.chain(tests).chain(covariance).chain(null).chain(residuals).chain(single)
+        let prediction = self.prediction.iter().flat_map(|prediction| {
+            let all = [prediction.ratio, prediction.p_value, prediction.nll]
+                .into_iter()
+                .chain(prediction.stretches.iter().copied());
+            all.map(|value| ("prediction".to_owned(), value))
+        });
+        let freed = self.freed_effects.iter().flat_map(|freed| {
+            let all = [Some(freed.p_value), freed.gain].into_iter().flatten();
+            all.map(move |value| (format!("freed_effects, {}", freed.effect), value))
+        });
+        parameters
+            .chain(tests)
+            .chain(freed)
+            .chain(prediction)
+            .chain(covariance)
+            .chain(null)
+            .chain(residuals)
+            .chain(single)
     }
 }
 

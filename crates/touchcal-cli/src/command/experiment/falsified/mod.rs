@@ -5,7 +5,7 @@ mod figure;
 mod statistics;
 mod trials;
 
-use touchcal::experiment::falsified::{FalsifiedKind, FalsifiedRow};
+use touchcal::experiment::falsified::{FalsifiedKind, FalsifiedRow, has_recorded};
 use touchcal::io::{atomic, falsified_parquet};
 
 use super::threads;
@@ -19,6 +19,11 @@ pub fn run(args: &FalsifiedArgs) -> Result<Outcome, Failure> {
     threads::set(args.threads)?;
     let is_wanted = |kind: &FalsifiedKind| args.kind.is_empty() || args.kind.iter().any(|name| name == kind.name);
     let kinds: Vec<FalsifiedKind> = FalsifiedKind::ALL.into_iter().filter(is_wanted).collect();
+    let is_tried = |kind: &FalsifiedKind| args.logs.is_empty() || has_recorded(kind);
+    let (kinds, not_recorded): (Vec<FalsifiedKind>, Vec<FalsifiedKind>) = kinds.into_iter().partition(is_tried);
+    if let (Some(kind), false) = (not_recorded.first(), args.kind.is_empty()) {
+        return Err(Failure::Setup(format!("--kind {} needs a simulation, without --logs", kind.name)));
+    }
     let rows = trials::run(args, &kinds)?;
     let statistics: Vec<KindStatistics> = kinds.iter().map(|kind| KindStatistics::new(kind, &rows)).collect();
     write(args, &rows, &statistics)

@@ -1,6 +1,6 @@
 //! Statistics of each kind of false declaration.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 
 use serde::Serialize;
 use touchcal::experiment::falsified::{FalsifiedKind, FalsifiedRow, FalsifiedSummary};
@@ -16,7 +16,8 @@ pub struct KindStatistics {
     pub description: &'static str,
     #[serde(flatten)]
     pub all: Figures,
-    pub excitations: BTreeMap<&'static str, Figures>,
+    /// Figures of each excitation, or of each recorded trial.
+    pub excitations: BTreeMap<String, Figures>,
 }
 
 /// Figures over trials; those after `answered` are over the answers that were not refused, null
@@ -41,12 +42,13 @@ impl KindStatistics {
     /// The figures of `kind`, from the rows of all kinds.
     pub fn new(kind: &FalsifiedKind, rows: &[FalsifiedRow]) -> KindStatistics {
         let own = || rows.iter().filter(|row| row.kind == kind.name);
-        let of = |name: &'static str| (name, Figures::new(own().filter(|row| row.excitation == name)));
+        let names: BTreeSet<&String> = own().map(|row| &row.excitation).collect();
+        let of = |name: &String| (name.clone(), Figures::new(own().filter(|row| row.excitation == *name)));
         KindStatistics {
             kind: kind.name,
             description: kind.description,
             all: Figures::new(own()),
-            excitations: kind.excitations.iter().map(|excitation| of(excitation.name())).collect(),
+            excitations: names.into_iter().map(of).collect(),
         }
     }
 }

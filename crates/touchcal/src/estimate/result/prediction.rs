@@ -1,0 +1,16 @@
+//! Predictive check of a result.
+
+/// How far stretches of the log are from what all others predict: a stretch is left out, the
+/// parameters are estimated without it, and its residuals are compared with those predicted.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Prediction {
+    /// Scatter found over scatter predicted (1), over all stretches: about 1 if the model is right.
+    pub ratio: f64,
+    /// Probability (0 to 1) of a ratio as large by chance.
+    pub p_value: f64,
+    /// The ratio of each stretch, in the order of the log.
+    pub stretches: Vec<f64>,
+    /// Sum of the contacts' `−ln L` (1), each stretch with the estimates from the others: of two
+    /// models of the same contacts the one with the lesser predicts better.
+    pub nll: f64,
+}

@@ -1,0 +1,31 @@
+//! Texts of warnings that depend on more than their kind.
+
+/// Message on a distance that the nominal arm contradicts, a declared and a measured distance (mm).
+pub(super) fn distance_message([a, b]: &[String; 2], declared: f64, measured: f64) -> String {
+    format!("`{a}` and `{b}` are declared {declared} mm apart; by the nominal arm it is {measured:.1} mm")
+}
+
+/// Message on a mean gap at contact (m).
+pub(super) fn not_touching_message(name: &str, gap: f64) -> String {
+    let verb = if gap > 0.0 { "float" } else { "penetrate" };
+    format!("`{name}`: parts {verb} by {:.2} mm on average at contact", 1e3 * gap.abs())
+}
+
+/// Message on a common strain (1) of all lengths of the arm, in its prior standard deviations.
+pub(super) fn scale_message(strain: f64, deviations: f64) -> String {
+    let (size, side) = (100.0 * strain.abs(), if strain > 0.0 { "longer" } else { "shorter" });
+    format!(
+        "all lengths of the arm would be {size:.2} % {side} than described, {deviations:.1} prior standard deviations"
+    )
+}
+
+/// Advice on an estimate far from what was declared, for the parameter or distance of this name.
+pub(super) fn far_from_prior_advice(name: &str) -> &'static str {
+    match name.split('.').next() {
+        Some("tool") => "measure the tool's pose again, and check its unit and axes",
+        Some("fixture") => "measure the fixture's pose again, and check its unit and axes",
+        Some("gap_bias") => "measure the clearance and the depth again, and check the outlines and their unit",
+        Some("distance") => "measure the distance again, and check its unit and which log belongs to which fixture",
+        _ => "check the nominal robot description, or give the parameter a larger standard deviation",
+    }
+}
