@@ -26,7 +26,7 @@ pub use options::{
 };
 pub use problem::{
     DEFAULT_CONTACT, DEFAULT_DISTANCE_SIGMA, DEFAULT_ENCODER, Distance, Fixture, GradientDescent, Method, Noise,
-    Optimizer, PlacePrior, Problem, ShapeTolerance, Tool,
+    Optimizer, PlacePrior, Problem, ShapeTolerance, Tool, WrenchTolerance,
 };
 pub use result::{
     ContactCount, EffectTest, EffectValue, Estimate, Identifiability, NullDirection, OmittedEffect, ParameterEstimate,
