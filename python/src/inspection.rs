@@ -18,7 +18,7 @@ use crate::score::Score;
 ///
 /// Attributes:
 ///     name: "joint_offset.joint_a1".
-///     unit: of sigma: "m", "rad", "1" or "rad/(N m)".
+///     unit: of sigma: "m", "rad", "1", "rad/(N m)", "N" or "N m".
 ///     sigma: expected standard deviation; None where neither data nor prior bound it.
 ///     prior_sigma: standard deviation of its prior, where it has one.
 ///     identifiable: whether the data determine it.

@@ -13,7 +13,7 @@ use crate::repr::{python_bool, shown};
 /// Attributes:
 ///     name: "joint_offset.joint_a1".
 ///     block: "joint_offset".
-///     unit: "m", "rad", "1" or "rad/(N m)".
+///     unit: "m", "rad", "1", "rad/(N m)", "N" or "N m".
 ///     value: the estimate.
 ///     sigma: its standard deviation; None where the data do not determine it.
 ///     prior_sigma: standard deviation of its prior, where it has one.
@@ -113,7 +113,7 @@ impl Warning {
 ///
 /// Attributes:
 ///     effect: for programs: "joint_compliance", "segment_strain", "joint_origin",
-///         "joint_harmonic", "joint_trend", "tool" or "fixture.{name}".
+///         "joint_harmonic", "joint_trend", "tool", "fixture.{name}" or "wrench".
 ///     description: the effect in words.
 ///     statistic: score statistic, chi-squared distributed if the effect is zero.
 ///     degrees_of_freedom: number of directions tested.

@@ -270,3 +270,43 @@ def test_the_covariance_is_that_of_the_sigmas(workcell: Path) -> None:
     for parameter, sigma in zip(calibration.parameters, spread, strict=True):
         if parameter.sigma is not None:
             assert sigma == pytest.approx(parameter.sigma, rel=1e-12)
+
+
+def test_a_wrench_that_is_a_load_has_a_bias(tmp_path: Path) -> None:
+    scenario = tmp_path / "scenario.toml"
+    scenario.write_text(
+        'preset = "paper"\ncontacts = 300\n[robot]\nbuiltin = "iiwa14"\ngravity = [0, 0, 0]\n'
+        "[errors]\njoint_compliance_rad_per_nm = 1e-4\n"
+        "[recorder]\nforce_bias_n = 0.5\ntorque_bias_nm = 0.05\nwrench_scale = 0.02\n"
+    )
+    simulation = touchcal.simulate(scenario, 3)
+    simulation.save(tmp_path / "sim")
+    names = [f"wrench_bias.{part}" for part in ("fx", "fy", "fz", "tx", "ty", "tz")] + ["wrench_scale"]
+    assert all(simulation.truth["parameters"][name] != 0 for name in names)
+    robot = touchcal.Robot.from_urdf("iiwa14", gravity=(0, 0, 0))
+    peg = touchcal.extrusion25()
+    hole = touchcal.Manifold.peg_in_hole(peg, touchcal.offset_outline(peg, 0.5e-3), length=0.04, depth=0.03)
+    place = touchcal.pose((0.6, 0.1, 0.15), quat_wxyz=(0.984807753012, 0, 0, 0.173648177667))
+
+    def problem(**noise: float) -> touchcal.Problem:
+        return touchcal.Problem(
+            robot,
+            touchcal.Tool(touchcal.pose((0, 0, 0.15), quat_wxyz=(0, 0, 1, 0)), exact=True),
+            [touchcal.Fixture("hole", hole, place, exact=True)],
+            {
+                "hole": touchcal.ContactLog.from_file(
+                    robot, tmp_path / "sim/hole.csv", force_threshold=3, load_on="tool"
+                )
+            },
+            parameters=["strain", "joint_offset", "joint_compliance"],
+            noise={"encoder_deg": 0.002, "contact_mm": 0.005, "encoder_trend_deg": 0, **noise},
+        )
+
+    with pytest.warns(UserWarning, match="wrench: scale ± 2 %; declare them .force_bias_n, torque_bias_nm"):
+        assumed = problem(force_bias_n=1, torque_bias_nm=0.1)
+    found = {p.name: p for p in touchcal.calibrate(assumed).parameters}
+    assert [found[name].prior_sigma for name in names] == [1, 1, 1, 0.1, 0.1, 0.1, 0.02]
+    assert [found[name].unit for name in names] == ["N"] * 3 + ["N m"] * 3 + ["1"]
+    with pytest.warns(UserWarning, match="taken as exact: wrench: bias of the forces, wrench: bias of the moments"):
+        exact = problem(force_bias_n=0, torque_bias_nm=0, wrench_scale=0)
+    assert not any(p.block.startswith("wrench") for p in touchcal.calibrate(exact).parameters)

@@ -37,6 +37,8 @@ pub fn in_user_units(unit: Unit) -> (f64, &'static str, usize) {
         Unit::Radian => (1f64.to_degrees(), "deg", 4),
         Unit::RadianPerNewtonMeter => (1e6, "µrad/(N m)", 2),
         Unit::One => (1.0, "ratio", 6),
+        Unit::Newton => (1.0, "N", 4),
+        Unit::NewtonMeter => (1.0, "N m", 5),
     }
 }
 

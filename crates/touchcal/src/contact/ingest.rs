@@ -7,7 +7,7 @@ use crate::robot::Robot;
 use crate::se3::Wrench;
 
 /// Largest number of contacts that [`ContactIngest`] puts into one log. A contact of a 7-joint arm
-/// takes about 80 bytes of memory, and 48 for its load.
+/// takes about 80 bytes of memory, and 56 for its load.
 pub const MAX_CONTACTS: usize = 20_000_000;
 /// Motion of an arm at rest (rad or m): 0.01°, or as far as that is a metre from the axis.
 const REST: f64 = 1.7e-4;

@@ -18,8 +18,8 @@ pub struct Source {
 pub struct ContactLog {
     dof: usize,
     q: Vec<f64>,
-    /// Up to the last contact whose load is known.
-    loads: Vec<Wrench>,
+    /// Up to the last contact whose load is known; `None` where it is not.
+    loads: Vec<Option<Wrench>>,
     fixture: Vec<u32>,
     source: Vec<Source>,
     files: Vec<String>,
@@ -67,7 +67,7 @@ impl ContactLog {
     /// `change(q, load)` of measured joint positions and the load so far.
     pub(crate) fn change_loads(&mut self, first: usize, change: impl Fn(&[f64], Wrench) -> Wrench) {
         let each = self.loads.iter_mut().zip(self.q.chunks_exact(self.dof.max(1)));
-        each.skip(first).for_each(|(load, q)| *load = change(q, *load));
+        each.skip(first).for_each(|(load, q)| *load = load.map(|load| change(q, load)));
     }
 
     /// Numbers of the contacts, from number `first` on, at which some joint has moved by more than
@@ -90,7 +90,7 @@ impl ContactLog {
             self.fixture[to] = self.fixture[from];
             self.source[to] = self.source[from];
             if to < self.loads.len() {
-                self.loads[to] = self.load(from);
+                self.loads[to] = self.known_load(from);
             }
         }
         let left = first + kept.len();
@@ -117,8 +117,8 @@ impl ContactLog {
     /// on an empty log.
     pub fn set_load(&mut self, load: Wrench) {
         if let Some(last) = self.len().checked_sub(1) {
-            self.loads.resize(last, [0.0; 6]);
-            self.loads.push(load);
+            self.loads.resize(last, None);
+            self.loads.push(Some(load));
         }
     }
 
@@ -162,12 +162,18 @@ impl ContactLog {
     /// Wrench `[f; τ]` (N, N m) that the fixture exerted on the tool in contact `i`, about the
     /// tip's origin, in the tip frame; zeros where it is not known, and if there is no contact `i`.
     pub fn load(&self, i: usize) -> Wrench {
-        self.loads.get(i).copied().unwrap_or([0.0; 6])
+        self.known_load(i).unwrap_or([0.0; 6])
+    }
+
+    /// The load of contact `i` as in [`ContactLog::load`]; `None` where it is not known, and if
+    /// there is no contact `i`.
+    pub fn known_load(&self, i: usize) -> Option<Wrench> {
+        self.loads.get(i).copied().flatten()
     }
 
     /// Whether the load of any contact is known, be it zero.
     pub fn has_loads(&self) -> bool {
-        !self.loads.is_empty()
+        self.loads.iter().any(Option::is_some)
     }
 
     /// Index of the fixture touched in contact `i`. Panics if `i` is not below [`ContactLog::len`].
@@ -204,8 +210,8 @@ impl ContactLog {
     }
 
     fn copy_load(&mut self, other: &ContactLog, i: usize) {
-        if let Some(load) = other.loads.get(i) {
-            self.set_load(*load);
+        if let Some(load) = other.known_load(i) {
+            self.set_load(load);
         }
     }
 }

@@ -1,7 +1,7 @@
 //! Estimation of the effects that a model leaves out and contacts contradict.
 
 use super::calibrate::calibrate;
-use super::problem::{PlacePrior, Problem};
+use super::problem::{PlacePrior, Problem, WrenchTolerance};
 use super::result::{Estimate, FreedEffect, Observer, OmittedEffect};
 use crate::parameter::{Parameter, joint_compliance, joint_harmonic, joint_origin, joint_trend, segment_strain};
 use crate::solver::StopReason;
@@ -64,6 +64,7 @@ fn with_effect(problem: &Problem, effect: &OmittedEffect) -> Problem {
         OmittedEffect::JointOrigin => freed.parameters.extend(joint_origin(robot)),
         OmittedEffect::JointHarmonic => freed.parameters.extend(with_sigma(joint_harmonic(robot), HARMONIC_SIGMA)),
         OmittedEffect::JointTrend => freed.parameters.extend(joint_trend(robot)),
+        OmittedEffect::Wrench => freed.wrench = WrenchTolerance::DEFAULT,
         OmittedEffect::ToolPlace => freed.tool.prior = PlacePrior::DEFAULT_TOOL,
         OmittedEffect::FixturePlace { fixture } => {
             let named = freed.fixtures.iter_mut().filter(|other| other.name == *fixture);

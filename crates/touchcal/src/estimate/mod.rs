@@ -28,7 +28,7 @@ pub use options::{
 };
 pub use problem::{
     DEFAULT_CONTACT, DEFAULT_DISTANCE_SIGMA, DEFAULT_ENCODER, Distance, Fixture, GradientDescent, Method, Noise,
-    Optimizer, PlacePrior, Problem, ShapeTolerance, Tool,
+    Optimizer, PlacePrior, Problem, ShapeTolerance, Tool, WrenchTolerance,
 };
 pub use result::{
     ContactCount, EffectTest, EffectValue, Estimate, FreedEffect, Identifiability, NullDirection, OmittedEffect,

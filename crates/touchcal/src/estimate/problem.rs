@@ -6,7 +6,7 @@ use std::sync::Arc;
 use super::options::EstimatorOptions;
 use crate::contact::ContactLog;
 use crate::manifold::{ContactManifold, ResidualKind};
-use crate::parameter::Parameter;
+use crate::parameter::{Block, Parameter};
 use crate::robot::Robot;
 use crate::se3::Pose;
 use crate::solver::Loss;
@@ -69,6 +69,27 @@ impl ShapeTolerance {
     pub const EXACT: ShapeTolerance = ShapeTolerance { clearance: 0.0, depth: 0.0 };
     /// Default tolerance, what a workshop reaches: 0.03 mm of clearance on each side and of depth.
     pub const DEFAULT: ShapeTolerance = ShapeTolerance { clearance: 0.03e-3, depth: 0.03e-3 };
+}
+
+/// Standard deviations of the errors of the measured wrench, where it is used as a load; 0 is
+/// exact. They are priors of parameters that are estimated with the arm: measured =
+/// (1 + s) · true + b, in the tip frame, with which the sensor turns, the same for all contacts.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct WrenchTolerance {
+    /// Standard deviation (N, ≥ 0) of the bias `b` of each component of the force.
+    pub force: f64,
+    /// Standard deviation (N m, ≥ 0) of the bias `b` of each component of the moment.
+    pub torque: f64,
+    /// Standard deviation (1, ≥ 0) of the relative error `s` of the scale, common to forces and
+    /// moments.
+    pub scale: f64,
+}
+
+impl WrenchTolerance {
+    /// An exact wrench.
+    pub const EXACT: WrenchTolerance = WrenchTolerance { force: 0.0, torque: 0.0, scale: 0.0 };
+    /// Default tolerance, what a wrist sensor that was zeroed reaches: 0.5 N, 0.05 N m and 2 %.
+    pub const DEFAULT: WrenchTolerance = WrenchTolerance { force: 0.5, torque: 0.05, scale: 0.02 };
 }
 
 /// The tool: the part on the arm that touches, and its pose on the tip link.
@@ -193,6 +214,9 @@ pub struct Problem {
     /// Whether each placement ([`Fixture::placement`]) has encoder offsets of its own
     /// ([`joint_drift`](crate::parameter::joint_drift)); takes effect with two placements or more.
     pub joint_drift: bool,
+    /// How well the measured wrench is known, where joints deflect under the loads of contacts;
+    /// without effect elsewhere.
+    pub wrench: WrenchTolerance,
     /// How the cost is minimized.
     pub method: Method,
     /// Robust loss of the whitened residuals. [`Method::GradientDescent`] does not minimize it, but
@@ -205,8 +229,8 @@ pub struct Problem {
 impl Problem {
     /// A problem without distances, drift and parameters of the arm, solved by Levenberg–Marquardt
     /// with noise that is estimated from the contacts (starting at [`DEFAULT_ENCODER`] and
-    /// [`DEFAULT_CONTACT`]), a Geman–McClure loss of scale 3 and default options. Nothing is
-    /// checked.
+    /// [`DEFAULT_CONTACT`]), [`WrenchTolerance::DEFAULT`], a Geman–McClure loss of scale 3 and
+    /// default options. Nothing is checked.
     pub fn new(robot: Robot, tool: Tool, fixtures: Vec<Fixture>, contacts: ContactLog) -> Self {
         Problem {
             robot,
@@ -217,6 +241,7 @@ impl Problem {
             noise: Noise { encoder: DEFAULT_ENCODER, contact: DEFAULT_CONTACT, is_estimated: true },
             parameters: Vec::new(),
             joint_drift: false,
+            wrench: WrenchTolerance::DEFAULT,
             method: Method::LevenbergMarquardt,
             loss: Loss::GemanMcClure(3.0),
             options: EstimatorOptions::default(),
@@ -237,6 +262,13 @@ impl Problem {
     /// estimated motion of it, because its last joint is fixed.
     pub fn tool_is_tip(&self) -> bool {
         self.tool.tip_from_tool == Pose::identity() && self.robot.with_tip_moved(&Pose::identity()).is_some()
+    }
+
+    /// Whether joints deflect under loads of contacts: some are known, and the arm is compliant, or
+    /// its compliances are parameters.
+    pub(crate) fn uses_loads(&self) -> bool {
+        let is_compliance = |parameter: &Parameter| parameter.id.block() == Block::JointCompliance;
+        self.contacts.has_loads() && (self.robot.is_compliant() || self.parameters.iter().any(is_compliance))
     }
 
     /// Whether any contact is measured by the distance from a projection, from which no uncertainty

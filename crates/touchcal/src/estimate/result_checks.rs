@@ -1,7 +1,7 @@
 //! Warnings about a result.
 
 use super::input_checks::input_warnings;
-use super::model::has_exact_places;
+use super::model::has_exact_declarations;
 use super::options::WarningThresholds;
 use super::problem::Problem;
 use super::result::{Estimate, ParameterEstimate, Prediction, Warning};
@@ -95,7 +95,7 @@ fn fit_warnings(search: &SearchState<'_>, statistics: &FitStatistics, prediction
             let inflation = problem.options.contact_mode.least_gap_inflation;
             // Without a likelihood nothing that is declared exact can be tested.
             let is_enough = informative_fraction > thresholds.informative_fraction;
-            let usable = is_enough && !has_exact_places(problem);
+            let usable = is_enough && !has_exact_declarations(problem);
             warnings.push(Warning::FewInformativeContacts { informative_fraction, inflation, usable });
         }
         _ => {}

@@ -1,11 +1,11 @@
 //! The calibration problem of a simulated scenario, with the scenario's nominal values.
 
 use crate::contact::{ContactLog, Source};
-use crate::estimate::{Distance, Fixture, Loss, Noise, PlacePrior, Problem, ShapeTolerance, Tool};
+use crate::estimate::{Distance, Fixture, Loss, Noise, PlacePrior, Problem, ShapeTolerance, Tool, WrenchTolerance};
 use crate::manifold::exact_manifold;
 use crate::parameter::{Block, Parameter, joint_compliance, joint_offset, joint_origin, segment_strain, strain};
 use crate::robot::Robot;
-use crate::sim::{PlaceError, Scenario, SimulatedTrial, Touch};
+use crate::sim::{PlaceError, Recorder, Scenario, SimulatedTrial, Touch};
 
 /// Smallest declared noise (rad, m): weights need some.
 const LEAST_ENCODER: f64 = 2e-7;
@@ -22,7 +22,8 @@ const SPACING_SIGMA: f64 = 1e-5;
 /// where a fixture is free. The declared noise is that of the encoders with quantisation, at least
 /// 2e-7 rad, and the form errors, at least 1e-6 m. Distances between fixtures that follow each
 /// other on one block are declared with a standard deviation of 1e-5 m. Contacts have their
-/// measured loads where the scenario has a joint compliance. The loss is Geman–McClure's of scale
+/// measured loads where the scenario has a joint compliance; bias and scale of the wrench have the
+/// standard deviations from which they are drawn. The loss is Geman–McClure's of scale
 /// 3. Placements are the fixtures' names up to the first `/`.
 pub fn problem(scenario: &Scenario, simulated: &SimulatedTrial) -> Problem {
     let robot = &scenario.robot;
@@ -42,6 +43,7 @@ pub fn problem(scenario: &Scenario, simulated: &SimulatedTrial) -> Problem {
     Problem {
         distances: distances(scenario),
         noise: noise(scenario),
+        wrench: wrench(&scenario.recorder),
         parameters: blocks(scenario).into_iter().flat_map(|block| parameters(block, robot)).collect(),
         loss: Loss::GemanMcClure(LOSS_SCALE),
         ..Problem::new(robot.clone(), tool, fixtures, contacts)
@@ -87,6 +89,11 @@ pub(crate) fn noise(scenario: &Scenario) -> Noise {
         contact: scenario.contact_sigma.max(LEAST_CONTACT),
         is_estimated: false,
     }
+}
+
+/// The standard deviations from which bias and scale of the wrench are drawn.
+pub(crate) fn wrench(recorder: &Recorder) -> WrenchTolerance {
+    WrenchTolerance { force: recorder.force_bias, torque: recorder.torque_bias, scale: recorder.wrench_scale }
 }
 
 /// Distances of fixtures that follow each other on one block.

@@ -32,12 +32,16 @@ pub enum Block {
     /// Mean gaps at contact with a fixture (m): one common to all surfaces, and on top of it one
     /// for each of six directions; a nuisance.
     GapBias,
+    /// Bias of the measured wrench `[f; τ]` in the tip frame (N, N m), a nuisance.
+    WrenchBias,
+    /// Relative error of the scale of the measured wrench (1), a nuisance.
+    WrenchScale,
 }
 
 impl Block {
     /// Name in files and reports: `strain`, `segment_strain`, `joint_offset`, `joint_drift`,
     /// `joint_trend`, `joint_harmonic`, `joint_origin`, `joint_compliance`, `tool`, `fixture`,
-    /// `gap_bias`.
+    /// `gap_bias`, `wrench_bias`, `wrench_scale`.
     pub fn name(self) -> &'static str {
         match self {
             Block::Strain => "strain",
@@ -51,13 +55,16 @@ impl Block {
             Block::Tool => "tool",
             Block::Fixture => "fixture",
             Block::GapBias => "gap_bias",
+            Block::WrenchBias => "wrench_bias",
+            Block::WrenchScale => "wrench_scale",
         }
     }
 
     /// Whether the block is not part of the arm: true for tool, fixtures, drifts,
-    /// trends and gap biases.
+    /// trends, gap biases, and bias and scale of the wrench.
     pub fn is_nuisance(self) -> bool {
         let of_encoders = matches!(self, Block::JointDrift | Block::JointTrend | Block::JointHarmonic);
-        of_encoders || matches!(self, Block::Tool | Block::Fixture | Block::GapBias)
+        let of_wrench = matches!(self, Block::WrenchBias | Block::WrenchScale);
+        of_encoders || of_wrench || matches!(self, Block::Tool | Block::Fixture | Block::GapBias)
     }
 }

@@ -18,16 +18,22 @@ pub enum Unit {
     RadianPerNewtonMeter,
     /// A dimensionless ratio (1).
     One,
+    /// Newtons (N).
+    Newton,
+    /// Newton metres (N m).
+    NewtonMeter,
 }
 
 impl Unit {
-    /// Symbol of the unit in files: `m`, `rad`, `rad/(N m)`, `1`.
+    /// Symbol of the unit in files: `m`, `rad`, `rad/(N m)`, `1`, `N`, `N m`.
     pub fn symbol(self) -> &'static str {
         match self {
             Unit::Meter => "m",
             Unit::Radian => "rad",
             Unit::RadianPerNewtonMeter => "rad/(N m)",
             Unit::One => "1",
+            Unit::Newton => "N",
+            Unit::NewtonMeter => "N m",
         }
     }
 }
@@ -151,6 +157,8 @@ impl Parameter {
             ParameterId::DirectionalGapBias(_, k) => {
                 format!("the gap bias of fixture {owner} towards {}", DIRECTION_NAMES[k.min(5)])
             }
+            ParameterId::WrenchBias(_) => format!("the bias of the wrench's {rest}"),
+            ParameterId::WrenchScale => "the scale of the wrench".to_owned(),
         }
     }
 }

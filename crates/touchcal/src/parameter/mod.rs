@@ -10,5 +10,7 @@ mod parameter_id;
 pub use arm::{joint_compliance, joint_offset, joint_origin, segment_strain, strain};
 pub use block::Block;
 pub use definition::{Parameter, Prior, Unit};
-pub use nuisance::{directional_gap_bias, gap_bias, joint_drift, joint_harmonic, joint_trend};
+pub use nuisance::{
+    directional_gap_bias, gap_bias, joint_drift, joint_harmonic, joint_trend, wrench_bias, wrench_scale,
+};
 pub use parameter_id::{ParameterId, TWIST_NAMES, kinematic_part};

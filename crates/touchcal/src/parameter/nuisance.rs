@@ -1,8 +1,8 @@
 //! Parameters that are estimated with the arm and are no part of it.
 
 use super::arm::VARIANCE_COMPONENT_STRENGTH;
-use super::definition::{Parameter, Prior};
-use super::parameter_id::{DIRECTION_NAMES, ParameterId};
+use super::definition::{Parameter, Prior, Unit};
+use super::parameter_id::{DIRECTION_NAMES, ParameterId, WRENCH_NAMES};
 use crate::robot::{JointKind, Robot};
 
 /// Start of the drifts' variance component.
@@ -12,6 +12,10 @@ const TREND_ANGLE_SIGMA: f64 = 0.005 * std::f64::consts::PI / 180.0;
 const TREND_LENGTH_SIGMA: f64 = 5e-6;
 /// That start counts little: encoders that do not drift must get none.
 const TREND_STRENGTH: f64 = 0.01;
+/// Plausible sizes of a bias of the wrench (N, N m) and of an error of its scale (1).
+const FORCE_SCALE: f64 = 5.0;
+const TORQUE_SCALE: f64 = 0.5;
+const WRENCH_SCALE: f64 = 0.1;
 
 /// An encoder offset (rad) for each revolute or continuous joint, base first, that holds in
 /// placement number `placement` only, on top of the joint's offset; its prior is a variance
@@ -71,4 +75,20 @@ pub fn gap_bias(fixture_name: &str, fixture: usize) -> Parameter {
 pub fn directional_gap_bias(fixture_name: &str, fixture: usize, k: usize) -> Parameter {
     let name = format!("gap_bias.{fixture_name}.{}", DIRECTION_NAMES[k.min(5)]);
     Parameter::length(name, ParameterId::DirectionalGapBias(fixture, k))
+}
+
+/// Bias of component `k` (0 to 5; larger counts as 5) of the measured wrench `[f; τ]` in the tip
+/// frame (N, N m), named `wrench_bias.{fx|fy|fz|tx|ty|tz}`, without prior, see
+/// [`ParameterId::WrenchBias`].
+pub fn wrench_bias(k: usize) -> Parameter {
+    let (unit, scale) = if k < 3 { (Unit::Newton, FORCE_SCALE) } else { (Unit::NewtonMeter, TORQUE_SCALE) };
+    let (name, id) = (format!("wrench_bias.{}", WRENCH_NAMES[k.min(5)]), ParameterId::WrenchBias(k));
+    Parameter { name, id, unit, prior: Prior::Flat, scale }
+}
+
+/// Relative error (1) of the scale of the measured wrench, named `wrench_scale`, without prior, see
+/// [`ParameterId::WrenchScale`]. It is common to forces and moments, as the gain of a sensor is.
+pub fn wrench_scale() -> Parameter {
+    let (name, id) = ("wrench_scale".to_owned(), ParameterId::WrenchScale);
+    Parameter { name, id, unit: Unit::One, prior: Prior::Flat, scale: WRENCH_SCALE }
 }

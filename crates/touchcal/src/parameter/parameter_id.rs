@@ -7,6 +7,9 @@ use crate::robot::KinematicParameter;
 /// `rz` (rad), as they end parameter names.
 pub const TWIST_NAMES: [&str; 6] = ["x", "y", "z", "rx", "ry", "rz"];
 
+/// Names of the components of a wrench `[f; τ]` in its order (N, N m).
+pub(super) const WRENCH_NAMES: [&str; 6] = ["fx", "fy", "fz", "tx", "ty", "tz"];
+
 /// Names of the axis directions that contact normals are sorted into.
 pub(super) const DIRECTION_NAMES: [&str; 6] = ["+x", "-x", "+y", "-y", "+z", "-z"];
 
@@ -37,6 +40,11 @@ pub enum ParameterId {
     /// the fixture into the tool, is nearest to axis direction `k` of fixture `f`: 0 to 5 for +x,
     /// −x, +y, −y, +z, −z.
     DirectionalGapBias(usize, usize),
+    /// `(k)`: bias `b` of component `k` of the measured wrench `[f; τ]` on the tool, in the tip
+    /// frame (N, N m): measured = (1 + s) · true + b, the same for all contacts.
+    WrenchBias(usize),
+    /// Relative error `s` of the scale of the measured wrench (1), see [`ParameterId::WrenchBias`].
+    WrenchScale,
 }
 
 impl ParameterId {
@@ -62,11 +70,13 @@ impl ParameterId {
             ParameterId::JointHarmonic(..) => Block::JointHarmonic,
             ParameterId::Fixture(..) => Block::Fixture,
             ParameterId::GapBias(_) | ParameterId::DirectionalGapBias(..) => Block::GapBias,
+            ParameterId::WrenchBias(_) => Block::WrenchBias,
+            ParameterId::WrenchScale => Block::WrenchScale,
         }
     }
 
     /// The parameter of the kinematics of arm and tool; `None` for drifts, trends,
-    /// harmonics, fixtures and gap biases.
+    /// harmonics, fixtures, gap biases, and bias and scale of the wrench.
     pub fn kinematic(self) -> Option<KinematicParameter> {
         match self {
             ParameterId::Kinematic(parameter) => Some(parameter),

@@ -82,8 +82,10 @@ fn rounded(value: f64) -> f32 {
 /// Indices of the parameters of arm, tool and fixtures that have an uncertainty.
 fn correlated(estimate: &Estimate) -> Vec<usize> {
     let each = estimate.parameters.iter().enumerate().filter(|(k, entry)| {
-        let is_nuisance = matches!(entry.parameter.id.block(), Block::JointDrift | Block::JointTrend | Block::GapBias);
-        !is_nuisance && entry.sigma.is_some() && estimate.covariance[(*k, *k)] > 0.0
+        let block = entry.parameter.id.block();
+        let is_nuisance = matches!(block, Block::JointDrift | Block::JointTrend | Block::GapBias);
+        let of_wrench = matches!(block, Block::WrenchBias | Block::WrenchScale);
+        !is_nuisance && !of_wrench && entry.sigma.is_some() && estimate.covariance[(*k, *k)] > 0.0
     });
     each.map(|(k, _)| k).take(MOST_CORRELATED).collect()
 }

@@ -9,7 +9,7 @@ use nalgebra::Vector3;
 
 use super::chain::{JointKind, Robot};
 use super::joint_stage::{JointStage, LinkPose};
-use crate::se3::{Pose, Wrench};
+use crate::se3::{self, Pose, Twist, Wrench};
 
 /// Masses in one frame: their sum (kg) and their first moment about the frame's origin (kg m).
 #[derive(Clone, Copy, Debug)]
@@ -89,6 +89,35 @@ fn default_masses(dof: usize) -> Vec<Masses> {
     let mut masses = vec![Masses::at_origin(1.0); dof];
     masses.push(Masses::at_origin(1.5));
     masses
+}
+
+/// Derivatives of the joints' torques (N m) by the load `[f; τ]` about the tip's origin, in its
+/// frame, at joint positions `q` (rad, m): `visit(i, row)` for every joint but prismatic ones, with
+/// `row · load` the load's part of the torque.
+///
+/// The power of the load is the same in joints and at the tip, so that the row is the twist of the
+/// undeflected tip, in its frame, by the joint's motion.
+pub(super) fn torques_by_load(
+    (stages, tip): (&[JointStage], &JointStage),
+    q: &[f64],
+    mut visit: impl FnMut(usize, &Twist),
+) {
+    let mut end = LinkPose::base();
+    for (stage, &q) in stages.iter().zip(q) {
+        end.advance_to_joint(stage);
+        end.advance_through_joint(stage, q - stage.offset);
+    }
+    end.advance_to_joint(tip);
+    let into_tip = end.rotation.transpose();
+    let mut frame = LinkPose::base();
+    for (i, (stage, &q)) in stages.iter().zip(q).enumerate() {
+        frame.advance_to_joint(stage);
+        if !stage.prismatic {
+            let axis = frame.rotation * stage.axis;
+            visit(i, &se3::twist(&(into_tip * axis.cross(&(end.position - frame.position))), &(into_tip * axis)));
+        }
+        frame.advance_through_joint(stage, q - stage.offset);
+    }
 }
 
 /// The torque recursion along the undeflected arm, from base to tip.

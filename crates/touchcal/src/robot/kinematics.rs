@@ -4,7 +4,7 @@
 use nalgebra::{Matrix3, Matrix6, Rotation3, UnitQuaternion, Vector3};
 
 use super::chain::{JointKind, Robot};
-use super::gravity_torque::{Gravity, TorqueRecursion};
+use super::gravity_torque::{Gravity, TorqueRecursion, torques_by_load};
 use super::joint_stage::{JointStage, LinkPose};
 use super::kinematic_parameter::KinematicParameter;
 use super::segments::segment_of_each_joint;
@@ -40,9 +40,10 @@ pub struct Kinematics {
     tool_jacobian: Matrix6<f64>,
 }
 
-/// Torques and derivatives of the last evaluation by [`Kinematics::pose_and_jacobian`] or
-/// [`Kinematics::pose_and_jacobian_under`], in memory that is reused from evaluation to evaluation.
-/// Made by [`Kinematics::scratch`]; zeros before the first evaluation.
+/// Torques and derivatives of the last evaluation by [`Kinematics::pose_and_jacobian`],
+/// [`Kinematics::pose_and_jacobian_under`] or [`Kinematics::differentiate_by_load`], in memory that
+/// is reused from evaluation to evaluation. Made by [`Kinematics::scratch`]; zeros before the first
+/// evaluation.
 #[derive(Clone, Debug)]
 pub struct KinematicsScratch {
     rotation: Vec<Matrix3<f64>>,
@@ -60,6 +61,10 @@ pub struct KinematicsScratch {
     /// [`Kinematics::new`]: right twists `[v; ω]` in the tool frame (m, rad per unit of the
     /// parameter).
     pub parameters: Vec<Twist>,
+    /// Derivative of the tool pose `base_from_tool` by the load `[f; τ]` about the tip's origin, in
+    /// its frame: a right twist `[v; ω]` in the tool frame for each component, in columns (m, rad
+    /// per N or N m). Of the last [`Kinematics::differentiate_by_load`] alone.
+    pub load: Matrix6<f64>,
 }
 
 impl Kinematics {
@@ -147,6 +152,7 @@ impl Kinematics {
             torques: vec![0.0; n],
             joints: vec![Twist::zeros(); n],
             parameters: vec![Twist::zeros(); self.parameters.len()],
+            load: Matrix6::zeros(),
         }
     }
 
@@ -198,6 +204,17 @@ impl Kinematics {
             scratch.parameters[k] = self.derivative(parameter, scratch, &into_tool, &tool.position);
         }
         to_pose(&tool)
+    }
+
+    /// Writes the derivative of the tool pose by the load to `scratch`, whose last evaluation was
+    /// at the same joint positions `q`: `Σᵢ Jᵢ cᵢ ∂τᵢ/∂load` with the derivatives `Jᵢ` by the joint
+    /// positions. It is exact, since `τᵢ` is linear in the load; zero for a stiff arm.
+    pub fn differentiate_by_load(&self, q: &[f64], scratch: &mut KinematicsScratch) {
+        let mut load = Matrix6::zeros();
+        torques_by_load((&self.stages, &self.tip), q, |i, torque_by_load| {
+            load += scratch.joints[i] * self.stages[i].compliance * torque_by_load.transpose();
+        });
+        scratch.load = load;
     }
 
     /// The recursion from base to tool.

@@ -21,10 +21,12 @@ pub struct Recorder {
     pub force_sigma: f64,
     /// Standard deviation of the noise of each component of the torque in each row (N m).
     pub torque_sigma: f64,
-    /// Standard deviation of the bias of each component of the force, drawn once a log (N).
+    /// Standard deviation of the bias of each component of the force, drawn once a trial (N).
     pub force_bias: f64,
-    /// Standard deviation of the bias of each component of the torque, drawn once a log (N m).
+    /// Standard deviation of the bias of each component of the torque, drawn once a trial (N m).
     pub torque_bias: f64,
+    /// Standard deviation of the relative error of the wrench's scale, drawn once a trial (1).
+    pub wrench_scale: f64,
     /// Magnitude of the measured force above which a row counts as contact (N, > 0).
     pub force_threshold: f64,
     /// Share (0 to below 1) of the rows measured as contact, spurious ones aside, that are recorded
@@ -48,15 +50,11 @@ impl Recorder {
             torque_sigma: 0.0,
             force_bias: 0.0,
             torque_bias: 0.0,
+            wrench_scale: 0.0,
             force_threshold,
             missed: 0.0,
             spurious: 0.0,
         }
-    }
-
-    /// What the sensor shows when nothing presses.
-    pub(super) fn bias(&self, chance: &mut Pcg64) -> [f64; 6] {
-        std::array::from_fn(|k| normal(chance) * if k < 3 { self.force_bias } else { self.torque_bias })
     }
 
     /// A true joint position as its encoder counts it.
@@ -66,10 +64,10 @@ impl Recorder {
     }
 
     /// A true wrench as the sensor shows it, to its last digit.
-    pub(super) fn wrench(&self, wrench: [f64; 6], bias: &[f64; 6], chance: &mut Pcg64) -> [f64; 6] {
+    pub(super) fn wrench(&self, wrench: [f64; 6], errors: &WrenchErrors, chance: &mut Pcg64) -> [f64; 6] {
         std::array::from_fn(|k| {
             let sigma = if k < 3 { self.force_sigma } else { self.torque_sigma };
-            to_last_digit(wrench[k] + bias[k] + sigma * normal(chance))
+            to_last_digit((1.0 + errors.scale) * wrench[k] + errors.bias[k] + sigma * normal(chance))
         })
     }
 
@@ -86,6 +84,14 @@ impl Recorder {
         }
         wrench
     }
+}
+
+/// Errors of the force sensor that are the same throughout a trial.
+pub(super) struct WrenchErrors {
+    /// What the sensor shows when nothing presses (N, N m).
+    pub bias: [f64; 6],
+    /// Relative error of the scale (1).
+    pub scale: f64,
 }
 
 /// Number of decimal places to which the recorder rounds forces (N) and torques (N m) of

@@ -9,7 +9,7 @@ use rand_pcg::Pcg64;
 use super::equilibrium::{Equilibrium, Rest};
 use super::inverse_kinematics::Follower;
 use super::parts::NearPairs;
-use super::recorder::{at_tip, force, normal};
+use super::recorder::{WrenchErrors, at_tip, force, normal};
 use super::scenario::{Scenario, Thermal, Touch};
 use super::truth::Truth;
 use crate::geometry::{GapQuery, Parts};
@@ -29,7 +29,7 @@ pub struct SimulatedTrial {
 /// `From<u64>`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Seeds {
-    /// Seed of [`draw_truth`]: of the true errors of arm, tool and fixtures.
+    /// Seed of [`draw_truth`]: of the true errors of arm, tool, fixtures and force sensor.
     pub errors: u64,
     /// Seed of [`run`]: of noise, form errors, missed and spurious contacts.
     pub noise: u64,
@@ -176,8 +176,8 @@ pub fn simulate(scenario: &Scenario, seed: u64) -> Result<SimulatedTrial, Simula
     Ok(SimulatedTrial { truth, logs })
 }
 
-/// Draws the true errors of arm, tool and fixtures of `scenario`; the same for the same `seed`,
-/// whatever the numbers of contacts.
+/// Draws the true errors of arm, tool, fixtures and force sensor of `scenario`; the same for the
+/// same `seed`, whatever the numbers of contacts.
 pub fn draw_truth(scenario: &Scenario, seed: u64) -> Truth {
     Truth::draw(scenario, &mut chance(seed, 0))
 }
@@ -215,6 +215,12 @@ pub fn run(
             fixture: touch.name.clone(),
             wider_mm: 1e3 * truth.clearance.get(f).copied().unwrap_or(0.0),
         })?;
+        let mut chance = chance(seed, 1 + f as u64);
+        // Six numbers go unused, so that the log of a seed stays what it was when biases were drawn
+        // here.
+        for _ in 0..6 {
+            normal(&mut chance);
+        }
         let mut exploration = Run {
             scenario,
             touch,
@@ -223,8 +229,8 @@ pub fn run(
             tip_from_tool: truth.tip_from_tool(scenario),
             follower: Follower::new(&arm),
             temperatures: &temperatures,
-            chance: chance(seed, 1 + f as u64),
-            bias: [0.0; 6],
+            chance,
+            wrench_errors: truth.wrench_errors(),
             log: Log { dof: scenario.robot.dof(), ..Log::default() },
         };
         let before: usize = logs.iter().map(|log| log.contacts().count()).sum();
@@ -245,14 +251,13 @@ struct Run<'a> {
     /// True temperature of each segment (°C).
     temperatures: &'a [f64],
     chance: Pcg64,
-    bias: [f64; 6],
+    wrench_errors: WrenchErrors,
     log: Log,
 }
 
 impl Run<'_> {
     fn explore(&mut self, watch: &mut dyn FnMut(usize) -> ControlFlow<()>) -> Result<(), SimulationError> {
         let (touch, recorder) = (self.touch, &self.scenario.recorder);
-        self.bias = recorder.bias(&mut self.chance);
         let most = PATIENCE * self.scenario.contacts.max(100);
         let mut found = 0;
         for (k, posture) in touch.postures.iter().enumerate() {
@@ -299,7 +304,7 @@ impl Run<'_> {
             TrueRow { fixture_from_tool: placed, force: se3::linear(&rest.wrench).norm(), touching: rest.touching };
         let mut load = rest.wrench;
         let [missed, spurious]: [f64; 2] = std::array::from_fn(|_| self.chance.random());
-        let mut wrench = recorder.wrench(at_tip(&self.tip_from_tool, &load), &self.bias, &mut self.chance);
+        let mut wrench = recorder.wrench(at_tip(&self.tip_from_tool, &load), &self.wrench_errors, &mut self.chance);
         let seen = force(&wrench) > recorder.force_threshold;
         if seen && spurious < recorder.spurious {
             load = Twist::zeros();

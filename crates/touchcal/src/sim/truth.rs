@@ -3,16 +3,18 @@
 use rand::RngExt;
 use rand_pcg::Pcg64;
 
-use super::recorder::normal;
+use super::recorder::{Recorder, WrenchErrors, normal};
 use super::scenario::{ArmErrors, Distribution, PlaceError, Scenario};
 use crate::geometry::{Parts, PrismPair};
 use crate::parameter::{
     Parameter, ParameterId, joint_compliance, joint_offset, joint_origin, kinematic_part, segment_strain, strain,
+    wrench_bias, wrench_scale,
 };
 use crate::robot::{JointKind, KinematicParameter, Robot, segments};
 use crate::se3::{self, Pose, Twist};
 
-/// True errors of an arm, its tool and the fixtures: the numbers that a calibration estimates.
+/// True errors of an arm, its tool, the fixtures and the force sensor: the numbers that a
+/// calibration estimates.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Truth {
     /// Parameters that are not zero, each once, with their values (SI), in any order. True poses of
@@ -50,6 +52,7 @@ impl Truth {
             }
             clearance.push(touch.clearance_sigma * normal(chance));
         }
+        errors.extend(wrench_errors(&scenario.recorder, chance));
         errors.retain(|(_, value)| *value != 0.0);
         Truth { errors, clearance }
     }
@@ -84,6 +87,12 @@ impl Truth {
         scenario.tip_from_tool * se3::exp(&Twist::from_fn(|k, _| self.value(ParameterId::tool(k))))
     }
 
+    /// Errors of the measured wrench.
+    pub(super) fn wrench_errors(&self) -> WrenchErrors {
+        let bias = std::array::from_fn(|k| self.value(ParameterId::WrenchBias(k)));
+        WrenchErrors { bias, scale: self.value(ParameterId::WrenchScale) }
+    }
+
     /// What tool and fixture `f` truly are. None if the outline does not survive its change.
     pub(super) fn parts(&self, scenario: &Scenario, f: usize) -> Option<Parts> {
         let wider = self.clearance.get(f).copied().unwrap_or(0.0);
@@ -98,9 +107,9 @@ impl Truth {
     }
 
     /// The erroneous parameters with names and units, and their values (SI), in the order: strain,
-    /// segment strains, joint offsets, joint origins, compliances, tool, fixtures. Their priors are
-    /// those of the parameters' constructors and say nothing about the truth. Drifts and gap biases
-    /// are left out.
+    /// segment strains, joint offsets, joint origins, compliances, tool, fixtures, wrench. Their
+    /// priors are those of the parameters' constructors and say nothing about the truth. Drifts and
+    /// gap biases are left out.
     pub fn named(&self, scenario: &Scenario) -> Vec<(Parameter, f64)> {
         let robot = &scenario.robot;
         let mut known = vec![strain()];
@@ -113,6 +122,8 @@ impl Truth {
             let prefix = format!("fixture.{}", touch.name);
             known.extend((0..6).map(|k| Parameter::twist(&prefix, ParameterId::Fixture(f, k), k)));
         }
+        known.extend((0..6).map(wrench_bias));
+        known.push(wrench_scale());
         let given = |parameter: &Parameter| self.errors.iter().any(|(column, _)| *column == parameter.id);
         let value = |parameter: Parameter| {
             let value = self.value(parameter.id);
@@ -164,6 +175,14 @@ fn arm_errors(robot: &Robot, sizes: &ArmErrors, chance: &mut Pcg64) -> Vec<(Para
         let compliance = if turns { sizes.joint_compliance } else { 0.0 };
         errors.push((KinematicParameter::JointCompliance(i).into(), compliance));
     }
+    errors
+}
+
+/// Bias and relative error of the scale of the measured wrench.
+fn wrench_errors(recorder: &Recorder, chance: &mut Pcg64) -> Vec<(ParameterId, f64)> {
+    let sigma = |k: usize| if k < 3 { recorder.force_bias } else { recorder.torque_bias };
+    let mut errors: Vec<_> = (0..6).map(|k| (ParameterId::WrenchBias(k), sigma(k) * normal(chance))).collect();
+    errors.push((ParameterId::WrenchScale, recorder.wrench_scale * normal(chance)));
     errors
 }
 

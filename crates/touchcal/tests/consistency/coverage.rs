@@ -45,6 +45,7 @@ fn problem(fixture: Fixture, tip_from_tool: Pose, contacts: ContactLog, noise: N
         noise,
         parameters,
         joint_drift: false,
+        wrench: touchcal::estimate::WrenchTolerance::DEFAULT,
         method: Method::LevenbergMarquardt,
         loss: Loss::GemanMcClure(3.0),
         options: touchcal::estimate::EstimatorOptions::default(),

@@ -2,10 +2,11 @@
 
 use std::ops::ControlFlow;
 
-use touchcal::estimate::{PlacePrior, Problem, ShapeTolerance};
+use touchcal::estimate::{PlacePrior, Problem, ShapeTolerance, WrenchTolerance};
 use touchcal::experiment::falsified::{Excitation, FalsifiedKind, falsified_trial};
 use touchcal::experiment::problem;
 use touchcal::io::urdf::{self, Ends};
+use touchcal::parameter::{Block, ParameterId};
 use touchcal::robot::Robot;
 use touchcal::se3::{self, Pose};
 use touchcal::sim::{self, Scenario};
@@ -23,7 +24,8 @@ fn kind(name: &str) -> FalsifiedKind {
 /// The scenario that is declared, the problem as it should be, and as `name` poses it of a
 /// simulation with the same seed.
 fn falsified(name: &str, excitation: Excitation) -> (Scenario, Problem, Problem) {
-    let declared = excitation.scenario(robot(), 40).expect("a scenario");
+    let mut declared = excitation.scenario(robot(), 40).expect("a scenario");
+    kind(name).falsification.prepare_scenario(&mut declared);
     let mut scenario = declared.clone();
     kind(name).falsification.falsify_scenario(&mut scenario);
     let simulated = |scenario: &Scenario| sim::simulate(scenario, 3).expect("contacts");
@@ -170,6 +172,27 @@ fn distances_are_too_large_by_the_share() {
     assert_eq!((right.distances.len(), wrong.distances.len()), (3, 3));
     for (right, wrong) in right.distances.iter().zip(&wrong.distances) {
         assert!((wrong.distance / right.distance - 1.025).abs() < 1e-12 && wrong.sigma == 0.1e-3);
+    }
+}
+
+/// Loads are off by the bias of the truth, and compliances are parameters.
+#[test]
+fn the_wrench_is_off_by_the_bias() {
+    for (name, tolerance) in [("wrench_bias", WrenchTolerance::DEFAULT), ("wrench_bias_exact", WrenchTolerance::EXACT)]
+    {
+        let (mut scenario, right, wrong) = falsified(name, Excitation::Paper);
+        assert_eq!((right.wrench, wrong.wrench), (WrenchTolerance::EXACT, tolerance));
+        let has_compliance =
+            |problem: &Problem| problem.parameters.iter().any(|p| p.id.block() == Block::JointCompliance);
+        assert!(has_compliance(&right) && has_compliance(&wrong));
+        kind(name).falsification.falsify_scenario(&mut scenario);
+        let truth = sim::draw_truth(&scenario, 3);
+        // A bias decides on contact, too: the first rows are the same.
+        let (without, with) = (right.contacts.load(0), wrong.contacts.load(0));
+        for k in 0..6 {
+            let bias = truth.value(ParameterId::WrenchBias(k));
+            assert!((with[k] - without[k] - bias).abs() < 1e-4 && bias != 0.0, "{k}: {with:?} {without:?} {bias}");
+        }
     }
 }
 

@@ -14,3 +14,4 @@ mod campaign;
 mod coverage;
 mod falsified;
 mod simulator;
+mod wrench;

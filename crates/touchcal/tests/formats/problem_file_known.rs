@@ -1,7 +1,7 @@
 //! How well problem files say that places, shapes and distances are known: defaults, `exact`,
 //! standard deviations, and the notes about them.
 
-use touchcal::estimate::{DEFAULT_DISTANCE_SIGMA, PlacePrior, Problem, ShapeTolerance};
+use touchcal::estimate::{DEFAULT_DISTANCE_SIGMA, PlacePrior, Problem, ShapeTolerance, WrenchTolerance};
 use touchcal::io::problem_file::EXACT_DISTANCE_SIGMA;
 
 use super::problem_file::{BALL, FULL, POSES, folder, read, read_in, refused};
@@ -213,6 +213,40 @@ fn standard_deviations_of_0_are_exact_and_told() {
     assert_eq!(problem.fixtures[0].prior, PlacePrior::Fixed);
     assert_eq!(problem.fixtures[0].tolerance, ShapeTolerance { clearance: 0.0, ..ShapeTolerance::DEFAULT });
     assert_eq!(zero("distance", "sigma_mm = 0", "distance hole–table").distances[0].sigma, EXACT_DISTANCE_SIGMA);
+}
+
+#[test]
+fn bias_and_scale_of_the_wrench_are_declared_or_assumed() {
+    let changed = |noise: &str, load: &str, blocks: &str| {
+        let text = FULL.replacen("[noise]", &format!("[noise]\n{noise}"), 1).replacen("debounce = 1", load, 1);
+        let problem = read(&text.replacen("\"strain\", ", blocks, 1)).unwrap().problem;
+        let notes = problem.contacts.notes().iter().filter(|note| note.contains("wrench"));
+        (problem.wrench, notes.cloned().collect::<Vec<_>>())
+    };
+    let (load, blocks) = ("debounce = 1\nload_on = \"tool\"", "\"strain\", \"joint_compliance\", ");
+    let (wrench, notes) = changed("", load, blocks);
+    assert_eq!(wrench, WrenchTolerance::DEFAULT);
+    let expected = "assumed, since no standard deviations are declared: wrench: bias of the forces ± 0.5 N; \
+        wrench: bias of the moments ± 0.05 N m; wrench: scale ± 2 %; \
+        declare them (force_bias_n, torque_bias_nm, wrench_scale in [noise])";
+    assert_eq!(notes, [expected]);
+    let (wrench, notes) = changed("force_bias_n = 0\nwrench_scale = 0.05", load, blocks);
+    assert_eq!(wrench, WrenchTolerance { force: 0.0, torque: 0.05, scale: 0.05 });
+    assert!(notes[0].contains("declared: wrench: bias of the moments ± 0.05 N m; declare"), "{notes:?}");
+    assert_eq!(notes[1], "standard deviations of 0 are taken as exact: wrench: bias of the forces");
+    let all = "force_bias_n = 1\ntorque_bias_nm = 0.1\nwrench_scale = 0.01";
+    assert_eq!(changed(all, load, blocks), (WrenchTolerance { force: 1.0, torque: 0.1, scale: 0.01 }, vec![]));
+    // Where no joint deflects under a load there is nothing to assume, and nothing to declare.
+    assert_eq!(changed("", "debounce = 1", blocks).1, [""; 0]);
+    let (_, notes) = changed("torque_bias_nm = 0.1", "debounce = 1", blocks);
+    assert_eq!(
+        notes,
+        [
+            "force_bias_n, torque_bias_nm, wrench_scale in [noise]: no joint deflects under a load, so that they change nothing"
+        ]
+    );
+    refused("[noise]", "[noise]\nforce_bias_n = -1", &["problem.toml:", "noise, force_bias_n", "at least 0"]);
+    refused("[noise]", "[noise]\nwrench_scale = \"2 %\"", &["problem.toml:", "invalid type"]);
 }
 
 #[test]

@@ -63,6 +63,7 @@ force_sigma_n = 0.2
 torque_sigma_nm = 0.01
 force_bias_n = 0.3
 torque_bias_nm = 0.02
+wrench_scale = 0.03
 force_threshold_n = 4
 missed = 0.05
 spurious = 0.1
@@ -90,6 +91,7 @@ fn every_key_is_read() {
     near(scenario.robot.gravity().z, -1.62);
     near(scenario.stiffness.rotation, 40.0);
     near(scenario.recorder.torque_bias, 0.02);
+    near(scenario.recorder.wrench_scale, 0.03);
     near(scenario.recorder.encoder_step, 0.0005f64.to_radians());
     near(scenario.thermal.unwrap().reference, 25.0);
     let [left, table] = &scenario.touches[..] else { panic!("two fixtures") };
@@ -127,6 +129,11 @@ fn same(read: &Problem, made: &Problem) {
     assert_eq!((read.method, read.loss, read.joint_drift), (made.method, made.loss, made.joint_drift));
     near(read.noise.encoder, made.noise.encoder);
     near(read.noise.contact, made.noise.contact);
+    if read.contacts.has_loads() {
+        near(read.wrench.force, made.wrench.force);
+        near(read.wrench.torque, made.wrench.torque);
+        near(read.wrench.scale, made.wrench.scale);
+    }
     same_prior(read.tool.prior, made.tool.prior);
     assert_eq!((read.fixtures.len(), read.distances.len()), (made.fixtures.len(), made.distances.len()));
     for (a, b) in read.fixtures.iter().zip(&made.fixtures) {

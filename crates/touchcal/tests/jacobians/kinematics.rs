@@ -4,7 +4,7 @@
 use touchcal::io::urdf::{self, Ends};
 use touchcal::parameter::Parameter;
 use touchcal::robot::{self, KinematicParameter, Kinematics, Robot, calibrated, split_offsets};
-use touchcal::se3::{self, Pose, Twist};
+use touchcal::se3::{self, Pose, Twist, Wrench};
 
 fn all_columns(robot: &Robot) -> Vec<KinematicParameter> {
     let mut parameters: Vec<Parameter> = vec![touchcal::parameter::strain()];
@@ -91,6 +91,54 @@ fn jacobian_matches_central_differences() {
             let richardson = (slope(1e-3) * 4.0 - slope(2e-3)) / 3.0;
             assert!((richardson - scratch.joints[i]).amax() < 1e-9, "{} joint {i}", robot.name());
         }
+    }
+}
+
+/// The derivative by the load is exact, also where joints deflect by degrees; the error of central
+/// differences must fall as h². It is the same for compliances that the arm declares.
+#[test]
+fn derivative_by_the_load_matches_central_differences() {
+    for robot in robots() {
+        let parameters = [touchcal::parameter::joint_compliance(&robot), touchcal::parameter::joint_origin(&robot)];
+        let columns: Vec<KinematicParameter> =
+            parameters.iter().flatten().filter_map(|parameter| parameter.id.kinematic()).collect();
+        let is_compliance = |column: &KinematicParameter| matches!(column, KinematicParameter::JointCompliance(_));
+        let each = columns.iter().zip(spread(columns.len(), 8));
+        let theta: Vec<f64> = each.map(|(c, v)| if is_compliance(c) { 2e-3 * (1.5 + v) } else { 0.05 * v }).collect();
+        let mut kinematics = Kinematics::new(&robot, &columns, tip_from_tool());
+        kinematics.set(&theta);
+        let q: Vec<f64> = spread(robot.dof(), 9).iter().map(|v| v * 2.0).collect();
+        let load: Wrench = [5.0, -20.0, 10.0, 1.0, -2.0, 0.5];
+        let mut scratch = kinematics.scratch();
+        let pose = kinematics.pose_and_jacobian_under(&q, &load, &mut scratch);
+        kinematics.differentiate_by_load(&q, &mut scratch);
+        for k in 0..6 {
+            let slope = |h: f64| {
+                let at = |sign: f64| {
+                    let mut changed = load;
+                    changed[k] += sign * h;
+                    se3::log(&(pose.inverse() * kinematics.pose_under(&q, &changed)))
+                };
+                (at(1.0) - at(-1.0)) / (2.0 * h)
+            };
+            let (coarse, fine) = (slope(2.0), slope(1.0));
+            let found = scratch.load.column(k);
+            let (error, half) = ((coarse - found).amax(), (fine - found).amax());
+            assert!(half < 0.3 * error || error < 1e-12, "{} component {k}: {error} {half}", robot.name());
+            let richardson = (fine * 4.0 - coarse) / 3.0;
+            assert!((richardson - found).amax() < 1e-10, "{} component {k}: {richardson} {found}", robot.name());
+        }
+        let folded = Kinematics::new(&calibrated(&robot, &columns, &theta), &[], tip_from_tool());
+        let mut of_folded = folded.scratch();
+        folded.pose_and_jacobian_under(&q, &load, &mut of_folded);
+        folded.differentiate_by_load(&q, &mut of_folded);
+        assert!((of_folded.load - scratch.load).amax() < 1e-14, "{}", robot.name());
+        // Nothing deflects a stiff arm.
+        let stiff = Kinematics::new(&robot, &[], tip_from_tool());
+        let mut of_stiff = stiff.scratch();
+        stiff.pose_and_jacobian_under(&q, &load, &mut of_stiff);
+        stiff.differentiate_by_load(&q, &mut of_stiff);
+        assert_eq!(of_stiff.load.amax(), 0.0);
     }
 }
 

@@ -214,6 +214,42 @@ fn force_sensors_are_noisy_and_biased() {
     }
 }
 
+/// Bias and scale are drawn once, by the truth's seed, and change nothing else; their draws have
+/// the recorder's standard deviations.
+#[test]
+fn bias_and_scale_of_the_wrench_are_those_of_the_truth() {
+    let mut scenario = table(300);
+    let exact = sim::simulate(&scenario, 4).unwrap();
+    let of_wrench = |(id, _): &&(ParameterId, f64)| matches!(id.block(), Block::WrenchBias | Block::WrenchScale);
+    assert_eq!(exact.truth.errors.iter().filter(of_wrench).count(), 0);
+    scenario.recorder.force_bias = 0.5;
+    scenario.recorder.torque_bias = 0.05;
+    scenario.recorder.wrench_scale = 0.02;
+    let draws: Vec<Truth> = (0..300).map(|seed| sim::draw_truth(&scenario, seed)).collect();
+    for (id, sigma) in
+        [(ParameterId::WrenchBias(1), 0.5), (ParameterId::WrenchBias(5), 0.05), (ParameterId::WrenchScale, 0.02)]
+    {
+        let square = draws.iter().map(|truth| (truth.value(id) / sigma).powi(2)).sum::<f64>() / 300.0;
+        // Four standard deviations of the mean square of 300 normal numbers.
+        assert!((square - 1.0).abs() < 4.0 * (2.0 / 300.0_f64).sqrt(), "{id:?}: {square}");
+    }
+    let wrong = sim::simulate(&scenario, 4).unwrap();
+    let names: Vec<String> = wrong.truth.named(&scenario).into_iter().map(|(parameter, _)| parameter.name).collect();
+    assert!(names.ends_with(&["wrench_bias.tz".to_owned(), "wrench_scale".to_owned()]), "{names:?}");
+    let others: Vec<_> = wrong.truth.errors.iter().filter(|error| !of_wrench(error)).copied().collect();
+    assert_eq!(others, exact.truth.errors);
+    let rows = exact.logs[0].len().min(wrong.logs[0].len());
+    let scale = 1.0 + wrong.truth.value(ParameterId::WrenchScale);
+    for row in 0..rows {
+        assert_eq!(exact.logs[0].q(row), wrong.logs[0].q(row));
+        for k in 0..6 {
+            let expected = scale * exact.logs[0].wrench[row][k] + wrong.truth.value(ParameterId::WrenchBias(k));
+            // Both are rounded to the last digit.
+            assert!((wrong.logs[0].wrench[row][k] - expected).abs() < 1.1e-4, "row {row}, {k}");
+        }
+    }
+}
+
 #[test]
 fn temperatures_tell_the_strain() {
     let mut scenario = Preset::LeoAluminium.scenario(iiwa()).unwrap();

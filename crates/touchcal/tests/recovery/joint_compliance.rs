@@ -250,6 +250,7 @@ fn touching(errors: &[(KinematicParameter, f64)], sockets: &[[f64; 3]], noise: &
         contacts,
         noise: Noise { encoder: noise.sigma.max(1e-6), contact: 1e-6, is_estimated: false },
         joint_drift: false,
+        wrench: touchcal::estimate::WrenchTolerance::DEFAULT,
         loss: Loss::GemanMcClure(3.0),
         method: Method::LevenbergMarquardt,
         options: touchcal::estimate::EstimatorOptions::default(),

@@ -1,18 +1,23 @@
 //! What presses on the tool, as a log's wrench says it: joints give way to it.
 
-use crate::support::{report, solve};
-use nalgebra::{DMatrix, DVector, Vector3};
-use touchcal::contact::ContactLog;
-use touchcal::contact::{AngleUnit, Load, LoadFrame, LoadOn};
-use touchcal::estimate::{Estimate, Problem, Status};
+use std::sync::Arc;
+
+use crate::support::{report, solve, uniform};
+use nalgebra::{DMatrix, DVector, Matrix3xX, UnitQuaternion, Vector3};
+use touchcal::contact::{AngleUnit, ContactLog, Load, LoadFrame, LoadOn, Source};
+use touchcal::estimate::{
+    Estimate, Fixture, Noise, OmittedEffect, PlacePrior, Problem, ShapeTolerance, Status, Tool, Warning,
+    WrenchTolerance,
+};
 use touchcal::experiment::problem;
 use touchcal::io::contact_csv;
 use touchcal::io::contact_log::Options;
 use touchcal::io::urdf::{self, Ends};
-use touchcal::parameter::Block;
-use touchcal::robot::{Kinematics, Robot};
-use touchcal::se3::{Pose, Twist, Wrench};
-use touchcal::sim::{self, Preset, SimulatedTrial};
+use touchcal::manifold::BallInSocket;
+use touchcal::parameter::{Block, ParameterId, Prior, joint_compliance, joint_offset};
+use touchcal::robot::{KinematicParameter, Kinematics, Robot};
+use touchcal::se3::{self, Pose, Twist, Wrench};
+use touchcal::sim::{self, Preset, SimulatedTrial, follow};
 
 fn iiwa() -> Robot {
     urdf::read_builtin("iiwa14", Ends::default()).expect("built in").robot
@@ -119,4 +124,127 @@ fn a_load_is_the_same_whosever_wrench_and_in_whatever_frame() {
     }
     let without = read(&log_text(&simulated, turned(1.0, false)), None);
     assert!(!without.has_loads() && without.load(3) == [0.0; 6]);
+}
+
+/// Joint positions near `q` at which the tool of `arm` is at `target` under `load`: steps of least
+/// norm.
+fn reached(arm: &Kinematics, target: &Vector3<f64>, load: &Wrench, mut q: Vec<f64>) -> Vec<f64> {
+    let mut scratch = arm.scratch();
+    for _ in 0..20 {
+        let pose = arm.pose_and_jacobian_under(&q, load, &mut scratch);
+        let missing = pose.rotation.inverse() * (target - pose.translation.vector);
+        let jacobian = Matrix3xX::from_columns(&scratch.joints.iter().map(se3::linear).collect::<Vec<_>>());
+        let step = jacobian.pseudo_inverse(1e-9).expect("a rank") * missing;
+        q.iter_mut().zip(step.iter()).for_each(|(q, step)| *q += step);
+    }
+    assert!((arm.pose_under(&q, load).translation.vector - target).norm() < 1e-12);
+    q
+}
+
+const SOCKETS: [[f64; 3]; 4] = [[0.5, 0.2, 0.1], [0.45, -0.25, 0.2], [0.35, 0.3, 0.45], [0.6, 0.0, 0.35]];
+
+/// Compliances of about 1e-4 rad/(N m) and offsets of an arm.
+fn soft_errors() -> Vec<(KinematicParameter, f64)> {
+    let each = (0..7).zip(uniform(7, 7).into_iter().zip(uniform(7, 8)));
+    let errors = each.flat_map(|(i, (c, b))| {
+        let compliance = (KinematicParameter::JointCompliance(i), 1e-4 * (1.0 + 0.5 * c));
+        [compliance, (KinematicParameter::JointOffset(i), 0.02 * b)]
+    });
+    errors.collect()
+}
+
+/// A ball held in sockets under loads of up to 20 N and 2 N m by an arm of [`soft_errors`], as the
+/// model has it, with encoders that are off by up to `noise` (rad); the wrench is measured with
+/// `bias` and `scale`.
+fn held(bias: &Wrench, scale: f64, noise: f64) -> Problem {
+    let robot = iiwa();
+    let (columns, theta): (Vec<KinematicParameter>, Vec<f64>) = soft_errors().into_iter().unzip();
+    let tip_from_tool = Pose::translation(0.02, -0.03, 0.1);
+    let mut arm = Kinematics::new(&robot, &columns, tip_from_tool);
+    arm.set(&theta);
+    let posture = [0.1, 0.7, 0.2, -1.5, -0.2, 0.9, 0.1];
+    let down = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI);
+    let mut contacts = ContactLog::new(7);
+    for (f, socket) in SOCKETS.iter().enumerate() {
+        let mut q = posture.to_vec();
+        for i in 0..60u64 {
+            let seed = 1000 * f as u64 + i;
+            let turn = UnitQuaternion::from_scaled_axis(Vector3::from_row_slice(&uniform(3, 10_000 + seed)) * 0.6);
+            let bend: Vec<f64> = posture.iter().zip(uniform(7, 20_000 + seed)).map(|(q, d)| q + 0.5 * d).collect();
+            q = follow(&arm, &Pose::from_parts((*socket).into(), turn * down), &q, &bend).expect("within reach");
+            let draw = uniform(6, 30_000 + seed);
+            let load: Wrench = std::array::from_fn(|k| if k < 3 { 20.0 * draw[k] } else { 2.0 * draw[k] });
+            let mut measured = reached(&arm, &Vector3::from_row_slice(socket), &load, q.clone());
+            measured.iter_mut().zip(uniform(7, 40_000 + seed)).for_each(|(q, n)| *q += noise * n);
+            contacts.push(&measured, f, Source { file: 0, line: i + 1 });
+            contacts.set_load(std::array::from_fn(|k| (1.0 + scale) * load[k] + bias[k]));
+        }
+    }
+    let fixture = |(f, socket): (usize, &[f64; 3])| Fixture {
+        name: format!("socket/{f}"),
+        manifold: Arc::new(BallInSocket),
+        base_from_fixture: Some(Pose::translation(socket[0], socket[1], socket[2])),
+        prior: PlacePrior::Fixed,
+        tolerance: ShapeTolerance::EXACT,
+        placement: String::new(),
+    };
+    let fixtures = SOCKETS.iter().enumerate().map(fixture).collect();
+    let tool = Tool { tip_from_tool, prior: PlacePrior::Fixed };
+    // A prior would pull by its share.
+    let parameters = [joint_compliance(&robot), joint_offset(&robot)].concat();
+    let parameters = parameters.into_iter().map(|parameter| parameter.with_prior(Prior::Flat)).collect();
+    Problem {
+        wrench: WrenchTolerance { force: 1e3, torque: 1e3, scale: 1e3 },
+        ..Problem::new(robot, tool, fixtures, contacts)
+    }
+    .with_parameters(parameters)
+    .with_noise(Noise { encoder: noise.max(1e-6) / 3f64.sqrt(), contact: 1e-6, is_estimated: false })
+}
+
+/// Beside gravity, whose torques are known, the scale of the wrench is one of the compliances'
+/// effects that contacts tell apart.
+#[test]
+fn without_noise_bias_and_scale_of_the_wrench_are_found() {
+    let errors = soft_errors();
+    let (bias, scale) = ([0.5, -0.8, 0.3, 0.05, -0.03, 0.08], 0.04);
+    let problem = held(&bias, scale, 0.0);
+    let estimate = solve(&problem);
+    assert_eq!(estimate.status, Status::Converged, "{:?}", estimate.warnings);
+    for entry in &estimate.parameters {
+        let truth = match (entry.parameter.id, entry.parameter.id.kinematic()) {
+            (_, Some(parameter)) => errors.iter().find(|(known, _)| *known == parameter).expect("an error").1,
+            (ParameterId::WrenchBias(k), _) => bias[k],
+            (ParameterId::WrenchScale, _) => scale,
+            other => panic!("{other:?}"),
+        };
+        let relative = (entry.value - truth).abs() / entry.parameter.scale;
+        assert!(relative < 1e-6, "{}: {} {truth}", entry.parameter.name, entry.value);
+    }
+    assert_eq!(estimate.parameters.len(), 21);
+}
+
+/// Contacts in many postures under many loads tell a bias from all else; without one they do not
+/// see any, and what is not declared exact needs no test.
+#[test]
+fn contacts_contradict_a_wrench_that_is_falsely_exact() {
+    const NOISE: f64 = 3e-5;
+    let estimate = |size: f64, wrench: WrenchTolerance| {
+        let bias = [size, -size, size, 0.1 * size, -0.1 * size, 0.1 * size];
+        solve(&Problem { wrench, ..held(&bias, 0.0, NOISE) })
+    };
+    let found = estimate(0.5, WrenchTolerance::EXACT);
+    let first = &found.effect_tests[0];
+    assert!(first.effect == OmittedEffect::Wrench && first.p_value < 1e-10, "{first:?}");
+    let names: Vec<&str> = first.values.iter().map(|value| value.name.as_str()).collect();
+    assert_eq!((names.len(), names[0], names[6]), (7, "wrench_bias.fx", "wrench_scale"));
+    let is_wrench = |warning: &Warning| matches!(warning, Warning::OmittedEffect { effect: OmittedEffect::Wrench, .. });
+    assert!(found.status == Status::NotUsable && found.warnings.iter().any(is_wrench), "{:?}", found.warnings);
+
+    let none = estimate(0.0, WrenchTolerance::EXACT);
+    let test = none.effect_tests.iter().find(|test| test.effect == OmittedEffect::Wrench).expect("a test");
+    assert!(none.status == Status::Converged && test.p_value > 0.01, "{test:?}");
+
+    let declared = estimate(0.5, WrenchTolerance::DEFAULT);
+    assert_eq!(declared.status, Status::Converged, "{:?}", declared.warnings);
+    assert!(declared.effect_tests.iter().all(|test| test.effect != OmittedEffect::Wrench));
 }

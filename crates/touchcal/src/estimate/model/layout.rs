@@ -1,9 +1,11 @@
 //! The parameters of a problem in order, and which contacts depend on which.
 
 use crate::estimate::options::EstimatorOptions;
-use crate::estimate::problem::{PlacePrior, Problem};
+use crate::estimate::problem::{PlacePrior, Problem, WrenchTolerance};
 use crate::manifold::ResidualKind;
-use crate::parameter::{Parameter, ParameterId, Prior, directional_gap_bias, gap_bias, joint_drift};
+use crate::parameter::{
+    Parameter, ParameterId, Prior, directional_gap_bias, gap_bias, joint_drift, wrench_bias, wrench_scale,
+};
 use crate::robot::KinematicParameter;
 use nalgebra::{DMatrix, DVector};
 
@@ -12,7 +14,8 @@ const DIRECTIONS: usize = 6;
 
 /// The parameters of a problem in order, and which contacts depend on which.
 pub(crate) struct ParameterLayout {
-    /// All parameters: the arm's, drifts, the tool's, each fixture's and each gap bias.
+    /// All parameters: the arm's, drifts, the tool's, each fixture's, each gap bias and the
+    /// wrench's.
     pub parameters: Vec<Parameter>,
     /// Index of each parameter among those of the kinematics; 0 for the others.
     pub kinematic_index: Vec<usize>,
@@ -50,6 +53,12 @@ impl ParameterLayout {
             placement,
             parameters,
         }
+    }
+
+    /// Whether any parameter is of the measured wrench.
+    pub fn has_wrench(&self) -> bool {
+        let mut ids = self.parameters.iter().map(|parameter| parameter.id);
+        ids.any(|id| matches!(id, ParameterId::WrenchBias(_) | ParameterId::WrenchScale))
     }
 
     /// Number of parameters.
@@ -144,7 +153,7 @@ fn placements(problem: &Problem) -> (Vec<&str>, Vec<usize>) {
     (names, index)
 }
 
-/// The arm's parameters, then the tool's, each fixture's and each gap bias.
+/// The arm's parameters, then the tool's, each fixture's, each gap bias and the wrench's.
 fn all_parameters(problem: &Problem, placements: &[&str]) -> Vec<Parameter> {
     let mut parameters = problem.parameters.clone();
     // The drift of a single placement cannot be told from the offsets.
@@ -169,7 +178,18 @@ fn all_parameters(problem: &Problem, placements: &[&str]) -> Vec<Parameter> {
             parameters.extend((0..DIRECTIONS).map(|k| directional_gap_bias(&fixture.name, f, k).with_sigma(sigma)));
         }
     }
+    if problem.uses_loads() {
+        let with_sigma = |(parameter, sigma): (Parameter, f64)| (sigma > 0.0).then(|| parameter.with_sigma(sigma));
+        parameters.extend(wrench_parameters(problem.wrench).filter_map(with_sigma));
+    }
     parameters
+}
+
+/// The parameters of the wrench, without prior, and their standard deviations in `tolerance`.
+pub(super) fn wrench_parameters(tolerance: WrenchTolerance) -> impl Iterator<Item = (Parameter, f64)> {
+    let WrenchTolerance { force, torque, scale } = tolerance;
+    let bias = (0..6).map(move |k| (wrench_bias(k), if k < 3 { force } else { torque }));
+    bias.chain(std::iter::once((wrench_scale(), scale)))
 }
 
 /// Components of a twist on the tool's pose that change any contact, ascending.
@@ -200,6 +220,7 @@ fn dependencies(parameters: &[Parameter], fixture: usize, placement: usize) -> V
         ParameterId::Fixture(f, _) | ParameterId::GapBias(f) | ParameterId::DirectionalGapBias(f, _) => f == fixture,
         ParameterId::JointDrift(p, _) => p == placement,
         ParameterId::Kinematic(_) | ParameterId::JointTrend(_) | ParameterId::JointHarmonic(..) => true,
+        ParameterId::WrenchBias(_) | ParameterId::WrenchScale => true,
     };
     (0..parameters.len()).filter(|&k| depends(parameters[k].id)).collect()
 }

@@ -6,7 +6,7 @@ use super::calibration_model::CalibrationModel;
 use crate::manifold::Residual;
 use crate::parameter::ParameterId;
 use crate::robot::{Kinematics, KinematicsScratch};
-use crate::se3::{self, Pose, Twist};
+use crate::se3::{self, Pose, Twist, Wrench};
 
 /// A model at given parameters.
 pub(crate) struct LinearizationPoint<'m> {
@@ -20,6 +20,11 @@ pub(crate) struct LinearizationPoint<'m> {
     trend: Vec<f64>,
     /// Amplitudes of the sine and the cosine of each joint's encoder (rad).
     harmonic: Vec<[f64; 2]>,
+    /// Bias (N, N m) of the measured wrench, and relative error of its scale (1).
+    wrench_bias: Wrench,
+    wrench_scale: f64,
+    /// Whether the measured wrench has parameters.
+    has_wrench: bool,
 }
 
 /// A fixture at given parameters.
@@ -48,6 +53,7 @@ impl<'m> LinearizationPoint<'m> {
         let placements = 1 + model.layout.placement.iter().max().copied().unwrap_or(0);
         let (mut drift, mut trend) = (vec![0.0; dof * placements], vec![0.0; dof]);
         let mut harmonic = vec![[0.0; 2]; dof];
+        let (mut wrench_bias, mut wrench_scale) = ([0.0; 6], 0.0);
         for (parameter, &value) in model.layout.parameters.iter().zip(theta.iter()) {
             match parameter.id {
                 ParameterId::Kinematic(_) => kinematic_values.push(value),
@@ -57,6 +63,8 @@ impl<'m> LinearizationPoint<'m> {
                 ParameterId::Fixture(f, k) => twists[f][k] = value,
                 ParameterId::GapBias(f) => biases[f].0 = value,
                 ParameterId::DirectionalGapBias(f, k) => biases[f].1[k] = value,
+                ParameterId::WrenchBias(k) => wrench_bias[k] = value,
+                ParameterId::WrenchScale => wrench_scale = value,
             }
         }
         kinematics.set(&kinematic_values);
@@ -71,7 +79,18 @@ impl<'m> LinearizationPoint<'m> {
                 directional_gap_bias,
             }
         });
-        LinearizationPoint { model, kinematics, fixtures: fixtures.collect(), drift, trend, harmonic }
+        let (fixtures, has_wrench) = (fixtures.collect(), model.layout.has_wrench());
+        LinearizationPoint {
+            model,
+            kinematics,
+            fixtures,
+            drift,
+            trend,
+            harmonic,
+            wrench_bias,
+            wrench_scale,
+            has_wrench,
+        }
     }
 
     /// Number of moving joints.
@@ -84,8 +103,8 @@ impl<'m> LinearizationPoint<'m> {
         self.kinematics.scratch()
     }
 
-    /// `fixture_from_tool` of contact `i` without the errors of encoders that are no part of the
-    /// arm.
+    /// `fixture_from_tool` of contact `i` without the errors of encoders and wrench that are no
+    /// part of the arm.
     pub fn pose_without_drift(&self, i: usize) -> Pose {
         let contacts = &self.model.problem.contacts;
         self.fixtures[contacts.fixture(i)].fixture_from_base
@@ -96,7 +115,7 @@ impl<'m> LinearizationPoint<'m> {
     pub fn pose(&self, i: usize, q: &mut [f64]) -> Pose {
         let contacts = &self.model.problem.contacts;
         self.correct(i, q);
-        self.fixtures[contacts.fixture(i)].fixture_from_base * self.kinematics.pose_under(q, &contacts.load(i))
+        self.fixtures[contacts.fixture(i)].fixture_from_base * self.kinematics.pose_under(q, &self.load(i))
     }
 
     /// `fixture_from_tool` of contact `i`, with the derivatives of the tool pose written to
@@ -104,7 +123,13 @@ impl<'m> LinearizationPoint<'m> {
     pub fn pose_and_jacobian(&self, i: usize, q: &mut [f64], scratch: &mut KinematicsScratch) -> Pose {
         let contacts = &self.model.problem.contacts;
         self.correct(i, q);
-        let base_from_tool = self.kinematics.pose_and_jacobian_under(q, &contacts.load(i), scratch);
+        let base_from_tool = self.kinematics.pose_and_jacobian_under(q, &self.load(i), scratch);
+        if self.has_wrench {
+            match contacts.known_load(i) {
+                Some(_) => self.kinematics.differentiate_by_load(q, scratch),
+                None => scratch.load.fill(0.0),
+            }
+        }
         self.fixtures[contacts.fixture(i)].fixture_from_base * base_from_tool
     }
 
@@ -122,6 +147,15 @@ impl<'m> LinearizationPoint<'m> {
                 *q -= sine * measured.sin() + cosine * measured.cos();
             }
         }
+    }
+
+    /// Load of contact `i` (N, N m): the measured one less its bias, over its scale; zero where
+    /// none is known.
+    fn load(&self, i: usize) -> Wrench {
+        let measured = self.model.problem.contacts.known_load(i);
+        let actual =
+            |measured: Wrench| std::array::from_fn(|k| (measured[k] - self.wrench_bias[k]) / (1.0 + self.wrench_scale));
+        measured.map_or([0.0; 6], actual)
     }
 
     /// Position of contact `i` in the log: −1 for the first, 1 for the last.
@@ -162,6 +196,11 @@ impl<'m> LinearizationPoint<'m> {
                 -row.dot(&scratch.joints[joint]) * if phase == 0 { measured.sin() } else { measured.cos() }
             }
             ParameterId::GapBias(_) | ParameterId::DirectionalGapBias(..) => 0.0,
+            ParameterId::WrenchBias(k) => -row.dot(&scratch.load.column(k)) / (1.0 + self.wrench_scale),
+            ParameterId::WrenchScale => {
+                let load = Twist::from(self.load(i));
+                -row.dot(&(scratch.load * load)) / (1.0 + self.wrench_scale)
+            }
         }
     }
 

@@ -24,5 +24,5 @@ pub(crate) use layout::PriorGroup;
 pub(crate) use linearization::LinearizationPoint;
 pub(crate) use mode_statistics::{ContactModeStatistics, Curvature, Stretch, contact_mode_statistics};
 pub(crate) use objective::Objective;
-pub(crate) use omitted_effects::{OmittedParameters, has_exact_places, with_omitted_effects};
+pub(crate) use omitted_effects::{OmittedParameters, has_exact_declarations, with_omitted_effects};
 pub(crate) use resolution::set_resolution;

@@ -1,8 +1,8 @@
 //! The effects that a model leaves out, as parameters behind its own.
 
 use super::calibration_model::CalibrationModel;
-use super::layout::tool_directions;
-use crate::estimate::problem::{PlacePrior, Problem};
+use super::layout::{tool_directions, wrench_parameters};
+use crate::estimate::problem::{PlacePrior, Problem, WrenchTolerance};
 use crate::estimate::result::OmittedEffect;
 use crate::parameter::{
     Block, Parameter, ParameterId, Prior, joint_compliance, joint_harmonic, joint_origin, joint_trend, segment_strain,
@@ -70,6 +70,9 @@ pub(crate) fn with_omitted_effects<'p>(own: &CalibrationModel<'p>) -> (Calibrati
         let effect = OmittedEffect::FixturePlace { fixture: fixture.name.clone() };
         add(effect, of_fixture.into_iter().map(parameter).collect(), &size);
     }
+    let size =
+        |id| wrench_parameters(WrenchTolerance::DEFAULT).find(|(known, _)| known.id == id).map_or(0.0, |(_, s)| s);
+    add(OmittedEffect::Wrench, exact_wrench(problem), &size);
     let layout = own.layout.extended(problem, parameters);
     let model = CalibrationModel {
         problem,
@@ -82,11 +85,19 @@ pub(crate) fn with_omitted_effects<'p>(own: &CalibrationModel<'p>) -> (Calibrati
     (model, omitted)
 }
 
-/// Whether any place is declared exact, in a direction that changes contacts.
-pub(crate) fn has_exact_places(problem: &Problem) -> bool {
+/// Whether anything that changes contacts is declared exact: a place in some direction, or the
+/// wrench.
+pub(crate) fn has_exact_declarations(problem: &Problem) -> bool {
     let mut of_fixtures = problem.fixtures.iter().map(|fixture| (fixture.prior, fixture.manifold.fixture_directions()));
-    !exact_directions(problem.tool.prior, &tool_directions(problem)).is_empty()
+    !exact_wrench(problem).is_empty()
+        || !exact_directions(problem.tool.prior, &tool_directions(problem)).is_empty()
         || of_fixtures.any(|(prior, directions)| !exact_directions(prior, directions).is_empty())
+}
+
+/// Parameters of the wrench that are declared exact, where it is used.
+fn exact_wrench(problem: &Problem) -> Vec<Parameter> {
+    let each = wrench_parameters(problem.wrench).filter(|(_, sigma)| problem.uses_loads() && *sigma == 0.0);
+    each.map(|(parameter, _)| parameter).collect()
 }
 
 /// Those of `directions` in which a place is exact.

@@ -21,11 +21,13 @@ pub enum OmittedEffect {
         /// Name of the fixture.
         fixture: String,
     },
+    /// The measured wrench, declared exact, has a bias or another scale.
+    Wrench,
 }
 
 impl OmittedEffect {
     /// Name in files: `joint_compliance`, `segment_strain`, `joint_origin`, `joint_harmonic`,
-    /// `joint_trend`, `tool`, `fixture.{name}`.
+    /// `joint_trend`, `tool`, `fixture.{name}`, `wrench`.
     pub fn name(&self) -> String {
         match self {
             OmittedEffect::JointCompliance => "joint_compliance".to_owned(),
@@ -35,6 +37,7 @@ impl OmittedEffect {
             OmittedEffect::JointTrend => "joint_trend".to_owned(),
             OmittedEffect::ToolPlace => "tool".to_owned(),
             OmittedEffect::FixturePlace { fixture } => format!("fixture.{fixture}"),
+            OmittedEffect::Wrench => "wrench".to_owned(),
         }
     }
 
@@ -48,6 +51,7 @@ impl OmittedEffect {
             OmittedEffect::JointTrend => "encoder offsets change over the log".to_owned(),
             OmittedEffect::ToolPlace => "the tool is not where it is declared".to_owned(),
             OmittedEffect::FixturePlace { fixture } => format!("fixture `{fixture}` is not where it is declared"),
+            OmittedEffect::Wrench => "the measured wrench has a bias or another scale".to_owned(),
         }
     }
 
@@ -70,6 +74,7 @@ impl OmittedEffect {
             }
             OmittedEffect::ToolPlace => "measure the tool's place again, or give it a standard deviation",
             OmittedEffect::FixturePlace { .. } => "measure the fixture's place again, or give it a standard deviation",
+            OmittedEffect::Wrench => "give bias and scale of the wrench a standard deviation",
         }
     }
 }

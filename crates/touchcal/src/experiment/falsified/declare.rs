@@ -33,8 +33,8 @@ pub(super) fn change_positions(problem: &mut Problem, mut change: impl FnMut(usi
         change(i, &mut q);
         let Source { file, line } = contacts.source(i);
         changed.push(&q, contacts.fixture(i), Source { file, line });
-        if contacts.has_loads() {
-            changed.set_load(contacts.load(i));
+        if let Some(load) = contacts.known_load(i) {
+            changed.set_load(load);
         }
     }
     problem.contacts = changed;

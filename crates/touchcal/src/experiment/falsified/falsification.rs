@@ -14,6 +14,9 @@ use crate::sim::{PartsError, Scenario};
 /// Makes chance of what is false another than that of the simulation with the same seed.
 const PURPOSE: u64 = 0x5EED_FA15_E000_0001;
 
+/// Compliance (rad/(N m)) of joints where the wrench is false: of good harmonic drives.
+const WRENCH_COMPLIANCE: f64 = 1e-4;
+
 /// By how much a pose is declared wrong: the local twist `ξ = [v; ω]` of `true = declared ·
 /// Exp(ξ)`.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -77,6 +80,14 @@ pub enum Falsification {
     JointsExchanged,
     /// Distances between fixtures are declared larger by this share of themselves (1).
     Spacing(f64),
+    /// The measured wrench, with which compliances of 1e-4 rad/(N m) are estimated, has a bias that
+    /// is drawn.
+    WrenchBias {
+        /// Standard deviation of each component of the force's bias (N).
+        force: f64,
+        /// Standard deviation of each component of the moment's bias (N m).
+        torque: f64,
+    },
 }
 
 impl Falsification {
@@ -89,7 +100,16 @@ impl Falsification {
                 | Falsification::JointCompliance(_)
                 | Falsification::EncoderNoise(_)
                 | Falsification::FewContacts(_)
+                | Falsification::WrenchBias { .. }
         )
+    }
+
+    /// Makes `scenario` the one whose declarations are the problem's: of an arm with compliant
+    /// joints where the wrench is false.
+    pub fn prepare_scenario(&self, scenario: &mut Scenario) {
+        if let Falsification::WrenchBias { .. } = self {
+            scenario.errors.joint_compliance = WRENCH_COMPLIANCE;
+        }
     }
 
     /// Makes `scenario`, whose declarations are the problem's, the scenario that is simulated.
@@ -99,6 +119,9 @@ impl Falsification {
             Falsification::JointCompliance(compliance) => scenario.errors.joint_compliance = compliance,
             Falsification::EncoderNoise(factor) => scenario.recorder.encoder_sigma *= factor,
             Falsification::FewContacts(contacts) => scenario.contacts = scenario.contacts.min(contacts),
+            Falsification::WrenchBias { force, torque } => {
+                (scenario.recorder.force_bias, scenario.recorder.torque_bias) = (force, torque);
+            }
             _ => {}
         }
     }

@@ -1,14 +1,14 @@
 //! The battery: what is false, and what is declared beside it.
 
-use Declared::{Defaults, FixtureExact, FixtureFree, FixtureSigma, ShapesExact, ToolExact};
+use Declared::{Defaults, FixtureExact, FixtureFree, FixtureSigma, ShapesExact, ToolExact, WrenchExact};
 use Falsification::{
     Clearance, Depth, EncoderDrift, EncoderHarmonic, EncoderNoise, FalseContacts, FewContacts, FixturePlace, Friction,
-    JointCompliance, JointsExchanged, Nothing, Outline, Spacing, ToolInMetres, ToolPlace,
+    JointCompliance, JointsExchanged, Nothing, Outline, Spacing, ToolInMetres, ToolPlace, WrenchBias,
 };
 
 use super::excitation::Excitation;
 use super::falsification::{Displacement, Falsification};
-use crate::estimate::{DEFAULT_DISTANCE_SIGMA, PlacePrior, Problem, ShapeTolerance};
+use crate::estimate::{DEFAULT_DISTANCE_SIGMA, PlacePrior, Problem, ShapeTolerance, WrenchTolerance};
 use crate::experiment::problem::problem;
 use crate::parameter::{Block, joint_trend};
 use crate::sim::{PartsError, Scenario, SimulatedTrial};
@@ -23,7 +23,8 @@ pub enum Declared {
     Scenario,
     /// Those that a problem file has where it says nothing: [`PlacePrior::DEFAULT_TOOL`] and
     /// [`PlacePrior::DEFAULT_FIXTURE`] in place of exact ones, [`ShapeTolerance::DEFAULT`],
-    /// [`DEFAULT_DISTANCE_SIGMA`], and trends of encoder offsets where offsets are estimated.
+    /// [`DEFAULT_DISTANCE_SIGMA`], [`WrenchTolerance::DEFAULT`], and trends of encoder offsets
+    /// where offsets are estimated.
     Defaults,
     /// The defaults, but places of fixtures are exact.
     FixtureExact,
@@ -36,6 +37,8 @@ pub enum Declared {
     FixtureSigma(f64),
     /// The defaults, but nothing is known of the places of fixtures.
     FixtureFree,
+    /// The defaults, but the wrench is exact.
+    WrenchExact,
 }
 
 /// One kind of trial: what is false, and the standard deviations that are declared.
@@ -76,12 +79,13 @@ const fn sized(length: f64, angle: f64) -> Displacement {
 
 const DRAWN_HOLE: Displacement = Displacement::Drawn { length: MM, angle: 0.5 * DEG };
 const DRAWN_TOOL: Displacement = Displacement::Drawn { length: 0.3 * MM, angle: 0.2 * DEG };
+const DRAWN_WRENCH: Falsification = WrenchBias { force: 0.5, torque: 0.05 };
 const FALSE: Falsification = FalseContacts { share: 0.2, deviation: 0.3 * DEG };
 
 impl FalsifiedKind {
     /// The battery, in the order in which it is shown.
     #[rustfmt::skip]
-    pub const ALL: [FalsifiedKind; 34] = [
+    pub const ALL: [FalsifiedKind; 36] = [
         tried(ALL, kind("nothing_exact", "nothing; tool, hole and shapes declared exact", Nothing, Declared::Scenario)),
         tried(ALL, kind("nothing", "nothing", Nothing, Defaults)),
         kind("hole_drawn", "hole off by a draw from the default, 1 mm and 0.5°", FixturePlace(DRAWN_HOLE), Defaults),
@@ -116,6 +120,8 @@ impl FalsifiedKind {
         tried(SOCKETS, kind("spacing_0.25_percent", "distances of sockets declared 0.25 % too large", Spacing(0.0025), Defaults)),
         tried(SOCKETS, kind("spacing_0.6_percent", "distances of sockets declared 0.6 % too large", Spacing(0.006), Defaults)),
         tried(SOCKETS, kind("spacing_2.5_percent", "distances of sockets declared 2.5 % too large", Spacing(0.025), Defaults)),
+        kind("wrench_bias", "compliances from a wrench with a bias, drawn from the default, 0.5 N and 0.05 N m", DRAWN_WRENCH, Defaults),
+        kind("wrench_bias_exact", "wrench declared exact, with a bias of 0.5 N and 0.05 N m", DRAWN_WRENCH, WrenchExact),
     ];
 
     /// The problem of a simulated trial: as [`problem`] poses it of `scenario`, with the declared
@@ -158,6 +164,7 @@ impl Declared {
                 (known, _) => known,
             };
         }
+        problem.wrench = if self == WrenchExact { WrenchTolerance::EXACT } else { WrenchTolerance::DEFAULT };
         problem.distances.iter_mut().for_each(|known| known.sigma = DEFAULT_DISTANCE_SIGMA);
         if problem.parameters.iter().any(|parameter| parameter.id.block() == Block::JointOffset) {
             problem.parameters.extend(joint_trend(&problem.robot));

@@ -87,7 +87,8 @@ pub fn falsified_trial(
     seed: u64,
     watch: &mut dyn FnMut() -> ControlFlow<()>,
 ) -> Result<FalsifiedRow, FalsifiedError> {
-    let declared = excitation.scenario(robot.clone(), contacts)?;
+    let mut declared = excitation.scenario(robot.clone(), contacts)?;
+    kind.falsification.prepare_scenario(&mut declared);
     let mut scenario = declared.clone();
     kind.falsification.falsify_scenario(&mut scenario);
     let truth = sim::draw_truth(&scenario, seed);

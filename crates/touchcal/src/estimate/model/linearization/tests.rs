@@ -1,13 +1,13 @@
-//! Derivatives by errors of encoders against central differences.
+//! Derivatives by errors of encoders and of the wrench against central differences.
 
 use std::sync::Arc;
 
 use super::*;
 use crate::contact::{ContactLog, Source};
-use crate::estimate::problem::{Fixture, PlacePrior, Problem, ShapeTolerance, Tool};
+use crate::estimate::problem::{Fixture, PlacePrior, Problem, ShapeTolerance, Tool, WrenchTolerance};
 use crate::io::urdf::{self, Ends};
 use crate::manifold::BallInSocket;
-use crate::parameter::{joint_harmonic, joint_offset, joint_trend};
+use crate::parameter::{joint_compliance, joint_harmonic, joint_offset, joint_trend};
 
 /// Five contacts of an arm whose encoders have offsets, trends and harmonics.
 fn problem() -> Problem {
@@ -28,6 +28,84 @@ fn problem() -> Problem {
     let parameters = [joint_offset(&robot), joint_trend(&robot), joint_harmonic(&robot)].concat();
     let tool = Tool { tip_from_tool: Pose::translation(0.0, 0.0, 0.1), prior: PlacePrior::Fixed };
     Problem::new(robot, tool, vec![socket], contacts).with_parameters(parameters)
+}
+
+/// The same contacts, those of an even number under a load, by an arm whose compliances are
+/// estimated.
+fn wrench_problem() -> Problem {
+    let mut problem = problem();
+    let measured = std::mem::take(&mut problem.contacts);
+    problem.contacts = ContactLog::new(measured.dof());
+    for i in 0..measured.len() {
+        problem.contacts.push(measured.q(i), 0, measured.source(i));
+        if i % 2 == 0 {
+            problem.contacts.set_load(std::array::from_fn(|k| 10.0 * (i as f64 + 2.0 * k as f64).cos()));
+        }
+    }
+    let parameters = joint_compliance(&problem.robot);
+    problem.with_parameters(parameters)
+}
+
+/// A load that is not known has no bias.
+#[test]
+fn derivatives_by_errors_of_the_wrench_are_those_of_differences() {
+    const STEP: f64 = 1e-3;
+    let problem = wrench_problem();
+    let model = CalibrationModel::new(&problem);
+    let value = |id| match id {
+        ParameterId::WrenchBias(k) => 0.5 * (k as f64).sin(),
+        ParameterId::WrenchScale => 0.05,
+        _ => 1e-4,
+    };
+    let theta = DVector::from_iterator(model.layout.len(), model.layout.parameters.iter().map(|p| value(p.id)));
+    let at = LinearizationPoint::new(&model, &theta);
+    let (mut q, mut scratch) = (vec![0.0; at.dof()], at.scratch());
+    for i in 0..problem.contacts.len() {
+        let pose = at.pose_and_jacobian(i, &mut q, &mut scratch);
+        for k in joint_compliance(&problem.robot).len()..theta.len() {
+            let moved = |by: f64| {
+                let mut theta = theta.clone();
+                theta[k] += by;
+                let point = LinearizationPoint::new(&model, &theta);
+                se3::log(&(pose.inverse() * point.pose(i, &mut [0.0; 7])))
+            };
+            let difference = (moved(STEP) - moved(-STEP)) / (2.0 * STEP);
+            for row in 0..6 {
+                let unit = Twist::from_fn(|r, _| f64::from(u8::from(r == row)));
+                let derivative = at.derivative((k, i), &unit, None, &scratch);
+                let name = &model.layout.parameters[k].name;
+                assert_eq!(difference.amax() > 1e-6, i % 2 == 0, "{name}, contact {i}");
+                // Of up to 4e-3 rad for a scale of 1, and what a cubic term adds.
+                assert!((derivative - difference[row]).abs() < 1e-8, "{name}, contact {i}: {derivative} {difference}");
+            }
+        }
+    }
+}
+
+/// The wrench has parameters where joints deflect under a known load, those that are not exact.
+#[test]
+fn the_wrench_has_parameters_where_it_is_used() {
+    let names = |problem: &Problem| {
+        let parameters = CalibrationModel::new(problem).layout.parameters.into_iter();
+        parameters.map(|p| p.name).filter(|name| name.starts_with("wrench")).collect::<Vec<_>>()
+    };
+    let all = ["fx", "fy", "fz", "tx", "ty", "tz"].map(|part| format!("wrench_bias.{part}"));
+    let all = [&all[..], &["wrench_scale".to_owned()]].concat();
+    let mut problem = wrench_problem();
+    assert_eq!(names(&problem), all);
+    problem.wrench = WrenchTolerance { force: 0.0, ..WrenchTolerance::DEFAULT };
+    assert_eq!(names(&problem), all[3..]);
+    problem.wrench = WrenchTolerance::EXACT;
+    assert_eq!(names(&problem), [""; 0]);
+    problem.wrench = WrenchTolerance::DEFAULT;
+    let stiff = problem.clone().with_parameters(joint_offset(&problem.robot));
+    assert_eq!(names(&stiff), [""; 0]);
+    let compliance = joint_compliance(&problem.robot);
+    let columns: Vec<_> = compliance.iter().filter_map(|parameter| parameter.id.kinematic()).collect();
+    let bending = crate::robot::calibrated(&problem.robot, &columns, &[1e-5; 7]);
+    assert_eq!(names(&Problem { robot: bending, ..stiff }), all);
+    problem.contacts = ContactLog::new(7);
+    assert_eq!(names(&problem), [""; 0]);
 }
 
 #[test]

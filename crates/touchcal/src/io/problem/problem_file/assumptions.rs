@@ -1,10 +1,10 @@
 //! What is assumed where no standard deviations are declared.
 
 use super::tolerance::DeclaredPrior;
-use crate::estimate::{PlacePrior, ShapeTolerance};
+use crate::estimate::{PlacePrior, ShapeTolerance, WrenchTolerance};
 
-/// Collects what is assumed of tool, fixtures and distances where nothing is declared, and which
-/// standard deviations are declared 0.
+/// Collects what is assumed of tool, fixtures, distances and wrench where nothing is declared, and
+/// which standard deviations are declared 0.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Assumptions {
     of_parts: Vec<String>,
@@ -51,6 +51,21 @@ impl Assumptions {
             None => self.of_parts.push(format!("{part}: ± {} mm", rounded(1e3 * sigma))),
             Some(0.0) => self.exact_by_zero.push(part),
             Some(_) => {}
+        }
+    }
+
+    /// Notes what is assumed of the measured wrench, of whose forces, moments and scale the
+    /// standard deviations `declared` (N, N m, 1) are declared.
+    pub fn wrench(&mut self, declared: [Option<f64>; 3], tolerance: WrenchTolerance) {
+        let WrenchTolerance { force, torque, scale } = tolerance;
+        let names = ["bias of the forces", "bias of the moments", "scale"];
+        let sizes = [format!("{force} N"), format!("{torque} N m"), format!("{} %", rounded(100.0 * scale))];
+        for ((declared, name), size) in declared.into_iter().zip(names).zip(sizes) {
+            match declared {
+                None => self.of_parts.push(format!("wrench: {name} ± {size}")),
+                Some(0.0) => self.exact_by_zero.push(format!("wrench: {name}")),
+                Some(_) => {}
+            }
         }
     }
 

@@ -95,6 +95,7 @@ pub(super) fn wanted(
             Block::JointTrend => joint_trend(robot),
             Block::JointHarmonic => joint_harmonic(robot),
             Block::JointDrift | Block::Tool | Block::Fixture | Block::GapBias => Vec::new(),
+            Block::WrenchBias | Block::WrenchScale => Vec::new(),
         };
         wanted.tool |= block == Block::Tool;
         wanted.joint_drift |= block == Block::JointDrift;

@@ -205,6 +205,9 @@ pub(crate) struct NoiseToml {
     pub(crate) encoder_trend_deg: Option<Number>,
     /// Whether the noise is estimated too, the values being where that starts.
     pub(crate) estimated: Option<bool>,
+    pub(crate) force_bias_n: Option<Number>,
+    pub(crate) torque_bias_nm: Option<Number>,
+    pub(crate) wrench_scale: Option<Number>,
 }
 
 #[derive(Debug, Default, Deserialize)]

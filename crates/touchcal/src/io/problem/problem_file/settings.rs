@@ -4,12 +4,13 @@ use std::path::Path;
 
 use serde::Deserialize;
 
+use super::assumptions::Assumptions;
 use super::context::{Allowed, Context, DEG, MAX_BYTES, MM};
 use super::parameters::{self, Wanted};
-use super::schema::{EstimateToml, NoiseToml};
+use super::schema::{EstimateToml, NoiseToml, Number};
 use super::tolerance::DeclaredPrior;
 use crate::contact::ContactLog;
-use crate::estimate::{Distance, Fixture, Noise, PlacePrior, Problem, Tool};
+use crate::estimate::{Distance, Fixture, Noise, PlacePrior, Problem, Tool, WrenchTolerance};
 use crate::io::base::bytes;
 use crate::io::base::error::{IoError, Place};
 use crate::robot::Robot;
@@ -20,11 +21,16 @@ pub const DEFAULT_ENCODER: f64 = 0.005 * DEG;
 /// Standard deviation of the contact noise if none is declared (m): 0.05 mm.
 pub const DEFAULT_CONTACT: f64 = 0.05 * MM;
 
+/// Keys that declare what is assumed of the wrench without them.
+const WRENCH_KEYS: &str = "force_bias_n, torque_bias_nm, wrench_scale in [noise]";
+
 /// Settings of a problem that do not concern robot, parts and logs: its noise, parameters, priors,
 /// loss and method.
 #[derive(Debug)]
 pub struct Settings {
     noise: Noise,
+    /// Declared standard deviations of the wrench's bias (N, N m) and scale (1).
+    wrench: [Option<f64>; 3],
     wanted: Wanted,
 }
 
@@ -60,7 +66,7 @@ impl Settings {
         let field = "noise, encoder_trend_deg";
         let trend = context.number(noise.encoder_trend_deg.as_ref(), DEG, Allowed::NotNegative, field)?;
         let wanted = parameters::wanted(estimate, trend, robot, context)?;
-        Ok(Settings { noise: self::noise(noise, context)?, wanted })
+        Ok(Settings { noise: self::noise(noise, context)?, wrench: wrench(noise, context)?, wanted })
     }
 
     /// Prior of a fixture's place: [`PlacePrior::Flat`] where nothing is declared and the places of
@@ -75,8 +81,8 @@ impl Settings {
     }
 
     /// The problem with these settings and the given tool, fixtures, known distances and contacts.
-    /// A note is appended to `contacts` if loads have no effect, or if the masses beside which they
-    /// count are missing.
+    /// Notes are appended to `contacts` if loads have no effect, if the masses beside which they
+    /// count are missing, and on what is assumed of the wrench.
     ///
     /// # Errors
     /// [`IoError::Unexpected`] if joint compliances are to be estimated although neither gravity
@@ -87,7 +93,7 @@ impl Settings {
         (tool, fixtures, distances): (Tool, Vec<Fixture>, Vec<Distance>),
         mut contacts: ContactLog,
     ) -> Result<Problem, IoError> {
-        let Settings { noise, wanted } = self;
+        let Settings { noise, wrench, wanted } = self;
         let (weightless, loaded) = (robot.gravity().norm() == 0.0, contacts.has_loads());
         match wanted.joint_compliance {
             Some(place) if weightless && !loaded => {
@@ -103,15 +109,52 @@ impl Settings {
             ),
             _ => {}
         }
-        Ok(Problem {
+        let mut problem = Problem {
             distances,
             noise,
+            wrench: tolerance(wrench),
             parameters: wanted.parameters,
             joint_drift: wanted.joint_drift,
             method: wanted.method,
             loss: wanted.loss,
             ..Problem::new(robot, tool, fixtures, contacts)
-        })
+        };
+        note_wrench(&mut problem, wrench);
+        Ok(problem)
+    }
+}
+
+/// Declared standard deviations of the wrench's bias (N, N m) and scale (1).
+fn wrench(table: &NoiseToml, context: &Context<'_>) -> Result<[Option<f64>; 3], IoError> {
+    let sigma = |number: &Option<Number>, key: &str| {
+        context.number(number.as_ref(), 1.0, Allowed::NotNegative, &format!("noise, {key}"))
+    };
+    Ok([
+        sigma(&table.force_bias_n, "force_bias_n")?,
+        sigma(&table.torque_bias_nm, "torque_bias_nm")?,
+        sigma(&table.wrench_scale, "wrench_scale")?,
+    ])
+}
+
+/// The declared standard deviations, and the default ones where none are.
+fn tolerance([force, torque, scale]: [Option<f64>; 3]) -> WrenchTolerance {
+    let default = WrenchTolerance::DEFAULT;
+    WrenchTolerance {
+        force: force.unwrap_or(default.force),
+        torque: torque.unwrap_or(default.torque),
+        scale: scale.unwrap_or(default.scale),
+    }
+}
+
+/// Notes what is assumed of the wrench where it is used, or that what is `declared` of it has no
+/// effect.
+fn note_wrench(problem: &mut Problem, declared: [Option<f64>; 3]) {
+    if problem.uses_loads() {
+        let mut assumptions = Assumptions::default();
+        assumptions.wrench(declared, problem.wrench);
+        assumptions.notes(WRENCH_KEYS).into_iter().for_each(|note| problem.contacts.note(note));
+    } else if declared.iter().any(Option::is_some) {
+        problem.contacts.note(format!("{WRENCH_KEYS}: no joint deflects under a load, so that they change nothing"));
     }
 }
 

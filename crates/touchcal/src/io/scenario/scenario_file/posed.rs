@@ -110,6 +110,12 @@ pub fn problem_text(file: &ScenarioFile) -> Vec<TextFile> {
     line.number("encoder_deg", noise.encoder.to_degrees());
     line.number("contact_mm", 1e3 * noise.contact);
     line.number("encoder_trend_deg", 0.0);
+    if scenario.errors.joint_compliance > 0.0 {
+        let wrench = experiment::wrench(&scenario.recorder);
+        line.number("force_bias_n", wrench.force);
+        line.number("torque_bias_nm", wrench.torque);
+        line.number("wrench_scale", wrench.scale);
+    }
     line.table("[estimate]");
     let names: Vec<&str> = experiment::blocks(scenario).into_iter().map(Block::name).collect();
     line.raw("parameters", &format!("{names:?}"));

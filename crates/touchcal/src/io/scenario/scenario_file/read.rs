@@ -198,6 +198,7 @@ fn recorder(scenario: &mut Scenario, toml: &RecorderToml, context: &Context<'_>)
     set(&mut recorder.torque_sigma, &toml.torque_sigma_nm, 1.0, "recorder, torque_sigma_nm", context)?;
     set(&mut recorder.force_bias, &toml.force_bias_n, 1.0, "recorder, force_bias_n", context)?;
     set(&mut recorder.torque_bias, &toml.torque_bias_nm, 1.0, "recorder, torque_bias_nm", context)?;
+    set(&mut recorder.wrench_scale, &toml.wrench_scale, 1.0, "recorder, wrench_scale", context)?;
     let threshold = &toml.force_threshold_n;
     set_positive(&mut recorder.force_threshold, threshold, (1.0, 1e6), "recorder, force_threshold_n", context)?;
     set_share(&mut recorder.missed, &toml.missed, "recorder, missed", context)?;

@@ -130,6 +130,7 @@ pub(super) struct RecorderToml {
     pub(super) torque_sigma_nm: Option<Number>,
     pub(super) force_bias_n: Option<Number>,
     pub(super) torque_bias_nm: Option<Number>,
+    pub(super) wrench_scale: Option<Number>,
     pub(super) force_threshold_n: Option<Number>,
     pub(super) missed: Option<Number>,
     pub(super) spurious: Option<Number>,

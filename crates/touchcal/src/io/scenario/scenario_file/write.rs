@@ -73,6 +73,7 @@ pub fn scenario_text(file: &ScenarioFile) -> Vec<TextFile> {
     line.number("torque_sigma_nm", recorder.torque_sigma);
     line.number("force_bias_n", recorder.force_bias);
     line.number("torque_bias_nm", recorder.torque_bias);
+    line.number("wrench_scale", recorder.wrench_scale);
     line.number("force_threshold_n", recorder.force_threshold);
     line.number("missed", recorder.missed);
     line.number("spurious", recorder.spurious);
