@@ -168,21 +168,18 @@ impl EffectTest {
 ///         right.
 ///     p_value: probability of a ratio as large by chance.
 ///     stretches: ratio of each stretch, in the order of the log.
-///     nll: sum of the contacts' -ln L, each stretch with the estimates from the others; of two
-///         models of the same contacts the one with the lesser predicts better.
 #[pyclass(frozen, get_all, eq, module = "touchcal")]
 #[derive(Clone, Debug, PartialEq)]
 pub struct Prediction {
     ratio: f64,
     p_value: f64,
     stretches: Vec<f64>,
-    nll: f64,
 }
 
 impl From<&estimate::Prediction> for Prediction {
     fn from(prediction: &estimate::Prediction) -> Self {
-        let estimate::Prediction { ratio, p_value, stretches, nll } = prediction.clone();
-        Prediction { ratio, p_value, stretches, nll }
+        let estimate::Prediction { ratio, p_value, stretches } = prediction.clone();
+        Prediction { ratio, p_value, stretches }
     }
 }
 

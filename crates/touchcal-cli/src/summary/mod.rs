@@ -190,11 +190,9 @@ fn prediction(prediction: Option<&Prediction>) -> String {
 
 /// Effects that were let in, and what each is worth.
 fn freed_effects(freed: &[FreedEffect]) -> String {
-    let line = |freed: &FreedEffect| {
-        let outcome = if freed.is_kept { "estimated" } else { "left out again" };
-        let gain = |gain: f64| format!(", {gain:+.1} in the log-likelihood of left-out stretches");
-        let gain = freed.gain.map_or_else(String::new, gain);
-        format!("Freed     {}: {outcome}{gain}\n", freed.effect.name())
+    let line = |FreedEffect { effect, p_value, gain, prediction }: &FreedEffect| {
+        let before = prediction.map_or_else(String::new, |ratio| format!(", predicted scatter {ratio:.2} before"));
+        format!("Freed     {}: {gain:+.1} in the log-likelihood (p = {p_value:.0e}){before}\n", effect.name())
     };
     freed.iter().map(line).collect()
 }

@@ -10,43 +10,42 @@ use crate::solver::StopReason;
 const SEGMENT_STRAIN_SIGMA: f64 = 5e-3;
 const HARMONIC_SIGMA: f64 = 0.05 * std::f64::consts::PI / 180.0;
 
-/// Calibrates as [`calibrate`] does. Then lets in what the model leaves out, one effect after the
-/// other, those with the least p-value first, as long as contacts contradict that one is zero; an
-/// effect is kept if the search converges with it and stretches of the log are predicted better from
-/// the others than without it ([`FreedEffect::gain`]).
+/// Calibrates as [`calibrate`] does. Then lets in all effects that the model leaves out and
+/// contacts contradict, as parameters with priors, and calibrates again, until there are no more.
 ///
-/// Returns the problem with the kept effects as parameters, with priors, and its estimate;
-/// [`Estimate::freed_effects`] has all that were tried. `observe` is called at each step of all
-/// calibrations and may end them.
+/// All are let in at once: contacts often show one effect as several, and the result then has the
+/// uncertainty of which it is. Returns the problem with these parameters, and its estimate;
+/// [`Estimate::freed_effects`] has the effects, of each round those with the least p-value first.
+/// `observe` is called at each step of all calibrations and may end them.
 pub fn calibrate_with_freed_effects(problem: &Problem, observe: Observer<'_>) -> (Problem, Estimate) {
     let mut problem = problem.clone();
     let mut estimate = calibrate(&problem, observe);
-    let mut tried: Vec<FreedEffect> = Vec::new();
-    while let Some((effect, p_value)) = next_suspect(&problem, &estimate, &tried) {
-        let freed = with_effect(&problem, &effect);
-        let found = calibrate(&freed, observe);
-        let nll = |estimate: &Estimate| estimate.prediction.as_ref().map(|prediction| prediction.nll);
-        let gain = nll(&estimate).zip(nll(&found)).map(|(before, after)| before - after);
-        let is_kept = found.termination.reason == StopReason::Converged && gain.is_none_or(|gain| gain > 0.0);
-        tried.push(FreedEffect { effect, p_value, gain, is_kept });
-        let is_interrupted = found.termination.reason == StopReason::Interrupted;
-        if is_kept || is_interrupted {
-            (problem, estimate) = (freed, found);
-        }
-        if is_interrupted {
+    let mut freed: Vec<FreedEffect> = Vec::new();
+    loop {
+        let suspects = suspects(&problem, &estimate, &freed);
+        if suspects.is_empty() || estimate.termination.reason == StopReason::Interrupted {
             break;
         }
+        problem = suspects.iter().fold(problem, |problem, suspect| with_effect(&problem, &suspect.effect));
+        freed.extend(suspects);
+        estimate = calibrate(&problem, observe);
     }
-    estimate.freed_effects = tried;
+    estimate.freed_effects = freed;
     (problem, estimate)
 }
 
-/// The most significant effect that contacts contradict and that was not tried, with its p-value.
-fn next_suspect(problem: &Problem, estimate: &Estimate, tried: &[FreedEffect]) -> Option<(OmittedEffect, f64)> {
+/// The effects that contacts contradict and that were not let in yet, the most significant first.
+fn suspects(problem: &Problem, estimate: &Estimate, freed: &[FreedEffect]) -> Vec<FreedEffect> {
     let threshold = problem.options.thresholds.effect_p_value;
     let suspects = estimate.effect_tests.iter().filter(|test| test.p_value < threshold);
-    let mut new = suspects.filter(|test| tried.iter().all(|freed| freed.effect != test.effect));
-    new.next().map(|test| (test.effect.clone(), test.p_value))
+    let new = suspects.filter(|test| freed.iter().all(|freed| freed.effect != test.effect));
+    let each = new.map(|test| FreedEffect {
+        effect: test.effect.clone(),
+        p_value: test.p_value,
+        gain: 0.5 * test.statistic,
+        prediction: estimate.prediction.as_ref().map(|prediction| prediction.ratio),
+    });
+    each.collect()
 }
 
 /// The problem with an effect as parameters.

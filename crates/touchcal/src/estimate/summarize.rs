@@ -7,7 +7,7 @@ use super::evaluate::score;
 use super::model::{CalibrationModel, distance_information, whitened_norms};
 use super::result::{ContactCount, Estimate, ParameterEstimate, Prediction, Severity, Status, Verdict, Warning};
 use super::result_checks::{FitStatistics, result_warnings};
-use super::search::{SearchState, sandwich, two_sided_prediction, uses_contact_modes};
+use super::search::{SearchState, residual_prediction, sandwich, uses_contact_modes};
 use super::uncertainty::{Posterior, arm_uncertainty_ratio};
 use crate::manifold::ContactCache;
 use crate::parameter::kinematic_part;
@@ -73,7 +73,7 @@ pub(super) fn summarize(mut search: SearchState<'_>) -> Estimate {
     let design_effect = sandwich.as_ref().map(|sandwich| sandwich.design_effect);
     let prediction = match &sandwich {
         Some(sandwich) => sandwich.prediction.clone(),
-        None => two_sided_prediction(&mut search, postfit.noise_factor),
+        None => residual_prediction(&mut search),
     };
     let (model, theta, problem) = (&search.model, &search.theta, search.model.problem);
     if let Some(sandwich) = sandwich {

@@ -64,10 +64,10 @@ fn estimate() -> EstimateFile {
         freed_effects: vec![FreedEffectEntry {
             effect: "joint_harmonic".to_owned(),
             p_value: 1e-9,
-            gain: Some(20.0),
-            kept: true,
+            gain: 20.0,
+            prediction: Some(1.5),
         }],
-        prediction: Some(PredictionEntry { ratio: 1.1, p_value: 0.2, stretches: vec![1.0, 1.2], nll: 40.0 }),
+        prediction: Some(PredictionEntry { ratio: 1.1, p_value: 0.2, stretches: vec![1.0, 1.2] }),
         inputs: vec![Input { path: "a".to_owned(), sha256: "0".to_owned() }],
         version: "0.1.0".to_owned(),
         seconds: 0.5,

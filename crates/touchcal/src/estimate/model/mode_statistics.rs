@@ -1,12 +1,13 @@
 //! Sums over contacts with latent modes: what expectation–maximisation and the covariance need.
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DVector;
 
 use super::assembly::sum_contacts;
 use super::calibration_model::CalibrationModel;
 use super::contact_factor::ContactFactor;
 use super::linearization::LinearizationPoint;
 use super::objective::Objective;
+use super::stretches::{Stretch, stretches};
 use crate::estimate::contact_mode::{ContactCounts, ContactModePrior, MarginalLikelihood};
 use crate::manifold::{ContactCache, Residual};
 use crate::solver::NormalEquations;
@@ -22,22 +23,8 @@ pub(crate) enum Curvature {
     Observed,
 }
 
-/// Largest number of stretches that a log is divided into.
-const MAX_STRETCHES: usize = 10;
-/// Least number of contacts in a stretch: of one-sided ones, whose scores' covariance is that of a
-/// sample, and of others. The parameters do not matter, so that models can be compared.
-const ONE_SIDED_PER_STRETCH: usize = 250;
-const TWO_SIDED_PER_STRETCH: usize = 32;
-
-/// Sums over a stretch of the log.
-#[derive(Clone, Debug)]
-pub(crate) struct Stretch {
-    /// Sum of the contacts' scores (inverse SI units), over the parameters first.
-    pub score: DVector<f64>,
-    /// Covariance of that sum: of one-sided contacts the sum of the scores' outer products, of
-    /// others their information.
-    pub covariance: DMatrix<f64>,
-}
+/// Least number of contacts in a stretch, whose scores' covariance is that of a sample.
+const CONTACTS_PER_STRETCH: usize = 250;
 
 /// Sums over the contacts at one value of the parameters.
 #[derive(Clone, Debug)]
@@ -50,8 +37,8 @@ pub(crate) struct ContactModeStatistics {
     /// Sums of scores (inverse SI units) over blocks of contacts close in the log, one vector a
     /// block.
     pub block_scores: Vec<DVector<f64>>,
-    /// Successive stretches of the log, some blocks each; none for complete data, or where contacts
-    /// are too few for two.
+    /// Successive stretches of the log, with the outer products of the scores; none for complete
+    /// data, or where contacts are too few for two.
     pub stretches: Vec<Stretch>,
     /// Sum of the expected squared Mahalanobis distances (1) of active candidates.
     pub squared_distance: f64,
@@ -92,22 +79,6 @@ impl ContactModeStatistics {
         for (counts, more) in self.counts.iter_mut().flatten().zip(other.counts.iter().flatten()) {
             counts.add(more);
         }
-    }
-
-    /// The sums over `blocks` of contacts, in their order, as those of a stretch; `one_sided` if
-    /// there are any such contacts.
-    fn stretch(blocks: &[&ContactModeStatistics], one_sided: bool) -> Stretch {
-        let of_block = |block: &ContactModeStatistics| {
-            let squares = if one_sided { &block.score_outer_product } else { &block.derivatives };
-            (block.score_outer_product.gradient.clone(), squares.clone())
-        };
-        let sums = blocks.iter().map(|block| of_block(block));
-        let total = sums.reduce(|(score, mut sum), (other, squares)| {
-            sum.add(&squares);
-            (score + other, sum)
-        });
-        let (score, sum) = total.unwrap_or_else(|| (DVector::zeros(0), NormalEquations::new(0)));
-        Stretch { score, covariance: sum.complete().information }
     }
 
     /// Multiplies all sums over contacts by `factor`.
@@ -207,7 +178,6 @@ impl ContactModeStatistics {
         let index = &model.layout.dependencies[f];
         let jacobian = factor.jacobian(index.len());
         self.derivatives.cost += loss.cost(squared);
-        self.derivatives.rows += weight * residual.len() as f64;
         match self.curvature {
             Curvature::Complete => self.derivatives.add_form(index, jacobian, score, complete),
             Curvature::Observed => {
@@ -217,12 +187,6 @@ impl ContactModeStatistics {
             }
         }
     }
-}
-
-/// Number of stretches that every `stride`-th contact of the log makes, each with enough of them.
-fn stretch_count(model: &CalibrationModel<'_>, stride: usize) -> usize {
-    let least = if model.has_one_sided_contacts() { ONE_SIDED_PER_STRETCH } else { TWO_SIDED_PER_STRETCH };
-    (model.problem.contacts.len() / stride / least).min(MAX_STRETCHES)
 }
 
 /// The sums over every `stride`-th contact at `theta`, weighted to stand for all.
@@ -252,12 +216,9 @@ pub(crate) fn contact_mode_statistics(
     let mut total = empty();
     let blocks: Vec<&ContactModeStatistics> = scratches.iter().map(|(_, statistics)| statistics).collect();
     blocks.iter().for_each(|block| total.add_block(block));
-    let count = stretch_count(model, stride).min(blocks.len());
-    if curvature == Curvature::Observed && count > 1 {
-        let one_sided = model.has_one_sided_contacts();
-        let bound = |k: usize| k * blocks.len() / count;
-        let each = (0..count).map(|k| ContactModeStatistics::stretch(&blocks[bound(k)..bound(k + 1)], one_sided));
-        total.stretches = each.collect();
+    if curvature == Curvature::Observed {
+        let sums: Vec<&NormalEquations> = blocks.iter().map(|block| &block.score_outer_product).collect();
+        total.stretches = stretches(&sums, model.problem.contacts.len() / stride / CONTACTS_PER_STRETCH);
     }
     total.scale(stride as f64);
     ContactModeStatistics {

@@ -86,12 +86,12 @@ pub struct FreedEffect {
     pub effect: OmittedEffect,
     /// Corrected probability (0 to 1) that what contacts show of it is chance.
     pub p_value: f64,
-    /// What the contacts' log-likelihood gains (1), each stretch of the log predicted from the
-    /// others, less [`Prediction::nll`](super::Prediction::nll) with the effect than without;
-    /// `None` where there is no prediction.
-    pub gain: Option<f64>,
-    /// Whether the effect is part of the result: the search converged, and the gain is positive.
-    pub is_kept: bool,
+    /// What the contacts' log-likelihood gains by the effect (1), to second order: half of the
+    /// score statistic.
+    pub gain: f64,
+    /// [`Prediction::ratio`](super::Prediction::ratio) (1) without the effect; `None` where there
+    /// is none.
+    pub prediction: Option<f64>,
 }
 
 /// The value that one parameter of an omitted effect would take.

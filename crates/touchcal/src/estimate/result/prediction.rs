@@ -10,7 +10,4 @@ pub struct Prediction {
     pub p_value: f64,
     /// The ratio of each stretch, in the order of the log.
     pub stretches: Vec<f64>,
-    /// Sum of the contacts' `−ln L` (1), each stretch with the estimates from the others: of two
-    /// models of the same contacts the one with the lesser predicts better.
-    pub nll: f64,
 }

@@ -4,7 +4,7 @@ use super::coarse_to_fine::fine;
 use super::gnc::anneal;
 use super::state::SearchState;
 use crate::estimate::model::{
-    Curvature, Objective, contact_mode_statistics, distance_information, em_step, prior_information,
+    Curvature, Objective, contact_mode_statistics, distance_information, em_step, prior_information, residual_stretches,
 };
 use crate::estimate::result::{Observer, Prediction, Progress, Stage};
 use crate::estimate::uncertainty::{Sandwich, prediction, sandwich_covariance};
@@ -105,18 +105,15 @@ fn iterate(search: &mut SearchState<'_>, stride: usize, iteration: usize, observ
     em.change
 }
 
-/// How far stretches of the log are from what the others predict, where no contact is one-sided;
-/// `noise_factor` is the measured over the assumed standard deviation of the residuals.
-pub(crate) fn two_sided_prediction(search: &mut SearchState<'_>, noise_factor: f64) -> Option<Prediction> {
+/// How far stretches of the log are from what the others predict, where no contact is one-sided.
+pub(crate) fn residual_prediction(search: &mut SearchState<'_>) -> Option<Prediction> {
     if search.model.has_one_sided_contacts() || search.model.problem.has_projection() || search.is_interrupted() {
         return None;
     }
     let (model, theta) = (&search.model, &search.theta);
     let known = distance_information(model, theta) + prior_information(model);
-    let statistics = contact_mode_statistics(model, theta, (1, Curvature::Observed), &mut search.caches);
-    // Whitened by a larger noise, residuals are smaller.
-    let nll = 0.5 * statistics.derivatives.cost + statistics.derivatives.rows * model.noise.factor.ln();
-    prediction(&statistics.stretches, &known, &search.free, (nll, noise_factor.max(1.0).powi(2)))
+    let (stretches, variance) = residual_stretches(model, theta, &mut search.caches);
+    prediction(&stretches, &known, &search.free, variance)
 }
 
 /// The parameters' covariance by the marginal likelihood of all contacts, if it was fitted to the

@@ -7,8 +7,7 @@
 //! squared Mahalanobis norm is `gᵀ (B⁻¹ + (S − B)⁻¹) g = Σ (vₖᵀg)² / (λₖ (1 − λₖ))` with the
 //! solutions of `B vₖ = λₖ S vₖ`, `vₖᵀ S vₖ = 1`: chi-squared distributed with a degree of freedom
 //! for each direction that both the stretch and the others determine. The gradients of all `n`
-//! stretches add up to zero: the sum of their norms scatters as `n − 1` of them do. Without the
-//! stretch its cost is larger by `Σ (vₖᵀg)² (1 − λₖ/2) / (1 − λₖ)²`.
+//! stretches add up to zero: the sum of their norms scatters as `n − 1` of them do.
 //!
 //! Source: cross-validation of linearized estimates as in Cook & Weisberg, *Residuals and influence
 //! in regression* (1982), section 2.2, with stretches in place of single rows.
@@ -24,14 +23,13 @@ use crate::solver::FreeParameters;
 const MIN_SHARE: f64 = 1e-4;
 
 /// How far the `stretches` of a log are from what the others predict; `known` is the information
-/// (inverse SI units) of priors and distances, `nll` (1) the contacts' `−ln L` at the minimum, and
-/// the covariances of all scores are multiplied by the factor `inflation` (1). `None` with less
-/// than two stretches, or if a number is not finite.
+/// (inverse SI units) of priors and distances, and the covariances of all scores are multiplied by
+/// the factor `inflation` (1). `None` with less than two stretches, or if a number is not finite.
 pub(crate) fn prediction(
     stretches: &[Stretch],
     known: &DMatrix<f64>,
     free: &FreeParameters,
-    (nll, inflation): (f64, f64),
+    inflation: f64,
 ) -> Option<Prediction> {
     if stretches.len() < 2 {
         return None;
@@ -46,21 +44,19 @@ pub(crate) fn prediction(
     }
     let factor = Cholesky::new(regular(total, free))?.unpack();
     let mut ratios = Vec::with_capacity(stretches.len());
-    let (mut statistic, mut increase, mut degrees_of_freedom) = (0.0, 0.0, 0);
+    let (mut statistic, mut degrees_of_freedom) = (0.0, 0);
     for (stretch, covariance) in stretches.iter().zip(&covariances) {
         let gradient = stretch.score.rows(0, size).component_mul(free.scale());
-        let left_out = LeftOut::new(covariance, &gradient, &factor)?;
-        ratios.push((left_out.squared / left_out.rank.max(1) as f64).sqrt());
-        statistic += left_out.squared;
-        increase += inflation * left_out.increase;
-        degrees_of_freedom += left_out.rank;
+        let (squared, rank) = squared_norm(covariance, &gradient, &factor)?;
+        ratios.push((squared / rank.max(1) as f64).sqrt());
+        statistic += squared;
+        degrees_of_freedom += rank;
     }
     let independent = 1.0 - 1.0 / stretches.len() as f64;
     let distribution = ChiSquared::new(independent * degrees_of_freedom as f64).ok()?;
     let ratio = (statistic / degrees_of_freedom as f64).sqrt();
     let p_value = distribution.sf(independent * statistic);
-    let nll = nll + increase;
-    (ratio.is_finite() && nll.is_finite()).then_some(Prediction { ratio, p_value, stretches: ratios, nll })
+    ratio.is_finite().then_some(Prediction { ratio, p_value, stretches: ratios })
 }
 
 /// `matrix` with ones on the diagonal for fixed parameters, so that it can be factored.
@@ -69,32 +65,15 @@ fn regular(mut matrix: DMatrix<f64>, free: &FreeParameters) -> DMatrix<f64> {
     matrix
 }
 
-/// A stretch of the log seen from the estimates without it.
-struct LeftOut {
-    /// Squared Mahalanobis norm `Σ (vᵀg)² / (λ (1 − λ))` (1), and its degrees of freedom: the
-    /// directions that both the stretch and the others determine.
-    squared: f64,
-    rank: usize,
-    /// What the stretch's `−ln L` is larger by (1).
-    increase: f64,
-}
-
-impl LeftOut {
-    /// Of a stretch of covariance `B` and gradient `g`, with the Cholesky factor of `S`.
-    fn new(covariance: &DMatrix<f64>, gradient: &DVector<f64>, factor: &DMatrix<f64>) -> Option<LeftOut> {
-        let half = factor.solve_lower_triangular(covariance)?;
-        let eigen = factor.solve_lower_triangular(&half.transpose())?.symmetric_eigen();
-        let along = eigen.eigenvectors.tr_mul(&factor.solve_lower_triangular(gradient)?);
-        let shared = eigen.eigenvalues.iter().zip(along.iter());
-        let mut left_out = LeftOut { squared: 0.0, rank: 0, increase: 0.0 };
-        for (share, along) in shared.filter(|(share, _)| **share > MIN_SHARE && **share < 1.0 - MIN_SHARE) {
-            let square = along * along;
-            left_out.squared += square / (share * (1.0 - share));
-            left_out.increase += square * (1.0 - 0.5 * share) / (1.0 - share).powi(2);
-            left_out.rank += 1;
-        }
-        Some(left_out)
-    }
+/// `Σ (vᵀg)² / (λ (1 − λ))` over the directions that both a stretch of covariance `B` and gradient
+/// `g` and the others determine, and their number; `factor` is the Cholesky factor of `S`.
+fn squared_norm(covariance: &DMatrix<f64>, gradient: &DVector<f64>, factor: &DMatrix<f64>) -> Option<(f64, usize)> {
+    let half = factor.solve_lower_triangular(covariance)?;
+    let eigen = factor.solve_lower_triangular(&half.transpose())?.symmetric_eigen();
+    let along = eigen.eigenvectors.tr_mul(&factor.solve_lower_triangular(gradient)?);
+    let shared = eigen.eigenvalues.iter().zip(along.iter());
+    let shared = shared.filter(|(share, _)| **share > MIN_SHARE && **share < 1.0 - MIN_SHARE);
+    Some(shared.fold((0.0, 0), |(sum, rank), (share, along)| (sum + along * along / (share * (1.0 - share)), rank + 1)))
 }
 
 #[cfg(test)]
@@ -137,30 +116,24 @@ mod tests {
         });
         let free = FreeParameters::new(DVector::repeat(PARAMETERS, 2.0));
         let stretches: Vec<Stretch> = stretches.collect();
-        let nll =
-            0.5 * parts.iter().map(|(columns, observed)| (columns * &solution - observed).norm_squared()).sum::<f64>();
-        prediction(&stretches, &DMatrix::zeros(PARAMETERS, PARAMETERS), &free, (nll, 1.0)).expect("a prediction")
+        prediction(&stretches, &DMatrix::zeros(PARAMETERS, PARAMETERS), &free, 1.0).expect("a prediction")
     }
 
     /// Of a linear regression each ratio is that of estimates with and without the stretch: the
-    /// estimates from the stretch alone less those from the others, over their covariance; and the
-    /// cost is that of cross-validation.
+    /// estimates from the stretch alone less those from the others, over their covariance.
     #[test]
     fn of_a_linear_regression_it_is_the_distance_of_separate_estimates() {
         let parts = regression(5, 0.2, 7);
         let found = predicted(&parts);
-        let mut left_out = 0.0;
         for (k, ratio) in found.stretches.iter().enumerate() {
             let others: Vec<_> =
                 parts.iter().enumerate().filter(|(other, _)| *other != k).map(|(_, part)| part).collect();
             let ((own, own_covariance), (rest, rest_covariance)) = (solve(&[&parts[k]]), solve(&others));
-            left_out += 0.5 * (&parts[k].0 * &rest - &parts[k].1).norm_squared();
             let apart = own - rest;
             let inverse = (own_covariance + rest_covariance).try_inverse().expect("full rank");
             let expected = (apart.dot(&(inverse * &apart)) / PARAMETERS as f64).sqrt();
             assert!((ratio - expected).abs() < 1e-9 * expected, "{k}: {ratio} {expected}");
         }
-        assert!((found.nll - left_out).abs() < 1e-9 * left_out, "{} {left_out}", found.nll);
     }
 
     /// The share of small p-values is that of chance where stretches agree, and all are small where

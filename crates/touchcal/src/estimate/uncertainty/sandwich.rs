@@ -65,8 +65,7 @@ pub(crate) fn sandwich_covariance(
     let design_effect = design_effect(&statistics.score_outer_product.information, &statistics.block_scores, free);
     let covariance = &bread * squares * &bread * design_effect;
     let covariance = covariance.view((0, 0), (parameters, parameters)).into_owned();
-    let nll = 0.5 * statistics.derivatives.cost;
-    let prediction = prediction(&statistics.stretches, known, free, (nll, design_effect));
+    let prediction = prediction(&statistics.stretches, known, free, design_effect);
     Some(Sandwich { covariance, design_effect, prediction, bread })
 }
 

@@ -177,15 +177,20 @@ pub struct FreedEffectEntry {
     pub effect: String,
     /// Corrected probability that what contacts show of it is chance.
     pub p_value: f64,
-    /// What the log-likelihood of left-out stretches of the log gains; `None` without prediction.
-    pub gain: Option<f64>,
-    /// Whether the effect is part of the result.
-    pub kept: bool,
+    /// What the log-likelihood gains by the effect, to second order.
+    pub gain: f64,
+    /// Ratio of the predictive check without the effect; `None` where there is none.
+    pub prediction: Option<f64>,
 }
 
 impl From<&estimate::FreedEffect> for FreedEffectEntry {
     fn from(freed: &estimate::FreedEffect) -> Self {
-        FreedEffectEntry { effect: freed.effect.name(), p_value: freed.p_value, gain: freed.gain, kept: freed.is_kept }
+        FreedEffectEntry {
+            effect: freed.effect.name(),
+            p_value: freed.p_value,
+            gain: freed.gain,
+            prediction: freed.prediction,
+        }
     }
 }
 
@@ -200,14 +205,12 @@ pub struct PredictionEntry {
     pub p_value: f64,
     /// The ratio of each stretch, in the order of the log.
     pub stretches: Vec<f64>,
-    /// Sum of the contacts' `−ln L`, each stretch with the estimates from the others.
-    pub nll: f64,
 }
 
 impl From<&estimate::Prediction> for PredictionEntry {
     fn from(prediction: &estimate::Prediction) -> Self {
-        let estimate::Prediction { ratio, p_value, stretches, nll } = prediction.clone();
-        PredictionEntry { ratio, p_value, stretches, nll }
+        let estimate::Prediction { ratio, p_value, stretches } = prediction.clone();
+        PredictionEntry { ratio, p_value, stretches }
     }
 }
 

@@ -189,13 +189,11 @@ impl EstimateFile {
             own.into_iter().chain(values).map(move |value| (format!("effect_tests, {}", test.effect), value))
         });
         let prediction = self.prediction.iter().flat_map(|prediction| {
-            let all = [prediction.ratio, prediction.p_value, prediction.nll]
-                .into_iter()
-                .chain(prediction.stretches.iter().copied());
+            let all = [prediction.ratio, prediction.p_value].into_iter().chain(prediction.stretches.iter().copied());
             all.map(|value| ("prediction".to_owned(), value))
         });
         let freed = self.freed_effects.iter().flat_map(|freed| {
-            let all = [Some(freed.p_value), freed.gain].into_iter().flatten();
+            let all = [Some(freed.p_value), Some(freed.gain), freed.prediction].into_iter().flatten();
             all.map(move |value| (format!("freed_effects, {}", freed.effect), value))
         });
         parameters
