@@ -3,6 +3,7 @@
 
 mod calibrate;
 mod contact_mode;
+mod declaration_checks;
 mod effect_tests;
 mod evaluate;
 mod free_effects;
@@ -23,15 +24,16 @@ pub use evaluate::{apply_estimated_places, contact_distances, contact_poses, eva
 pub use free_effects::calibrate_with_freed_effects;
 pub use inspect::{Inspection, JointRange, inspect};
 pub use options::{
-    ContactModeOptions, EstimatorOptions, IdentifiabilityOptions, MultiStartOptions, SearchOptions,
-    VarianceComponentOptions, WarningThresholds,
+    ContactModeOptions, DeclarationCheckOptions, EstimatorOptions, IdentifiabilityOptions, MultiStartOptions,
+    SearchOptions, VarianceComponentOptions, WarningThresholds,
 };
 pub use problem::{
     DEFAULT_CONTACT, DEFAULT_DISTANCE_SIGMA, DEFAULT_ENCODER, Distance, Fixture, GradientDescent, Method, Noise,
     Optimizer, PlacePrior, Problem, ShapeTolerance, Tool, WrenchTolerance,
 };
 pub use result::{
-    ContactCount, EffectTest, EffectValue, Estimate, FreedEffect, Identifiability, NullDirection, OmittedEffect,
-    ParameterEstimate, Prediction, Progress, Score, Severity, Spread, Stage, Status, Verdict, Warning,
+    Agreement, ContactCount, DeclarationMistake, DeclaredLength, EffectTest, EffectValue, Estimate, FreedEffect,
+    Identifiability, NullDirection, OmittedEffect, ParameterEstimate, Prediction, Progress, Score, Severity, Spread,
+    Stage, Status, Verdict, Warning,
 };
 pub use uncertainty::{ToolUncertainty, cramer_rao, distance_uncertainty, tool_uncertainty, workspace_configurations};

@@ -1,5 +1,6 @@
 //! What an estimation ends with: values, never log text.
 
+mod declaration_mistake;
 mod effect_test;
 mod estimate;
 mod identifiability;
@@ -9,6 +10,7 @@ mod score;
 mod warning;
 mod warning_text;
 
+pub use declaration_mistake::{Agreement, DeclarationMistake, DeclaredLength};
 pub use effect_test::{EffectTest, EffectValue, FreedEffect, OmittedEffect};
 pub use estimate::{ContactCount, Estimate, ParameterEstimate, Status, Verdict};
 pub use identifiability::{Identifiability, NullDirection};

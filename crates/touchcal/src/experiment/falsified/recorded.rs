@@ -11,6 +11,7 @@ use crate::experiment::problem::LOSS_SCALE;
 use crate::experiment::trial::{Search, Trial};
 use crate::geometry::{Parts, PrismPair};
 use crate::manifold::Unmodeled;
+use crate::robot::Kinematics;
 use crate::sim::{PartsError, Truth};
 
 const DEG: f64 = std::f64::consts::PI / 180.0;
@@ -38,7 +39,9 @@ pub fn falsified_recorded_trial(
 ) -> Result<FalsifiedRow, FalsifiedError> {
     let problem = problem(kind, trial, seed)?;
     let truth = Truth { errors: trial.truth.clone(), ..Truth::default() };
-    Ok(answer(kind, (name, seed), &problem, (&truth, trial.tip_from_peg), watch))
+    let true_arm = Kinematics::new(&trial.true_robot(), &[], trial.tip_from_peg);
+    let truth = kind.falsification.relative_truth(&truth);
+    Ok(answer(kind, (name, seed), &problem, (&truth, &true_arm), watch))
 }
 
 fn problem(kind: &FalsifiedKind, trial: &Trial, seed: u64) -> Result<Problem, PartsError> {

@@ -95,22 +95,25 @@ pub fn falsified_trial(
     let logs = sim::run(&scenario, &truth, seed, &mut |_| watch())?;
     let simulated = SimulatedTrial { truth, logs };
     let problem = kind.problem(&declared, &simulated, seed)?;
-    let truth = (&simulated.truth, simulated.truth.tip_from_tool(&scenario));
-    Ok(answer(kind, (excitation.name(), seed), &problem, truth, watch))
+    let truth = &simulated.truth;
+    let true_arm = Kinematics::new(&true_robot(&declared.robot, truth), &[], truth.tip_from_tool(&scenario));
+    let truth = kind.falsification.relative_truth(truth);
+    Ok(answer(kind, (excitation.name(), seed), &problem, (&truth, &true_arm), watch))
 }
 
 /// The row of the calibration of `problem`, which `kind` falsified, by an excitation of this name;
-/// the truth with the true pose of the tool on the tip link.
+/// the truth of the arm's parameters, and the true arm with the tool as it truly is.
 pub(super) fn answer(
     kind: &FalsifiedKind,
     (excitation, seed): (&str, u64),
     problem: &Problem,
-    truth: (&Truth, Pose),
+    (truth, true_arm): (&Truth, &Kinematics),
     watch: &mut dyn FnMut() -> ControlFlow<()>,
 ) -> FalsifiedRow {
     let estimate = calibrate(problem, &mut |_| watch());
     let row = empty(kind, (excitation, seed), problem);
-    compare(row, problem, &estimate, truth)
+    let errors = ParameterErrors::new(&estimate, truth);
+    compare(row, problem, &estimate, (&errors, true_arm))
 }
 
 fn empty(kind: &FalsifiedKind, (excitation, seed): (&str, u64), problem: &Problem) -> FalsifiedRow {
@@ -130,23 +133,22 @@ fn empty(kind: &FalsifiedKind, (excitation, seed): (&str, u64), problem: &Proble
     }
 }
 
-/// The row with the errors of `estimate`; the truth with the true pose of the tool on the tip link.
+/// The row with the errors of `estimate`, and of the tool against `true_arm`, which holds the tool
+/// as it truly does.
 fn compare(
     row: FalsifiedRow,
     problem: &Problem,
     estimate: &Estimate,
-    (truth, tip_from_tool): (&Truth, Pose),
+    (errors, true_arm): (&ParameterErrors, &Kinematics),
 ) -> FalsifiedRow {
-    let errors = ParameterErrors::new(estimate, truth);
     let nees = errors.nees(&estimate.covariance);
     let answered = estimate.status == Status::Converged;
     let within = nees.is_some_and(|nees| nees < limit(errors.which.len()));
     let positions = random_positions(&problem.robot, WORKSPACE.0, WORKSPACE.1);
-    let truth = Kinematics::new(&true_robot(&problem.robot, truth), &[], tip_from_tool);
     let found = problem.tool.tip_from_tool * estimate.tool_motion().unwrap_or_else(Pose::identity);
     let found = Kinematics::new(&estimate.robot, &[], found);
     let place = |arm: &Kinematics, q: &[f64]| arm.pose(q).translation.vector;
-    let distances = positions.iter().map(|q| (place(&truth, q) - place(&found, q)).norm());
+    let distances = positions.iter().map(|q| (place(true_arm, q) - place(&found, q)).norm());
     let sigmas = tool_uncertainty(problem, estimate, positions.iter().map(Vec::as_slice));
     let mut warnings: Vec<String> = Vec::new();
     for warning in &estimate.warnings {
