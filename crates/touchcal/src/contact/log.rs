@@ -203,6 +203,14 @@ impl ContactLog {
         log
     }
 
+    /// The contacts with other joint positions: `change(i, q)` changes those of contact `i` in
+    /// place (rad, or m for a prismatic joint), in order; all else stays.
+    pub(crate) fn with_positions(&self, mut change: impl FnMut(usize, &mut [f64])) -> ContactLog {
+        let mut log = self.clone();
+        log.q.chunks_exact_mut(self.dof.max(1)).enumerate().for_each(|(i, q)| change(i, q));
+        log
+    }
+
     fn copy_load(&mut self, other: &ContactLog, i: usize) {
         if let Some(load) = other.loads.get(i) {
             self.set_load(*load);

@@ -1,5 +1,6 @@
 //! What a problem's contacts can determine, before it is solved.
 
+use super::declaration_checks::declaration_warning;
 use super::evaluate::evaluate;
 use super::input_checks::input_warnings;
 use super::model::{distance_information, set_resolution, whitened_norms};
@@ -37,8 +38,9 @@ pub struct Inspection {
     /// [`Identifiability::observability`].
     pub observability: [f64; 5],
     /// Contradictions between the problem's declarations and its contacts:
-    /// [`Warning::FixtureWithoutContacts`], [`Warning::OriginOutsideTool`] and
-    /// [`Warning::DistanceContradicted`], in this order; empty if there are none.
+    /// [`Warning::MistakenDeclaration`], [`Warning::FixtureWithoutContacts`],
+    /// [`Warning::OriginOutsideTool`] and [`Warning::DistanceContradicted`], in this order; empty
+    /// if there are none.
     pub warnings: Vec<Warning>,
     /// Distances (m) of the contacts from their manifolds by the nominal arm, as of
     /// [`evaluate`](super::evaluate()).
@@ -60,6 +62,8 @@ pub struct Inspection {
 pub fn inspect(problem: &Problem, observe: Observer<'_>) -> Inspection {
     let mut search = SearchState::new(problem);
     coarse(&mut search, observe);
+    let mut warnings: Vec<Warning> = declaration_warning(&search).into_iter().collect();
+    warnings.extend(input_warnings(&search.model));
     let stride = search.stride();
     set_resolution(&mut search.model, &search.theta, stride);
     approach_contact_modes(&mut search, observe);
@@ -77,7 +81,7 @@ pub fn inspect(problem: &Problem, observe: Observer<'_>) -> Inspection {
     });
     Inspection {
         parameters: parameters.collect(),
-        warnings: input_warnings(&search.model),
+        warnings,
         nominal: evaluate(problem),
         ranges: joint_ranges(problem),
         observability: posterior.identifiability.observability(problem.contacts.len()),

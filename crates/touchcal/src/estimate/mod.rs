@@ -3,6 +3,7 @@
 
 mod calibrate;
 mod contact_mode;
+mod declaration_checks;
 mod effect_tests;
 mod evaluate;
 mod input_checks;
@@ -21,15 +22,16 @@ pub use calibrate::calibrate;
 pub use evaluate::{apply_estimated_places, contact_distances, contact_poses, evaluate};
 pub use inspect::{Inspection, JointRange, inspect};
 pub use options::{
-    ContactModeOptions, EstimatorOptions, IdentifiabilityOptions, MultiStartOptions, SearchOptions,
-    VarianceComponentOptions, WarningThresholds,
+    ContactModeOptions, DeclarationCheckOptions, EstimatorOptions, IdentifiabilityOptions, MultiStartOptions,
+    SearchOptions, VarianceComponentOptions, WarningThresholds,
 };
 pub use problem::{
     DEFAULT_CONTACT, DEFAULT_DISTANCE_SIGMA, DEFAULT_ENCODER, Distance, Fixture, GradientDescent, Method, Noise,
     Optimizer, PlacePrior, Problem, ShapeTolerance, Tool,
 };
 pub use result::{
-    ContactCount, EffectTest, EffectValue, Estimate, Identifiability, NullDirection, OmittedEffect, ParameterEstimate,
-    Progress, Score, Severity, Spread, Stage, Status, Verdict, Warning,
+    Agreement, ContactCount, DeclarationMistake, DeclaredLength, EffectTest, EffectValue, Estimate, Identifiability,
+    NullDirection, OmittedEffect, ParameterEstimate, Progress, Score, Severity, Spread, Stage, Status, Verdict,
+    Warning,
 };
 pub use uncertainty::{ToolUncertainty, cramer_rao, distance_uncertainty, tool_uncertainty, workspace_configurations};

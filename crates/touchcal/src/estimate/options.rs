@@ -18,6 +18,8 @@ pub struct EstimatorOptions {
     pub identifiability: IdentifiabilityOptions,
     /// Thresholds of warnings.
     pub thresholds: WarningThresholds,
+    /// Settings of the search for declarations that are wrong in kind.
+    pub declaration_check: DeclarationCheckOptions,
 }
 
 /// Settings of the coarse-to-fine search.
@@ -313,6 +315,42 @@ impl Default for WarningThresholds {
             common_scale: [3.6, 5.0],
             effect_p_value: 1e-5,
             distance_contradiction: 0.5,
+        }
+    }
+}
+
+/// Settings of the search for declarations that are wrong in kind, see
+/// [`Warning::MistakenDeclaration`](super::Warning::MistakenDeclaration).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct DeclarationCheckOptions {
+    /// Maximum number (> 0; 0 panics) of contacts that declarations are compared on, about evenly
+    /// spread over the log.
+    pub contacts: usize,
+    /// Maximum number of linearizations for each other declaration. The right one takes six to ten.
+    pub max_iterations: usize,
+    /// Root mean square of the envelopes' rows (1, in their own scale, half a millimetre or a
+    /// degree) up to which contacts agree with the declarations. A peg that moves in a hole of 1 mm
+    /// clearance has 1.6.
+    pub max_envelope: f64,
+    /// Deviation (1) of each parameter and distance from what is declared, in prior standard
+    /// deviations or plausible sizes, up to which contacts agree with the declarations.
+    pub max_deviations: f64,
+    /// Difference (1) by which the cost with a mistake exceeds that without it: twice the logarithm
+    /// of a likelihood ratio.
+    pub min_cost_difference: f64,
+    /// Ratio (1) by which it exceeds that.
+    pub min_cost_ratio: f64,
+}
+
+impl Default for DeclarationCheckOptions {
+    fn default() -> Self {
+        DeclarationCheckOptions {
+            contacts: 100,
+            max_iterations: 15,
+            max_envelope: 2.0,
+            max_deviations: 4.0,
+            min_cost_difference: 40.0,
+            min_cost_ratio: 2.0,
         }
     }
 }

@@ -200,6 +200,9 @@ pub struct Problem {
     pub loss: Loss,
     /// Settings of the estimator.
     pub options: EstimatorOptions,
+    /// Arms that a log may be of by mistake, whose names a warning gives
+    /// ([`DeclarationMistake::OtherArm`](super::DeclarationMistake::OtherArm)); may be empty.
+    pub other_arms: Vec<Robot>,
 }
 
 impl Problem {
@@ -220,6 +223,7 @@ impl Problem {
             method: Method::LevenbergMarquardt,
             loss: Loss::GemanMcClure(3.0),
             options: EstimatorOptions::default(),
+            other_arms: Vec::new(),
         }
     }
 

@@ -2,6 +2,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
+use super::declaration_checks::declaration_warning;
 use super::effect_tests::{apply_effect_tests, effect_tests};
 use super::evaluate::score;
 use super::model::{CalibrationModel, distance_information, whitened_norms};
@@ -117,7 +118,8 @@ pub(super) fn summarize(mut search: SearchState<'_>) -> Estimate {
         parameters,
     };
     let tests = effect_tests(&mut search, &estimate);
-    estimate.warnings = result_warnings(&search, &estimate, &statistics);
+    estimate.warnings.extend(declaration_warning(&search));
+    estimate.warnings.extend(result_warnings(&search, &estimate, &statistics));
     let of_effects = apply_effect_tests(&mut estimate, tests, &search.model.problem.options.thresholds);
     estimate.warnings.extend(of_effects);
     estimate.warnings.sort_by_key(Warning::severity);

@@ -152,6 +152,46 @@ fn encoders_are_off_by_the_size() {
 }
 
 #[test]
+fn declarations_are_wrong_in_kind() {
+    let tool = |name: &str| {
+        let (_, right, wrong) = falsified(name, Excitation::Paper);
+        (right.tool.tip_from_tool, wrong.tool.tip_from_tool)
+    };
+    let (right, turned) = tool("tool_turned");
+    apart(&turned, &right, 0.0, std::f64::consts::PI);
+    let (right, opposite) = tool("tool_opposite");
+    assert_eq!(opposite.translation.vector, -right.translation.vector);
+    let (_, right, wrong) = falsified("hole_in_metres", Excitation::Paper);
+    let [right, wrong] = [right, wrong].map(|problem| problem.fixtures[0].base_from_fixture.expect("a place"));
+    assert!((wrong.translation.vector * 1e3 - right.translation.vector).norm() < 1e-15);
+
+    let positions = |name: &str| {
+        let (_, right, wrong) = falsified(name, Excitation::Sockets);
+        [right, wrong].map(|problem| problem.contacts.q(7).to_vec())
+    };
+    let [right, wrong] = positions("joints_reversed");
+    assert!(right.iter().rev().eq(&wrong));
+    let [right, wrong] = positions("joints_degrees");
+    assert!(right.iter().zip(&wrong).all(|(right, wrong)| (right - wrong.to_radians()).abs() < 1e-15));
+    let [right, wrong] = positions("joint_sign");
+    let differ: Vec<usize> = (0..7).filter(|&joint| right[joint] != wrong[joint]).collect();
+    assert!(differ.len() == 1 && wrong[differ[0]] == -right[differ[0]], "{right:?}, {wrong:?}");
+    let (_, right, wrong) = falsified("other_arm", Excitation::Sockets);
+    for (right, wrong) in right.robot.joints().iter().zip(wrong.robot.joints()) {
+        let [right, wrong] = [right, wrong].map(|joint| joint.parent_from_joint.translation.vector);
+        assert!((wrong - right * 0.9).norm() < 1e-15);
+    }
+}
+
+/// A strain that is estimated makes up for an arm described too small, by a ninth.
+#[test]
+fn an_arm_described_too_small_is_estimated_as_it_is() {
+    let on = &mut || ControlFlow::Continue(());
+    let row = falsified_trial(&kind("other_arm"), (Excitation::Rich, &robot(), 1000), 1, on).expect("a row");
+    assert!(row.is_answered() && row.useful && row.tool_error < 1e-3, "{row:?}");
+}
+
+#[test]
 fn a_fifth_of_the_contacts_is_false() {
     let declared = Excitation::Paper.scenario(robot(), 1000).expect("a scenario");
     let simulated = sim::simulate(&declared, 3).expect("contacts");

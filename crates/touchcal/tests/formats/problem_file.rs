@@ -173,6 +173,14 @@ fn defaults_are_filled_in() {
     assert_eq!((problem.loss, problem.parameters.len()), (Loss::GemanMcClure(3.0), 0));
 }
 
+/// A log may be of a built-in arm other than the one that is named.
+#[test]
+fn built_in_arms_are_known() {
+    let problem = read(FULL).expect("a problem").problem;
+    let names: Vec<&str> = problem.other_arms.iter().map(|arm| arm.name()).collect();
+    assert_eq!(names, ["iiwa14", "panda"]);
+}
+
 #[test]
 fn compliance_needs_gravity() {
     let bending = FULL.replacen("\"joint_origin\"]", "\"joint_origin\", \"joint_compliance\"]", 1);

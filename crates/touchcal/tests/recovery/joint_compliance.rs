@@ -253,6 +253,7 @@ fn touching(errors: &[(KinematicParameter, f64)], sockets: &[[f64; 3]], noise: &
         loss: Loss::GemanMcClure(3.0),
         method: Method::LevenbergMarquardt,
         options: touchcal::estimate::EstimatorOptions::default(),
+        other_arms: Vec::new(),
     }
 }
 

@@ -16,6 +16,7 @@ mod gradient_descent;
 mod joint_compliance;
 mod load;
 mod meshes;
+mod mistaken_declarations;
 mod not_identifiable;
 mod not_usable;
 mod recorded_logs;

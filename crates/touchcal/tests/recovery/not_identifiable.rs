@@ -108,6 +108,7 @@ fn table(parameters: fn(&robot::Robot) -> Vec<touchcal::parameter::Parameter>) -
         method: Method::LevenbergMarquardt,
         loss: Loss::GemanMcClure(3.0),
         options: touchcal::estimate::EstimatorOptions::default(),
+        other_arms: Vec::new(),
     }
 }
 

@@ -1,5 +1,6 @@
 //! What an estimation ends with: values, never log text.
 
+mod declaration_mistake;
 mod effect_test;
 mod estimate;
 mod identifiability;
@@ -7,6 +8,7 @@ mod progress;
 mod score;
 mod warning;
 
+pub use declaration_mistake::{Agreement, DeclarationMistake, DeclaredLength};
 pub use effect_test::{EffectTest, EffectValue, OmittedEffect};
 pub use estimate::{ContactCount, Estimate, ParameterEstimate, Status, Verdict};
 pub use identifiability::{Identifiability, NullDirection};

@@ -1,5 +1,6 @@
 //! Warnings with their severity, message and advice.
 
+use super::declaration_mistake::{Agreement, DeclarationMistake};
 use super::effect_test::OmittedEffect;
 use crate::se3::Pose;
 
@@ -173,6 +174,16 @@ pub enum Warning {
     /// The calibrated arm is compliant, which a URDF reader that ignores compliance cannot
     /// reproduce.
     ComplianceInRobot,
+    /// A declaration is wrong in kind: contacts contradict it, and agree with it but for that
+    /// mistake.
+    MistakenDeclaration {
+        /// The mistake.
+        mistake: DeclarationMistake,
+        /// How well contacts agree with the declarations as they are.
+        declared: Agreement,
+        /// How well contacts agree with them without the mistake.
+        corrected: Agreement,
+    },
 }
 
 impl Warning {
@@ -188,6 +199,7 @@ impl Warning {
             | Warning::Implausible { .. }
             | Warning::NoiseContradicted { .. }
             | Warning::NotTouching { .. }
+            | Warning::MistakenDeclaration { .. }
             | Warning::CompetingMinimum => false,
             Warning::CorrelatedErrors { usable, .. }
             | Warning::ManyRejected { usable, .. }
@@ -225,6 +237,7 @@ impl Warning {
             Warning::OmittedEffect { .. } => "omitted_effect",
             Warning::ToolNotInRobot { .. } => "tool_not_in_robot",
             Warning::ComplianceInRobot => "compliance_in_robot",
+            Warning::MistakenDeclaration { .. } => "mistaken_declaration",
         }
     }
 
@@ -288,6 +301,7 @@ impl Warning {
             Warning::ComplianceInRobot => {
                 "only touchcal reads joint compliance from the calibrated robot description".to_owned()
             }
+            Warning::MistakenDeclaration { mistake, declared, corrected } => mistake.message(declared, corrected),
         }
     }
 
@@ -340,6 +354,7 @@ impl Warning {
             Warning::ComplianceInRobot => {
                 "apply the compliance in the arm's driver, or calibrate without joint compliance"
             }
+            Warning::MistakenDeclaration { mistake, .. } => mistake.remedy(),
         }
     }
 }

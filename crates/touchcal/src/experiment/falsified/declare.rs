@@ -1,6 +1,5 @@
 //! Changes of a problem that has been posed.
 
-use crate::contact::{ContactLog, Source};
 use crate::estimate::Problem;
 use crate::geometry::{Parts, PrismPair};
 use crate::manifold::exact_manifold;
@@ -21,21 +20,6 @@ pub(super) fn change_parts(
 }
 
 /// Changes the joint positions `q` (rad or m) of each contact: `change(i, q)`. Loads stay.
-pub(super) fn change_positions(problem: &mut Problem, mut change: impl FnMut(usize, &mut [f64])) {
-    let contacts = &problem.contacts;
-    let mut changed = ContactLog::new(contacts.dof());
-    contacts.files().iter().for_each(|file| {
-        changed.add_file(file);
-    });
-    changed.count_rows(contacts.rows_read());
-    for i in 0..contacts.len() {
-        let mut q = contacts.q(i).to_vec();
-        change(i, &mut q);
-        let Source { file, line } = contacts.source(i);
-        changed.push(&q, contacts.fixture(i), Source { file, line });
-        if contacts.has_loads() {
-            changed.set_load(contacts.load(i));
-        }
-    }
-    problem.contacts = changed;
+pub(super) fn change_positions(problem: &mut Problem, change: impl FnMut(usize, &mut [f64])) {
+    problem.contacts = problem.contacts.with_positions(change);
 }

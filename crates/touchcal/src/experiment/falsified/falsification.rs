@@ -1,6 +1,6 @@
 //! What is false: of the simulated world, or of the problem that is posed of it.
 
-use nalgebra::Vector3;
+use nalgebra::{UnitQuaternion, Vector3};
 use rand::{RngExt, SeedableRng};
 use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64;
@@ -8,8 +8,10 @@ use rand_pcg::Pcg64;
 use super::declare::{change_parts, change_positions};
 use crate::estimate::Problem;
 use crate::geometry::{Parts, Polygon, PrismPair};
+use crate::parameter::{Block, ParameterId};
+use crate::robot::{JointKind, KinematicParameter, calibrated};
 use crate::se3::{self, Twist};
-use crate::sim::{PartsError, Scenario};
+use crate::sim::{PartsError, Scenario, Truth};
 
 /// Makes chance of what is false another than that of the simulation with the same seed.
 const PURPOSE: u64 = 0x5EED_FA15_E000_0001;
@@ -77,6 +79,21 @@ pub enum Falsification {
     JointsExchanged,
     /// Distances between fixtures are declared larger by this share of themselves (1).
     Spacing(f64),
+    /// The tool's frame is turned by half a turn about its own x axis.
+    ToolTurned,
+    /// The tool's position on the tip link has the opposite sign.
+    ToolOpposite,
+    /// Positions of all fixtures in base, in metres where millimetres were meant: a thousandth of
+    /// the true ones.
+    FixtureInMetres,
+    /// Columns of all joints are in the opposite order in the log.
+    JointsReversed,
+    /// Positions of turning joints are degrees that are taken as radians.
+    JointsInDegrees,
+    /// One joint of the log counts in the opposite direction.
+    JointSign,
+    /// All lengths of the described arm are this factor (1, > 0) times the true arm's nominal ones.
+    ArmSize(f64),
 }
 
 impl Falsification {
@@ -116,12 +133,34 @@ impl Falsification {
                 change_parts(problem, scenario, changed)?;
             }
             Falsification::Outline(share) => change_parts(problem, scenario, |parts| scaled(parts, 1.0 + share))?,
+            Falsification::ToolTurned => problem.tool.tip_from_tool.rotation *= half_turn(),
+            Falsification::ToolOpposite => problem.tool.tip_from_tool.translation.vector.neg_mut(),
+            Falsification::FixtureInMetres => {
+                for pose in problem.fixtures.iter_mut().filter_map(|fixture| fixture.base_from_fixture.as_mut()) {
+                    pose.translation.vector *= 1e-3;
+                }
+            }
+            Falsification::ArmSize(factor) => {
+                problem.robot = calibrated(&problem.robot, &[KinematicParameter::Strain], &[factor - 1.0]);
+            }
             Falsification::Spacing(share) => {
                 problem.distances.iter_mut().for_each(|known| known.distance *= 1.0 + share);
             }
             _ => self.falsify_contacts(problem, random),
         }
         Ok(())
+    }
+
+    /// The truth of a simulation as errors of the arm that the problem describes: strains are of
+    /// its lengths. Joint origins are left as they are.
+    pub(super) fn relative_truth(&self, truth: &Truth) -> Truth {
+        let mut relative = truth.clone();
+        if let Falsification::ArmSize(factor) = *self {
+            let is_strain = |id: ParameterId| matches!(id.block(), Block::Strain | Block::SegmentStrain);
+            let strains = relative.errors.iter_mut().filter(|(id, _)| is_strain(*id));
+            strains.for_each(|(_, strain)| *strain = (1.0 + *strain) / factor - 1.0);
+        }
+        relative
     }
 
     /// Changes the joint positions of the contacts.
@@ -151,6 +190,16 @@ impl Falsification {
                 let joint = random.random_range(0..dof - 1);
                 change_positions(problem, |_, q| q.swap(joint, joint + 1));
             }
+            Falsification::JointsReversed => change_positions(problem, |_, q| q.reverse()),
+            Falsification::JointsInDegrees => {
+                let turns: Vec<bool> = problem.robot.moving().map(|joint| joint.kind != JointKind::Prismatic).collect();
+                let in_degrees = |(q, &turns): (&mut f64, &bool)| *q = if turns { q.to_degrees() } else { *q };
+                change_positions(problem, |_, q| q.iter_mut().zip(&turns).for_each(in_degrees));
+            }
+            Falsification::JointSign => {
+                let joint = random.random_range(0..dof);
+                change_positions(problem, |_, q| q[joint] = -q[joint]);
+            }
             _ => {}
         }
     }
@@ -166,6 +215,10 @@ impl Displacement {
             Displacement::Sized { length, angle } => se3::twist(&(v.normalize() * length), &(w.normalize() * angle)),
         }
     }
+}
+
+fn half_turn() -> UnitQuaternion<f64> {
+    UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI)
 }
 
 fn normal(random: &mut Pcg64) -> f64 {

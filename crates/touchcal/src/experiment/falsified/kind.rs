@@ -2,8 +2,9 @@
 
 use Declared::{Defaults, FixtureExact, FixtureFree, FixtureSigma, ShapesExact, ToolExact};
 use Falsification::{
-    Clearance, Depth, EncoderDrift, EncoderHarmonic, EncoderNoise, FalseContacts, FewContacts, FixturePlace, Friction,
-    JointCompliance, JointsExchanged, Nothing, Outline, Spacing, ToolInMetres, ToolPlace,
+    ArmSize, Clearance, Depth, EncoderDrift, EncoderHarmonic, EncoderNoise, FalseContacts, FewContacts,
+    FixtureInMetres, FixturePlace, Friction, JointCompliance, JointSign, JointsExchanged, JointsInDegrees,
+    JointsReversed, Nothing, Outline, Spacing, ToolInMetres, ToolOpposite, ToolPlace, ToolTurned,
 };
 
 use super::excitation::Excitation;
@@ -81,7 +82,7 @@ const FALSE: Falsification = FalseContacts { share: 0.2, deviation: 0.3 * DEG };
 impl FalsifiedKind {
     /// The battery, in the order in which it is shown.
     #[rustfmt::skip]
-    pub const ALL: [FalsifiedKind; 34] = [
+    pub const ALL: [FalsifiedKind; 41] = [
         tried(ALL, kind("nothing_exact", "nothing; tool, hole and shapes declared exact", Nothing, Declared::Scenario)),
         tried(ALL, kind("nothing", "nothing", Nothing, Defaults)),
         kind("hole_drawn", "hole off by a draw from the default, 1 mm and 0.5°", FixturePlace(DRAWN_HOLE), Defaults),
@@ -96,7 +97,7 @@ impl FalsifiedKind {
         kind("tool_0.5mm", "tool off by 0.5 mm and 0.2°", ToolPlace(sized(0.5 * MM, 0.2 * DEG)), Defaults),
         kind("tool_0.1mm", "tool off by 0.1 mm and 0.05°", ToolPlace(sized(0.1 * MM, 0.05 * DEG)), Defaults),
         kind("tool_exact_0.5mm", "tool declared exact, off by 0.5 mm and 0.2°", ToolPlace(sized(0.5 * MM, 0.2 * DEG)), ToolExact),
-        kind("tool_in_metres", "tool's position a thousandth of the true one", ToolInMetres, Defaults),
+        tried(ALL, kind("tool_in_metres", "tool's position a thousandth of the true one", ToolInMetres, Defaults)),
         kind("clearance_wide_0.05mm", "hole declared 0.05 mm a side too wide", Clearance(0.05 * MM), Defaults),
         kind("clearance_narrow_0.05mm", "hole declared 0.05 mm a side too narrow", Clearance(-0.05 * MM), Defaults),
         kind("clearance_wide_0.02mm", "hole declared 0.02 mm a side too wide", Clearance(0.02 * MM), Defaults),
@@ -112,10 +113,17 @@ impl FalsifiedKind {
         kind("encoder_noise", "encoder noise three times the declared", EncoderNoise(3.0), Defaults),
         kind("false_contacts", "20 % of the contacts are none, joints off by 0.3°", FALSE, Defaults),
         kind("few_contacts", "nothing; 300 contacts only", FewContacts(300), Defaults),
-        kind("joints_exchanged", "two joints exchanged in the log", JointsExchanged, Defaults),
+        tried(ALL, kind("joints_exchanged", "two joints exchanged in the log", JointsExchanged, Defaults)),
         tried(SOCKETS, kind("spacing_0.25_percent", "distances of sockets declared 0.25 % too large", Spacing(0.0025), Defaults)),
         tried(SOCKETS, kind("spacing_0.6_percent", "distances of sockets declared 0.6 % too large", Spacing(0.006), Defaults)),
         tried(SOCKETS, kind("spacing_2.5_percent", "distances of sockets declared 2.5 % too large", Spacing(0.025), Defaults)),
+        kind("tool_turned", "tool's frame turned by 180° about its x axis", ToolTurned, Defaults),
+        tried(ALL, kind("tool_opposite", "tool's position with the opposite sign", ToolOpposite, Defaults)),
+        kind("hole_in_metres", "hole's position a thousandth of the true one", FixtureInMetres, Defaults),
+        tried(ALL, kind("joints_reversed", "joints in the opposite order in the log", JointsReversed, Defaults)),
+        tried(ALL, kind("joints_degrees", "degrees in the log, taken as radians", JointsInDegrees, Defaults)),
+        tried(ALL, kind("joint_sign", "one joint with the opposite sign in the log", JointSign, Defaults)),
+        tried(ALL, kind("other_arm", "arm described with 0.9 times its lengths", ArmSize(0.9), Defaults)),
     ];
 
     /// The problem of a simulated trial: as [`problem`] poses it of `scenario`, with the declared

@@ -12,7 +12,7 @@ use crate::experiment::parameter_errors::{ParameterErrors, true_robot};
 use crate::experiment::tool_error::random_positions;
 use crate::robot::{Kinematics, Robot};
 use crate::se3::Pose;
-use crate::sim::{self, PartsError, SimulatedTrial, SimulationError, Truth};
+use crate::sim::{self, PartsError, SimulatedTrial, SimulationError};
 
 /// Probability (1) with which the NEES of honest errors is below the limit.
 const HONEST: f64 = 0.999;
@@ -96,7 +96,11 @@ pub fn falsified_trial(
     let problem = kind.problem(&declared, &simulated, seed)?;
     let estimate = calibrate(&problem, &mut |_| watch());
     let row = FalsifiedRow { excitation: excitation.name().to_owned(), seed, ..empty(kind, &problem) };
-    Ok(compare(row, &problem, &estimate, (&simulated.truth, simulated.truth.tip_from_tool(&scenario))))
+    let truth = &simulated.truth;
+    let tip_from_tool = truth.tip_from_tool(&scenario);
+    let true_arm = Kinematics::new(&true_robot(&declared.robot, truth), &[], tip_from_tool);
+    let errors = ParameterErrors::new(&estimate, &kind.falsification.relative_truth(truth));
+    Ok(compare(row, &problem, &estimate, (&errors, &true_arm)))
 }
 
 fn empty(kind: &FalsifiedKind, problem: &Problem) -> FalsifiedRow {
@@ -116,23 +120,22 @@ fn empty(kind: &FalsifiedKind, problem: &Problem) -> FalsifiedRow {
     }
 }
 
-/// The row with the errors of `estimate`; the truth with the true pose of the tool on the tip link.
+/// The row with the errors of `estimate`, and of the tool against `true_arm`, which holds the tool
+/// as it truly does.
 fn compare(
     row: FalsifiedRow,
     problem: &Problem,
     estimate: &Estimate,
-    (truth, tip_from_tool): (&Truth, Pose),
+    (errors, true_arm): (&ParameterErrors, &Kinematics),
 ) -> FalsifiedRow {
-    let errors = ParameterErrors::new(estimate, truth);
     let nees = errors.nees(&estimate.covariance);
     let answered = estimate.status == Status::Converged;
     let within = nees.is_some_and(|nees| nees < limit(errors.which.len()));
     let positions = random_positions(&problem.robot, WORKSPACE.0, WORKSPACE.1);
-    let truth = Kinematics::new(&true_robot(&problem.robot, truth), &[], tip_from_tool);
     let found = problem.tool.tip_from_tool * estimate.tool_motion().unwrap_or_else(Pose::identity);
     let found = Kinematics::new(&estimate.robot, &[], found);
     let place = |arm: &Kinematics, q: &[f64]| arm.pose(q).translation.vector;
-    let distances = positions.iter().map(|q| (place(&truth, q) - place(&found, q)).norm());
+    let distances = positions.iter().map(|q| (place(true_arm, q) - place(&found, q)).norm());
     let sigmas = tool_uncertainty(problem, estimate, positions.iter().map(Vec::as_slice));
     let mut warnings: Vec<String> = Vec::new();
     for warning in &estimate.warnings {

@@ -18,7 +18,7 @@ use crate::io::base::suggest::{did_you_mean, list};
 use crate::io::base::toml_text::{number, quoted as toml_quoted};
 use crate::io::log::contact_log;
 use crate::io::problem::loaded::Loaded;
-use crate::io::robot::urdf::UrdfFile;
+use crate::io::robot::urdf::{self, UrdfFile};
 use crate::manifold::BallInSocket;
 use crate::parameter::{joint_compliance, joint_origin};
 use crate::robot::Robot;
@@ -111,6 +111,7 @@ pub fn read(folder: &Path, urdf: UrdfFile, options: &MukcaOptions) -> Result<Loa
         parameters,
         joint_drift: true,
         loss: Loss::GemanMcClure(LOSS_SCALE),
+        other_arms: urdf::builtin_arms(),
         ..Problem::new(robot, tool, fixtures, contacts)
     };
     Ok(Loaded { problem, urdf: text, inputs })

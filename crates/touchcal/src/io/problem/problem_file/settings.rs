@@ -12,6 +12,7 @@ use crate::contact::ContactLog;
 use crate::estimate::{Distance, Fixture, Noise, PlacePrior, Problem, Tool};
 use crate::io::base::bytes;
 use crate::io::base::error::{IoError, Place};
+use crate::io::robot::urdf;
 use crate::robot::Robot;
 
 /// Standard deviation of the encoder noise if none is declared (rad): 0.005°, the repeatability of
@@ -110,6 +111,7 @@ impl Settings {
             joint_drift: wanted.joint_drift,
             method: wanted.method,
             loss: wanted.loss,
+            other_arms: urdf::builtin_arms(),
             ..Problem::new(robot, tool, fixtures, contacts)
         })
     }

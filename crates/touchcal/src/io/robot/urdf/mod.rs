@@ -111,3 +111,8 @@ pub fn read_builtin(name: &str, ends: Ends<'_>) -> Result<UrdfFile, IoError> {
     let robot = read(text, &file, ends)?;
     Ok(UrdfFile { robot, text: (*text).to_owned(), input: Input { path: file, sha256: bytes::sha256(text) } })
 }
+
+/// All arms in [`builtin::ALL`], each to its flange.
+pub(crate) fn builtin_arms() -> Vec<Robot> {
+    builtin::ALL.iter().filter_map(|(name, _)| Some(read_builtin(name, Ends::default()).ok()?.robot)).collect()
+}

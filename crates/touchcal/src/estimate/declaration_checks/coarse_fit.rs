@@ -1,0 +1,93 @@
+//! A coarse fit: how well contacts agree with what a problem declares.
+
+use std::ops::ControlFlow;
+
+use nalgebra::DVector;
+
+use crate::estimate::evaluate::score;
+use crate::estimate::model::{CalibrationModel, LinearizationPoint, Objective, add_distances};
+use crate::estimate::options::DeclarationCheckOptions;
+use crate::estimate::problem::{Distance, Problem};
+use crate::estimate::result::Agreement;
+use crate::estimate::search::SearchState;
+use crate::parameter::Block;
+use crate::solver::{LevenbergMarquardtOptions, NormalEquations, minimize};
+
+/// A coarse fit of a problem with all its contacts.
+pub(super) struct CoarseFit {
+    /// The problem.
+    pub problem: Problem,
+    /// Parameters (SI) in the order of the problem's layout.
+    pub theta: DVector<f64>,
+    /// Cost (1): squared distances from envelopes, all contacts counting as ten, and squared
+    /// deviations from priors and known distances.
+    pub cost: f64,
+    /// Root mean square of the envelopes' rows (1).
+    pub envelope: f64,
+    /// Largest deviation (1) of a parameter or a known distance, see [`Agreement::deviations`].
+    pub deviations: f64,
+}
+
+impl CoarseFit {
+    /// The minimum of the cost from zero, after at most `max_iterations`.
+    pub fn minimum(problem: Problem, max_iterations: usize) -> CoarseFit {
+        let mut search = SearchState::new(&problem);
+        let options = LevenbergMarquardtOptions { max_iterations, ..problem.options.search.coarse };
+        let (start, free) = (search.theta.clone(), search.free.clone());
+        let linearize = |theta: &DVector<f64>| normal_equations(&mut search, theta);
+        let minimum = minimize(linearize, start, &free, options, &mut |_, _| ControlFlow::Continue(()));
+        CoarseFit::at(problem, minimum.theta)
+    }
+
+    /// The fit with parameters `theta` (SI, in the order of the layout); gap biases count as zero,
+    /// which envelopes do not have.
+    pub fn at(problem: Problem, mut theta: DVector<f64>) -> CoarseFit {
+        let mut search = SearchState::new(&problem);
+        for (parameter, value) in search.model.layout.parameters.iter().zip(theta.iter_mut()) {
+            if parameter.id.block() == Block::GapBias {
+                *value = 0.0;
+            }
+        }
+        let normal = normal_equations(&mut search, &theta);
+        let point = LinearizationPoint::new(&search.model, &theta);
+        let parameters = search.model.layout.parameters.iter().zip(theta.iter());
+        let of_priors = parameters.map(|(parameter, value)| value / parameter.prior_sigma().unwrap_or(parameter.scale));
+        let of_distances = problem.distances.iter().map(|distance| deviation(&point, distance));
+        let deviations: Vec<f64> = of_priors.chain(of_distances).collect();
+        let of_envelopes = normal.cost - deviations.iter().map(|deviation| deviation * deviation).sum::<f64>();
+        let (cost, rows) = (normal.cost, normal.rows.max(f64::MIN_POSITIVE));
+        let deviations = deviations.iter().fold(0.0, |most: f64, deviation| most.max(deviation.abs()));
+        CoarseFit { problem, theta, cost, envelope: (of_envelopes.max(0.0) / rows).sqrt(), deviations }
+    }
+
+    /// Distances and deviations for people.
+    pub fn agreement(&self) -> Agreement {
+        let model = CalibrationModel::new(&self.problem);
+        let distance = score(&LinearizationPoint::new(&model, &self.theta)).all.rms;
+        Agreement { distance, deviations: self.deviations }
+    }
+
+    /// Whether contacts agree with the declarations as far as a coarse fit can tell.
+    pub fn is_plausible(&self, options: &DeclarationCheckOptions) -> bool {
+        self.envelope <= options.max_envelope && self.deviations <= options.max_deviations
+    }
+
+    /// Whether this fit costs so much less than `cost` that chance does not explain it.
+    pub fn is_far_better_than(&self, cost: f64, options: &DeclarationCheckOptions) -> bool {
+        self.cost + options.min_cost_difference < cost && options.min_cost_ratio * self.cost < cost
+    }
+}
+
+/// Normal equations of the coarse stage, with known distances.
+fn normal_equations(search: &mut SearchState<'_>, theta: &DVector<f64>) -> NormalEquations {
+    let mut normal = search.normal_equations(theta, Objective::Envelope, 1);
+    add_distances(&LinearizationPoint::new(&search.model, theta), &mut normal);
+    normal.complete()
+}
+
+/// Deviation (1) of a known distance from what is declared, in standard deviations.
+fn deviation(point: &LinearizationPoint<'_>, distance: &Distance) -> f64 {
+    let (a, b) = distance.between;
+    let [from, to] = [a, b].map(|f| point.fixtures[f].base_from_fixture.translation.vector);
+    ((to - from).norm() - distance.distance) / distance.sigma
+}

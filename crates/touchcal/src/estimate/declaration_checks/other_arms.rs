@@ -1,0 +1,86 @@
+//! Other arms than the described one, of which a log may be.
+
+use super::coarse_fit::CoarseFit;
+use crate::estimate::options::DeclarationCheckOptions;
+use crate::estimate::problem::{PlacePrior, Problem};
+use crate::estimate::result::DeclarationMistake;
+use crate::parameter::{Block, segment_strain, strain};
+use crate::robot::segments;
+
+/// Standard deviation (1) of the strains by which another arm differs.
+const STRAIN_SIGMA: f64 = 0.1;
+/// Least strain (1) of another arm: less is an error of this one.
+const MIN_STRAIN: f64 = 0.02;
+/// Standard deviations (m, rad) of places that were declared grossly wrong.
+const GROSS: PlacePrior = PlacePrior::Gaussian { sigma: 0.05, sigma_angle: 10.0 * std::f64::consts::PI / 180.0 };
+/// What another parameter must gain in cost (1): the Bayesian information criterion with some tens
+/// of measurements (Schwarz 1978).
+const COST_OF_PARAMETER: f64 = 4.0;
+
+/// By how much the cost (1) of another arm must be less than those of wrong places and of wrong
+/// distances, which have similar effects.
+const MIN_ADVANTAGE: f64 = 20.0;
+
+/// Coarse fits as other arms that agree with the contacts better than wrong places of tool and
+/// fixtures, or wrong distances, would.
+pub(super) fn other_arms(problem: &Problem) -> Vec<(DeclarationMistake, CoarseFit)> {
+    let options = &problem.options.declaration_check;
+    let without_distances = Problem { distances: Vec::new(), ..problem.clone() };
+    let wrong = [with_free_places(problem), without_distances];
+    let costs = wrong.into_iter().map(|problem| CoarseFit::minimum(problem, options.max_iterations).cost);
+    let to_beat = costs.fold(f64::INFINITY, f64::min) - MIN_ADVANTAGE;
+    let mut arms = strained_arms(problem, options);
+    arms.extend(known_arms(problem, options));
+    arms.retain(|(_, fit)| fit.cost < to_beat);
+    arms
+}
+
+/// The arm in another size, and with other lengths.
+fn strained_arms(problem: &Problem, options: &DeclarationCheckOptions) -> Vec<(DeclarationMistake, CoarseFit)> {
+    let has = |block: Block| problem.parameters.iter().any(|parameter| parameter.id.block() == block);
+    let mut strains = Vec::new();
+    if !has(Block::SegmentStrain) {
+        strains.push(segment_strain(&problem.robot));
+        if !has(Block::Strain) {
+            strains.push(vec![strain()]);
+        }
+    }
+    let each = strains.into_iter().filter_map(|strains| {
+        let (first, count) = (problem.parameters.len(), strains.len());
+        let mut strained = problem.clone();
+        strained.parameters.extend(strains.into_iter().map(|strain| strain.with_sigma(STRAIN_SIGMA)));
+        let mut fit = CoarseFit::minimum(strained, options.max_iterations);
+        fit.cost += COST_OF_PARAMETER * count as f64;
+        let values = fit.theta.rows(first, count);
+        let segments = segments(&problem.robot).into_iter().enumerate();
+        // A single strain is that of all segments.
+        let lengths = segments
+            .map(|(k, segment)| (segment.name, segment.length, segment.length * (1.0 + values[k.min(count - 1)])))
+            .collect();
+        let is_other = values.iter().any(|strain| strain.abs() > MIN_STRAIN);
+        is_other.then_some((DeclarationMistake::ArmLengths { segments: lengths }, fit))
+    });
+    each.collect()
+}
+
+/// The arms that the problem knows besides its own, of as many joints.
+fn known_arms(problem: &Problem, options: &DeclarationCheckOptions) -> Vec<(DeclarationMistake, CoarseFit)> {
+    let arms = problem.other_arms.iter().filter(|arm| arm.dof() == problem.robot.dof());
+    let each = arms.map(|arm| {
+        let robot = arm.clone().with_gravity(*problem.robot.gravity());
+        let fit = CoarseFit::minimum(Problem { robot, ..problem.clone() }, options.max_iterations);
+        (DeclarationMistake::OtherArm { name: arm.name().to_owned() }, fit)
+    });
+    each.collect()
+}
+
+/// The problem with places of tool and fixtures that may be grossly wrong.
+fn with_free_places(problem: &Problem) -> Problem {
+    let mut free = problem.clone();
+    free.tool.prior = GROSS;
+    free.fixtures
+        .iter_mut()
+        .filter(|fixture| fixture.base_from_fixture.is_some())
+        .for_each(|fixture| fixture.prior = GROSS);
+    free
+}

@@ -1,0 +1,218 @@
+//! Declarations that are wrong in kind are named, and true ones are not.
+
+use std::ops::ControlFlow;
+
+use touchcal::contact::ContactLog;
+use touchcal::estimate::{DeclarationMistake, DeclaredLength, Problem, Status, Warning, inspect};
+use touchcal::experiment::falsified::{Excitation, FalsifiedKind};
+use touchcal::experiment::problem;
+use touchcal::io::mukca::{self, MukcaOptions};
+use touchcal::io::urdf::{self, Ends};
+use touchcal::robot::{KinematicParameter, Robot, calibrated};
+use touchcal::sim::{self, Preset};
+
+use crate::support::{data, mujoco_trial, mujoco_trials, solve};
+
+const ALL: &[Excitation] = &[Excitation::Paper, Excitation::Rich, Excitation::Sockets];
+const PEG: &[Excitation] = &[Excitation::Paper, Excitation::Rich];
+
+fn arm(name: &str) -> Robot {
+    urdf::read_builtin(name, Ends::default()).expect("built in").robot
+}
+
+/// The problem of a simulated trial as `kind` declares it.
+fn declared(kind: &str, excitation: Excitation, seed: u64) -> Problem {
+    let kind = FalsifiedKind::by_name(kind).expect("a kind");
+    let scenario = excitation.scenario(arm("iiwa14"), 1000).expect("a scenario");
+    kind.problem(&scenario, &sim::simulate(&scenario, seed).expect("contacts"), seed).expect("a problem")
+}
+
+fn mistakes(warnings: &[Warning]) -> Vec<DeclarationMistake> {
+    let of = |warning: &Warning| match warning {
+        Warning::MistakenDeclaration { mistake, .. } => Some(mistake.clone()),
+        _ => None,
+    };
+    warnings.iter().filter_map(of).collect()
+}
+
+/// The mistakes that an inspection names.
+fn inspected(problem: &Problem) -> Vec<DeclarationMistake> {
+    mistakes(&inspect(problem, &mut |_| ControlFlow::Continue(())).warnings)
+}
+
+/// The problem with the joint positions of each contact changed.
+fn with_positions(problem: &Problem, change: impl Fn(&mut [f64])) -> Problem {
+    let old = &problem.contacts;
+    let mut contacts = ContactLog::new(old.dof());
+    for i in 0..old.len() {
+        let mut q = old.q(i).to_vec();
+        change(&mut q);
+        contacts.push(&q, old.fixture(i), old.source(i));
+    }
+    Problem { contacts, ..problem.clone() }
+}
+
+/// Names of the joints whose positions in the first contact differ between two problems.
+fn differing(one: &Problem, other: &Problem) -> Vec<String> {
+    let both = one.contacts.q(0).iter().zip(other.contacts.q(0));
+    let named = one.robot.moving().zip(both).filter(|(_, (a, b))| a != b);
+    named.map(|(joint, _)| joint.name.clone()).collect()
+}
+
+/// Each excitation with a seed of its own.
+fn seeded(excitations: &[Excitation]) -> impl Iterator<Item = (Excitation, u64)> {
+    excitations.iter().copied().zip(1..)
+}
+
+#[track_caller]
+fn named(kind: &str, excitations: &[Excitation], expected: impl Fn(&Problem, &Problem) -> DeclarationMistake) {
+    for (excitation, seed) in seeded(excitations) {
+        let wrong = declared(kind, excitation, seed);
+        let expected = expected(&declared("nothing", excitation, seed), &wrong);
+        assert_eq!(inspected(&wrong), std::slice::from_ref(&expected), "{kind}, {excitation:?}");
+        // A peg's search for what cannot be found takes seconds.
+        if excitation == Excitation::Sockets {
+            let estimate = solve(&wrong);
+            assert_eq!(mistakes(&estimate.warnings), [expected], "{kind}, {excitation:?}");
+            assert_eq!(estimate.status, Status::NotUsable, "{kind}, {excitation:?}");
+        }
+    }
+}
+
+fn unit(of: DeclaredLength, factor: f64) -> DeclarationMistake {
+    DeclarationMistake::LengthUnit { of, factor }
+}
+
+#[test]
+fn lengths_in_another_unit() {
+    named("tool_in_metres", ALL, |_, _| unit(DeclaredLength::Tool, 1e3));
+    named("hole_in_metres", PEG, |_, _| unit(DeclaredLength::Fixture("hole".to_owned()), 1e3));
+
+    let mut everything = declared("tool_in_metres", Excitation::Paper, 1);
+    everything.fixtures[0].base_from_fixture.as_mut().expect("a place").translation.vector *= 1e-3;
+    assert_eq!(inspected(&everything), [unit(DeclaredLength::All, 1e3)]);
+
+    let mut inches = declared("nothing", Excitation::Paper, 1);
+    inches.tool.tip_from_tool.translation.vector /= 25.4;
+    assert_eq!(inspected(&inches), [unit(DeclaredLength::Tool, 25.4)]);
+
+    let mut distances = declared("nothing", Excitation::Sockets, 1);
+    distances.distances[1].distance *= 1e3;
+    let between = ["left/0", "left/1"].map(str::to_owned);
+    assert_eq!(inspected(&distances), [unit(DeclaredLength::Distance(between), 1e-3)]);
+    for k in [0, 2] {
+        distances.distances[k].distance *= 1e3;
+    }
+    assert_eq!(inspected(&distances), [unit(DeclaredLength::Distances, 1e-3)]);
+}
+
+#[test]
+fn a_tool_turned_or_mirrored() {
+    named("tool_turned", PEG, |_, _| DeclarationMistake::ToolTurned { axis: 0, quarters: 2 });
+    named("tool_opposite", ALL, |_, _| DeclarationMistake::ToolOpposite);
+}
+
+#[test]
+fn joints_in_another_order_or_of_another_sign() {
+    named("joints_exchanged", ALL, |right, wrong| {
+        let joints = differing(right, wrong).try_into().expect("two joints");
+        DeclarationMistake::JointsExchanged { joints }
+    });
+    named("joint_sign", ALL, |right, wrong| {
+        let [joint] = differing(right, wrong).try_into().expect("a joint");
+        DeclarationMistake::JointSign { joint }
+    });
+    named("joints_reversed", ALL, |_, _| DeclarationMistake::JointsReversed);
+}
+
+#[test]
+fn joint_positions_in_another_unit() {
+    named("joints_degrees", ALL, |_, _| DeclarationMistake::DegreesAsRadians);
+    for (excitation, seed) in seeded(ALL) {
+        let right = declared("nothing", excitation, seed);
+        let wrong = with_positions(&right, |q| q.iter_mut().for_each(|q| *q = q.to_radians()));
+        assert_eq!(inspected(&wrong), [DeclarationMistake::RadiansAsDegrees], "{excitation:?}");
+    }
+}
+
+/// With the peg every search is beside the hole; the answer is refused with the name of the
+/// mistake.
+#[test]
+fn a_calibration_names_the_mistake() {
+    let estimate = solve(&declared("tool_turned", Excitation::Paper, 1));
+    assert_eq!(estimate.status, Status::NotUsable);
+    let turned = DeclarationMistake::ToolTurned { axis: 0, quarters: 2 };
+    assert_eq!(mistakes(&estimate.warnings), [turned], "{:?}", estimate.warnings);
+}
+
+/// Arms of one shape: described with 0.9 times the lengths, and with an upper arm 40 mm too short.
+#[test]
+fn another_arm_of_the_same_shape() {
+    for seed in 1..=5 {
+        let wrong = declared("other_arm", Excitation::Sockets, seed);
+        let found = inspected(&wrong);
+        let [DeclarationMistake::ArmLengths { segments }] = found.as_slice() else { panic!("{seed}: {found:?}") };
+        for (name, described, true_length) in segments {
+            let factor = true_length / described;
+            assert!((factor * 0.9 - 1.0).abs() < 0.01, "{seed}, {name}: {factor}");
+        }
+        assert_eq!(solve(&wrong).status, Status::NotUsable);
+
+        let mut wrong = declared("nothing", Excitation::Sockets, seed);
+        wrong.robot = calibrated(&wrong.robot, &[KinematicParameter::SegmentStrain(1)], &[-40.0 / 420.0]);
+        let found = inspected(&wrong);
+        let [DeclarationMistake::ArmLengths { segments }] = found.as_slice() else { panic!("{seed}: {found:?}") };
+        let (_, described, true_length) = &segments[1];
+        // Twice the standard deviation of the ball's place.
+        assert!((described - 0.38).abs() < 1e-9 && (true_length - 0.42).abs() < 4e-3, "{seed}: {segments:?}");
+    }
+}
+
+#[test]
+fn another_arm_by_name() {
+    for (excitation, seed) in seeded(ALL) {
+        let right = declared("nothing", excitation, seed);
+        let arms = vec![arm("panda"), arm("iiwa14")];
+        let wrong = Problem { robot: arm("panda"), other_arms: arms, ..right };
+        let name = "iiwa14".to_owned();
+        assert_eq!(inspected(&wrong), [DeclarationMistake::OtherArm { name }], "{excitation:?}");
+    }
+}
+
+#[test]
+fn true_declarations_of_simulations() {
+    for preset in Preset::ALL {
+        for seed in 1..=4 {
+            let mut scenario = preset.scenario(arm("iiwa14")).expect("a scenario");
+            scenario.contacts = scenario.contacts.min(600);
+            let mut problem = problem(&scenario, &sim::simulate(&scenario, seed).expect("contacts"));
+            problem.other_arms = vec![arm("panda")];
+            assert_eq!(inspected(&problem), [], "{preset:?}, {seed}");
+        }
+    }
+}
+
+#[test]
+fn true_declarations_of_recorded_logs() {
+    let folder = data().join("mukca");
+    for (logs, file) in [
+        ("kuka_14", "iiwa14.urdf"),
+        ("panda_1", "panda.urdf"),
+        ("panda_3", "panda.urdf"),
+        ("dinova_2", "gen3lite.urdf"),
+    ] {
+        let names = mukca::placement_names(&folder.join(logs)).expect("placements");
+        for only in std::iter::once(Vec::new()).chain(names.into_iter().map(|name| vec![name])) {
+            let urdf = urdf::read_file(&folder.join(file), Ends::default()).expect("a URDF");
+            let options = MukcaOptions { only: only.clone(), ..MukcaOptions::default() };
+            let problem = mukca::read(&folder.join(logs), urdf, &options).expect("placements").problem;
+            assert_eq!(inspected(&problem), [], "{logs} {only:?}");
+        }
+    }
+    // The other logs are calibrated by `recorded_logs`, and refused for any mistake.
+    for profile in ["extrusion/paper", "extrusion/rich", "square/paper", "square/rich"] {
+        for trial in mujoco_trials(profile).iter().take(2) {
+            assert_eq!(inspected(&mujoco_trial(trial).0), [], "{trial}");
+        }
+    }
+}
