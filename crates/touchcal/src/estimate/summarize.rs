@@ -66,26 +66,38 @@ impl PostfitStatistics {
     }
 }
 
-/// The result of a search that has ended.
-pub(super) fn summarize(mut search: SearchState<'_>) -> Estimate {
-    let postfit = PostfitStatistics::new(&search.model, &search.theta, &mut search.caches);
+/// The posterior, with the design effect of one-sided contacts and the predictive check, which
+/// widen its covariance.
+fn posterior(
+    search: &mut SearchState<'_>,
+    postfit: &PostfitStatistics,
+) -> (Posterior, Option<f64>, Option<Prediction>) {
     let mut posterior = Posterior::new(&search.model, &postfit.information, &search.free, &search.fixed);
-    let sandwich = sandwich(&mut search);
-    let design_effect = sandwich.as_ref().map(|sandwich| sandwich.design_effect);
-    let prediction = match &sandwich {
-        Some(sandwich) => sandwich.prediction.clone(),
-        None => residual_prediction(&mut search),
+    let options = &search.model.problem.options;
+    let (design_effect, prediction) = match sandwich(search) {
+        Some(sandwich) => {
+            posterior.covariance = sandwich.covariance;
+            (Some(sandwich.design_effect), sandwich.prediction)
+        }
+        None => {
+            if search.informative_fraction.is_some() {
+                posterior.covariance *= options.contact_mode.least_gap_inflation.powi(2);
+            }
+            (None, residual_prediction(search))
+        }
     };
-    let (model, theta, problem) = (&search.model, &search.theta, search.model.problem);
-    if let Some(sandwich) = sandwich {
-        posterior.covariance = sandwich.covariance;
-    } else if search.informative_fraction.is_some() {
-        posterior.covariance *= problem.options.contact_mode.least_gap_inflation.powi(2);
-    }
-    let is_contradicted = |found: &&Prediction| found.p_value < problem.options.thresholds.prediction_p_value;
+    let is_contradicted = |found: &&Prediction| found.p_value < options.thresholds.prediction_p_value;
     if let Some(found) = prediction.as_ref().filter(is_contradicted) {
         posterior.covariance *= found.ratio.max(1.0).powi(2);
     }
+    (posterior, design_effect, prediction)
+}
+
+/// The result of a search that has ended.
+pub(super) fn summarize(mut search: SearchState<'_>) -> Estimate {
+    let postfit = PostfitStatistics::new(&search.model, &search.theta, &mut search.caches);
+    let (posterior, design_effect, prediction) = posterior(&mut search, &postfit);
+    let (model, theta, problem) = (&search.model, &search.theta, search.model.problem);
     // The least of several gaps scatters otherwise than each of them.
     let noise_factor = if uses_contact_modes(&search) { model.noise.mode_factor } else { postfit.noise_factor };
     let has_uncertainty = !problem.has_projection();

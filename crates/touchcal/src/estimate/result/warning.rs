@@ -2,7 +2,9 @@
 
 use super::declaration_mistake::{Agreement, DeclarationMistake};
 use super::effect_test::OmittedEffect;
-use super::warning_text::{distance_message, far_from_prior_advice, not_touching_message, scale_message};
+use super::warning_text::{
+    distance_message, far_from_prior_advice, not_touching_message, origin_message, scale_message,
+};
 use crate::se3::Pose;
 
 /// Consequence of a warning for the use of a result; the graver one is the lesser in their order,
@@ -262,10 +264,7 @@ impl Warning {
                 format!("{rows} measured rows cannot determine {parameters} parameters")
             }
             Warning::FixtureWithoutContacts { fixture } => format!("fixture `{fixture}` has no contacts"),
-            Warning::OriginOutsideTool { middle: [x, y] } => {
-                let (x, y) = (mm(x), mm(y));
-                format!("the tool's outline does not enclose the origin: its middle is at ({x:.1}, {y:.1}) mm")
-            }
+            Warning::OriginOutsideTool { middle } => origin_message(middle.map(|x| mm(&x))),
             Warning::DistanceContradicted { between, declared, measured } => {
                 distance_message(between, mm(declared), mm(measured))
             }

@@ -5,6 +5,11 @@ pub(super) fn distance_message([a, b]: &[String; 2], declared: f64, measured: f6
     format!("`{a}` and `{b}` are declared {declared} mm apart; by the nominal arm it is {measured:.1} mm")
 }
 
+/// Message on a tool's outline with its middle beside the origin (mm).
+pub(super) fn origin_message([x, y]: [f64; 2]) -> String {
+    format!("the tool's outline does not enclose the origin: its middle is at ({x:.1}, {y:.1}) mm")
+}
+
 /// Message on a mean gap at contact (m).
 pub(super) fn not_touching_message(name: &str, gap: f64) -> String {
     let verb = if gap > 0.0 { "float" } else { "penetrate" };
