@@ -14,7 +14,7 @@ use crate::table::Table;
 /// Below a label of the summary.
 pub const INDENT: &str = "          ";
 /// Most fixtures listed one by one.
-const MOST_FIXTURES: usize = 12;
+pub const MOST_FIXTURES: usize = 12;
 /// Most directions of the null space listed one by one.
 const MOST_DIRECTIONS: usize = 8;
 

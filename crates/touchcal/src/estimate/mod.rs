@@ -9,6 +9,7 @@ mod input_checks;
 mod inspect;
 mod model;
 mod options;
+mod prediction;
 mod problem;
 mod result;
 mod result_checks;
@@ -24,12 +25,14 @@ pub use options::{
     ContactModeOptions, EstimatorOptions, IdentifiabilityOptions, MultiStartOptions, SearchOptions,
     VarianceComponentOptions, WarningThresholds,
 };
+pub use prediction::evaluate_held_out;
 pub use problem::{
     DEFAULT_CONTACT, DEFAULT_DISTANCE_SIGMA, DEFAULT_ENCODER, Distance, Fixture, GradientDescent, Method, Noise,
     Optimizer, PlacePrior, Problem, ShapeTolerance, Tool,
 };
 pub use result::{
-    ContactCount, EffectTest, EffectValue, Estimate, Identifiability, NullDirection, OmittedEffect, ParameterEstimate,
-    Progress, Score, Severity, Spread, Stage, Status, Verdict, Warning,
+    CommonStrain, ContactCount, Contradiction, DistanceSource, EffectTest, EffectValue, Estimate, Evaluation,
+    FixtureDistance, Identifiability, NoiseSigma, NullDirection, OmittedEffect, ParameterEstimate, ParameterPosterior,
+    PosteriorEntry, Progress, Scatter, Score, Severity, Spread, Stage, Status, Verdict, Warning,
 };
 pub use uncertainty::{ToolUncertainty, cramer_rao, distance_uncertainty, tool_uncertainty, workspace_configurations};

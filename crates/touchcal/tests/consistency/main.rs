@@ -12,5 +12,6 @@ mod support;
 
 mod campaign;
 mod coverage;
+mod evaluation;
 mod falsified;
 mod simulator;

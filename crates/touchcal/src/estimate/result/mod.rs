@@ -2,14 +2,18 @@
 
 mod effect_test;
 mod estimate;
+mod evaluation;
 mod identifiability;
+mod posterior;
 mod progress;
 mod score;
 mod warning;
 
 pub use effect_test::{EffectTest, EffectValue, OmittedEffect};
-pub use estimate::{ContactCount, Estimate, ParameterEstimate, Status, Verdict};
+pub use estimate::{ContactCount, Estimate, NoiseSigma, ParameterEstimate, Status, Verdict};
+pub use evaluation::{CommonStrain, Contradiction, DistanceSource, Evaluation, FixtureDistance, Scatter};
 pub use identifiability::{Identifiability, NullDirection};
+pub use posterior::{ParameterPosterior, PosteriorEntry};
 pub(crate) use progress::Observer;
 pub use progress::{Progress, Stage};
 pub use score::{Score, Spread};
