@@ -25,13 +25,13 @@ pub use options::{
     ContactModeOptions, EstimatorOptions, IdentifiabilityOptions, MultiStartOptions, SearchOptions,
     VarianceComponentOptions, WarningThresholds,
 };
-pub use prediction::evaluate_held_out;
+pub use prediction::{arm_fit, evaluate_held_out};
 pub use problem::{
     DEFAULT_CONTACT, DEFAULT_DISTANCE_SIGMA, DEFAULT_ENCODER, Distance, Fixture, GradientDescent, Method, Noise,
     Optimizer, PlacePrior, Problem, ShapeTolerance, Tool,
 };
 pub use result::{
-    CommonStrain, ContactCount, Contradiction, DistanceSource, EffectTest, EffectValue, Estimate, Evaluation,
+    ArmFit, CommonStrain, ContactCount, Contradiction, DistanceSource, EffectTest, EffectValue, Estimate, Evaluation,
     FixtureDistance, Identifiability, NoiseSigma, NullDirection, OmittedEffect, ParameterEstimate, ParameterPosterior,
     PosteriorEntry, Progress, Scatter, Score, Severity, Spread, Stage, Status, Verdict, Warning,
 };

@@ -13,6 +13,7 @@
 //! Source: Box, *Some theorems on quadratic forms applied in the study of analysis of variance
 //! problems, I* (1954), theorem 3.1.
 
+mod arm_fit;
 mod distances;
 mod held_out;
 mod least_gap;
@@ -20,4 +21,5 @@ mod location;
 mod prediction_model;
 mod scatter;
 
+pub use arm_fit::arm_fit;
 pub use held_out::evaluate_held_out;

@@ -1,5 +1,6 @@
 //! What an estimation ends with: values, never log text.
 
+mod arm_fit;
 mod effect_test;
 mod estimate;
 mod evaluation;
@@ -9,6 +10,7 @@ mod progress;
 mod score;
 mod warning;
 
+pub use arm_fit::ArmFit;
 pub use effect_test::{EffectTest, EffectValue, OmittedEffect};
 pub use estimate::{ContactCount, Estimate, NoiseSigma, ParameterEstimate, Status, Verdict};
 pub use evaluation::{CommonStrain, Contradiction, DistanceSource, Evaluation, FixtureDistance, Scatter};
