@@ -1,5 +1,10 @@
 //! Tests of effects that a model leaves out.
 
+use crate::parameter::Unit;
+
+/// Share of the largest standard deviation in a unit up to which a parameter is not seen.
+const LEAST_SEEN: f64 = 1e-4;
+
 /// An effect that a model leaves out: fixed at what was declared, or not a parameter.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
@@ -72,6 +77,17 @@ impl OmittedEffect {
             OmittedEffect::FixturePlace { .. } => "measure the fixture's place again, or give it a standard deviation",
         }
     }
+
+    /// Key and table of a problem file (`problem.toml`) that leave the effect out, such as
+    /// "parameters in [estimate]"; "-" where nothing in it does.
+    pub fn declared_in(&self) -> String {
+        match self {
+            OmittedEffect::JointHarmonic => "-".to_owned(),
+            OmittedEffect::ToolPlace => "exact in [tool]".to_owned(),
+            OmittedEffect::FixturePlace { fixture } => format!("exact in [[fixture]] {fixture}"),
+            _ => "parameters in [estimate]".to_owned(),
+        }
+    }
 }
 
 /// The value that one parameter of an omitted effect would take.
@@ -79,9 +95,12 @@ impl OmittedEffect {
 pub struct EffectValue {
     /// Name of the parameter, as it would be named if it were estimated.
     pub name: String,
+    /// Unit of value and standard deviation.
+    pub unit: Unit,
     /// One-step estimate (SI).
     pub value: f64,
-    /// Standard deviation of that estimate (SI); 0 where contacts do not see the parameter.
+    /// Standard deviation of that estimate (SI); 0, but for rounding, where contacts do not see the
+    /// parameter.
     pub sigma: f64,
 }
 
@@ -105,4 +124,21 @@ pub struct EffectTest {
     /// Root mean square radius (m) of the tool's 95 % region over the workspace, as reported
     /// without the effect.
     pub radius: f64,
+}
+
+impl EffectTest {
+    /// The values that contacts see, the one that is most standard deviations from zero first. Not
+    /// seen is a parameter of which next to nothing is in the tested directions: its standard
+    /// deviation is less than a ten-thousandth of the largest in the same unit.
+    pub fn strongest_values(&self) -> Vec<&EffectValue> {
+        let largest = |unit: Unit| {
+            let alike = self.values.iter().filter(|entry| entry.unit == unit);
+            alike.map(|entry| entry.sigma).fold(0.0, f64::max)
+        };
+        let is_seen = |entry: &&EffectValue| entry.sigma > LEAST_SEEN * largest(entry.unit);
+        let mut values: Vec<&EffectValue> = self.values.iter().filter(is_seen).collect();
+        let deviations = |entry: &EffectValue| (entry.value / entry.sigma).abs();
+        values.sort_by(|a, b| deviations(b).total_cmp(&deviations(a)));
+        values
+    }
 }
