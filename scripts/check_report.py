@@ -56,6 +56,8 @@ def reports(touchcal, folder):
     variants = {
         "not_usable": (problem.replace("outline_offset_mm = 0.5", "outline_offset_mm = 1.0"), 3),
         "free": (problem.replace("exact = true\n\n[[contacts]]", 'free = true\nexact = ["clearance", "depth"]\n\n[[contacts]]', 1), 0),
+        "contradicted": (problem.replace("base_from_fixture = { xyz_mm = [600, 100, 150]", "base_from_fixture = { xyz_mm = [600.4, 99.6, 150.4]"), 3),
+        "assumed": (problem.replace("exact = true\n", ""), 0),
         "hostile": (problem.replace('"hole"\nkind', f"'''{HOSTILE}'''\nkind").replace('fixture = "hole"', f"fixture = '''{HOSTILE}'''"), 0),
     }
     for name, (text, code) in variants.items():
@@ -170,6 +172,11 @@ def main():
             for name in ("not_usable", "free", "sockets"):
                 for window, dark in ((DESKTOP, False), (PHONE, True)):
                     open_report(browser, paths[name], window, dark)
+            for name, effects, assumptions in (("demo", False, False), ("contradicted", True, False), ("assumed", False, True)):
+                for window in (DESKTOP, PHONE):
+                    page = open_report(browser, paths[name], window)
+                    shown = page.evaluate("['#effect-table tbody tr', '#assumptions li'].map((each) => document.querySelectorAll(each).length)")
+                    check([count > 0 for count in shown] == [effects, assumptions], f"{name}: it shows {shown[0]} effects and {shown[1]} assumptions")
             page = open_report(browser, paths["hostile"], DESKTOP)
             shown = page.evaluate("[document.title, document.querySelector('#fixture-table td').textContent, document.images.length]")
             check(shown == ["touchcal: iiwa14", HOSTILE, 0], f"a hostile name does something: {shown}")

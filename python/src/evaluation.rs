@@ -1,25 +1,178 @@
-//! The score of an arm on contacts.
+//! An arm on contacts, without estimation.
 
 use std::path::PathBuf;
 
 use pyo3::prelude::*;
-use touchcal::estimate::{self, apply_estimated_places};
+use pyo3::types::PyDict;
+use touchcal::estimate::{self, ParameterPosterior, apply_estimated_places, evaluate_held_out};
 use touchcal::io::calibration_folder::place_written;
-use touchcal::io::estimate_file::EstimateFile;
+use touchcal::io::estimate_file::{EstimateFile, Severity, WarningEntry};
 use touchcal::io::urdf;
 
 use crate::calibration::Calibration;
 use crate::error::{io, unexpected};
 use crate::problem::Problem;
-use crate::score::Score;
+use crate::result::Warning;
+use crate::score::{Score, Spread};
 
-/// Evaluates an arm on a problem's contacts, without estimation.
+/// Scatter of contacts: root mean square distances from contact.
+///
+/// Attributes:
+///     found: with this arm (m).
+///     predicted: from noise, and from what the calibration leaves uncertain (m).
+///     ratio: found over predicted.
+///     by_chance: range of the ratio that holds 99.9 % of what chance makes.
+#[pyclass(frozen, get_all, eq, module = "touchcal")]
+#[derive(Clone, Debug, PartialEq)]
+pub struct Scatter {
+    found: f64,
+    predicted: f64,
+    ratio: f64,
+    by_chance: (f64, f64),
+}
+
+impl From<&estimate::Scatter> for Scatter {
+    fn from(scatter: &estimate::Scatter) -> Self {
+        let estimate::Scatter { found, predicted, by_chance: [low, high] } = *scatter;
+        Scatter { found, predicted, ratio: scatter.ratio(), by_chance: (low, high) }
+    }
+}
+
+#[pymethods]
+impl Scatter {
+    fn __repr__(&self) -> String {
+        let Scatter { found, predicted, .. } = self;
+        format!("Scatter(found={found:?}, predicted={predicted:?})")
+    }
+}
+
+/// The distance between two fixtures, found with an arm and declared.
+///
+/// Attributes:
+///     between: names of the fixtures.
+///     source: what declares the distance: "distance", or "places" of both fixtures.
+///     declared, found: distances of their origins (m).
+///     sigma: standard deviation of the difference (m): of what is declared, of the calibrated arm
+///         and of noise.
+///     deviations: found minus declared, in these standard deviations.
+#[pyclass(frozen, get_all, eq, module = "touchcal")]
+#[derive(Clone, Debug, PartialEq)]
+pub struct FixtureDistance {
+    between: (String, String),
+    source: &'static str,
+    declared: f64,
+    found: f64,
+    sigma: f64,
+    deviations: f64,
+}
+
+impl From<&estimate::FixtureDistance> for FixtureDistance {
+    fn from(distance: &estimate::FixtureDistance) -> Self {
+        let [a, b] = distance.between.clone();
+        let estimate::FixtureDistance { source, declared, found, sigma, .. } = *distance;
+        let deviations = distance.deviations();
+        FixtureDistance { between: (a, b), source: source.name(), declared, found, sigma, deviations }
+    }
+}
+
+#[pymethods]
+impl FixtureDistance {
+    fn __repr__(&self) -> String {
+        let FixtureDistance { between: (a, b), declared, found, sigma, .. } = self;
+        format!("FixtureDistance(({a:?}, {b:?}), declared={declared:?}, found={found:?}, sigma={sigma:?})")
+    }
+}
+
+/// An arm on contacts that need not be those of its calibration: what is found, beside what is
+/// predicted.
+///
+/// Without a calibration, predictions are those of an exact arm with the declared tolerances, and
+/// nothing is contradicted.
+///
+/// Attributes:
+///     scatter: of all contacts; None without contacts, or if a fixture's cannot be predicted.
+///     distances: between fixtures: those declared as distances, then those of declared places.
+///     common_strain: found over declared distances minus one, common to all, and its standard
+///         deviation; None of fewer than two.
+///     warnings: what contradicts the calibration beyond chance, with advice.
+#[pyclass(frozen, module = "touchcal")]
+#[derive(Clone, Debug)]
+pub struct Evaluation {
+    score: Score,
+    names: Vec<String>,
+    evaluation: estimate::Evaluation,
+}
+
+#[pymethods]
+impl Evaluation {
+    /// Distances from contact over all contacts.
+    #[getter]
+    fn all(&self) -> Spread {
+        self.score.all()
+    }
+
+    /// Distances from contact by name of the fixture.
+    #[getter]
+    fn per_fixture<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        self.score.per_fixture(py)
+    }
+
+    #[getter]
+    fn scatter(&self) -> Option<Scatter> {
+        self.evaluation.scatter.as_ref().map(Scatter::from)
+    }
+
+    /// Scatter by name of the fixture; None as of all contacts, and for projections.
+    #[getter]
+    fn scatter_per_fixture<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let dict = PyDict::new(py);
+        let each = self.names.iter().zip(&self.evaluation.per_fixture);
+        each.into_iter().try_for_each(|(name, scatter)| dict.set_item(name, scatter.as_ref().map(Scatter::from)))?;
+        Ok(dict)
+    }
+
+    #[getter]
+    fn distances(&self) -> Vec<FixtureDistance> {
+        self.evaluation.distances.iter().map(FixtureDistance::from).collect()
+    }
+
+    #[getter]
+    fn common_strain(&self) -> Option<(f64, f64)> {
+        self.evaluation.common_strain.map(|common| (common.strain, common.sigma))
+    }
+
+    #[getter]
+    fn warnings(&self) -> Vec<Warning> {
+        let entry = |contradiction: &estimate::Contradiction| WarningEntry {
+            kind: contradiction.kind().to_owned(),
+            severity: Severity::Caution,
+            message: contradiction.message(),
+            advice: contradiction.advice().to_owned(),
+        };
+        self.evaluation.contradictions.iter().map(|each| entry(each).into()).collect()
+    }
+
+    /// A row a fixture: fixture, contacts, mean, rms, max, predicted rms (m; NaN where there is
+    /// none).
+    fn to_pandas<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let each = self.evaluation.per_fixture.iter();
+        let predicted = each.map(|scatter| scatter.map_or(f64::NAN, |scatter| scatter.predicted));
+        self.score.frame(py)?.column("predicted", predicted.collect::<Vec<f64>>())?.build()
+    }
+
+    fn __repr__(&self) -> String {
+        let shown = self.scatter().map_or_else(|| "None".to_owned(), |scatter| scatter.__repr__());
+        format!("Evaluation({}, {shown}, {} warnings)", self.score.all().__repr__(), self.warnings().len())
+    }
+}
+
+/// Evaluates an arm on a problem's contacts, without estimation, as `touchcal evaluate` does.
 ///
 /// Args:
 ///     problem: contacts, best others than those of the fit.
-///     calibration: score the calibrated arm, with tool and fixtures where it found them; default:
+///     calibration: the calibrated arm, with tool and fixtures where it found them; default:
 ///         the problem's arm as it is.
-///     urdf: score this URDF's arm instead, as `touchcal evaluate --urdf` does,
+///     urdf: this URDF's arm instead, as `touchcal evaluate --urdf` does,
 ///     estimate: and with it, with tool and fixtures where this estimate.json found them.
 ///
 /// Raises:
@@ -32,25 +185,30 @@ pub fn evaluate(
     calibration: Option<&Calibration>,
     urdf: Option<PathBuf>,
     estimate: Option<PathBuf>,
-) -> PyResult<Score> {
+) -> PyResult<Evaluation> {
     if calibration.is_some() && (urdf.is_some() || estimate.is_some()) {
         return Err(unexpected("evaluate", "a calibration, or urdf and estimate", "both"));
     }
-    let mut problem = problem.loaded.problem.clone();
+    let nominal = &problem.loaded.problem;
+    let mut evaluated = nominal.clone();
+    let mut posterior = None;
     if let Some(calibration) = calibration {
-        let robot = &calibration.solved.estimate.robot;
-        urdf::check_like(&problem.robot, robot, robot.name()).map_err(io)?;
-        let estimated = |name: &str| calibration.solved.estimate.parameter(name).map(|parameter| parameter.value);
-        apply_estimated_places(&mut problem, estimated);
-        problem.robot = robot.clone().with_gravity(*problem.robot.gravity());
+        let estimate = &calibration.solved.estimate;
+        urdf::check_like(&nominal.robot, &estimate.robot, estimate.robot.name()).map_err(io)?;
+        apply_estimated_places(&mut evaluated, |name| estimate.parameter(name).map(|parameter| parameter.value));
+        evaluated.robot = estimate.robot.clone().with_gravity(*nominal.robot.gravity());
+        posterior = ParameterPosterior::of_estimate(estimate);
     }
-    let other = urdf.map(|path| urdf::read_like(&problem.robot, &path)).transpose().map_err(io)?;
+    let other = urdf.map(|path| urdf::read_like(&nominal.robot, &path)).transpose().map_err(io)?;
     if let Some(path) = estimate {
-        place_written(&mut problem, &EstimateFile::read_file(&path).map_err(io)?);
+        let file = EstimateFile::read_file(&path).map_err(io)?;
+        place_written(&mut evaluated, &file);
+        posterior = file.posterior();
     }
     if let Some(other) = other {
-        problem.robot = other.robot;
+        evaluated.robot = other.robot;
     }
-    let score = py.detach(|| estimate::evaluate(&problem));
-    Ok(Score::new(&score, &problem.fixtures))
+    let evaluation = py.detach(|| evaluate_held_out(nominal, &evaluated, posterior.as_ref()));
+    let names = nominal.fixtures.iter().map(|fixture| fixture.name.clone()).collect();
+    Ok(Evaluation { score: Score::new(&evaluation.score, &nominal.fixtures), names, evaluation })
 }

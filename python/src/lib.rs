@@ -35,7 +35,7 @@ mod _touchcal {
     #[pymodule_export]
     use crate::error::{Error, FileError, InputError, SimulationError};
     #[pymodule_export]
-    use crate::evaluation::evaluate;
+    use crate::evaluation::{Evaluation, FixtureDistance, Scatter, evaluate};
     #[pymodule_export]
     use crate::inspection::{Expected, Inspection, JointRange, inspect};
     #[pymodule_export]

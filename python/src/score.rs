@@ -29,7 +29,7 @@ impl From<&estimate::Spread> for Spread {
 
 #[pymethods]
 impl Spread {
-    fn __repr__(&self) -> String {
+    pub fn __repr__(&self) -> String {
         let Spread { count, mean, rms, max } = self;
         format!("Spread(count={count}, mean={mean:?}, rms={rms:?}, max={max:?})")
     }
@@ -57,20 +57,14 @@ impl Score {
             fixtures.iter().zip(&score.per_fixture).map(|(fixture, spread)| (fixture.name.clone(), spread.into()));
         Score { all: (&score.all).into(), per_fixture: each.collect() }
     }
-}
 
-#[pymethods]
-impl Score {
-    /// By name of the fixture.
-    #[getter]
-    fn per_fixture<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
-        let dict = PyDict::new(py);
-        self.per_fixture.iter().try_for_each(|(name, spread)| dict.set_item(name, spread.clone()))?;
-        Ok(dict)
+    /// Over all contacts.
+    pub fn all(&self) -> Spread {
+        self.all.clone()
     }
 
-    /// A row a fixture: fixture, contacts, mean, rms, max (m).
-    fn to_pandas<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+    /// A row a fixture.
+    pub fn frame<'py>(&self, py: Python<'py>) -> PyResult<Frame<'py>> {
         let each =
             |value: fn(&Spread) -> f64| self.per_fixture.iter().map(|(_, spread)| value(spread)).collect::<Vec<_>>();
         Frame::new(py)
@@ -78,8 +72,23 @@ impl Score {
             .column("contacts", self.per_fixture.iter().map(|(_, spread)| spread.count).collect::<Vec<_>>())?
             .column("mean", each(|spread| spread.mean))?
             .column("rms", each(|spread| spread.rms))?
-            .column("max", each(|spread| spread.max))?
-            .build()
+            .column("max", each(|spread| spread.max))
+    }
+}
+
+#[pymethods]
+impl Score {
+    /// By name of the fixture.
+    #[getter]
+    pub fn per_fixture<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
+        let dict = PyDict::new(py);
+        self.per_fixture.iter().try_for_each(|(name, spread)| dict.set_item(name, spread.clone()))?;
+        Ok(dict)
+    }
+
+    /// A row a fixture: fixture, contacts, mean, rms, max (m).
+    fn to_pandas<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        self.frame(py)?.build()
     }
 
     fn __repr__(&self) -> String {

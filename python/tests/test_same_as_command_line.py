@@ -47,7 +47,36 @@ def test_scores(run, workcell: Path, tmp_path: Path) -> None:
     ]
     assert told["nominal"]["rms_mm"] == 1e3 * touchcal.evaluate(problem).all.rms
     # The file's numbers are rounded in the last digit or not at all.
-    assert touchcal.evaluate(problem, calibration).all.rms == pytest.approx(score.all.rms, rel=1e-9)
+    from_memory = touchcal.evaluate(problem, calibration)
+    assert from_memory.all.rms == pytest.approx(score.all.rms, rel=1e-9)
+    scatter = score.scatter
+    assert scatter is not None and from_memory.scatter is not None
+    assert from_memory.scatter.predicted == pytest.approx(scatter.predicted, rel=1e-6)
+    assert told["scatter"]["all"] == {
+        "found_mm": 1e3 * scatter.found,
+        "predicted_mm": 1e3 * scatter.predicted,
+        "ratio": scatter.ratio,
+        "by_chance": list(scatter.by_chance),
+    }
+    assert told["scatter"]["per_fixture"].keys() == score.scatter_per_fixture.keys() == {"hole"}
+
+
+def test_distances_of_fixtures(run, sockets: Path, tmp_path: Path) -> None:
+    problem = touchcal.Problem.from_toml(sockets / "problem.toml")
+    urdf, estimate, _ = touchcal.calibrate(problem).save(tmp_path)
+    false = sockets / "false.toml"
+    text = (sockets / "problem.toml").read_text()
+    assert "mm = 50" in text
+    false.write_text(text.replace("mm = 50", "mm = 49"))
+    told = json.loads(run("evaluate", false, "--urdf", urdf, "--estimate", estimate, "--json"))
+    found = touchcal.evaluate(touchcal.Problem.from_toml(false), urdf=urdf, estimate=estimate)
+    assert [tuple(entry["between"]) for entry in told["distances"]] == [each.between for each in found.distances]
+    assert [entry["deviations"] for entry in told["distances"]] == [each.deviations for each in found.distances]
+    assert all(each.source == "distance" and each.declared == 0.049 and each.deviations > 3 for each in found.distances)
+    assert [warning["message"] for warning in told["warnings"]] == [warning.message for warning in found.warnings]
+    assert found.common_strain is not None and found.common_strain[0] > 0.015
+    assert "predicted" in found.to_pandas()
+    assert not touchcal.evaluate(touchcal.Problem.from_toml(false), urdf=urdf).warnings
 
 
 def test_inspections(run, sockets: Path) -> None:

@@ -13,9 +13,11 @@ __all__ = [
     "ContactLog",
     "EffectTest",
     "Error",
+    "Evaluation",
     "Expected",
     "FileError",
     "Fixture",
+    "FixtureDistance",
     "InputError",
     "Inspection",
     "JointRange",
@@ -25,6 +27,7 @@ __all__ = [
     "Problem",
     "Progress",
     "Robot",
+    "Scatter",
     "Score",
     "Simulation",
     "SimulationError",
@@ -382,6 +385,52 @@ class Score:
     def __eq__(self, other: object, /) -> bool: ...
 
 @final
+class Scatter:
+    @property
+    def found(self) -> float: ...
+    @property
+    def predicted(self) -> float: ...
+    @property
+    def ratio(self) -> float: ...
+    @property
+    def by_chance(self) -> tuple[float, float]: ...
+    def __eq__(self, other: object, /) -> bool: ...
+
+@final
+class FixtureDistance:
+    @property
+    def between(self) -> tuple[str, str]: ...
+    @property
+    def source(self) -> Literal["distance", "places"]: ...
+    @property
+    def declared(self) -> float: ...
+    @property
+    def found(self) -> float: ...
+    @property
+    def sigma(self) -> float: ...
+    @property
+    def deviations(self) -> float: ...
+    def __eq__(self, other: object, /) -> bool: ...
+
+@final
+class Evaluation:
+    @property
+    def all(self) -> Spread: ...
+    @property
+    def per_fixture(self) -> dict[str, Spread]: ...
+    @property
+    def scatter(self) -> Scatter | None: ...
+    @property
+    def scatter_per_fixture(self) -> dict[str, Scatter | None]: ...
+    @property
+    def distances(self) -> list[FixtureDistance]: ...
+    @property
+    def common_strain(self) -> tuple[float, float] | None: ...
+    @property
+    def warnings(self) -> list[Warning]: ...
+    def to_pandas(self) -> pd.DataFrame: ...
+
+@final
 class Calibration:
     @property
     def usable(self) -> bool: ...
@@ -540,7 +589,7 @@ def evaluate(
     *,
     urdf: _Path | None = None,
     estimate: _Path | None = None,
-) -> Score: ...
+) -> Evaluation: ...
 def simulate(
     scenario: _Path,
     seed: int,

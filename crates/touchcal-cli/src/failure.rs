@@ -45,6 +45,20 @@ pub enum Failure {
         /// The error.
         error: SamplesError,
     },
+    /// Contacts of an arm that misses its fixture.
+    #[error(
+        "{problem}: expected contacts with `{fixture}` within {allowed_mm:.2} mm of its contact manifold (root mean square; noise and declared tolerances allow that), found {found_mm:.2} mm: the arm is not calibrated; calibrate it (touchcal calibrate {problem} --out out), and name out/calibrated.urdf as `urdf` and the places that it found in the problem file"
+    )]
+    ArmMisses {
+        /// Path of the problem file.
+        problem: String,
+        /// Name of the fixture.
+        fixture: String,
+        /// Root mean square distance of its contacts.
+        found_mm: f64,
+        /// Distance up to which the arm counts as calibrated.
+        allowed_mm: f64,
+    },
     /// A training.
     #[error("could not train: {0}")]
     Training(#[from] TrainingError),

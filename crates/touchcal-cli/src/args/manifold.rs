@@ -10,7 +10,8 @@ use super::number::{count, not_negative, positive};
 /// Arguments of `manifold`.
 #[derive(Debug, clap::Args)]
 pub struct ManifoldArgs {
-    /// Take the poses from the contacts of a problem with a calibrated arm
+    /// Take the poses from the contacts of a problem with a calibrated arm; those of an arm that
+    /// misses its fixtures are refused
     #[arg(value_name = "PROBLEM.toml", required_unless_present = "poses", conflicts_with = "poses")]
     pub problem: Option<PathBuf>,
     /// Instead of a problem: poses of the tool in the fixture, a table x,y,z,qw,qx,qy,qz in metres

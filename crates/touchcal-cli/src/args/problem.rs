@@ -76,7 +76,8 @@ pub struct EvaluateArgs {
     /// The URDF to evaluate
     #[arg(long, value_name = "FILE")]
     pub urdf: PathBuf,
-    /// estimate.json of the calibration, to use its estimated poses of tool and fixtures
+    /// estimate.json of the calibration, to use its estimated poses of tool and fixtures, and to
+    /// predict from its covariance how well the contacts should fit
     #[arg(long, value_name = "FILE")]
     pub estimate: Option<PathBuf>,
     /// Replaced: the problem names the nominal URDF.

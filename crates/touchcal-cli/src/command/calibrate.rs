@@ -2,8 +2,7 @@
 
 use std::path::Path;
 
-use touchcal::estimate::{PlacePrior, Problem, Status};
-use touchcal::io::Loaded;
+use touchcal::estimate::Status;
 use touchcal::io::calibration_folder::{self, Written};
 
 use crate::args::{CalibrateArgs, Source};
@@ -35,7 +34,7 @@ pub fn run(args: &CalibrateArgs) -> Result<Outcome, Failure> {
         output::print(&file.to_json()?)?;
     } else {
         let detail = if args.all { Detail::Every } else { Detail::Grouped };
-        output::print(&calibration.summary(detail, &next(&loaded, &args.source, &written)))?;
+        output::print(&calibration.summary(detail, &next(&args.source, &written)))?;
     }
     Ok(outcome(solved.estimate.status))
 }
@@ -51,18 +50,12 @@ pub fn outcome(status: Status) -> Outcome {
 }
 
 /// How to evaluate the result on contacts that were not used.
-fn next(loaded: &Loaded, source: &Source, written: &Written) -> String {
-    let urdf = written.urdf.display();
+fn next(source: &Source, written: &Written) -> String {
+    let [urdf, estimate] = [&written.urdf, &written.estimate].map(|path| path.display());
     let problem = source.problem.as_deref().unwrap_or(Path::new("PROBLEM.toml")).display();
-    let Problem { tool, fixtures, .. } = &loaded.problem;
-    let estimate = |priors: &[PlacePrior]| match priors.iter().any(|prior| *prior != PlacePrior::Fixed) {
-        true => format!(" --estimate {}", written.estimate.display()),
-        false => String::new(),
-    };
     if source.only.is_empty() && source.except.is_empty() {
-        let found = estimate(&fixtures.iter().map(|fixture| fixture.prior).chain([tool.prior]).collect::<Vec<_>>());
         return format!(
-            "evaluate it, best on contacts that were not used, in a copy of the problem file\n{INDENT}touchcal evaluate {problem} --urdf {urdf}{found}"
+            "evaluate it, best on contacts that were not used, in a copy of the problem file\n{INDENT}touchcal evaluate {problem} --urdf {urdf} --estimate {estimate}"
         );
     }
     // The others are what was left out, or all but what was read.
@@ -70,8 +63,7 @@ fn next(loaded: &Loaded, source: &Source, written: &Written) -> String {
         [] => super::selection_flags(&[], &source.only),
         except => super::selection_flags(except, &[]),
     };
-    let found = if loaded.problem.tool_is_tip() { String::new() } else { estimate(&[tool.prior]) };
     format!(
-        "evaluate it on the placements that were not used\n{INDENT}touchcal evaluate {problem}{held_out} --urdf {urdf}{found}"
+        "evaluate it on the placements that were not used\n{INDENT}touchcal evaluate {problem}{held_out} --urdf {urdf} --estimate {estimate}"
     )
 }

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use serde::Serialize;
-use touchcal::estimate::{contact_poses, evaluate};
+use touchcal::estimate::{ArmFit, Problem, arm_fit, contact_poses, evaluate};
 use touchcal::io::Input;
 use touchcal::io::manifold_file::{ManifoldFile, Provenance};
 use touchcal::io::{Loaded, atomic, pose_file, problem_file};
@@ -76,6 +76,7 @@ impl Recording {
             let expected = format!("--fixture with the name of one ({})", names.join(", "));
             return Err(Failure::Setup(format!("{}: expected {expected}, found {found}", path.display())));
         };
+        require_calibrated_arm(&problem, chosen, path)?;
         let samples = PoseSamples::from_poses(&contact_poses(&problem, chosen)).map_err(|error| Failure::Samples {
             of: format!("{}, contacts of fixture `{}`", path.display(), names[chosen]),
             error,
@@ -83,6 +84,27 @@ impl Recording {
         let has_shapes = problem.fixtures[chosen].manifold.residual_kind() != ResidualKind::Unmodeled;
         let distance = evaluate(&problem).per_fixture.get(chosen).filter(|_| has_shapes).map(|spread| spread.mean);
         Ok(Recording { samples, fixture: names[chosen].to_owned(), inputs, distance })
+    }
+}
+
+/// Refuses contacts with fixture number `chosen` if the arm misses its fixtures, as an arm that is
+/// not calibrated does; says so if nothing can tell.
+fn require_calibrated_arm(problem: &Problem, chosen: usize, path: &Path) -> Result<(), Failure> {
+    match arm_fit(problem, chosen) {
+        ArmFit::Met => Ok(()),
+        ArmFit::Missed { fixture, found, allowed } => Err(Failure::ArmMisses {
+            problem: path.display().to_string(),
+            fixture: problem.fixtures[fixture].name.clone(),
+            found_mm: 1e3 * found,
+            allowed_mm: 1e3 * allowed,
+        }),
+        ArmFit::Unknown => {
+            let file = path.display();
+            output::notes(&[format!(
+                "no fixture of known shape in {file} shows whether its arm is calibrated: poses are taken as they are"
+            )]);
+            Ok(())
+        }
     }
 }
 

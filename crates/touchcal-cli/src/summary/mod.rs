@@ -4,17 +4,19 @@ mod parameters;
 
 pub use parameters::{Detail, ParameterRow, in_user_units, parameters};
 
-use touchcal::estimate::{EffectTest, Fixture, FreedEffect, Identifiability, Prediction, Score, Spread, Status};
+use touchcal::estimate::{
+    EffectTest, EffectValue, Fixture, FreedEffect, Identifiability, Prediction, Score, Spread, Status,
+};
 use touchcal::io::Loaded;
 use touchcal::io::calibration_folder::{Solved, Written};
 use touchcal::io::estimate_file::EstimateFile;
 
-use crate::table::Table;
+use crate::table::{Table, signed};
 
 /// Below a label of the summary.
 pub const INDENT: &str = "          ";
 /// Most fixtures listed one by one.
-const MOST_FIXTURES: usize = 12;
+pub const MOST_FIXTURES: usize = 12;
 /// Most directions of the null space listed one by one.
 const MOST_DIRECTIONS: usize = 8;
 
@@ -172,10 +174,19 @@ pub fn effect_tests(tests: &[EffectTest], threshold: f64) -> String {
         let text = format!("contacts do not contradict that these are zero: {tested}");
         return format!("Left out  {}\n\n", wrapped(&text));
     }
-    let mut table = Table::new(["effect that the model leaves out", "p", "moves the tool (mm)", "95 % region (mm)"]);
+    let mut table = Table::new([
+        "effect that the model leaves out",
+        "p",
+        "strongest value",
+        "moves the tool (mm)",
+        "95 % region (mm)",
+        "problem file",
+    ]);
     for test in significant {
-        let numbers = [test.displacement, test.radius].map(millimetres);
-        table.row([test.effect.name(), format!("{:.0e}", test.p_value)].into_iter().chain(numbers));
+        let value = test.strongest_values().first().map_or_else(|| "-".to_owned(), |value| effect_value(value));
+        let [displacement, radius] = [test.displacement, test.radius].map(millimetres);
+        let p_value = format!("{:.0e}", test.p_value);
+        table.row([test.effect.name(), p_value, value, displacement, radius, test.effect.declared_in()]);
     }
     format!("Contacts contradict the model\n{table}\n")
 }
@@ -195,6 +206,13 @@ fn freed_effects(freed: &[FreedEffect]) -> String {
         format!("Freed     {}: {gain:+.1} in the log-likelihood (p = {p_value:.0e}){before}\n", effect.name())
     };
     freed.iter().map(line).collect()
+}
+
+/// A value that an effect would take, without the name of its block.
+fn effect_value(entry: &EffectValue) -> String {
+    let (factor, unit, decimals) = in_user_units(entry.unit);
+    let name = entry.name.split_once('.').map_or(entry.name.as_str(), |(_, name)| name);
+    format!("{name} {} ± {:.decimals$} {unit}", signed(factor * entry.value, decimals), factor * entry.sigma)
 }
 
 /// A length in mm.

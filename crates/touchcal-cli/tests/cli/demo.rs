@@ -67,6 +67,25 @@ fn a_score_takes_the_places_that_were_found() {
     assert!(score(&[]) > 5.0 * postfit, "{} and {postfit} mm", score(&[]));
 }
 
+/// A hole half a millimetre from where it is declared exactly: the table says what contacts show,
+/// how large it would be, and where the problem file declares it.
+#[test]
+fn effects_that_contacts_show_are_listed() {
+    let folder = tempfile::tempdir().unwrap();
+    touchcal(folder.path(), &["demo", "--out", "."]).success();
+    let text = std::fs::read_to_string(folder.path().join("problem.toml")).unwrap();
+    let off = text.replace("xyz_mm = [600, 100, 150]", "xyz_mm = [600.4, 99.6, 150.4]");
+    assert_ne!(off, text);
+    std::fs::write(folder.path().join("off.toml"), off).unwrap();
+    let shown = stdout(&touchcal(folder.path(), &["calibrate", "off.toml", "--out", "out"]).code(3));
+    let row = shown.lines().find(|line| line.starts_with("  fixture.hole ")).unwrap();
+    for part in ["e-", "hole.", " ± ", "exact in [[fixture]] hole"] {
+        assert!(row.contains(part), "expected `{part}` in: {row}");
+    }
+    let report = std::fs::read_to_string(folder.path().join("out/report.html")).unwrap();
+    assert!(report.contains("\"declared_in\":\"exact in [[fixture]] hole\""));
+}
+
 #[test]
 fn inspect_expects_what_calibrate_then_finds() {
     let folder = tempfile::tempdir().unwrap();

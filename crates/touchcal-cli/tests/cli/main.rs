@@ -10,6 +10,7 @@ mod campaign;
 mod convert;
 mod demo;
 mod driver;
+mod evaluate;
 mod experiment;
 mod failures;
 #[cfg(feature = "parquet")]

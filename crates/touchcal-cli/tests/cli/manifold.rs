@@ -1,5 +1,7 @@
 //! Stored manifolds: from poses and from contacts, and calibrating with them.
 
+use std::path::Path;
+
 use super::golden::golden;
 use super::{data, json, stderr, stdout, touchcal};
 
@@ -24,17 +26,24 @@ fn recorded_poses_are_stored_thinned() {
     assert!(told["spacing"][0].as_f64().unwrap() >= 1e-3);
 }
 
+/// Writes the demonstration into a folder, with `calibrated.toml`, its problem with the arm that it
+/// calibrated; returns the texts of both problems.
+fn demonstration(folder: &Path, contacts: &str) -> [String; 2] {
+    touchcal(folder, &["demo", "--contacts", contacts, "--out", "."]).success();
+    let text = std::fs::read_to_string(folder.join("problem.toml")).unwrap();
+    let is_robot = |line: &&str| line.starts_with("builtin = \"iiwa14\"") || line.starts_with("urdf = ");
+    let robot = text.lines().find(is_robot).unwrap();
+    let calibrated = text.replace(robot, "urdf = \"calibrated.urdf\"");
+    std::fs::write(folder.join("calibrated.toml"), &calibrated).unwrap();
+    [text, calibrated]
+}
+
 /// The demonstration's problem with its calibrated arm gives a manifold, on which the same contacts
 /// calibrate the nominal arm.
 #[test]
 fn contacts_of_a_calibrated_arm_are_a_manifold() {
     let folder = tempfile::tempdir().unwrap();
-    touchcal(folder.path(), &["demo", "--contacts", "1000", "--out", "."]).success();
-    let text = std::fs::read_to_string(folder.path().join("problem.toml")).unwrap();
-    let robot =
-        text.lines().find(|line| line.starts_with("builtin = \"iiwa14\"") || line.starts_with("urdf = ")).unwrap();
-    let calibrated = text.replace(robot, "urdf = \"calibrated.urdf\"");
-    std::fs::write(folder.path().join("calibrated.toml"), &calibrated).unwrap();
+    let [text, _] = demonstration(folder.path(), "1000");
     let done = touchcal(folder.path(), &["manifold", "calibrated.toml", "--out", "m.safetensors"]).success();
     let shown = stdout(&done);
     let touch = shown.lines().find_map(|line| line.strip_prefix("Distance  ")?.split(' ').next()).unwrap();
@@ -54,26 +63,30 @@ fn contacts_of_a_calibrated_arm_are_a_manifold() {
     assert!(inputs.contains("m.safetensors"), "{inputs}");
 }
 
+/// Without the lines that declare the hole's shape.
+fn shapeless(problem: &str) -> String {
+    let shapes = ["outline_offset_mm", "depth_mm", "length_mm"];
+    let lines: Vec<&str> = problem.lines().filter(|line| !shapes.iter().any(|shape| line.starts_with(shape))).collect();
+    lines.join("\n").replace("kind = \"hole\"", "kind = \"hole\"\nmanifold = \"unknown\"") + "\n"
+}
+
 /// Contacts with a hole whose outline nobody knows give the same manifold as with it, and calibrate
 /// nothing before.
 #[test]
 fn a_hole_of_unknown_shape_can_be_recorded() {
     let folder = tempfile::tempdir().unwrap();
-    touchcal(folder.path(), &["demo", "--contacts", "600", "--out", "."]).success();
-    let text = std::fs::read_to_string(folder.path().join("problem.toml")).unwrap();
-    let shapes = ["outline_offset_mm", "depth_mm", "length_mm"];
-    let shapeless: Vec<&str> =
-        text.lines().filter(|line| !shapes.iter().any(|shape| line.starts_with(shape))).collect();
-    let unknown = shapeless.join("\n").replace("kind = \"hole\"", "kind = \"hole\"\nmanifold = \"unknown\"");
-    std::fs::write(folder.path().join("unknown.toml"), unknown + "\n").unwrap();
-    let record = |problem: &str, out: &str| {
+    let [_, calibrated] = demonstration(folder.path(), "600");
+    std::fs::write(folder.path().join("unknown.toml"), shapeless(&calibrated)).unwrap();
+    let record = |problem: &str, out: &str, notes: usize| {
         let done = touchcal(folder.path(), &["manifold", problem, "--json", "--out", out]).success();
+        let said = stderr(&done);
+        assert_eq!(said.lines().filter(|line| line.contains("whether its arm is calibrated")).count(), notes, "{said}");
         let mut told: serde_json::Value = serde_json::from_str(&stdout(&done)).unwrap();
         told["provenance"]["inputs"].take();
         told
     };
-    let (with, mut without) =
-        (record("problem.toml", "with.safetensors"), record("unknown.toml", "without.safetensors"));
+    let with = record("calibrated.toml", "with.safetensors", 0);
+    let mut without = record("unknown.toml", "without.safetensors", 1);
     assert_eq!(without["touch"], serde_json::Value::Null);
     without["touch"] = with["touch"].clone();
     assert_eq!(with, without);
@@ -83,6 +96,44 @@ fn a_hole_of_unknown_shape_can_be_recorded() {
         assert!(said.contains("fixture `hole`: expected a known manifold, found `unknown`"), "{said}");
     }
     assert!(!folder.path().join("out").exists());
+}
+
+/// Neither at a hole of known shape, nor at one of unknown shape beside it, are contacts of an arm
+/// stored that misses the known one.
+#[test]
+fn contacts_of_an_arm_that_misses_its_fixture_are_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let [nominal, calibrated] = demonstration(folder.path(), "600");
+    let refused = |problem: &str, fixture: &str| {
+        let args = ["manifold", problem, "--fixture", fixture, "--out", "m.safetensors"];
+        let done = touchcal(folder.path(), &args).code(1);
+        let said = stderr(&done);
+        assert!(said.lines().count() == 1 && stdout(&done).is_empty(), "{said}");
+        for part in
+            ["expected contacts with `hole` within 0.", "found 64.9", "out/calibrated.urdf", "touchcal calibrate"]
+        {
+            assert!(said.contains(part), "expected `{part}` in: {said}");
+        }
+        assert!(!folder.path().join("m.safetensors").exists());
+    };
+    refused("problem.toml", "hole");
+    // The same contacts again, with a fixture that has no shape.
+    let beside = |problem: &str| {
+        let block = |heading: &str| {
+            let (_, rest) = problem.split_once(heading).unwrap();
+            format!("{heading}{}\n", rest.split_once("\n[").unwrap().0)
+        };
+        let [fixture, contacts] =
+            ["[[fixture]]", "[[contacts]]"].map(|heading| block(heading).replace("\"hole\"\n", "\"second\"\n"));
+        let fixture = shapeless(&fixture.replace("kind = \"second\"", "kind = \"hole\""));
+        problem.replacen("[[contacts]]", &format!("{fixture}{contacts}[[contacts]]"), 1)
+    };
+    std::fs::write(folder.path().join("beside.toml"), beside(&nominal)).unwrap();
+    refused("beside.toml", "second");
+    std::fs::write(folder.path().join("beside.toml"), beside(&calibrated)).unwrap();
+    let args = ["manifold", "beside.toml", "--fixture", "second", "--out", "m.safetensors"];
+    let done = touchcal(folder.path(), &args).success();
+    assert!(!stderr(&done).contains("whether its arm is calibrated"), "{}", stderr(&done));
 }
 
 #[test]
@@ -115,12 +166,10 @@ fn bad_input_gets_one_message_and_no_file() {
 #[test]
 fn one_of_several_fixtures_must_be_named() {
     let folder = tempfile::tempdir().unwrap();
-    touchcal(folder.path(), &["demo", "--contacts", "600", "--out", "."]).success();
-    let path = folder.path().join("problem.toml");
-    let text = std::fs::read_to_string(&path).unwrap();
+    let [_, text] = demonstration(folder.path(), "600");
     let table =
         "[[fixture]]\nname = \"table\"\nkind = \"plane\"\nbase_from_fixture = { xyz_mm = [0, 0, 10] }\n\n[[contacts]]";
-    std::fs::write(&path, text.replacen("[[contacts]]", table, 1)).unwrap();
+    std::fs::write(folder.path().join("problem.toml"), text.replacen("[[contacts]]", table, 1)).unwrap();
     let run = |args: &[&str]| {
         touchcal(folder.path(), &[&["manifold", "problem.toml", "--out", "m.safetensors"], args].concat())
     };

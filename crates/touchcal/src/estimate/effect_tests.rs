@@ -115,6 +115,7 @@ fn model_test(
 ) -> ModelTest {
     let values = omitted.indices.iter().zip(&found.sigma).map(|(&k, &sigma)| EffectValue {
         name: model.layout.parameters[k].name.clone(),
+        unit: model.layout.parameters[k].unit,
         value: found.change[k],
         sigma,
     });

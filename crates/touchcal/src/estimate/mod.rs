@@ -11,6 +11,7 @@ mod input_checks;
 mod inspect;
 mod model;
 mod options;
+mod prediction;
 mod problem;
 mod result;
 mod result_checks;
@@ -27,13 +28,15 @@ pub use options::{
     ContactModeOptions, DeclarationCheckOptions, EstimatorOptions, IdentifiabilityOptions, MultiStartOptions,
     SearchOptions, VarianceComponentOptions, WarningThresholds,
 };
+pub use prediction::{arm_fit, evaluate_held_out};
 pub use problem::{
     DEFAULT_CONTACT, DEFAULT_DISTANCE_SIGMA, DEFAULT_ENCODER, Distance, Fixture, GradientDescent, Method, Noise,
     Optimizer, PlacePrior, Problem, ShapeTolerance, Tool, WrenchTolerance,
 };
 pub use result::{
-    Agreement, ContactCount, DeclarationMistake, DeclaredLength, EffectTest, EffectValue, Estimate, FreedEffect,
-    Identifiability, NullDirection, OmittedEffect, ParameterEstimate, Prediction, Progress, Score, Severity, Spread,
-    Stage, Status, Verdict, Warning,
+    Agreement, ArmFit, CommonStrain, ContactCount, Contradiction, DeclarationMistake, DeclaredLength, DistanceSource,
+    EffectTest, EffectValue, Estimate, Evaluation, FixtureDistance, FreedEffect, Identifiability, NoiseSigma,
+    NullDirection, OmittedEffect, ParameterEstimate, ParameterPosterior, PosteriorEntry, Prediction, Progress, Scatter,
+    Score, Severity, Spread, Stage, Status, Verdict, Warning,
 };
 pub use uncertainty::{ToolUncertainty, cramer_rao, distance_uncertainty, tool_uncertainty, workspace_configurations};

@@ -6,7 +6,9 @@ use super::declaration_checks::declaration_warning;
 use super::effect_tests::{apply_effect_tests, effect_tests};
 use super::evaluate::score;
 use super::model::{CalibrationModel, distance_information, whitened_norms};
-use super::result::{ContactCount, Estimate, ParameterEstimate, Prediction, Severity, Status, Verdict, Warning};
+use super::result::{
+    ContactCount, Estimate, NoiseSigma, ParameterEstimate, Prediction, Severity, Status, Verdict, Warning,
+};
 use super::result_checks::{FitStatistics, result_warnings};
 use super::search::{SearchState, residual_prediction, sandwich, uses_contact_modes};
 use super::uncertainty::{Posterior, arm_uncertainty_ratio};
@@ -136,6 +138,7 @@ pub(super) fn summarize(mut search: SearchState<'_>) -> Estimate {
         freed_effects: Vec::new(),
         prediction,
         noise_factor,
+        noise: noise(&search),
         robot: robot::calibrated(&problem.robot, &columns, &values),
         parameters,
     };
@@ -147,6 +150,14 @@ pub(super) fn summarize(mut search: SearchState<'_>) -> Estimate {
     estimate.warnings.sort_by_key(Warning::severity);
     estimate.status = status(&estimate.termination, &estimate.warnings);
     estimate
+}
+
+/// The noise as declared, or as estimated.
+fn noise(search: &SearchState<'_>) -> NoiseSigma {
+    let (declared, model) = (search.model.problem.noise, &search.model.noise);
+    let of_modes = if uses_contact_modes(search) { model.mode_factor } else { 1.0 };
+    let factor = if declared.is_estimated { model.factor * of_modes } else { 1.0 };
+    NoiseSigma { encoder: factor * declared.encoder, contact: factor * declared.contact }
 }
 
 fn status(termination: &Termination, warnings: &[Warning]) -> Status {

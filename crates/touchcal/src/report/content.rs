@@ -3,6 +3,7 @@
 use serde::Serialize;
 
 use super::contacts::Contacts;
+use super::declarations::Declarations;
 use super::page::page;
 use super::parameters::Parameters;
 use super::scene::Scene;
@@ -78,6 +79,7 @@ pub(super) struct Content<'a> {
     noise_factor: f64,
     is_noise_estimated: bool,
     contacts: Contacts<'a>,
+    declarations: Declarations<'a>,
     parameters: Parameters<'a>,
     uncertainty: Option<Uncertainty>,
     termination: TerminationEntry,
@@ -178,6 +180,7 @@ impl<'a> Content<'a> {
             fixtures: fixtures.collect(),
             noise_factor: estimate.noise_factor,
             is_noise_estimated: problem.noise.is_estimated,
+            declarations: Declarations::new(problem, estimate),
             parameters: Parameters::new(estimate),
             uncertainty: uncertainty(problem, estimate),
             termination: TerminationEntry { reason: reason.name(), measured, threshold, iterations },

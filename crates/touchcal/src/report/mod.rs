@@ -11,6 +11,7 @@
 
 mod contacts;
 mod content;
+mod declarations;
 mod page;
 mod parameters;
 mod scene;

@@ -86,6 +86,34 @@ function fixtures() {
   byId("fixture-table").append(table(headings, [...data.fixtures, { name: "all", contact: "", contacts: used + rejected, rejected, change: data.all }].map(row)));
 }
 
+/** A value with its standard deviation in units for people. */
+function valueOf({ name, unit, value, sigma }, effect) {
+  const [factor, symbol] = UNITS[unit];
+  const decimals = Math.min(7, Math.max(0, 1 - Math.floor(Math.log10(factor * sigma))));
+  const label = name.startsWith(effect + ".") ? name.slice(effect.length + 1) : name;
+  return `${label} ${signed(factor * value, decimals)} ± ${(factor * sigma).toFixed(decimals)} ${symbol}`;
+}
+
+function declarations() {
+  const { effects, notes } = data.declarations;
+  const shown = effects.filter((effect) => effect.is_significant);
+  const others = effects.filter((effect) => !effect.is_significant).map(({ name }) => name);
+  const sentences = effects.length ? [] : ["Effects that the model leaves out were not tested: the search did not converge, or contacts have no likelihood with a minimum here."];
+  if (shown.length) sentences.push("Contacts contradict the model. The values are what effects would be if they were estimated, the most standard deviations from zero first; p is the probability that it is chance, corrected for the number of tests.");
+  if (others.length) sentences.push(`${shown.length ? "Other effects: contacts" : "Contacts"} do not contradict that these are zero: ${others.join(", ")}.`);
+  byId("effect-words").textContent = sentences.join(" ");
+  const lines = (texts) => texts.map((text) => el("div", {}, text));
+  const row = ({ name, description, remedy, declared_in, p_value, values, displacement, radius }) => {
+    const [first, rest] = [values.slice(0, 3), values.slice(3)].map((some) => lines(some.map((value) => valueOf(value, name))));
+    const more = rest.length ? el("details", {}, el("summary", {}, `and ${rest.length} more`), ...rest) : null;
+    const told = (text, note) => el("div", {}, text, el("small", {}, note));
+    return [told(name, description), p_value, el("div", {}, ...first, more), (1e3 * displacement).toFixed(3), (1e3 * radius).toFixed(3), told(declared_in, `→ ${remedy}`)];
+  };
+  const headings = ["effect that the model leaves out", "#p", "value", "#moves the tool (mm)", "#95 % region (mm)", "problem file"];
+  if (shown.length) byId("effect-table").append(table(headings, shown.map(row)));
+  if (notes.length) byId("assumptions").append(el("p", { class: "note" }, "Assumed in reading the problem file and its logs:"), el("ul", {}, ...notes.map((note) => el("li", {}, note))));
+}
+
 /** A parameter's 95 % interval, its prior's band and zero, between `low` and `high` (SI). */
 function interval({ value, sigma, prior_sigma, undetermined }, [low, high]) {
   const x = (v) => `${(100 * (Math.min(high, Math.max(low, v)) - low)) / (high - low)}%`;
@@ -190,7 +218,7 @@ function search() {
     + ` The contacts' noise is ${significant(data.noise_factor, 2)} times the ${data.is_noise_estimated ? "estimated" : "declared"} noise.`;
 }
 
-for (const part of [verdict, fixtures, parameters, determined, uncertainty, outliers, inputs, search]) part();
+for (const part of [verdict, fixtures, declarations, parameters, determined, uncertainty, outliers, inputs, search]) part();
 
 // The libraries and the scripts that use them run one by one after the text has been painted.
 function later() {

@@ -12,6 +12,7 @@ mod support;
 
 mod campaign;
 mod coverage;
+mod evaluation;
 mod falsified;
 mod simulator;
 mod wrench;

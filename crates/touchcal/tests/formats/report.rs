@@ -172,6 +172,45 @@ fn the_page_contains_the_estimate() {
     assert_eq!(steps_told, steps.len());
 }
 
+/// A hole half a millimetre beside the place that is declared exact, with notes of the reader.
+#[test]
+fn the_page_says_what_contacts_contradict_and_what_is_assumed() {
+    let (mut problem, _) = mujoco_trial("extrusion/rich/trial_01");
+    let right = solve(&problem).0;
+    let effects = |estimate: &Estimate, problem: &Problem| {
+        content(&page(problem, estimate, &[]))["declarations"]["effects"].as_array().unwrap().clone()
+    };
+    assert!(effects(&right, &problem).iter().all(|effect| effect["is_significant"] == false));
+    assert_eq!(effects(&right, &problem).len(), 7);
+
+    let place = problem.fixtures[0].base_from_fixture.as_mut().unwrap();
+    *place *= touchcal::se3::Pose::translation(0.3e-3, -0.3e-3, 0.3e-3);
+    problem.contacts.note("assumed: the angles are in degrees");
+    let (estimate, _) = solve(&problem);
+    let shown = effects(&estimate, &problem);
+    let of_hole = shown.iter().find(|effect| effect["name"] == "fixture.hole").unwrap();
+    let test = estimate.effect_tests.iter().find(|test| test.effect.name() == "fixture.hole").unwrap();
+    assert_eq!(of_hole["is_significant"], true);
+    assert_eq!(of_hole["p_value"], format!("{:.0e}", test.p_value));
+    assert_eq!(of_hole["description"], "fixture `hole` is not where it is declared");
+    assert_eq!(of_hole["declared_in"], "exact in [[fixture]] hole");
+    assert_eq!(of_hole["displacement"].as_f64(), Some(test.displacement));
+    // Gravity makes no torque about the first joint's axis.
+    let compliances = shown.iter().find(|effect| effect["name"] == "joint_compliance").unwrap()["values"].clone();
+    let names: Vec<&str> = compliances.as_array().unwrap().iter().filter_map(|value| value["name"].as_str()).collect();
+    assert!(names.contains(&"joint_compliance.joint_a4") && !names.contains(&"joint_compliance.joint_a1"), "{names:?}");
+    let values = of_hole["values"].as_array().unwrap();
+    let deviations = |value: &Value| (value["value"].as_f64().unwrap() / value["sigma"].as_f64().unwrap()).abs();
+    assert!(values.windows(2).all(|pair| deviations(&pair[0]) >= deviations(&pair[1])) && values.len() == 6);
+    let x = values.iter().find(|value| value["name"] == "fixture.hole.x").unwrap();
+    assert_eq!((x["unit"].as_str(), x["value"].as_f64()), (Some("m"), Some(test.values[0].value)));
+    let content = content(&page(&problem, &estimate, &[]));
+    assert_eq!(
+        content["declarations"]["notes"].as_array().unwrap().last().unwrap(),
+        "assumed: the angles are in degrees"
+    );
+}
+
 #[test]
 fn many_contacts_make_no_large_page() {
     let mut problem = sockets();

@@ -2,8 +2,9 @@
 
 use proptest::prelude::*;
 use touchcal::io::estimate_file::{
-    ContactCounts, EffectTestEntry, EffectValueEntry, EstimateFile, FixtureResidual, FreedEffectEntry, NullDirection,
-    ParameterEntry, PredictionEntry, ResidualStats, Residuals, Severity, Status, TerminationEntry, WarningEntry,
+    ContactCounts, EffectTestEntry, EffectValueEntry, EstimateFile, FixtureResidual, FreedEffectEntry, NoiseEntry,
+    NullDirection, ParameterEntry, PredictionEntry, ResidualStats, Residuals, Severity, Status, TerminationEntry,
+    WarningEntry,
 };
 use touchcal::io::{Input, atomic};
 
@@ -39,6 +40,7 @@ fn estimate() -> EstimateFile {
         }],
         residuals: Residuals { prefit: stats(), postfit: stats() },
         contacts: ContactCounts { read: 10, used: 3, rejected: 0 },
+        noise: Some(NoiseEntry { encoder: 3.5e-5, contact: 2e-5 }),
         termination: TerminationEntry {
             reason: "step".to_owned(),
             measured: Some(1e-9),
@@ -86,19 +88,36 @@ fn refused(text: &str, parts: &[&str]) {
 fn estimates_survive_json() {
     let text = estimate().to_json().unwrap();
     assert_eq!(EstimateFile::from_json(&text, "e").unwrap(), estimate());
-    // Version 0.2.0 wrote no tests of effects and no prediction.
+    // Version 0.2.0 wrote no tests of effects, no prediction and no noise.
     let mut older: serde_json::Value = serde_json::from_str(&text).unwrap();
-    for added in ["effect_tests", "freed_effects", "prediction"] {
+    for added in ["effect_tests", "freed_effects", "noise", "prediction"] {
         older.as_object_mut().unwrap().remove(added);
     }
     let older = EstimateFile::from_json(&older.to_string(), "e").unwrap();
     assert_eq!(
         older,
-        EstimateFile { effect_tests: Vec::new(), freed_effects: Vec::new(), prediction: None, ..estimate() }
+        EstimateFile {
+            effect_tests: Vec::new(),
+            freed_effects: Vec::new(),
+            noise: None,
+            prediction: None,
+            ..estimate()
+        }
     );
     for part in ["\"status\": \"not_converged\"", "\"prior_sigma\": null", "\"condition\": null", "\"rms_mm\": 0.2"] {
         assert!(text.contains(part), "{part}");
     }
+}
+
+/// What is needed to predict with an estimate comes back from its file.
+#[test]
+fn the_posterior_of_a_file_is_that_of_the_estimate() {
+    let mut file = estimate();
+    let posterior = file.posterior().unwrap();
+    assert_eq!((posterior.entries[0].name.as_str(), posterior.entries[0].value), ("strain", 0.05));
+    assert_eq!((posterior.covariance[(0, 0)], posterior.noise.unwrap().contact), (1e-8, 2e-5));
+    file.parameters[0].sigma = None;
+    assert!(file.posterior().is_none(), "nothing has an uncertainty");
 }
 
 #[test]
@@ -115,6 +134,9 @@ fn numbers_that_json_cannot_hold_are_not_written() {
     let mut bad = estimate();
     bad.effect_tests[0].p_value = f64::NAN;
     assert!(bad.to_json().unwrap_err().to_string().contains("effect_tests, joint_trend: expected a finite number"));
+    let mut bad = estimate();
+    bad.noise = Some(NoiseEntry { encoder: f64::NAN, contact: 0.0 });
+    assert!(bad.to_json().unwrap_err().to_string().contains("noise.encoder: expected a finite number"));
     let mut bad = estimate();
     bad.covariance.clear();
     assert!(bad.to_json().unwrap_err().to_string().contains("1 rows of 1 numbers"));

@@ -5,9 +5,9 @@ use nalgebra::{DVector, Vector3};
 use super::layout::ParameterLayout;
 use super::noise::NoiseModel;
 use crate::estimate::contact_mode::ContactModePrior;
-use crate::estimate::problem::{Problem, ShapeTolerance};
+use crate::estimate::problem::{Noise, Problem, ShapeTolerance};
 use crate::manifold::{Residual, ResidualKind, SurfaceCounts};
-use crate::parameter::ParameterId;
+use crate::parameter::{Parameter, ParameterId};
 use crate::robot::Kinematics;
 use crate::se3::Pose;
 
@@ -44,6 +44,25 @@ impl<'p> CalibrationModel<'p> {
             kinematics,
             layout,
         }
+    }
+
+    /// The same model with the parameters `more` behind its own.
+    pub fn extended(&self, more: impl IntoIterator<Item = Parameter>) -> CalibrationModel<'p> {
+        let layout = self.layout.extended(self.problem, more);
+        let problem = self.problem;
+        CalibrationModel {
+            problem,
+            base_from_fixture: self.base_from_fixture.clone(),
+            kinematics: Kinematics::new(&problem.robot, &layout.kinematic(), problem.tool.tip_from_tool),
+            noise: self.noise.clone(),
+            mode_priors: self.mode_priors.clone(),
+            layout,
+        }
+    }
+
+    /// The same model with this noise, and factors of 1 on it.
+    pub fn with_noise(self, noise: &Noise) -> CalibrationModel<'p> {
+        CalibrationModel { noise: NoiseModel::new(&self.problem.robot, noise), ..self }
     }
 
     /// Difference of the indices of successive contacts in an even subsample of about `count` > 0

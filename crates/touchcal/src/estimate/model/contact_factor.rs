@@ -5,7 +5,9 @@ use nalgebra::Vector3;
 use super::linearization::LinearizationPoint;
 use super::objective::Objective;
 use super::whitening::{pose_covariance, row_covariance, whiten};
-use crate::estimate::contact_mode::{CandidateContacts, CandidateVector, MarginalLikelihood, marginal_likelihood};
+use crate::estimate::contact_mode::{
+    CandidateContacts, CandidateMatrix, CandidateVector, MarginalLikelihood, marginal_likelihood,
+};
 use crate::manifold::{ContactCache, Gate, MAX_ROWS, Residual};
 use crate::parameter::ParameterId;
 use crate::robot::KinematicsScratch;
@@ -105,19 +107,49 @@ impl ContactFactor {
         self.likelihood = None;
         if is_whitened {
             let (len, width) = (self.rows.len(), point.model.layout.dependencies[f].len());
-            let noise = &point.model.noise;
-            let variance_factor = noise.residual_variance_factor();
-            let of_pose = pose_covariance(&self.kinematics.joints, &noise.joint_variance, variance_factor);
-            let own_variance = variance_factor * noise.contact.powi(2);
-            let covariance = row_covariance(self.rows.jacobian(), &of_pose, own_variance);
+            let covariance = self.residual_noise(point);
             let (residual, jacobian) = (&mut self.residual[..len], &mut self.jacobian[..len * width]);
             self.sigma = whiten(covariance, residual, jacobian, width);
         }
     }
 
+    /// Evaluates the exact residual of contact `i` with all its gap biases, not whitened (m), and
+    /// returns the covariance of its rows by noise (m²).
+    pub fn evaluate_with_noise(&mut self, point: &LinearizationPoint<'_>, i: usize) -> CandidateMatrix {
+        let f = point.model.problem.contacts.fixture(i);
+        let pose = point.pose_and_jacobian(i, &mut self.q, &mut self.kinematics);
+        self.rows.clear();
+        point.model.problem.fixtures[f].manifold.residual(&pose, 0.0, &mut self.rows);
+        self.subtract_gap_biases(point, i, &pose);
+        self.likelihood = None;
+        self.residual_noise(point)
+    }
+
+    /// Covariance of the residual rows by noise (m²).
+    fn residual_noise(&self, point: &LinearizationPoint<'_>) -> CandidateMatrix {
+        let noise = &point.model.noise;
+        let variance_factor = noise.residual_variance_factor();
+        let of_pose = pose_covariance(&self.kinematics.joints, &noise.joint_variance, variance_factor);
+        row_covariance(self.rows.jacobian(), &of_pose, variance_factor * noise.contact.powi(2))
+    }
+
     /// Evaluates the marginal likelihood of contact `i`, which is one-sided; `cache` is that of the
     /// contact.
     pub fn evaluate_modes(&mut self, point: &LinearizationPoint<'_>, i: usize, cache: &mut ContactCache) {
+        let candidates = self.evaluate_candidates(point, i, cache);
+        let options = &point.model.problem.options.contact_mode;
+        self.likelihood = Some(marginal_likelihood(&candidates, options));
+    }
+
+    /// Evaluates the candidate contacts of contact `i`, which is one-sided; `cache` is that of the
+    /// contact. The rows are their distances, and [`gaps`](ContactFactor::gaps) those with their
+    /// gap biases.
+    pub fn evaluate_candidates(
+        &mut self,
+        point: &LinearizationPoint<'_>,
+        i: usize,
+        cache: &mut ContactCache,
+    ) -> CandidateContacts {
         let model = point.model;
         let f = model.problem.contacts.fixture(i);
         let pose = point.pose_and_jacobian(i, &mut self.q, &mut self.kinematics);
@@ -130,20 +162,31 @@ impl ContactFactor {
         };
         self.rows.clear();
         model.problem.fixtures[f].manifold.candidate_contacts(&pose, &gate, cache, &mut self.rows);
+        self.subtract_gap_biases(point, i, &pose);
+        self.likelihood = None;
+        self.candidates(point, f, &gate)
+    }
+
+    /// Distances (m) of the rows as the manifold has them, with their gap biases.
+    pub fn gaps(&self) -> &[f64] {
+        self.rows.values()
+    }
+
+    /// Residuals and derivatives of rows with the gap biases of their directions.
+    fn subtract_gap_biases(&mut self, point: &LinearizationPoint<'_>, i: usize, fixture_from_tool: &Pose) {
+        let fixture = &point.fixtures[point.model.problem.contacts.fixture(i)];
         let directions: [usize; MAX_ROWS] = std::array::from_fn(|r| {
-            self.rows.jacobian().get(r).map_or(0, |row| axis_direction(&(pose.rotation * se3::linear(row))))
+            let normal = |row| fixture_from_tool.rotation * se3::linear(row);
+            self.rows.jacobian().get(r).map_or(0, |row| axis_direction(&normal(row)))
         });
-        self.differentiate(point, i, &pose, |id, r| match id {
+        self.differentiate(point, i, fixture_from_tool, |id, r| match id {
             ParameterId::GapBias(_) => Some(-1.0),
             ParameterId::DirectionalGapBias(_, k) => Some(-f64::from(u8::from(directions[r] == k))),
             _ => None,
         });
-        let fixture = &point.fixtures[f];
         for (r, value) in self.rows.values().iter().enumerate() {
             self.residual[r] = value - fixture.gap_bias - fixture.directional_gap_bias[directions[r]];
         }
-        let candidates = self.candidates(point, f, &gate);
-        self.likelihood = Some(marginal_likelihood(&candidates, &model.problem.options.contact_mode));
     }
 
     fn candidates(&self, point: &LinearizationPoint<'_>, f: usize, gate: &Gate) -> CandidateContacts {

@@ -7,7 +7,7 @@ use crate::estimate::result::OmittedEffect;
 use crate::parameter::{
     Block, Parameter, ParameterId, Prior, joint_compliance, joint_harmonic, joint_origin, joint_trend, segment_strain,
 };
-use crate::robot::{KinematicParameter, Kinematics};
+use crate::robot::KinematicParameter;
 
 /// Plausible sizes of what a model leaves out: what it takes for granted of a good arm.
 const COMPLIANCE: f64 = 1e-5;
@@ -73,16 +73,7 @@ pub(crate) fn with_omitted_effects<'p>(own: &CalibrationModel<'p>) -> (Calibrati
     let size =
         |id| wrench_parameters(WrenchTolerance::DEFAULT).find(|(known, _)| known.id == id).map_or(0.0, |(_, s)| s);
     add(OmittedEffect::Wrench, exact_wrench(problem), &size);
-    let layout = own.layout.extended(problem, parameters);
-    let model = CalibrationModel {
-        problem,
-        base_from_fixture: own.base_from_fixture.clone(),
-        kinematics: Kinematics::new(robot, &layout.kinematic(), problem.tool.tip_from_tool),
-        noise: own.noise.clone(),
-        mode_priors: own.mode_priors.clone(),
-        layout,
-    };
-    (model, omitted)
+    (own.extended(parameters), omitted)
 }
 
 /// Whether anything that changes contacts is declared exact: a place in some direction, or the

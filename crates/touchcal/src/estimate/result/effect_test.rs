@@ -1,5 +1,10 @@
 //! Tests of effects that a model leaves out.
 
+use crate::parameter::Unit;
+
+/// Share of the largest standard deviation in a unit up to which a parameter is not seen.
+const LEAST_SEEN: f64 = 1e-4;
+
 /// An effect that a model leaves out: fixed at what was declared, or not a parameter.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[non_exhaustive]
@@ -77,6 +82,17 @@ impl OmittedEffect {
             OmittedEffect::Wrench => "give bias and scale of the wrench a standard deviation",
         }
     }
+
+    /// Key and table of a problem file (`problem.toml`) that leave the effect out, such as
+    /// "parameters in [estimate]"; "-" where nothing in it does.
+    pub fn declared_in(&self) -> String {
+        match self {
+            OmittedEffect::JointHarmonic => "-".to_owned(),
+            OmittedEffect::ToolPlace => "exact in [tool]".to_owned(),
+            OmittedEffect::FixturePlace { fixture } => format!("exact in [[fixture]] {fixture}"),
+            _ => "parameters in [estimate]".to_owned(),
+        }
+    }
 }
 
 /// An effect that was let in as parameters because contacts contradict that it is zero.
@@ -99,9 +115,12 @@ pub struct FreedEffect {
 pub struct EffectValue {
     /// Name of the parameter, as it would be named if it were estimated.
     pub name: String,
+    /// Unit of value and standard deviation.
+    pub unit: Unit,
     /// One-step estimate (SI).
     pub value: f64,
-    /// Standard deviation of that estimate (SI); 0 where contacts do not see the parameter.
+    /// Standard deviation of that estimate (SI); 0, but for rounding, where contacts do not see the
+    /// parameter.
     pub sigma: f64,
 }
 
@@ -125,4 +144,21 @@ pub struct EffectTest {
     /// Root mean square radius (m) of the tool's 95 % region over the workspace, as reported
     /// without the effect.
     pub radius: f64,
+}
+
+impl EffectTest {
+    /// The values that contacts see, the one that is most standard deviations from zero first. Not
+    /// seen is a parameter of which next to nothing is in the tested directions: its standard
+    /// deviation is less than a ten-thousandth of the largest in the same unit.
+    pub fn strongest_values(&self) -> Vec<&EffectValue> {
+        let largest = |unit: Unit| {
+            let alike = self.values.iter().filter(|entry| entry.unit == unit);
+            alike.map(|entry| entry.sigma).fold(0.0, f64::max)
+        };
+        let is_seen = |entry: &&EffectValue| entry.sigma > LEAST_SEEN * largest(entry.unit);
+        let mut values: Vec<&EffectValue> = self.values.iter().filter(is_seen).collect();
+        let deviations = |entry: &EffectValue| (entry.value / entry.sigma).abs();
+        values.sort_by(|a, b| deviations(b).total_cmp(&deviations(a)));
+        values
+    }
 }

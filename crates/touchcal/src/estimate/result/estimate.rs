@@ -82,6 +82,15 @@ pub struct ContactCount {
     pub rejected: usize,
 }
 
+/// Standard deviations of the measurement noise.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct NoiseSigma {
+    /// Of each revolute joint's measured position (rad).
+    pub encoder: f64,
+    /// Of each residual row apart from the encoders (m).
+    pub contact: f64,
+}
+
 /// The result of [`calibrate`](crate::estimate::calibrate): parameters with covariance, the
 /// calibrated arm, warnings and statistics.
 #[derive(Clone, Debug)]
@@ -125,6 +134,9 @@ pub struct Estimate {
     /// estimated one if [`Noise::is_estimated`](crate::estimate::Noise::is_estimated) (1): about 1
     /// where the noise is right.
     pub noise_factor: f64,
+    /// The noise of the contacts: as declared, or as estimated if
+    /// [`Noise::is_estimated`](crate::estimate::Noise::is_estimated).
+    pub noise: NoiseSigma,
     /// The calibrated arm: strains, encoder offsets and origin twists are in its joint origins,
     /// compliances in its joints; neither the tool's pose nor the drifts of placements are part of
     /// it.

@@ -1,19 +1,25 @@
 //! What an estimation ends with: values, never log text.
 
+mod arm_fit;
 mod declaration_mistake;
 mod effect_test;
 mod estimate;
+mod evaluation;
 mod identifiability;
+mod posterior;
 mod prediction;
 mod progress;
 mod score;
 mod warning;
 mod warning_text;
 
+pub use arm_fit::ArmFit;
 pub use declaration_mistake::{Agreement, DeclarationMistake, DeclaredLength};
 pub use effect_test::{EffectTest, EffectValue, FreedEffect, OmittedEffect};
-pub use estimate::{ContactCount, Estimate, ParameterEstimate, Status, Verdict};
+pub use estimate::{ContactCount, Estimate, NoiseSigma, ParameterEstimate, Status, Verdict};
+pub use evaluation::{CommonStrain, Contradiction, DistanceSource, Evaluation, FixtureDistance, Scatter};
 pub use identifiability::{Identifiability, NullDirection};
+pub use posterior::{ParameterPosterior, PosteriorEntry};
 pub use prediction::Prediction;
 pub(crate) use progress::Observer;
 pub use progress::{Progress, Stage};

@@ -9,7 +9,7 @@ use crate::io::base::bytes::Input;
 use crate::io::base::error::{IoError, Place};
 use crate::io::problem::loaded::Loaded;
 use crate::io::result::estimate_file::{
-    self, ContactCounts, EffectTestEntry, EstimateFile, FixtureResidual, FreedEffectEntry, NullDirection,
+    self, ContactCounts, EffectTestEntry, EstimateFile, FixtureResidual, FreedEffectEntry, NoiseEntry, NullDirection,
     ParameterEntry, PredictionEntry, ResidualStats, Residuals, TerminationEntry, WarningEntry,
 };
 use crate::io::result::offsets_yaml;
@@ -191,6 +191,7 @@ pub fn estimate_file(loaded: &Loaded, solved: &Solved) -> EstimateFile {
             used: estimate.contacts.used as u64,
             rejected: estimate.contacts.rejected as u64,
         },
+        noise: Some(NoiseEntry { encoder: estimate.noise.encoder, contact: estimate.noise.contact }),
         termination: TerminationEntry {
             reason: estimate.termination.reason.name().to_owned(),
             measured: finite(estimate.termination.measured),

@@ -102,6 +102,16 @@ pub struct ContactCounts {
     pub rejected: u64,
 }
 
+/// Standard deviations of the measurement noise: [`estimate::NoiseSigma`] in the file.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct NoiseEntry {
+    /// Of each revolute joint's measured position (rad).
+    pub encoder: f64,
+    /// Of each residual row apart from the encoders (m).
+    pub contact: f64,
+}
+
 /// The criterion that stopped the solver, and its value.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]

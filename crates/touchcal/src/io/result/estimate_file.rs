@@ -3,15 +3,17 @@
 
 use std::path::Path;
 
+use nalgebra::DMatrix;
 use serde::{Deserialize, Serialize};
 
 use super::estimate_schema_1;
+use crate::estimate::{NoiseSigma, ParameterPosterior, PosteriorEntry};
 use crate::io::base::bytes::{self, Input};
 use crate::io::base::error::{IoError, Place};
 
 pub use super::estimate_entries::{
-    ContactCounts, EffectTestEntry, EffectValueEntry, FixtureResidual, FreedEffectEntry, NullDirection, ParameterEntry,
-    PredictionEntry, ResidualStats, Residuals, Severity, Status, TerminationEntry, WarningEntry,
+    ContactCounts, EffectTestEntry, EffectValueEntry, FixtureResidual, FreedEffectEntry, NoiseEntry, NullDirection,
+    ParameterEntry, PredictionEntry, ResidualStats, Residuals, Severity, Status, TerminationEntry, WarningEntry,
 };
 
 /// The schema that this version writes; it reads schema 1 too.
@@ -45,6 +47,9 @@ pub struct EstimateFile {
     pub residuals: Residuals,
     /// Numbers of rows and contacts.
     pub contacts: ContactCounts,
+    /// Noise of the contacts, declared or estimated; files of earlier versions have none.
+    #[serde(default)]
+    pub noise: Option<NoiseEntry>,
     /// The reason why the solver stopped, with the value of its criterion.
     pub termination: TerminationEntry,
     /// Warnings about the result, those that forbid its use first.
@@ -81,6 +86,7 @@ impl From<estimate_schema_1::EstimateFile1> for EstimateFile {
             null_space: old.null_space.into_iter().map(NullDirection::from).collect(),
             residuals: old.residuals,
             contacts: old.contacts,
+            noise: None,
             termination: old.termination,
             warnings: old.warnings.into_iter().map(WarningEntry::from).collect(),
             effect_tests: Vec::new(),
@@ -142,6 +148,23 @@ impl EstimateFile {
         EstimateFile::from_json(&text, &input.path)
     }
 
+    /// What the calibration knows of its parameters; `None` if it has no uncertainty, because
+    /// contacts were measured by a projection.
+    pub fn posterior(&self) -> Option<ParameterPosterior> {
+        let entries = self.parameters.iter().map(|entry| PosteriorEntry {
+            name: entry.name.clone(),
+            value: entry.value,
+            prior_sigma: entry.prior_sigma,
+        });
+        let size = self.parameters.len();
+        let has_uncertainty = self.parameters.iter().any(|entry| entry.sigma.is_some());
+        has_uncertainty.then(|| ParameterPosterior {
+            entries: entries.collect(),
+            covariance: DMatrix::from_fn(size, size, |i, j| self.covariance[i][j]),
+            noise: self.noise.map(|NoiseEntry { encoder, contact }| NoiseSigma { encoder, contact }),
+        })
+    }
+
     fn check(&self, file: &str) -> Result<(), IoError> {
         let n = self.parameters.len();
         let place = |field: String| Place::file(file).field(field);
@@ -181,6 +204,8 @@ impl EstimateFile {
             ("termination.measured", self.termination.measured),
             ("termination.threshold", self.termination.threshold),
             ("seconds", Some(self.seconds)),
+            ("noise.encoder", self.noise.map(|noise| noise.encoder)),
+            ("noise.contact", self.noise.map(|noise| noise.contact)),
         ];
         let single = single.into_iter().filter_map(|(key, value)| Some((key.to_owned(), value?)));
         let tests = self.effect_tests.iter().flat_map(|test| {

@@ -1,0 +1,94 @@
+//! `touchcal evaluate`.
+
+mod json;
+mod tables;
+
+use std::path::Path;
+
+use touchcal::estimate::{Evaluation, Fixture, PlacePrior, Problem, Score, evaluate, evaluate_held_out};
+use touchcal::io::calibration_folder::{ESTIMATE, place_written};
+use touchcal::io::estimate_file::{EstimateFile, Status};
+use touchcal::io::urdf;
+
+use crate::args::{Arm, EvaluateArgs};
+use crate::failure::{Failure, Outcome};
+use crate::output;
+use crate::summary::residuals;
+use json::EvaluationJson;
+use tables::evaluation;
+
+/// Reads a problem, evaluates the arms, prints their scores, beside what the calibration predicts.
+pub fn run(args: &EvaluateArgs) -> Result<Outcome, Failure> {
+    let nominal = Arm { urdf: args.nominal.clone(), joint_compliance: false };
+    let urdf = format!(" --urdf {}", args.urdf.display());
+    super::refuse_replaced(&args.source, &nominal, ["evaluate", &urdf])?;
+    let problem = super::load(&args.source)?.problem;
+    let robot = urdf::read_like(&problem.robot, &args.urdf)?.robot;
+    let estimate = args.estimate.as_deref().map(EstimateFile::read_file).transpose()?;
+    let mut evaluated = problem.clone();
+    match &estimate {
+        Some(found) => place_written(&mut evaluated, found),
+        None => output::notes(uncertain(&problem).as_slice()),
+    }
+    evaluated.robot = robot;
+    let posterior = estimate.as_ref().and_then(EstimateFile::posterior);
+    let report = Report {
+        urdf: &args.urdf,
+        fixtures: &problem.fixtures,
+        nominal: evaluate(&problem),
+        evaluation: evaluate_held_out(&problem, &evaluated, posterior.as_ref()),
+        is_calibrated: posterior.is_some(),
+    };
+    output::print(&if args.json { report.json()? } else { report.text() })?;
+    Ok(outcome(args.estimate.as_deref(), estimate.as_ref()))
+}
+
+/// A calibration that must not be used is not, however well it does here.
+fn outcome(path: Option<&Path>, estimate: Option<&EstimateFile>) -> Outcome {
+    let (Some(path), Some(estimate)) = (path, estimate) else { return Outcome::Done };
+    let reason = match estimate.status {
+        Status::Converged => return Outcome::Done,
+        Status::NotConverged => "did not converge",
+        Status::NotUsable => "is not usable",
+    };
+    output::diagnostic(&format!("the calibration of {} {reason}: do not use it", path.display()));
+    Outcome::NotUsable
+}
+
+/// A note where declared poses are uncertain; that of a socket without a nominal pose does not
+/// count.
+fn uncertain(problem: &Problem) -> Option<String> {
+    let placed = problem.fixtures.iter().filter(|fixture| fixture.base_from_fixture.is_some());
+    let fixtures = placed.map(|fixture| (format!("fixture `{}`", fixture.name), fixture.prior));
+    // A tool that is the tip link is where the URDF has it.
+    let tool = (!problem.tool_is_tip()).then(|| ("the tool".to_owned(), problem.tool.prior));
+    let mut places = tool.into_iter().chain(fixtures);
+    let (whose, _) = places.find(|(_, prior)| *prior != PlacePrior::Fixed)?;
+    Some(format!(
+        "poses are taken as declared, though that of {whose} is uncertain; `--estimate {ESTIMATE}` of the calibration uses the estimated ones"
+    ))
+}
+
+/// What is printed.
+struct Report<'a> {
+    urdf: &'a Path,
+    fixtures: &'a [Fixture],
+    nominal: Score,
+    evaluation: Evaluation,
+    /// Whether it is known what the calibration leaves uncertain.
+    is_calibrated: bool,
+}
+
+impl Report<'_> {
+    fn json(&self) -> Result<String, Failure> {
+        let json = EvaluationJson::new(self.urdf, self.fixtures, &self.evaluation, &self.nominal);
+        Ok(serde_json::to_string_pretty(&json)? + "\n")
+    }
+
+    fn text(&self) -> String {
+        let (title, score) = (self.urdf.display(), &self.evaluation.score);
+        let title = format!("Score of {title} on {} contacts (distance from touching, mm)\n", score.all.count);
+        let scores = residuals(self.fixtures, &[("nominal", &self.nominal), ("given", score)]);
+        title + &scores + &evaluation(self.fixtures, &self.evaluation, self.is_calibrated)
+    }
+}
