@@ -6,7 +6,7 @@ from .commands import files, touchcal
 from .report import Row, Table
 
 SEED = 5000
-TRIALS = {"short": {"paper": 100, "others": 60}, "long": {"paper": 1000, "others": 500}}
+TRIALS = {"short": {"paper": 60, "others": 40}, "long": {"paper": 1000, "others": 500}}
 # These have tolerances.
 PRESETS = ["paper", "leo_aluminium", "workcell", "mukca"]
 # Scenarios that change one thing of the preset `paper`.

@@ -31,6 +31,10 @@ pub(super) fn declaration_warning(search: &SearchState<'_>) -> Option<Warning> {
     let problem = search.model.problem;
     let options = &problem.options.declaration_check;
     let few = subsample(problem);
+    // Where none of these few contacts has a known load there are no parameters of the wrench.
+    if SearchState::new(&few).theta.len() != search.theta.len() {
+        return None;
+    }
     let found = CoarseFit::at(with_nominal_places(&few, search), search.theta.clone());
     if found.is_plausible(options) || search.is_interrupted() {
         return None;
@@ -63,6 +67,7 @@ fn subsample(problem: &Problem) -> Problem {
         noise: problem.noise,
         parameters: problem.parameters.clone(),
         joint_drift: problem.joint_drift,
+        wrench: problem.wrench,
         options: problem.options,
         other_arms: problem.other_arms.clone(),
         ..Problem::new(problem.robot.clone(), problem.tool.clone(), problem.fixtures.clone(), contacts)

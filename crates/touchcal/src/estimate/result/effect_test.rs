@@ -84,7 +84,7 @@ impl OmittedEffect {
     }
 
     /// Key and table of a problem file (`problem.toml`) that leave the effect out, such as
-    /// "parameters in [estimate]"; "-" where nothing in it does.
+    /// `parameters in [estimate]`; `-` where nothing in it does.
     pub fn declared_in(&self) -> String {
         match self {
             OmittedEffect::JointHarmonic => "-".to_owned(),
