@@ -24,6 +24,7 @@ __all__ = [
     "Manifold",
     "NullDirection",
     "Parameter",
+    "Prediction",
     "Problem",
     "Progress",
     "Robot",
