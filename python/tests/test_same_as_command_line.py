@@ -38,27 +38,27 @@ def test_scores(run, workcell: Path, tmp_path: Path) -> None:
     problem = touchcal.Problem.from_toml(workcell / "problem.toml")
     calibration = touchcal.calibrate(problem)
     urdf, estimate, _ = calibration.save(tmp_path)
-    told = json.loads(
+    printed = json.loads(
         run("evaluate", workcell / "problem.toml", "--urdf", urdf, "--estimate", estimate, "--json")
     )
     score = touchcal.evaluate(problem, urdf=urdf, estimate=estimate)
-    assert [told["mean_mm"], told["rms_mm"], told["max_mm"]] == [
+    assert [printed["mean_mm"], printed["rms_mm"], printed["max_mm"]] == [
         1e3 * value for value in (score.all.mean, score.all.rms, score.all.max)
     ]
-    assert told["nominal"]["rms_mm"] == 1e3 * touchcal.evaluate(problem).all.rms
+    assert printed["nominal"]["rms_mm"] == 1e3 * touchcal.evaluate(problem).all.rms
     # The file's numbers are rounded in the last digit or not at all.
     from_memory = touchcal.evaluate(problem, calibration)
     assert from_memory.all.rms == pytest.approx(score.all.rms, rel=1e-9)
     scatter = score.scatter
     assert scatter is not None and from_memory.scatter is not None
     assert from_memory.scatter.predicted == pytest.approx(scatter.predicted, rel=1e-6)
-    assert told["scatter"]["all"] == {
+    assert printed["scatter"]["all"] == {
         "found_mm": 1e3 * scatter.found,
         "predicted_mm": 1e3 * scatter.predicted,
         "ratio": scatter.ratio,
         "by_chance": list(scatter.by_chance),
     }
-    assert told["scatter"]["per_fixture"].keys() == score.scatter_per_fixture.keys() == {"hole"}
+    assert printed["scatter"]["per_fixture"].keys() == score.scatter_per_fixture.keys() == {"hole"}
 
 
 def test_distances_of_fixtures(run, sockets: Path, tmp_path: Path) -> None:
@@ -68,28 +68,28 @@ def test_distances_of_fixtures(run, sockets: Path, tmp_path: Path) -> None:
     text = (sockets / "problem.toml").read_text()
     assert "mm = 50" in text
     false.write_text(text.replace("mm = 50", "mm = 49"))
-    told = json.loads(run("evaluate", false, "--urdf", urdf, "--estimate", estimate, "--json"))
+    printed = json.loads(run("evaluate", false, "--urdf", urdf, "--estimate", estimate, "--json"))
     found = touchcal.evaluate(touchcal.Problem.from_toml(false), urdf=urdf, estimate=estimate)
-    assert [tuple(entry["between"]) for entry in told["distances"]] == [each.between for each in found.distances]
-    assert [entry["deviations"] for entry in told["distances"]] == [each.deviations for each in found.distances]
+    assert [tuple(entry["between"]) for entry in printed["distances"]] == [each.between for each in found.distances]
+    assert [entry["deviations"] for entry in printed["distances"]] == [each.deviations for each in found.distances]
     assert all(each.source == "distance" and each.declared == 0.049 and each.deviations > 3 for each in found.distances)
-    assert [warning["message"] for warning in told["warnings"]] == [warning.message for warning in found.warnings]
+    assert [warning["message"] for warning in printed["warnings"]] == [warning.message for warning in found.warnings]
     assert found.common_strain is not None and found.common_strain[0] > 0.015
     assert "predicted" in found.to_pandas()
     assert not touchcal.evaluate(touchcal.Problem.from_toml(false), urdf=urdf).warnings
 
 
 def test_inspections(run, sockets: Path) -> None:
-    told = json.loads(run("inspect", sockets / "problem.toml", "--json"))
+    printed = json.loads(run("inspect", sockets / "problem.toml", "--json"))
     found = touchcal.inspect(touchcal.Problem.from_toml(sockets / "problem.toml"))
-    assert told["rank"] == found.rank
-    assert told["singular_values"] == found.singular_values.tolist()
-    assert told["contacts_per_fixture"] == found.per_fixture
-    assert told["nominal"]["mean_mm"] == pytest.approx(1e3 * found.nominal.all.mean, rel=1e-12)
-    assert [warning["kind"] for warning in told["warnings"]] == [warning.kind for warning in found.warnings]
-    assert [entry["sigma"] for entry in told["parameters"]] == [entry.sigma for entry in found.parameters]
-    assert told["null_space"] == [null.description for null in found.null_space]
-    assert [entry["least"] for entry in told["joints"]] == [joint.least for joint in found.ranges]
+    assert printed["rank"] == found.rank
+    assert printed["singular_values"] == found.singular_values.tolist()
+    assert printed["contacts_per_fixture"] == found.per_fixture
+    assert printed["nominal"]["mean_mm"] == pytest.approx(1e3 * found.nominal.all.mean, rel=1e-12)
+    assert [warning["kind"] for warning in printed["warnings"]] == [warning.kind for warning in found.warnings]
+    assert [entry["sigma"] for entry in printed["parameters"]] == [entry.sigma for entry in found.parameters]
+    assert printed["null_space"] == [null.description for null in found.null_space]
+    assert [entry["least"] for entry in printed["joints"]] == [joint.least for joint in found.ranges]
 
 
 BROKEN = {

@@ -1,5 +1,5 @@
 //! Scatter and distances of held-out contacts are as predicted, and contradicted where the
-//! calibration was told what is false.
+//! calibration has a false declaration.
 
 use std::ops::ControlFlow;
 
