@@ -253,7 +253,8 @@ pub struct WarningThresholds {
     /// Robust weight (0 to 1) below which a contact counts as rejected.
     pub rejected_weight: f64,
     /// Shares (0 to 1) of rejected contacts above which there is a warning `[0]` and the result is
-    /// not usable `[1]` ≥ `[0]`: most contacts then contradict it.
+    /// not usable `[1]` ≥ `[0]`: most contacts then contradict it. Where the others scatter more
+    /// than declared (`noise_factor[0]`) it is not usable above `[0]` already.
     pub rejected_share: [f64; 2],
     /// Ratios (1) of measured to declared noise, see
     /// [`Estimate::noise_factor`](super::Estimate::noise_factor), above which there is a warning

@@ -84,7 +84,9 @@ fn fit_warnings(search: &SearchState<'_>, statistics: &FitStatistics, prediction
     }
     let share = statistics.rejected_share;
     if share > thresholds.rejected_share[0] {
-        warnings.push(Warning::ManyRejected { share, usable: share <= thresholds.rejected_share[1] });
+        // False rows leave the others' scatter as it is.
+        let is_outliers = factor <= thresholds.noise_factor[0];
+        warnings.push(Warning::ManyRejected { share, usable: is_outliers && share <= thresholds.rejected_share[1] });
     }
     match (statistics.design_effect, search.informative_fraction) {
         (Some(design_effect), _) if design_effect > thresholds.design_effect[0] => {
