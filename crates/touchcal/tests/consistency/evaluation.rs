@@ -167,7 +167,7 @@ fn a_false_spacing_of_the_calibration_is_seen() {
     }
 }
 
-/// An encoder that slipped by 0.05° since the calibration; without a posterior nothing is said.
+/// An encoder that slipped by 0.05° since the calibration; without a posterior no warning is given.
 #[test]
 fn an_arm_that_changed_is_contradicted() {
     let scenario = scenario(Preset::Paper, 500);
