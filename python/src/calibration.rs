@@ -21,7 +21,7 @@ use crate::error::io;
 use crate::frame::Frame;
 use crate::problem::Problem;
 use crate::progress::{Observer, Progress};
-use crate::result::{EffectTest, NullDirection, Parameter, Prediction, Termination, Warning};
+use crate::result::{EffectTest, NullDirection, Parameter, PredictiveCheck, Termination, Warning};
 use crate::robot::Robot;
 use crate::score::Score;
 
@@ -124,8 +124,8 @@ impl Calibration {
     /// How far stretches of the log are from what the others predict; None where contacts are too
     /// few for two stretches, or have no likelihood.
     #[getter]
-    fn prediction(&self) -> Option<Prediction> {
-        self.solved.estimate.prediction.as_ref().map(Prediction::from)
+    fn predictive_check(&self) -> Option<PredictiveCheck> {
+        self.solved.estimate.predictive_check.as_ref().map(PredictiveCheck::from)
     }
 
     /// Why the search stopped.

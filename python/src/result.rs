@@ -170,23 +170,23 @@ impl EffectTest {
 ///     stretches: ratio of each stretch, in the order of the log.
 #[pyclass(frozen, get_all, eq, module = "touchcal")]
 #[derive(Clone, Debug, PartialEq)]
-pub struct Prediction {
+pub struct PredictiveCheck {
     ratio: f64,
     p_value: f64,
     stretches: Vec<f64>,
 }
 
-impl From<&estimate::Prediction> for Prediction {
-    fn from(prediction: &estimate::Prediction) -> Self {
-        let estimate::Prediction { ratio, p_value, stretches } = prediction.clone();
-        Prediction { ratio, p_value, stretches }
+impl From<&estimate::PredictiveCheck> for PredictiveCheck {
+    fn from(check: &estimate::PredictiveCheck) -> Self {
+        let estimate::PredictiveCheck { ratio, p_value, stretches } = check.clone();
+        PredictiveCheck { ratio, p_value, stretches }
     }
 }
 
 #[pymethods]
-impl Prediction {
+impl PredictiveCheck {
     fn __repr__(&self) -> String {
-        format!("Prediction(ratio={:?}, p_value={:?})", self.ratio, self.p_value)
+        format!("PredictiveCheck(ratio={:?}, p_value={:?})", self.ratio, self.p_value)
     }
 }
 

@@ -24,7 +24,7 @@ __all__ = [
     "Manifold",
     "NullDirection",
     "Parameter",
-    "Prediction",
+    "PredictiveCheck",
     "Problem",
     "Progress",
     "Robot",
@@ -343,7 +343,7 @@ class EffectTest:
     def __eq__(self, other: object, /) -> bool: ...
 
 @final
-class Prediction:
+class PredictiveCheck:
     @property
     def ratio(self) -> float: ...
     @property
@@ -460,7 +460,7 @@ class Calibration:
     @property
     def effect_tests(self) -> list[EffectTest]: ...
     @property
-    def prediction(self) -> Prediction | None: ...
+    def predictive_check(self) -> PredictiveCheck | None: ...
     @property
     def termination(self) -> Termination: ...
     @property

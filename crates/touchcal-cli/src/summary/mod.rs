@@ -5,7 +5,7 @@ mod parameters;
 pub use parameters::{Detail, ParameterRow, in_user_units, parameters};
 
 use touchcal::estimate::{
-    EffectTest, EffectValue, Fixture, FreedEffect, Identifiability, Prediction, Score, Spread, Status,
+    EffectTest, EffectValue, Fixture, FreedEffect, Identifiability, PredictiveCheck, Score, Spread, Status,
 };
 use touchcal::io::Loaded;
 use touchcal::io::calibration_folder::{Solved, Written};
@@ -52,7 +52,7 @@ impl Calibration<'_> {
             format!("Robot     {}\n", robot(self.loaded)),
             format!("Contacts  {} rows read, {} contacts used, {} rejected\n", count.read, count.used, count.rejected),
             format!("Noise     {:.2} times the {source}\n", estimate.noise_factor),
-            prediction(estimate.prediction.as_ref()),
+            predictive_check(estimate.predictive_check.as_ref()),
             freed_effects(&estimate.freed_effects),
             "\n".to_owned(),
             "Distance from touching (mm)\n".to_owned(),
@@ -192,8 +192,8 @@ pub fn effect_tests(tests: &[EffectTest], threshold: f64) -> String {
 }
 
 /// How far stretches of the log are from what the others predict.
-fn prediction(prediction: Option<&Prediction>) -> String {
-    prediction.map_or_else(String::new, |Prediction { ratio, stretches, .. }| {
+fn predictive_check(check: Option<&PredictiveCheck>) -> String {
+    check.map_or_else(String::new, |PredictiveCheck { ratio, stretches, .. }| {
         let count = stretches.len();
         format!("Predicted {count} stretches of the log, each from the others: {ratio:.2} times the expected scatter\n")
     })
@@ -201,8 +201,9 @@ fn prediction(prediction: Option<&Prediction>) -> String {
 
 /// Effects that were let in, and what each is worth.
 fn freed_effects(freed: &[FreedEffect]) -> String {
-    let line = |FreedEffect { effect, p_value, gain, prediction }: &FreedEffect| {
-        let before = prediction.map_or_else(String::new, |ratio| format!(", predicted scatter {ratio:.2} before"));
+    let line = |FreedEffect { effect, p_value, gain, predictive_ratio }: &FreedEffect| {
+        let before =
+            predictive_ratio.map_or_else(String::new, |ratio| format!(", predicted scatter {ratio:.2} before"));
         format!("Freed     {}: {gain:+.1} in the log-likelihood (p = {p_value:.0e}){before}\n", effect.name())
     };
     freed.iter().map(line).collect()

@@ -65,7 +65,7 @@ fn recorded_contacts_are_tried_with_what_the_problem_declares() {
         let args = ["experiment", "falsified", "--logs", logs, "--trials", "1", "--kind", kind, "--out", "out"];
         touchcal(folder.path(), &args)
     };
-    run("hole_drawn").success();
+    run("hole_1mm").success();
     let found = &json(&folder.path().join("out/falsified.json"))[0];
     let trials = std::fs::read_dir(logs).unwrap().count();
     assert_eq!(
@@ -73,7 +73,7 @@ fn recorded_contacts_are_tried_with_what_the_problem_declares() {
         (&trials.into(), &trials.into(), &trials.into())
     );
     assert_eq!(found["excitations"]["rich.trial_00"]["trials"], 1, "{found}");
-    assert!(folder.path().join("out/rows/hole_drawn.rich.trial_00.1.json").is_file());
+    assert!(folder.path().join("out/rows/hole_1mm.rich.trial_00.1.json").is_file());
     let refused = stderr(&run("friction_0.25").failure());
     assert!(refused.contains("friction_0.25 needs a simulation"), "{refused}");
 }

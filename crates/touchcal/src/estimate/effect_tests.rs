@@ -1,6 +1,6 @@
 //! Tests of what a model leaves out, at the minimum.
 
-use nalgebra::{Cholesky, DVector};
+use nalgebra::{Cholesky, DMatrix, DVector};
 
 use super::model::{
     CalibrationModel, Curvature, LinearizationPoint, Objective, OmittedParameters, add_distances, add_priors,
@@ -60,6 +60,7 @@ pub(super) fn effect_tests(search: &mut SearchState<'_>, estimate: &Estimate) ->
         gradient: gradient(&model, &theta, &statistics.derivatives.gradient),
         curvature,
         squares,
+        shape_scores: shape_scores(&model, &statistics.derivatives.information),
         block_scores: statistics.block_scores,
     };
     let free = estimated(search, &model, at.gradient.len());
@@ -129,6 +130,13 @@ fn model_test(
         radius,
     };
     ModelTest { test, change: found.change }
+}
+
+/// Change of the gradient of contacts, whose `information` has the odds behind the parameters, by
+/// each error of the shapes.
+fn shape_scores(model: &CalibrationModel<'_>, information: &DMatrix<f64>) -> Vec<DVector<f64>> {
+    let errors = model.shape_errors().into_iter();
+    errors.map(|error| information * error.resize_vertically(information.nrows(), 0.0)).collect()
 }
 
 /// Gradient of contacts, known distances and priors; that of the odds, which contacts do not enter

@@ -43,7 +43,7 @@ fn suspects(problem: &Problem, estimate: &Estimate, freed: &[FreedEffect]) -> Ve
         effect: test.effect.clone(),
         p_value: test.p_value,
         gain: 0.5 * test.statistic,
-        prediction: estimate.prediction.as_ref().map(|prediction| prediction.ratio),
+        predictive_ratio: estimate.predictive_check.as_ref().map(|check| check.ratio),
     });
     each.collect()
 }

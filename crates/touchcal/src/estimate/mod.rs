@@ -36,7 +36,7 @@ pub use problem::{
 pub use result::{
     Agreement, ArmFit, CommonStrain, ContactCount, Contradiction, DeclarationMistake, DeclaredLength, DistanceSource,
     EffectTest, EffectValue, Estimate, Evaluation, FixtureDistance, FreedEffect, Identifiability, NoiseSigma,
-    NullDirection, OmittedEffect, ParameterEstimate, ParameterPosterior, PosteriorEntry, Prediction, Progress, Scatter,
-    Score, Severity, Spread, Stage, Status, Verdict, Warning,
+    NullDirection, OmittedEffect, ParameterEstimate, ParameterPosterior, PosteriorEntry, PredictiveCheck, Progress,
+    Scatter, Score, Severity, Spread, Stage, Status, Verdict, Warning,
 };
 pub use uncertainty::{ToolUncertainty, cramer_rao, distance_uncertainty, tool_uncertainty, workspace_configurations};

@@ -294,8 +294,9 @@ pub struct WarningThresholds {
     /// region. Small, since contacts never follow a likelihood exactly: of sixteen true problems
     /// with logs of another simulator (MuJoCo), two had effects at 1e-4.
     pub effect_p_value: f64,
-    /// Probability (0 to 1) of the predictive check ([`Prediction`](super::Prediction)) below which
-    /// standard deviations are multiplied by its ratio.
+    /// Probability (0 to 1) of the predictive check
+    /// ([`PredictiveCheck`](super::PredictiveCheck)) below which standard deviations are
+    /// multiplied by its ratio.
     pub prediction_p_value: f64,
     /// Ratio (1) of the predictive check from which the result is not usable where it is
     /// significant.

@@ -4,7 +4,7 @@ use super::input_checks::input_warnings;
 use super::model::has_exact_declarations;
 use super::options::WarningThresholds;
 use super::problem::Problem;
-use super::result::{Estimate, ParameterEstimate, Prediction, Warning};
+use super::result::{Estimate, ParameterEstimate, PredictiveCheck, Warning};
 use super::search::{SearchState, uses_contact_modes};
 use crate::parameter::{Parameter, ParameterId};
 use crate::robot::{JointKind, KinematicParameter};
@@ -34,7 +34,7 @@ pub(super) fn result_warnings(
     let problem = search.model.problem;
     let mut warnings = input_warnings(&search.model);
     warnings.extend(data_warnings(search, statistics));
-    warnings.extend(fit_warnings(search, statistics, estimate.prediction.as_ref()));
+    warnings.extend(fit_warnings(search, statistics, estimate.predictive_check.as_ref()));
     if problem.has_projection() {
         warnings.push(Warning::NoUncertainty);
     }
@@ -72,7 +72,11 @@ fn data_warnings(search: &SearchState<'_>, statistics: &FitStatistics) -> Vec<Wa
 }
 
 /// Whether the contacts fit.
-fn fit_warnings(search: &SearchState<'_>, statistics: &FitStatistics, prediction: Option<&Prediction>) -> Vec<Warning> {
+fn fit_warnings(
+    search: &SearchState<'_>,
+    statistics: &FitStatistics,
+    predictive_check: Option<&PredictiveCheck>,
+) -> Vec<Warning> {
     let problem = search.model.problem;
     let thresholds = &problem.options.thresholds;
     let mut warnings = Vec::new();
@@ -102,7 +106,7 @@ fn fit_warnings(search: &SearchState<'_>, statistics: &FitStatistics, prediction
         }
         _ => {}
     }
-    if let Some(found) = prediction.filter(|found| found.p_value < thresholds.prediction_p_value) {
+    if let Some(found) = predictive_check.filter(|found| found.p_value < thresholds.prediction_p_value) {
         let usable = found.ratio < thresholds.prediction_ratio;
         warnings.push(Warning::PredictionContradicted { ratio: found.ratio, usable });
     }

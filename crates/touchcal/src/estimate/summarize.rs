@@ -7,7 +7,7 @@ use super::effect_tests::{apply_effect_tests, effect_tests};
 use super::evaluate::score;
 use super::model::{CalibrationModel, distance_information, whitened_norms};
 use super::result::{
-    ContactCount, Estimate, NoiseSigma, ParameterEstimate, Prediction, Severity, Status, Verdict, Warning,
+    ContactCount, Estimate, NoiseSigma, ParameterEstimate, PredictiveCheck, Severity, Status, Verdict, Warning,
 };
 use super::result_checks::{FitStatistics, result_warnings};
 use super::search::{SearchState, residual_prediction, sandwich, uses_contact_modes};
@@ -73,13 +73,13 @@ impl PostfitStatistics {
 fn posterior(
     search: &mut SearchState<'_>,
     postfit: &PostfitStatistics,
-) -> (Posterior, Option<f64>, Option<Prediction>) {
+) -> (Posterior, Option<f64>, Option<PredictiveCheck>) {
     let mut posterior = Posterior::new(&search.model, &postfit.information, &search.free, &search.fixed);
     let options = &search.model.problem.options;
-    let (design_effect, prediction) = match sandwich(search) {
+    let (design_effect, predictive_check) = match sandwich(search) {
         Some(sandwich) => {
             posterior.covariance = sandwich.covariance;
-            (Some(sandwich.design_effect), sandwich.prediction)
+            (Some(sandwich.design_effect), sandwich.predictive_check)
         }
         None => {
             if search.informative_fraction.is_some() {
@@ -88,17 +88,17 @@ fn posterior(
             (None, residual_prediction(search))
         }
     };
-    let is_contradicted = |found: &&Prediction| found.p_value < options.thresholds.prediction_p_value;
-    if let Some(found) = prediction.as_ref().filter(is_contradicted) {
+    let is_contradicted = |found: &&PredictiveCheck| found.p_value < options.thresholds.prediction_p_value;
+    if let Some(found) = predictive_check.as_ref().filter(is_contradicted) {
         posterior.covariance *= found.ratio.max(1.0).powi(2);
     }
-    (posterior, design_effect, prediction)
+    (posterior, design_effect, predictive_check)
 }
 
 /// The result of a search that has ended.
 pub(super) fn summarize(mut search: SearchState<'_>) -> Estimate {
     let postfit = PostfitStatistics::new(&search.model, &search.theta, &mut search.caches);
-    let (posterior, design_effect, prediction) = posterior(&mut search, &postfit);
+    let (posterior, design_effect, predictive_check) = posterior(&mut search, &postfit);
     let (model, theta, problem) = (&search.model, &search.theta, search.model.problem);
     // The least of several gaps scatters otherwise than each of them.
     let noise_factor = if uses_contact_modes(&search) { model.noise.mode_factor } else { postfit.noise_factor };
@@ -136,7 +136,7 @@ pub(super) fn summarize(mut search: SearchState<'_>) -> Estimate {
         warnings: Vec::new(),
         effect_tests: Vec::new(),
         freed_effects: Vec::new(),
-        prediction,
+        predictive_check,
         noise_factor,
         noise: noise(&search),
         robot: robot::calibrated(&problem.robot, &columns, &values),

@@ -90,6 +90,31 @@ fn draws_have_the_size_on_average() {
     }
 }
 
+/// What is drawn differs from the truth by its default on average.
+#[test]
+fn what_is_drawn_has_the_size_of_its_default() {
+    let paper = Excitation::Paper.scenario(robot(), 40).expect("a scenario");
+    let pegs = sim::simulate(&paper, 3).expect("contacts");
+    let sockets = Excitation::Sockets.scenario(robot(), 40).expect("a scenario");
+    let balls = sim::simulate(&sockets, 3).expect("contacts");
+    let (right_pegs, right_balls) = (problem(&paper, &pegs), problem(&sockets, &balls));
+    let of_all = |seed: u64| {
+        let pegs = kind("all_drawn").problem(&paper, &pegs, seed).expect("a problem");
+        let balls = kind("all_drawn").problem(&sockets, &balls, seed).expect("a problem");
+        let tool = se3::log(&(pegs.tool.tip_from_tool.inverse() * paper.tip_from_tool));
+        let wider = gap(&pegs, -0.015) - gap(&right_pegs, -0.015);
+        let longer = balls.distances[1].distance - right_balls.distances[1].distance;
+        let last = *differences(&right_pegs, &pegs)[4].last().expect("a contact");
+        [tool[2] / 0.3e-3, tool[3] / (0.2 * DEG), wider / 0.03e-3, longer / 0.1e-3, last / (0.005 * DEG)]
+    };
+    let draws: Vec<_> = (0..300).map(of_all).collect();
+    for k in 0..5 {
+        let square: f64 = draws.iter().map(|draw| draw[k].powi(2)).sum::<f64>() / 300.0;
+        // Four standard deviations of the mean square of 300 normal numbers.
+        assert!((square - 1.0).abs() < 4.0 * (2.0 / 300.0_f64).sqrt(), "{k}: {square}");
+    }
+}
+
 #[test]
 fn declared_standard_deviations_are_those_of_the_kind() {
     let priors = |name: &str| {
@@ -100,6 +125,8 @@ fn declared_standard_deviations_are_those_of_the_kind() {
     let (fixed, exact) = (PlacePrior::Fixed, ShapeTolerance::EXACT);
     assert_eq!(priors("nothing_exact"), (fixed, fixed, exact));
     assert_eq!(priors("nothing"), (tool, fixture, shape));
+    assert_eq!(priors("tool_drawn"), (tool, fixed, exact));
+    assert_eq!(priors("shapes_drawn"), (fixed, fixed, shape));
     assert_eq!(priors("hole_exact_1mm"), (tool, fixed, shape));
     assert_eq!(priors("tool_exact_0.5mm"), (fixed, fixture, shape));
     assert_eq!(priors("clearance_exact"), (tool, fixture, exact));
@@ -108,14 +135,16 @@ fn declared_standard_deviations_are_those_of_the_kind() {
     assert_eq!(wrong.fixtures[0].prior, PlacePrior::Gaussian { sigma: 2e-3, sigma_angle: 0.5 * DEG });
 }
 
+/// Gap (m) of a peg upright over the middle of the hole, its origin at this height.
+fn gap(problem: &Problem, height: f64) -> f64 {
+    let mut rows = touchcal::manifold::Residual::new();
+    problem.fixtures[0].manifold.residual(&Pose::translation(0.0, 0.0, height), 0.0, &mut rows);
+    rows.values()[0]
+}
+
 /// A peg upright over the middle of the hole is as far from its walls as they were moved.
 #[test]
 fn shapes_are_off_by_the_size() {
-    let gap = |problem: &Problem, height: f64| {
-        let mut rows = touchcal::manifold::Residual::new();
-        problem.fixtures[0].manifold.residual(&Pose::translation(0.0, 0.0, height), 0.0, &mut rows);
-        rows.values()[0]
-    };
     for (name, height, expected) in [
         ("clearance_wide_0.05mm", -0.015, 0.05e-3),
         ("clearance_narrow_0.05mm", -0.015, -0.05e-3),

@@ -8,7 +8,7 @@ use touchcal::sim::{self, Preset, Scenario, Truth};
 
 use crate::support::{report, solve};
 
-const TRIALS: u64 = 24;
+const TRIALS: u64 = 8;
 
 /// An arm with joints of 1e4 N m/rad, whose peg explores a hole, and a sensor as good as is
 /// assumed.
@@ -70,8 +70,10 @@ fn errors_of_the_wrench_are_in_the_intervals() {
         assert_eq!(problem.wrench, WrenchTolerance::DEFAULT);
         let estimate = declared.add(&problem, &simulated.truth);
         assert_eq!(estimate.status, Status::Converged, "seed {seed}: {:?}", estimate.warnings);
-        problem.wrench = WrenchTolerance::EXACT;
-        exact.add(&problem, &simulated.truth);
+        if seed <= 2 {
+            problem.wrench = WrenchTolerance::EXACT;
+            exact.add(&problem, &simulated.truth);
+        }
     }
     let [declared, exact] = [declared, exact].map(|sum| sum.per_parameter());
     report("wrench", &[("NEES for each parameter", declared), ("wrench exact", exact)]);

@@ -3,7 +3,7 @@
 use proptest::prelude::*;
 use touchcal::io::estimate_file::{
     ContactCounts, EffectTestEntry, EffectValueEntry, EstimateFile, FixtureResidual, FreedEffectEntry, NoiseEntry,
-    NullDirection, ParameterEntry, PredictionEntry, ResidualStats, Residuals, Severity, Status, TerminationEntry,
+    NullDirection, ParameterEntry, PredictiveCheckEntry, ResidualStats, Residuals, Severity, Status, TerminationEntry,
     WarningEntry,
 };
 use touchcal::io::{Input, atomic};
@@ -67,9 +67,9 @@ fn estimate() -> EstimateFile {
             effect: "joint_harmonic".to_owned(),
             p_value: 1e-9,
             gain: 20.0,
-            prediction: Some(1.5),
+            predictive_ratio: Some(1.5),
         }],
-        prediction: Some(PredictionEntry { ratio: 1.1, p_value: 0.2, stretches: vec![1.0, 1.2] }),
+        predictive_check: Some(PredictiveCheckEntry { ratio: 1.1, p_value: 0.2, stretches: vec![1.0, 1.2] }),
         inputs: vec![Input { path: "a".to_owned(), sha256: "0".to_owned() }],
         version: "0.1.0".to_owned(),
         seconds: 0.5,
@@ -90,7 +90,7 @@ fn estimates_survive_json() {
     assert_eq!(EstimateFile::from_json(&text, "e").unwrap(), estimate());
     // Version 0.2.0 wrote no tests of effects, no prediction and no noise.
     let mut older: serde_json::Value = serde_json::from_str(&text).unwrap();
-    for added in ["effect_tests", "freed_effects", "noise", "prediction"] {
+    for added in ["effect_tests", "freed_effects", "noise", "predictive_check"] {
         older.as_object_mut().unwrap().remove(added);
     }
     let older = EstimateFile::from_json(&older.to_string(), "e").unwrap();
@@ -100,7 +100,7 @@ fn estimates_survive_json() {
             effect_tests: Vec::new(),
             freed_effects: Vec::new(),
             noise: None,
-            prediction: None,
+            predictive_check: None,
             ..estimate()
         }
     );

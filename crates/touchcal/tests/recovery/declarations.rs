@@ -92,7 +92,7 @@ fn what_is_true_and_declared_exact_is_not_contradicted() {
 fn a_hole_beside_its_place_is_found_where_its_place_is_uncertain() {
     let mut worst: f64 = 0.0;
     for trial in TRIALS {
-        for by in [[0.0; 3], [0.3e-3, 0.0, 0.0], [0.0, -0.6e-3, 0.6e-3]] {
+        for by in [[0.0; 3], [0.3e-3, -0.6e-3, 0.6e-3]] {
             let (problem, truth) = mujoco_trial(trial);
             let estimate = solve(&hole_moved(with_defaults(problem), by, 0.003));
             assert_eq!(estimate.status, Status::Converged, "{trial}, {by:?}: {:?}", estimate.warnings);
@@ -217,7 +217,7 @@ fn an_encoder_that_jumps_is_contradicted_by_the_stretches() {
     let scenario = Preset::Mukca.scenario(robot).expect("parts");
     for seed in 1..=4 {
         let right = problem(&scenario, &sim::simulate(&scenario, seed).expect("contacts"));
-        let found = solve(&right).prediction.expect("a prediction");
+        let found = solve(&right).predictive_check.expect("a prediction");
         assert!(found.p_value > 1e-3 && found.ratio < 1.3, "seed {seed}: {found:?}");
         let mut wrong = right.clone();
         wrong.contacts = ContactLog::new(right.contacts.dof());
@@ -227,7 +227,7 @@ fn an_encoder_that_jumps_is_contradicted_by_the_stretches() {
             wrong.contacts.push(&q, right.contacts.fixture(i), right.contacts.source(i));
         }
         let estimate = solve(&wrong);
-        let found = estimate.prediction.as_ref().expect("a prediction");
+        let found = estimate.predictive_check.as_ref().expect("a prediction");
         assert!(found.p_value < 1e-5 && found.ratio > 1.3, "seed {seed}: {found:?}");
         let of_prediction = |warning: &Warning| matches!(warning, Warning::PredictionContradicted { .. });
         assert!(estimate.warnings.iter().any(of_prediction), "seed {seed}: {:?}", estimate.warnings);

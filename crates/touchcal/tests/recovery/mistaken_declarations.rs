@@ -13,8 +13,8 @@ use touchcal::sim::{self, Preset};
 
 use crate::support::{data, mujoco_trial, mujoco_trials, solve};
 
-const ALL: &[Excitation] = &[Excitation::Paper, Excitation::Rich, Excitation::Sockets];
-const PEG: &[Excitation] = &[Excitation::Paper, Excitation::Rich];
+const ALL: &[Excitation] = &[Excitation::Paper, Excitation::Sockets];
+const PEG: &[Excitation] = &[Excitation::Rich];
 
 fn arm(name: &str) -> Robot {
     urdf::read_builtin(name, Ends::default()).expect("built in").robot
@@ -148,7 +148,7 @@ fn a_calibration_names_the_mistake() {
 /// Arms of one shape: described with 0.9 times the lengths, and with an upper arm 40 mm too short.
 #[test]
 fn another_arm_of_the_same_shape() {
-    for seed in 1..=5 {
+    for seed in 1..=3 {
         let wrong = declared("other_arm", Excitation::Sockets, seed);
         let found = inspected(&wrong);
         let [DeclarationMistake::ArmLengths { segments }] = found.as_slice() else { panic!("{seed}: {found:?}") };
@@ -182,7 +182,7 @@ fn another_arm_by_name() {
 #[test]
 fn true_declarations_of_simulations() {
     for preset in Preset::ALL {
-        for seed in 1..=4 {
+        for seed in 1..=2 {
             let mut scenario = preset.scenario(arm("iiwa14")).expect("a scenario");
             scenario.contacts = scenario.contacts.min(600);
             let mut problem = problem(&scenario, &sim::simulate(&scenario, seed).expect("contacts"));

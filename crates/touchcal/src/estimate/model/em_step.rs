@@ -12,7 +12,7 @@ use crate::estimate::contact_mode::{ContactCounts, ContactModePrior};
 use crate::manifold::ContactCache;
 use crate::solver::FreeParameters;
 
-/// Fixed-point iterations for the width of directional gap biases from one evaluation of the
+/// Fixed-point iterations for the width of a group of parameters from one evaluation of the
 /// contacts.
 const WIDTH_ITERATIONS: usize = 20;
 
@@ -28,8 +28,8 @@ pub(crate) struct EmStep {
     pub step: Option<DVector<f64>>,
 }
 
-/// Updates the model's contact odds, noise of candidate contacts and widths of directional gap
-/// biases from every `stride`-th contact at `theta`.
+/// Updates the model's contact odds, noise of candidate contacts and prior widths of groups of
+/// parameters from every `stride`-th contact at `theta`.
 pub(crate) fn em_step(
     model: &mut CalibrationModel<'_>,
     theta: &DVector<f64>,
@@ -51,7 +51,8 @@ pub(crate) fn em_step(
     let step = normal.damped(free, 0.0).map(|damped| damped.step(&normal.gradient));
     let step = step.filter(|step| -normal.gradient.dot(step) < options.contact_mode.em_step_decrement);
     (model.mode_priors, model.noise.mode_factor) = (priors, noise);
-    for group in PriorGroup::directional_gap_biases(&model.layout, options) {
+    let of_gaps = PriorGroup::directional_gap_biases(&model.layout, options);
+    for group in of_gaps.iter().chain(&PriorGroup::all(&model.layout)) {
         for _ in 0..WIDTH_ITERATIONS {
             let covariance = free.covariance(&(&data + prior_information(model)));
             let sigma = group.m_step(theta, &covariance);

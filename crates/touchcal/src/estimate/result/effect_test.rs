@@ -105,9 +105,9 @@ pub struct FreedEffect {
     /// What the contacts' log-likelihood gains by the effect (1), to second order: half of the
     /// score statistic.
     pub gain: f64,
-    /// [`Prediction::ratio`](super::Prediction::ratio) (1) without the effect; `None` where there
-    /// is none.
-    pub prediction: Option<f64>,
+    /// [`PredictiveCheck::ratio`](super::PredictiveCheck::ratio) (1) without the effect; `None`
+    /// where there is none.
+    pub predictive_ratio: Option<f64>,
 }
 
 /// The value that one parameter of an omitted effect would take.

@@ -4,7 +4,7 @@ use nalgebra::{DMatrix, DVector};
 
 use super::effect_test::{EffectTest, FreedEffect};
 use super::identifiability::Identifiability;
-use super::prediction::Prediction;
+use super::predictive_check::PredictiveCheck;
 use super::score::Score;
 use super::warning::Warning;
 use crate::parameter::{Parameter, ParameterId};
@@ -127,7 +127,7 @@ pub struct Estimate {
     pub freed_effects: Vec<FreedEffect>,
     /// How far stretches of the log are from what the others predict; `None` where contacts are too
     /// few for two stretches, or have no likelihood.
-    pub prediction: Option<Prediction>,
+    pub predictive_check: Option<PredictiveCheck>,
     /// Warnings, those that forbid the use of the result first.
     pub warnings: Vec<Warning>,
     /// Measured standard deviation of the contacts' residuals over the declared one, or over the

@@ -7,7 +7,7 @@ mod estimate;
 mod evaluation;
 mod identifiability;
 mod posterior;
-mod prediction;
+mod predictive_check;
 mod progress;
 mod score;
 mod warning;
@@ -20,7 +20,7 @@ pub use estimate::{ContactCount, Estimate, NoiseSigma, ParameterEstimate, Status
 pub use evaluation::{CommonStrain, Contradiction, DistanceSource, Evaluation, FixtureDistance, Scatter};
 pub use identifiability::{Identifiability, NullDirection};
 pub use posterior::{ParameterPosterior, PosteriorEntry};
-pub use prediction::Prediction;
+pub use predictive_check::PredictiveCheck;
 pub(crate) use progress::Observer;
 pub use progress::{Progress, Stage};
 pub use score::{Score, Spread};

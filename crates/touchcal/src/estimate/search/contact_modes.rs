@@ -6,8 +6,8 @@ use super::state::SearchState;
 use crate::estimate::model::{
     Curvature, Objective, contact_mode_statistics, distance_information, em_step, prior_information, residual_stretches,
 };
-use crate::estimate::result::{Observer, Prediction, Progress, Stage};
-use crate::estimate::uncertainty::{Sandwich, prediction, sandwich_covariance};
+use crate::estimate::result::{Observer, PredictiveCheck, Progress, Stage};
+use crate::estimate::uncertainty::{Sandwich, predictive_check, sandwich_covariance};
 use crate::solver::{LevenbergMarquardtOptions, StopReason};
 
 /// From the coarse stage to the contact modes of a subsample, where contacts are one-sided.
@@ -106,14 +106,14 @@ fn iterate(search: &mut SearchState<'_>, stride: usize, iteration: usize, observ
 }
 
 /// How far stretches of the log are from what the others predict, where no contact is one-sided.
-pub(crate) fn residual_prediction(search: &mut SearchState<'_>) -> Option<Prediction> {
+pub(crate) fn residual_prediction(search: &mut SearchState<'_>) -> Option<PredictiveCheck> {
     if search.model.has_one_sided_contacts() || search.model.problem.has_projection() || search.is_interrupted() {
         return None;
     }
     let (model, theta) = (&search.model, &search.theta);
     let known = distance_information(model, theta) + prior_information(model);
     let (stretches, variance) = residual_stretches(model, theta, &mut search.caches);
-    prediction(&stretches, &known, &search.free, variance)
+    predictive_check(&stretches, &known, &search.free, variance)
 }
 
 /// The parameters' covariance by the marginal likelihood of all contacts, if it was fitted to the

@@ -3,11 +3,11 @@
 use nalgebra::{Cholesky, DMatrix, DVector};
 
 use super::design_effect::design_effect;
-use super::prediction::prediction;
+use super::predictive_check::predictive_check;
 use crate::estimate::contact_mode::ContactModePrior;
 use crate::estimate::model::ContactModeStatistics;
 use crate::estimate::options::ContactModeOptions;
-use crate::estimate::result::Prediction;
+use crate::estimate::result::PredictiveCheck;
 use crate::solver::FreeParameters;
 
 /// A sandwich covariance.
@@ -18,7 +18,7 @@ pub(crate) struct Sandwich {
     pub design_effect: f64,
     /// How far stretches of the log are from what the others predict, errors as correlated as the
     /// design effect says.
-    pub prediction: Option<Prediction>,
+    pub predictive_check: Option<PredictiveCheck>,
     /// Inverse `(H + Λ)⁻¹` over the parameters and the odds of contact modes.
     bread: DMatrix<f64>,
 }
@@ -65,8 +65,8 @@ pub(crate) fn sandwich_covariance(
     let design_effect = design_effect(&statistics.score_outer_product.information, &statistics.block_scores, free);
     let covariance = &bread * squares * &bread * design_effect;
     let covariance = covariance.view((0, 0), (parameters, parameters)).into_owned();
-    let prediction = prediction(&statistics.stretches, known, free, design_effect);
-    Some(Sandwich { covariance, design_effect, prediction, bread })
+    let predictive_check = predictive_check(&statistics.stretches, known, free, design_effect);
+    Some(Sandwich { covariance, design_effect, predictive_check, bread })
 }
 
 /// `H + Λ` and `B + Λ` over the parameters and, behind them, the odds of contact modes; `known` is

@@ -5,8 +5,9 @@
 //!
 //! - `W = [−H_PP⁻¹ H_PS; 1]` is how the estimated parameters follow the left-out ones,
 //! - `g_e = Wᵀ g` is the gradient by S with P following, `H_e = Wᵀ H_{·S}` its information,
-//! - `V = D Wᵀ (B + Λ) W` is its covariance, with the outer product `B` of scores, the information
-//!   `Λ` of priors, and the design effect `D` of contacts whose errors are correlated,
+//! - `V = D Wᵀ (B + Λ) W + Σ Wᵀ (H e) (H e)ᵀ W` is its covariance, with the outer product `B` of
+//!   scores, the information `Λ` of priors, the design effect `D` of contacts whose errors are
+//!   correlated, and errors `e` of one standard deviation of the shapes,
 //! - `g_eᵀ V⁻¹ g_e` is chi-squared distributed if S is zero, and `−H_e⁻¹ g_e` estimates S.
 //!
 //! Directions of S that contacts do not see at a plausible size are left out.
@@ -35,6 +36,8 @@ pub(crate) struct Derivatives {
     pub squares: DMatrix<f64>,
     /// Scores summed over blocks of contacts close in the log.
     pub block_scores: Vec<DVector<f64>>,
+    /// The change `H e` of the gradient by each error of the shapes, of one standard deviation.
+    pub shape_scores: Vec<DVector<f64>>,
 }
 
 /// The outcome of a test.
@@ -90,7 +93,10 @@ pub(crate) fn score_test(
     }
     let unit = FreeParameters::new(DVector::repeat(seen.len(), 1.0));
     let effect = design_effect(&squares, &blocks, &unit);
-    let factor = Cholesky::new(squares * effect)?;
+    let of_shapes = at.shape_scores.iter().map(|score| along.tr_mul(score));
+    let of_shapes =
+        of_shapes.fold(DMatrix::zeros(seen.len(), seen.len()), |sum, shift| sum + &shift * shift.transpose());
+    let factor = Cholesky::new(squares * effect + of_shapes)?;
     let statistic = gradient.dot(&factor.solve(&gradient));
     let p_value = ChiSquared::new(seen.len() as f64).map_or(1.0, |distribution| distribution.sf(statistic));
     let step = -gradient.component_div(&eigenvalues);
@@ -136,6 +142,7 @@ mod tests {
             curvature: information.clone(),
             squares: information,
             block_scores: Vec::new(),
+            shape_scores: Vec::new(),
         };
         let free = FreeParameters::new(DVector::from_vec(vec![1.0, 1.0, 0.0]));
         let inverse = free.covariance(&derivatives.curvature);
@@ -147,13 +154,34 @@ mod tests {
         assert!((test.p_value - expected).abs() < 1e-9, "{} {expected}", test.p_value);
     }
 
+    /// Of a direction with gradient 3 and information 4, and an error of the shapes that changes
+    /// the gradient by 2: 9 over 4 + 4.
+    #[test]
+    fn errors_of_shapes_add_to_the_covariance_of_the_gradient() {
+        let at = Derivatives {
+            gradient: DVector::from_vec(vec![3.0]),
+            curvature: DMatrix::from_element(1, 1, 4.0),
+            squares: DMatrix::from_element(1, 1, 4.0),
+            block_scores: Vec::new(),
+            shape_scores: vec![DVector::from_vec(vec![2.0])],
+        };
+        let test = score_test(&at, &DMatrix::zeros(1, 1), (&[0], &[1.0])).expect("a test");
+        assert!((test.statistic - 9.0 / 8.0).abs() < 1e-12, "{}", test.statistic);
+        assert!((test.change[0] + 0.75).abs() < 1e-12 && (test.sigma[0] - 8f64.sqrt() / 4.0).abs() < 1e-12);
+    }
+
     #[test]
     fn what_is_not_seen_at_its_plausible_size_is_not_tested() {
         let (columns, _) = regression();
         let information = columns.tr_mul(&columns);
         let gradient = DVector::zeros(3);
-        let at =
-            Derivatives { gradient, curvature: information.clone(), squares: information, block_scores: Vec::new() };
+        let at = Derivatives {
+            gradient,
+            curvature: information.clone(),
+            squares: information,
+            block_scores: Vec::new(),
+            shape_scores: Vec::new(),
+        };
         let free = FreeParameters::new(DVector::from_vec(vec![1.0, 1.0, 0.0]));
         let inverse = free.covariance(&at.curvature);
         assert!(score_test(&at, &inverse, (&[], &[])).is_none());

@@ -2,10 +2,11 @@
 
 use nalgebra::{UnitQuaternion, Vector3};
 use rand::{RngExt, SeedableRng};
-use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64;
 
-use super::declare::{change_parts, change_positions};
+use super::declare::{change_parts, change_positions, encoder_drift, move_fixtures, move_tool, with_hole};
+use super::draw::{draw, gaussian_twist, normal};
+use super::quantity::Quantity::{self, Distances, FixturePlaces, Shapes, ToolPlace, Trends};
 use crate::estimate::Problem;
 use crate::geometry::{Parts, Polygon, PrismPair};
 use crate::parameter::{Block, ParameterId};
@@ -19,24 +20,14 @@ const PURPOSE: u64 = 0x5EED_FA15_E000_0001;
 /// Compliance (rad/(N m)) of joints where the wrench is false: of good harmonic drives.
 const WRENCH_COMPLIANCE: f64 = 1e-4;
 
-/// By how much a pose is declared wrong: the local twist `ξ = [v; ω]` of `true = declared ·
-/// Exp(ξ)`.
+/// By how much a pose is declared wrong: norms of the local twist `ξ = [v; ω]` of `true = declared
+/// · Exp(ξ)`, whose directions are uniformly distributed.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Displacement {
-    /// Gaussian components with these standard deviations, independent of each other.
-    Drawn {
-        /// Of each translation component (m, ≥ 0).
-        length: f64,
-        /// Of each rotation component (rad, ≥ 0).
-        angle: f64,
-    },
-    /// Of this size in a uniformly distributed direction.
-    Sized {
-        /// Norm of the translation part (m, ≥ 0).
-        length: f64,
-        /// Norm of the rotation part (rad, ≥ 0).
-        angle: f64,
-    },
+pub struct Displacement {
+    /// Norm of the translation part (m, ≥ 0).
+    pub length: f64,
+    /// Norm of the rotation part (rad, ≥ 0).
+    pub angle: f64,
 }
 
 /// A false declaration, with its size. Joints and directions that are not said are drawn.
@@ -44,10 +35,15 @@ pub enum Displacement {
 pub enum Falsification {
     /// Nothing is false.
     Nothing,
-    /// Poses of all fixtures in base.
-    FixturePlace(Displacement),
-    /// Pose of the tool on the tip link.
-    ToolPlace(Displacement),
+    /// Off by Gaussian draws, independent of each other, with the default's standard deviations;
+    /// no draw of [`Quantity::Wrench`], which [`Falsification::WrenchBias`] makes.
+    Drawn(Quantity),
+    /// Off by draws, each as [`Falsification::Drawn`]: of places, shapes, distances and trends.
+    AllDrawn,
+    /// Poses of all fixtures in base are off.
+    FixturesMoved(Displacement),
+    /// The pose of the tool on the tip link is off.
+    ToolMoved(Displacement),
     /// The tool's position on the tip link, in metres where millimetres were meant: a thousandth
     /// of the true one.
     ToolInMetres,
@@ -152,20 +148,19 @@ impl Falsification {
     pub fn falsify_problem(&self, problem: &mut Problem, scenario: &Scenario, seed: u64) -> Result<(), PartsError> {
         let random = &mut Pcg64::seed_from_u64(seed ^ PURPOSE);
         match *self {
-            Falsification::FixturePlace(by) => {
-                for pose in problem.fixtures.iter_mut().filter_map(|fixture| fixture.base_from_fixture.as_mut()) {
-                    *pose *= se3::exp(&by.draw(random)).inverse();
-                }
+            Falsification::Drawn(quantity) => draw(problem, scenario, quantity, random)?,
+            Falsification::AllDrawn => {
+                let all = [FixturePlaces, ToolPlace, Shapes, Distances, Trends];
+                all.into_iter().try_for_each(|quantity| draw(problem, scenario, quantity, random))?;
             }
-            Falsification::ToolPlace(by) => problem.tool.tip_from_tool *= se3::exp(&by.draw(random)).inverse(),
+            Falsification::FixturesMoved(by) => move_fixtures(problem, || by.twist(random)),
+            Falsification::ToolMoved(by) => move_tool(problem, &by.twist(random)),
             Falsification::ToolInMetres => problem.tool.tip_from_tool.translation.vector *= 1e-3,
             Falsification::Clearance(wider) => {
-                let changed = |parts: &PrismPair| shapes(parts, parts.hole().offset_mitred(wider)?, parts.depth());
-                change_parts(problem, scenario, changed)?;
+                change_parts(problem, scenario, |parts| with_hole(parts, wider, 0.0))?;
             }
             Falsification::Depth(deeper) => {
-                let changed = |parts: &PrismPair| shapes(parts, parts.hole().clone(), parts.depth() + deeper);
-                change_parts(problem, scenario, changed)?;
+                change_parts(problem, scenario, |parts| with_hole(parts, 0.0, deeper))?;
             }
             Falsification::Outline(share) => change_parts(problem, scenario, |parts| scaled(parts, 1.0 + share))?,
             Falsification::ToolTurned => problem.tool.tip_from_tool.rotation *= half_turn(),
@@ -200,7 +195,6 @@ impl Falsification {
 
     /// Changes the joint positions of the contacts.
     fn falsify_contacts(&self, problem: &mut Problem, random: &mut Pcg64) {
-        let count = problem.contacts.len();
         let dof = problem.contacts.dof();
         if dof < 2 {
             return;
@@ -208,8 +202,7 @@ impl Falsification {
         match *self {
             Falsification::EncoderDrift(change) => {
                 let joint = random.random_range(0..dof);
-                let passed = |i: usize| i as f64 / count.saturating_sub(1).max(1) as f64;
-                change_positions(problem, |i, q| q[joint] += change * (passed(i) - 0.5));
+                encoder_drift(problem, joint, change);
             }
             Falsification::EncoderHarmonic(amplitude) => {
                 let joint = random.random_range(0..dof);
@@ -241,28 +234,15 @@ impl Falsification {
 }
 
 impl Displacement {
-    /// A twist `ξ` (m, rad).
-    pub(super) fn draw(self, random: &mut Pcg64) -> Twist {
-        let mut vector = || Vector3::from_fn(|_, _| normal(random));
-        let (v, w) = (vector(), vector());
-        match self {
-            Displacement::Drawn { length, angle } => se3::twist(&(v * length), &(w * angle)),
-            Displacement::Sized { length, angle } => se3::twist(&(v.normalize() * length), &(w.normalize() * angle)),
-        }
+    fn twist(self, random: &mut Pcg64) -> Twist {
+        let direction = gaussian_twist(1.0, 1.0, random);
+        let (v, w) = (se3::linear(&direction).normalize(), se3::angular(&direction).normalize());
+        se3::twist(&(v * self.length), &(w * self.angle))
     }
 }
 
 fn half_turn() -> UnitQuaternion<f64> {
     UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI)
-}
-
-fn normal(random: &mut Pcg64) -> f64 {
-    StandardNormal.sample(random)
-}
-
-/// The peg of `parts` and a hole.
-fn shapes(parts: &PrismPair, hole: Polygon, depth: f64) -> Result<Parts, PartsError> {
-    Ok(Parts::PegInHole(Box::new(PrismPair::new(parts.peg().clone(), parts.length(), hole, depth)?)))
 }
 
 /// Outlines of peg and hole times `factor`, lengths as they are.

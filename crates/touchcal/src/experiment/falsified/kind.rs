@@ -1,14 +1,17 @@
 //! The battery: what is false, and what is declared beside it.
 
-use Declared::{Defaults, FixtureExact, FixtureFree, FixtureSigma, ShapesExact, ToolExact, WrenchExact};
+use Declared::{AllBut, Defaults, Exact, FixtureFree, FixtureSigma, Only};
 use Falsification::{
-    ArmSize, Clearance, Depth, EncoderDrift, EncoderHarmonic, EncoderNoise, FalseContacts, FewContacts,
-    FixtureInMetres, FixturePlace, Friction, JointCompliance, JointSign, JointsExchanged, JointsInDegrees,
-    JointsReversed, Nothing, Outline, Spacing, ToolInMetres, ToolOpposite, ToolPlace, ToolTurned, WrenchBias,
+    AllDrawn, ArmSize, Clearance, Depth, Drawn, EncoderDrift, EncoderHarmonic, EncoderNoise, FalseContacts,
+    FewContacts, FixtureInMetres, FixturesMoved, Friction, JointCompliance, JointSign, JointsExchanged,
+    JointsInDegrees, JointsReversed, Nothing, Outline, Spacing, ToolInMetres, ToolMoved, ToolOpposite, ToolTurned,
+    WrenchBias,
 };
+use Quantity::{Distances, FixturePlaces, Shapes, ToolPlace, Trends, Wrench};
 
 use super::excitation::Excitation;
 use super::falsification::{Displacement, Falsification};
+use super::quantity::Quantity;
 use crate::estimate::{DEFAULT_DISTANCE_SIGMA, PlacePrior, Problem, ShapeTolerance, WrenchTolerance};
 use crate::experiment::problem::problem;
 use crate::parameter::{Block, joint_trend};
@@ -17,29 +20,23 @@ use crate::sim::{PartsError, Scenario, SimulatedTrial};
 const DEG: f64 = std::f64::consts::PI / 180.0;
 const MM: f64 = 1e-3;
 
-/// Standard deviations that a problem declares.
+/// Standard deviations that a problem declares. What has a standard deviation in the scenario
+/// itself keeps that.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Declared {
-    /// Those of the scenario: what does not err is exact, distances have 0.01 mm.
-    Scenario,
-    /// Those that a problem file has where it says nothing: [`PlacePrior::DEFAULT_TOOL`] and
-    /// [`PlacePrior::DEFAULT_FIXTURE`] in place of exact ones, [`ShapeTolerance::DEFAULT`],
-    /// [`DEFAULT_DISTANCE_SIGMA`], [`WrenchTolerance::DEFAULT`], and trends of encoder offsets
-    /// where offsets are estimated.
+    /// All is exact.
+    Exact,
+    /// Those that a problem file has where it says nothing.
     Defaults,
-    /// The defaults, but places of fixtures are exact.
-    FixtureExact,
-    /// The defaults, but the tool's place is exact.
-    ToolExact,
-    /// The defaults, but shapes are exact.
-    ShapesExact,
+    /// The defaults, but this is exact.
+    AllBut(Quantity),
+    /// The default of this; all else is exact.
+    Only(Quantity),
     /// The defaults, but places of fixtures have this standard deviation (m) and that of the
     /// default's angle.
     FixtureSigma(f64),
     /// The defaults, but nothing is known of the places of fixtures.
     FixtureFree,
-    /// The defaults, but the wrench is exact.
-    WrenchExact,
 }
 
 /// One kind of trial: what is false, and the standard deviations that are declared.
@@ -75,37 +72,39 @@ const fn tried(excitations: &'static [Excitation], kind: FalsifiedKind) -> Falsi
 }
 
 const fn sized(length: f64, angle: f64) -> Displacement {
-    Displacement::Sized { length, angle }
+    Displacement { length, angle }
 }
 
-const DRAWN_HOLE: Displacement = Displacement::Drawn { length: MM, angle: 0.5 * DEG };
-const DRAWN_TOOL: Displacement = Displacement::Drawn { length: 0.3 * MM, angle: 0.2 * DEG };
 const DRAWN_WRENCH: Falsification = WrenchBias { force: 0.5, torque: 0.05 };
 const FALSE: Falsification = FalseContacts { share: 0.2, deviation: 0.3 * DEG };
 
 impl FalsifiedKind {
     /// The battery, in the order in which it is shown.
     #[rustfmt::skip]
-    pub const ALL: [FalsifiedKind; 43] = [
-        tried(ALL, kind("nothing_exact", "nothing; tool, hole and shapes declared exact", Nothing, Declared::Scenario)),
+    pub const ALL: [FalsifiedKind; 47] = [
+        tried(ALL, kind("nothing_exact", "nothing; tool, hole and shapes declared exact", Nothing, Exact)),
         tried(ALL, kind("nothing", "nothing", Nothing, Defaults)),
-        kind("hole_drawn", "hole off by a draw from the default, 1 mm and 0.5°", FixturePlace(DRAWN_HOLE), Defaults),
-        kind("hole_1mm", "hole off by 1 mm", FixturePlace(sized(MM, 0.0)), Defaults),
-        kind("hole_0.3mm", "hole off by 0.3 mm", FixturePlace(sized(0.3 * MM, 0.0)), Defaults),
-        kind("hole_0.1mm", "hole off by 0.1 mm", FixturePlace(sized(0.1 * MM, 0.0)), Defaults),
-        kind("hole_exact_0.1mm", "hole declared exact, off by 0.1 mm", FixturePlace(sized(0.1 * MM, 0.0)), FixtureExact),
-        kind("hole_exact_1mm", "hole declared exact, off by 1 mm", FixturePlace(sized(MM, 0.0)), FixtureExact),
-        kind("hole_sigma_2mm", "hole declared to 2 mm, off by 2 mm", FixturePlace(sized(2.0 * MM, 0.0)), FixtureSigma(2.0 * MM)),
+        kind("hole_drawn", "hole off by a draw from the default, 1 mm and 0.5°; all else exact", Drawn(FixturePlaces), Only(FixturePlaces)),
+        kind("tool_drawn", "tool off by a draw from the default, 0.3 mm and 0.2°; all else exact", Drawn(ToolPlace), Only(ToolPlace)),
+        kind("shapes_drawn", "clearance and depth off by draws from the default, 0.03 mm; all else exact", Drawn(Shapes), Only(Shapes)),
+        kind("trends_drawn", "each encoder drifts by a draw from the default, 0.01° over the log; all else exact", Drawn(Trends), Only(Trends)),
+        tried(SOCKETS, kind("spacing_drawn", "distances off by draws from the default, 0.1 mm; all else exact", Drawn(Distances), Only(Distances))),
+        tried(ALL, kind("all_drawn", "places, shapes, distances and trends off by draws from their defaults", AllDrawn, Defaults)),
+        kind("hole_1mm", "hole off by 1 mm", FixturesMoved(sized(MM, 0.0)), Defaults),
+        kind("hole_0.3mm", "hole off by 0.3 mm", FixturesMoved(sized(0.3 * MM, 0.0)), Defaults),
+        kind("hole_0.1mm", "hole off by 0.1 mm", FixturesMoved(sized(0.1 * MM, 0.0)), Defaults),
+        kind("hole_exact_0.1mm", "hole declared exact, off by 0.1 mm", FixturesMoved(sized(0.1 * MM, 0.0)), AllBut(FixturePlaces)),
+        kind("hole_exact_1mm", "hole declared exact, off by 1 mm", FixturesMoved(sized(MM, 0.0)), AllBut(FixturePlaces)),
+        kind("hole_sigma_2mm", "hole declared to 2 mm, off by 2 mm", FixturesMoved(sized(2.0 * MM, 0.0)), FixtureSigma(2.0 * MM)),
         kind("hole_free", "nothing; the place of the hole is unknown", Nothing, FixtureFree),
-        kind("tool_drawn", "tool off by a draw from the default, 0.3 mm and 0.2°", ToolPlace(DRAWN_TOOL), Defaults),
-        kind("tool_0.5mm", "tool off by 0.5 mm and 0.2°", ToolPlace(sized(0.5 * MM, 0.2 * DEG)), Defaults),
-        kind("tool_0.1mm", "tool off by 0.1 mm and 0.05°", ToolPlace(sized(0.1 * MM, 0.05 * DEG)), Defaults),
-        kind("tool_exact_0.5mm", "tool declared exact, off by 0.5 mm and 0.2°", ToolPlace(sized(0.5 * MM, 0.2 * DEG)), ToolExact),
+        kind("tool_0.5mm", "tool off by 0.5 mm and 0.2°", ToolMoved(sized(0.5 * MM, 0.2 * DEG)), Defaults),
+        kind("tool_0.1mm", "tool off by 0.1 mm and 0.05°", ToolMoved(sized(0.1 * MM, 0.05 * DEG)), Defaults),
+        kind("tool_exact_0.5mm", "tool declared exact, off by 0.5 mm and 0.2°", ToolMoved(sized(0.5 * MM, 0.2 * DEG)), AllBut(ToolPlace)),
         tried(ALL, kind("tool_in_metres", "tool's position a thousandth of the true one", ToolInMetres, Defaults)),
         kind("clearance_wide_0.05mm", "hole declared 0.05 mm a side too wide", Clearance(0.05 * MM), Defaults),
         kind("clearance_narrow_0.05mm", "hole declared 0.05 mm a side too narrow", Clearance(-0.05 * MM), Defaults),
         kind("clearance_wide_0.02mm", "hole declared 0.02 mm a side too wide", Clearance(0.02 * MM), Defaults),
-        kind("clearance_exact", "shapes declared exact, hole 0.05 mm a side too wide", Clearance(0.05 * MM), ShapesExact),
+        kind("clearance_exact", "shapes declared exact, hole 0.05 mm a side too wide", Clearance(0.05 * MM), AllBut(Shapes)),
         kind("depth_0.05mm", "hole declared 0.05 mm too deep", Depth(0.05 * MM), Defaults),
         kind("outline_0.2_percent", "outlines of peg and hole declared 0.2 % too large", Outline(0.002), Defaults),
         kind("friction_0.25", "friction with a coefficient of 0.25", Friction(0.25), Defaults),
@@ -121,8 +120,8 @@ impl FalsifiedKind {
         tried(SOCKETS, kind("spacing_0.25_percent", "distances of sockets declared 0.25 % too large", Spacing(0.0025), Defaults)),
         tried(SOCKETS, kind("spacing_0.6_percent", "distances of sockets declared 0.6 % too large", Spacing(0.006), Defaults)),
         tried(SOCKETS, kind("spacing_2.5_percent", "distances of sockets declared 2.5 % too large", Spacing(0.025), Defaults)),
-        kind("wrench_bias", "compliances from a wrench with a bias, drawn from the default, 0.5 N and 0.05 N m", DRAWN_WRENCH, Defaults),
-        kind("wrench_bias_exact", "wrench declared exact, with a bias of 0.5 N and 0.05 N m", DRAWN_WRENCH, WrenchExact),
+        kind("wrench_bias", "compliances from a wrench with a bias, drawn from the default, 0.5 N and 0.05 N m; all else exact", DRAWN_WRENCH, Only(Wrench)),
+        kind("wrench_bias_exact", "wrench declared exact, with a bias of 0.5 N and 0.05 N m", DRAWN_WRENCH, AllBut(Wrench)),
         kind("tool_turned", "tool's frame turned by 180° about its x axis", ToolTurned, Defaults),
         tried(ALL, kind("tool_opposite", "tool's position with the opposite sign", ToolOpposite, Defaults)),
         kind("hole_in_metres", "hole's position a thousandth of the true one", FixtureInMetres, Defaults),
@@ -152,29 +151,39 @@ impl FalsifiedKind {
 }
 
 impl Declared {
+    fn has_default(self, quantity: Quantity) -> bool {
+        match self {
+            Declared::Exact => false,
+            Declared::AllBut(exact) => quantity != exact,
+            Declared::Only(only) => quantity == only,
+            _ => true,
+        }
+    }
+
     /// Declares these standard deviations in `problem`, which has those of its scenario.
     pub(super) fn apply(self, problem: &mut Problem) {
-        if self == Declared::Scenario {
-            return;
-        }
-        if problem.tool.prior == PlacePrior::Fixed && self != ToolExact {
+        if problem.tool.prior == PlacePrior::Fixed && self.has_default(ToolPlace) {
             problem.tool.prior = PlacePrior::DEFAULT_TOOL;
         }
         for fixture in &mut problem.fixtures {
-            if self != ShapesExact {
+            if self.has_default(Shapes) {
                 fixture.tolerance = ShapeTolerance::DEFAULT;
             }
             fixture.prior = match (fixture.prior, self) {
-                (PlacePrior::Fixed, FixtureExact) => PlacePrior::Fixed,
                 (PlacePrior::Fixed, FixtureSigma(sigma)) => PlacePrior::Gaussian { sigma, sigma_angle: 0.5 * DEG },
                 (PlacePrior::Fixed, FixtureFree) => PlacePrior::Flat,
-                (PlacePrior::Fixed, _) => PlacePrior::DEFAULT_FIXTURE,
+                (PlacePrior::Fixed, _) if self.has_default(FixturePlaces) => PlacePrior::DEFAULT_FIXTURE,
                 (known, _) => known,
             };
         }
-        problem.wrench = if self == WrenchExact { WrenchTolerance::EXACT } else { WrenchTolerance::DEFAULT };
-        problem.distances.iter_mut().for_each(|known| known.sigma = DEFAULT_DISTANCE_SIGMA);
-        if problem.parameters.iter().any(|parameter| parameter.id.block() == Block::JointOffset) {
+        if self.has_default(Wrench) {
+            problem.wrench = WrenchTolerance::DEFAULT;
+        }
+        if self.has_default(Distances) {
+            problem.distances.iter_mut().for_each(|known| known.sigma = DEFAULT_DISTANCE_SIGMA);
+        }
+        let has_offsets = problem.parameters.iter().any(|parameter| parameter.id.block() == Block::JointOffset);
+        if has_offsets && self.has_default(Trends) {
             problem.parameters.extend(joint_trend(&problem.robot));
         }
     }

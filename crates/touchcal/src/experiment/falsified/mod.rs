@@ -6,9 +6,11 @@
 //! their NEES is below the 99.9 % quantile of χ². It is *useful* if it is honest and not refused.
 
 mod declare;
+mod draw;
 mod excitation;
 mod falsification;
 mod kind;
+mod quantity;
 mod recorded;
 mod summary;
 mod trial;
@@ -16,6 +18,7 @@ mod trial;
 pub use excitation::Excitation;
 pub use falsification::{Displacement, Falsification};
 pub use kind::{Declared, FalsifiedKind};
+pub use quantity::Quantity;
 pub use recorded::{falsified_recorded_trial, has_recorded};
 pub use summary::FalsifiedSummary;
 pub use trial::{FalsifiedError, FalsifiedRow, falsified_trial};

@@ -10,7 +10,7 @@ use crate::io::base::error::{IoError, Place};
 use crate::io::problem::loaded::Loaded;
 use crate::io::result::estimate_file::{
     self, ContactCounts, EffectTestEntry, EstimateFile, FixtureResidual, FreedEffectEntry, NoiseEntry, NullDirection,
-    ParameterEntry, PredictionEntry, ResidualStats, Residuals, TerminationEntry, WarningEntry,
+    ParameterEntry, PredictiveCheckEntry, ResidualStats, Residuals, TerminationEntry, WarningEntry,
 };
 use crate::io::result::offsets_yaml;
 use crate::io::robot::urdf;
@@ -201,7 +201,7 @@ pub fn estimate_file(loaded: &Loaded, solved: &Solved) -> EstimateFile {
         warnings: warnings(estimate),
         effect_tests: estimate.effect_tests.iter().map(EffectTestEntry::from).collect(),
         freed_effects: estimate.freed_effects.iter().map(FreedEffectEntry::from).collect(),
-        prediction: estimate.prediction.as_ref().map(PredictionEntry::from),
+        predictive_check: estimate.predictive_check.as_ref().map(PredictiveCheckEntry::from),
         inputs: loaded.inputs.clone(),
         version: env!("CARGO_PKG_VERSION").to_owned(),
         seconds: *seconds,

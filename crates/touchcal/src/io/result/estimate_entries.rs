@@ -190,7 +190,7 @@ pub struct FreedEffectEntry {
     /// What the log-likelihood gains by the effect, to second order.
     pub gain: f64,
     /// Ratio of the predictive check without the effect; `None` where there is none.
-    pub prediction: Option<f64>,
+    pub predictive_ratio: Option<f64>,
 }
 
 impl From<&estimate::FreedEffect> for FreedEffectEntry {
@@ -199,16 +199,16 @@ impl From<&estimate::FreedEffect> for FreedEffectEntry {
             effect: freed.effect.name(),
             p_value: freed.p_value,
             gain: freed.gain,
-            prediction: freed.prediction,
+            predictive_ratio: freed.predictive_ratio,
         }
     }
 }
 
-/// How far stretches of the log are from what the others predict: [`estimate::Prediction`] in the
-/// file.
+/// How far stretches of the log are from what the others predict: [`estimate::PredictiveCheck`] in
+/// the file.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct PredictionEntry {
+pub struct PredictiveCheckEntry {
     /// Scatter found over scatter predicted (1).
     pub ratio: f64,
     /// Probability of a ratio as large by chance.
@@ -217,10 +217,10 @@ pub struct PredictionEntry {
     pub stretches: Vec<f64>,
 }
 
-impl From<&estimate::Prediction> for PredictionEntry {
-    fn from(prediction: &estimate::Prediction) -> Self {
-        let estimate::Prediction { ratio, p_value, stretches } = prediction.clone();
-        PredictionEntry { ratio, p_value, stretches }
+impl From<&estimate::PredictiveCheck> for PredictiveCheckEntry {
+    fn from(check: &estimate::PredictiveCheck) -> Self {
+        let estimate::PredictiveCheck { ratio, p_value, stretches } = check.clone();
+        PredictiveCheckEntry { ratio, p_value, stretches }
     }
 }
 

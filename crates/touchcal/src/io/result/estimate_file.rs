@@ -13,7 +13,7 @@ use crate::io::base::error::{IoError, Place};
 
 pub use super::estimate_entries::{
     ContactCounts, EffectTestEntry, EffectValueEntry, FixtureResidual, FreedEffectEntry, NoiseEntry, NullDirection,
-    ParameterEntry, PredictionEntry, ResidualStats, Residuals, Severity, Status, TerminationEntry, WarningEntry,
+    ParameterEntry, PredictiveCheckEntry, ResidualStats, Residuals, Severity, Status, TerminationEntry, WarningEntry,
 };
 
 /// The schema that this version writes; it reads schema 1 too.
@@ -65,7 +65,7 @@ pub struct EstimateFile {
     /// How far stretches of the log are from what the others predict; `None` where contacts are too
     /// few or have no likelihood, and in files of earlier versions.
     #[serde(default)]
-    pub prediction: Option<PredictionEntry>,
+    pub predictive_check: Option<PredictiveCheckEntry>,
     /// Path and fingerprint of each file that was read, in the order of reading.
     pub inputs: Vec<Input>,
     /// Version of this crate that wrote the file.
@@ -91,7 +91,7 @@ impl From<estimate_schema_1::EstimateFile1> for EstimateFile {
             warnings: old.warnings.into_iter().map(WarningEntry::from).collect(),
             effect_tests: Vec::new(),
             freed_effects: Vec::new(),
-            prediction: None,
+            predictive_check: None,
             inputs: old.inputs,
             version: old.version,
             seconds: old.seconds,
@@ -213,18 +213,18 @@ impl EstimateFile {
             let values = test.values.values().flat_map(|entry| [entry.value, entry.sigma]);
             own.into_iter().chain(values).map(move |value| (format!("effect_tests, {}", test.effect), value))
         });
-        let prediction = self.prediction.iter().flat_map(|prediction| {
-            let all = [prediction.ratio, prediction.p_value].into_iter().chain(prediction.stretches.iter().copied());
-            all.map(|value| ("prediction".to_owned(), value))
+        let predictive_check = self.predictive_check.iter().flat_map(|check| {
+            let all = [check.ratio, check.p_value].into_iter().chain(check.stretches.iter().copied());
+            all.map(|value| ("predictive_check".to_owned(), value))
         });
         let freed = self.freed_effects.iter().flat_map(|freed| {
-            let all = [Some(freed.p_value), Some(freed.gain), freed.prediction].into_iter().flatten();
+            let all = [Some(freed.p_value), Some(freed.gain), freed.predictive_ratio].into_iter().flatten();
             all.map(move |value| (format!("freed_effects, {}", freed.effect), value))
         });
         parameters
             .chain(tests)
             .chain(freed)
-            .chain(prediction)
+            .chain(predictive_check)
             .chain(covariance)
             .chain(null)
             .chain(residuals)

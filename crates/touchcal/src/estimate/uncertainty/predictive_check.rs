@@ -1,4 +1,4 @@
-//! Prediction of stretches of the log, each from all the others.
+//! Predictive check of stretches of the log, each from all the others.
 //!
 //! With a stretch's gradient `g` and the covariance `B` of that by its own contacts, the estimates
 //! without the stretch are `(S − B)⁻¹ g` away, where `S = ΣB + Λ` with the information `Λ` of what
@@ -16,21 +16,23 @@ use nalgebra::{Cholesky, DMatrix, DVector};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use crate::estimate::model::Stretch;
-use crate::estimate::result::Prediction;
+use crate::estimate::result::PredictiveCheck;
 use crate::solver::FreeParameters;
 
-/// Least share `λ` of the information on a direction that the stretch must have, and the others.
-const MIN_SHARE: f64 = 1e-4;
+/// Least share `λ` of the information on a direction that the stretch must have, and the others: a
+/// third of that of a stretch of ten. With less it hardly moves the estimate, and its own
+/// covariance, which is estimated from few informative contacts, is too small there.
+const MIN_SHARE: f64 = 0.03;
 
 /// How far the `stretches` of a log are from what the others predict; `known` is the information
 /// (inverse SI units) of priors and distances, and the covariances of all scores are multiplied by
 /// the factor `inflation` (1). `None` with less than two stretches, or if a number is not finite.
-pub(crate) fn prediction(
+pub(crate) fn predictive_check(
     stretches: &[Stretch],
     known: &DMatrix<f64>,
     free: &FreeParameters,
     inflation: f64,
-) -> Option<Prediction> {
+) -> Option<PredictiveCheck> {
     if stretches.len() < 2 {
         return None;
     }
@@ -56,7 +58,7 @@ pub(crate) fn prediction(
     let distribution = ChiSquared::new(independent * degrees_of_freedom as f64).ok()?;
     let ratio = (statistic / degrees_of_freedom as f64).sqrt();
     let p_value = distribution.sf(independent * statistic);
-    ratio.is_finite().then_some(Prediction { ratio, p_value, stretches: ratios })
+    ratio.is_finite().then_some(PredictiveCheck { ratio, p_value, stretches: ratios })
 }
 
 /// `matrix` with ones on the diagonal for fixed parameters, so that it can be factored.
@@ -108,7 +110,7 @@ mod tests {
         (&inverse * right, inverse)
     }
 
-    fn predicted(parts: &[(DMatrix<f64>, DVector<f64>)]) -> Prediction {
+    fn predicted(parts: &[(DMatrix<f64>, DVector<f64>)]) -> PredictiveCheck {
         let (solution, _) = solve(&parts.iter().collect::<Vec<_>>());
         let stretches = parts.iter().map(|(columns, observed)| Stretch {
             score: columns.tr_mul(&(columns * &solution - observed)),
@@ -116,7 +118,7 @@ mod tests {
         });
         let free = FreeParameters::new(DVector::repeat(PARAMETERS, 2.0));
         let stretches: Vec<Stretch> = stretches.collect();
-        prediction(&stretches, &DMatrix::zeros(PARAMETERS, PARAMETERS), &free, 1.0).expect("a prediction")
+        predictive_check(&stretches, &DMatrix::zeros(PARAMETERS, PARAMETERS), &free, 1.0).expect("a prediction")
     }
 
     /// Of a linear regression each ratio is that of estimates with and without the stretch: the

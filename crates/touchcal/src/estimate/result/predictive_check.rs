@@ -3,7 +3,7 @@
 /// How far stretches of the log are from what all others predict: a stretch is left out, the
 /// parameters are estimated without it, and its residuals are compared with those predicted.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Prediction {
+pub struct PredictiveCheck {
     /// Scatter found over scatter predicted (1), over all stretches: about 1 if the model is right.
     pub ratio: f64,
     /// Probability (0 to 1) of a ratio as large by chance.

@@ -1,0 +1,18 @@
+//! What is declared with a standard deviation, and has a default.
+
+/// What a problem declares with a standard deviation.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Quantity {
+    /// Poses of all fixtures in base: `PlacePrior::DEFAULT_FIXTURE` if nothing is said.
+    FixturePlaces,
+    /// The tool's pose on the tip link: `PlacePrior::DEFAULT_TOOL`.
+    ToolPlace,
+    /// Clearance and depth: `ShapeTolerance::DEFAULT`.
+    Shapes,
+    /// Distances between fixtures: `DEFAULT_DISTANCE_SIGMA`; 0.01 mm where they are exact.
+    Distances,
+    /// Bias and scale of the wrench: `WrenchTolerance::DEFAULT`.
+    Wrench,
+    /// Trends of the encoder offsets, where offsets are estimated: `joint_trend`.
+    Trends,
+}
