@@ -38,7 +38,7 @@ const KEYS: &str = "sigma, sigma_angle, clearance_sigma, depth_sigma, or exact=T
 ///     noise: the table [noise] of problem.toml: encoder_deg, contact_mm, encoder_trend_deg,
 ///         estimated, force_bias_n, torque_bias_nm, wrench_scale; default: learned from the data.
 ///     estimate: other keys of the table [estimate] of problem.toml: loss, loss_scale, freeze,
-///         prior, method, descent.
+///         prior, method, descent, unseen_effects.
 ///
 /// Raises:
 ///     InputError: as for a file.

@@ -5,7 +5,7 @@ mod parameters;
 pub use parameters::{Detail, ParameterRow, in_user_units, parameters};
 
 use touchcal::estimate::{
-    EffectTest, EffectValue, Fixture, FreedEffect, Identifiability, PredictiveCheck, Score, Spread, Status,
+    EffectTest, EffectValue, Fixture, FreedEffect, Identifiability, PredictiveCheck, Problem, Score, Spread, Status,
 };
 use touchcal::io::Loaded;
 use touchcal::io::calibration_folder::{Solved, Written};
@@ -59,7 +59,7 @@ impl Calibration<'_> {
             residuals(&problem.fixtures, &scores),
             parameters(&lines, detail),
             identifiability(&estimate.identifiability, detail),
-            effect_tests(&estimate.effect_tests, problem.options.thresholds.effect_p_value),
+            effect_tests(&estimate.effect_tests, problem),
             self.warnings(),
             self.paths(),
             self.next(next),
@@ -161,7 +161,8 @@ pub fn residuals(fixtures: &[Fixture], scores: &[(&str, &Score)]) -> String {
 
 /// What contacts say of effects that the model leaves out: a table of the significant ones, or the
 /// names of all that were tested.
-pub fn effect_tests(tests: &[EffectTest], threshold: f64) -> String {
+pub fn effect_tests(tests: &[EffectTest], problem: &Problem) -> String {
+    let threshold = problem.options.thresholds.effect_p_value;
     if tests.is_empty() {
         return String::new();
     }
@@ -171,7 +172,9 @@ pub fn effect_tests(tests: &[EffectTest], threshold: f64) -> String {
     };
     if significant.is_empty() {
         let tested = names(&mut tests.iter());
-        let text = format!("contacts do not contradict that these are zero: {tested}");
+        let allowed =
+            if problem.allows_for_unseen_effects() { "; intervals allow for what contacts would not show" } else { "" };
+        let text = format!("contacts do not contradict that these are zero: {tested}{allowed}");
         return format!("Left out  {}\n\n", wrapped(&text));
     }
     let mut table = Table::new([

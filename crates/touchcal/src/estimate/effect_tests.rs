@@ -10,7 +10,8 @@ use super::options::WarningThresholds;
 use super::result::{EffectTest, EffectValue, Estimate, Warning};
 use super::search::{SearchState, uses_contact_modes};
 use super::uncertainty::{
-    Derivatives, ScoreTest, curvature_and_squares, score_test, tool_uncertainty, workspace_configurations,
+    Derivatives, ScoreTest, curvature_and_squares, score_test, tool_uncertainty, unseen_changes,
+    workspace_configurations,
 };
 use crate::parameter::ParameterId;
 use crate::se3::{self, Twist};
@@ -34,20 +35,29 @@ pub(super) struct ModelTest {
     pub change: DVector<f64>,
 }
 
-/// Score tests of all effects that the model leaves out, those with the least p-value first. None
-/// where the minimum was not reached or is none, contacts have no likelihood, or parameters are too
-/// many.
-pub(super) fn effect_tests(search: &mut SearchState<'_>, estimate: &Estimate) -> Vec<ModelTest> {
+/// What contacts say of effects that the model leaves out.
+#[derive(Default)]
+pub(super) struct EffectTests {
+    /// Those with the least p-value first.
+    tests: Vec<ModelTest>,
+    /// Changes of all parameters (SI), one standard deviation each, by errors of the arm that
+    /// contacts would not show.
+    unseen: Vec<DVector<f64>>,
+}
+
+/// Score tests of all effects that the model leaves out. None where the minimum was not reached or
+/// is none, contacts have no likelihood, or parameters are too many.
+pub(super) fn effect_tests(search: &mut SearchState<'_>, estimate: &Estimate) -> EffectTests {
     let problem = search.model.problem;
     let one_sided = (0..problem.contacts.len()).any(|i| search.model.is_one_sided(i));
     let has_likelihood = uses_contact_modes(search) || !one_sided;
     let is_applicable = has_likelihood && !problem.has_projection() && !problem.contacts.is_empty();
     if !is_applicable || search.termination.reason != StopReason::Converged {
-        return Vec::new();
+        return EffectTests::default();
     }
     let (model, omitted) = with_omitted_effects(&search.model);
     if model.layout.len() > MAX_PARAMETERS {
-        return Vec::new();
+        return EffectTests::default();
     }
     let theta = search.theta.clone().resize_vertically(model.layout.len(), 0.0);
     let stride = model.stride(SUBSAMPLE);
@@ -66,11 +76,14 @@ pub(super) fn effect_tests(search: &mut SearchState<'_>, estimate: &Estimate) ->
     let free = estimated(search, &model, at.gradient.len());
     // Where the cost is not convex there is no minimum to test at.
     if Cholesky::new(free.scaled_regular(&at.curvature)).is_none() {
-        return Vec::new();
+        return EffectTests::default();
     }
     let inverse = free.covariance(&at.curvature);
     let positions = workspace_configurations(&problem.robot, CONFIGURATIONS);
     let radius = tool_radius(search, estimate, &positions).hypot(problem.noise.contact);
+    let is_unseen = |omitted: &&OmittedParameters| problem.allows_for_unseen_effects() && omitted.effect.is_of_arm();
+    let unseen = omitted.iter().filter(is_unseen);
+    let unseen = unseen.flat_map(|omitted| unseen_changes(&at, &inverse, (&omitted.indices, &omitted.sizes))).collect();
     let count = omitted.len() as f64;
     let each = omitted.into_iter().filter_map(|omitted| {
         let found = score_test(&at, &inverse, (&omitted.indices, &omitted.sizes))?;
@@ -79,22 +92,27 @@ pub(super) fn effect_tests(search: &mut SearchState<'_>, estimate: &Estimate) ->
     });
     let mut tests: Vec<ModelTest> = each.collect();
     tests.sort_by(|a, b| a.test.p_value.total_cmp(&b.test.p_value));
-    tests
+    EffectTests { tests, unseen }
 }
 
 /// Warnings about effects that contacts show. Standard deviations are widened by what those move
-/// that keep the tool within its reported region.
+/// that keep the tool within its reported region, and by what contacts would not show.
 pub(super) fn apply_effect_tests(
     estimate: &mut Estimate,
-    tests: Vec<ModelTest>,
+    EffectTests { tests, unseen }: EffectTests,
     thresholds: &WarningThresholds,
 ) -> Vec<Warning> {
     let mut warnings = Vec::new();
+    let parameters = estimate.parameters.len();
+    for change in unseen {
+        let change = change.rows(0, parameters);
+        estimate.covariance += change * change.transpose();
+    }
     for ModelTest { test, change } in tests {
         if test.p_value < thresholds.effect_p_value {
             let usable = test.displacement <= test.radius;
             if usable {
-                let change = change.rows(0, estimate.parameters.len());
+                let change = change.rows(0, parameters);
                 estimate.covariance += change * change.transpose();
             }
             let EffectTest { effect, p_value, displacement, .. } = test.clone();

@@ -26,12 +26,12 @@ pub use free_effects::calibrate_with_freed_effects;
 pub use inspect::{Inspection, JointRange, inspect};
 pub use options::{
     ContactModeOptions, DeclarationCheckOptions, EstimatorOptions, IdentifiabilityOptions, MultiStartOptions,
-    SearchOptions, VarianceComponentOptions, WarningThresholds,
+    SearchOptions, UnseenEffects, VarianceComponentOptions, WarningThresholds,
 };
 pub use prediction::{arm_fit, evaluate_held_out};
 pub use problem::{
     DEFAULT_CONTACT, DEFAULT_DISTANCE_SIGMA, DEFAULT_ENCODER, Distance, Fixture, GradientDescent, Method, Noise,
-    Optimizer, PlacePrior, Problem, ShapeTolerance, Tool, WrenchTolerance,
+    Optimizer, PLAUSIBLE_HARMONIC, PlacePrior, Problem, ShapeTolerance, Tool, WrenchTolerance,
 };
 pub use result::{
     Agreement, ArmFit, CommonStrain, ContactCount, Contradiction, DeclarationMistake, DeclaredLength, DistanceSource,

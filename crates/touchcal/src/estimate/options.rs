@@ -20,6 +20,22 @@ pub struct EstimatorOptions {
     pub thresholds: WarningThresholds,
     /// Settings of the search for declarations that are wrong in kind.
     pub declaration_check: DeclarationCheckOptions,
+    /// What is done about errors of the arm that are not estimated and that contacts cannot see.
+    pub unseen_effects: UnseenEffects,
+}
+
+/// What is done about errors of the arm that the model leaves out (joint compliance, segment
+/// strains, joint origins, encoder harmonics), in directions in which contacts would not show them
+/// at a plausible size.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum UnseenEffects {
+    /// They have a Gaussian prior of their plausible size and widen the covariance by what they
+    /// change the estimates. Not where the places of the tool and of all fixtures are exact: who
+    /// declares that vouches for the model.
+    #[default]
+    Widen,
+    /// There are none.
+    Ignore,
 }
 
 /// Settings of the coarse-to-fine search.

@@ -3,7 +3,7 @@
 
 use std::sync::Arc;
 
-use super::options::EstimatorOptions;
+use super::options::{EstimatorOptions, UnseenEffects};
 use crate::contact::ContactLog;
 use crate::manifold::{ContactManifold, ResidualKind};
 use crate::parameter::{Block, Parameter};
@@ -20,6 +20,10 @@ pub const DEFAULT_CONTACT: f64 = 0.05e-3;
 /// Standard deviation (m) of a declared distance of fixtures where none is given: what a workshop
 /// reaches.
 pub const DEFAULT_DISTANCE_SIGMA: f64 = 0.1e-3;
+
+/// Plausible amplitude (rad) of the sine and of the cosine of an encoder's harmonic of once a turn:
+/// 0.01°, what an encoder that is not quite centred makes.
+pub const PLAUSIBLE_HARMONIC: f64 = 0.01 * std::f64::consts::PI / 180.0;
 
 /// Prior of a pose about its nominal value: of the local twist `ξ = [v; ω]` (m, rad) in `nominal ·
 /// Exp(ξ)`. Whatever the prior, only components that change a contact are estimated:
@@ -250,6 +254,13 @@ impl Problem {
             options: EstimatorOptions::default(),
             other_arms: Vec::new(),
         }
+    }
+
+    /// Whether the covariance allows for errors of the arm that are not estimated and that contacts
+    /// would not show: [`UnseenEffects::Widen`], and some place is not exact.
+    pub fn allows_for_unseen_effects(&self) -> bool {
+        let mut places = self.fixtures.iter().map(|fixture| fixture.prior).chain([self.tool.prior]);
+        self.options.unseen_effects == UnseenEffects::Widen && places.any(|prior| prior != PlacePrior::Fixed)
     }
 
     /// The same problem with `parameters` of the arm to estimate, in place of the former ones.

@@ -1,7 +1,10 @@
 //! The calibration problem of a simulated scenario, with the scenario's nominal values.
 
 use crate::contact::{ContactLog, Source};
-use crate::estimate::{Distance, Fixture, Loss, Noise, PlacePrior, Problem, ShapeTolerance, Tool, WrenchTolerance};
+use crate::estimate::{
+    Distance, EstimatorOptions, Fixture, Loss, Noise, PlacePrior, Problem, ShapeTolerance, Tool, UnseenEffects,
+    WrenchTolerance,
+};
 use crate::manifold::exact_manifold;
 use crate::parameter::{Block, Parameter, joint_compliance, joint_offset, joint_origin, segment_strain, strain};
 use crate::robot::Robot;
@@ -23,8 +26,9 @@ const SPACING_SIGMA: f64 = 1e-5;
 /// 2e-7 rad, and the form errors, at least 1e-6 m. Distances between fixtures that follow each
 /// other on one block are declared with a standard deviation of 1e-5 m. Contacts have their
 /// measured loads where the scenario has a joint compliance; bias and scale of the wrench have the
-/// standard deviations from which they are drawn. The loss is Geman–McClure's of scale
-/// 3. Placements are the fixtures' names up to the first `/`.
+/// standard deviations from which they are drawn. The arm has no errors but the estimated ones
+/// ([`UnseenEffects::Ignore`]). The loss is Geman–McClure's of scale 3. Placements are the
+/// fixtures' names up to the first `/`.
 pub fn problem(scenario: &Scenario, simulated: &SimulatedTrial) -> Problem {
     let robot = &scenario.robot;
     let mut contacts = ContactLog::new(robot.dof());
@@ -46,6 +50,7 @@ pub fn problem(scenario: &Scenario, simulated: &SimulatedTrial) -> Problem {
         wrench: wrench(&scenario.recorder),
         parameters: blocks(scenario).into_iter().flat_map(|block| parameters(block, robot)).collect(),
         loss: Loss::GemanMcClure(LOSS_SCALE),
+        options: EstimatorOptions { unseen_effects: UnseenEffects::Ignore, ..EstimatorOptions::default() },
         ..Problem::new(robot.clone(), tool, fixtures, contacts)
     }
 }

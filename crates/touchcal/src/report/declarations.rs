@@ -11,6 +11,8 @@ pub(super) struct Declarations<'a> {
     effects: Vec<EffectEntry<'a>>,
     /// Assumptions in words.
     notes: &'a [String],
+    /// Whether intervals allow for errors of the arm that contacts would not show.
+    allows_for_unseen_effects: bool,
 }
 
 #[derive(Serialize)]
@@ -46,6 +48,7 @@ impl<'a> Declarations<'a> {
         Declarations {
             effects: estimate.effect_tests.iter().map(|test| effect_entry(test, threshold)).collect(),
             notes: problem.contacts.notes(),
+            allows_for_unseen_effects: problem.allows_for_unseen_effects(),
         }
     }
 }

@@ -95,12 +95,13 @@ function valueOf({ name, unit, value, sigma }, effect) {
 }
 
 function declarations() {
-  const { effects, notes } = data.declarations;
+  const { effects, notes, allows_for_unseen_effects } = data.declarations;
   const shown = effects.filter((effect) => effect.is_significant);
   const others = effects.filter((effect) => !effect.is_significant).map(({ name }) => name);
   const sentences = effects.length ? [] : ["Effects that the model leaves out were not tested: the search did not converge, or contacts have no likelihood with a minimum here."];
   if (shown.length) sentences.push("Contacts contradict the model. The values are what effects would be if they were estimated, the most standard deviations from zero first; p is the probability that it is chance, corrected for the number of tests.");
   if (others.length) sentences.push(`${shown.length ? "Other effects: contacts" : "Contacts"} do not contradict that these are zero: ${others.join(", ")}.`);
+  if (effects.length && allows_for_unseen_effects) sentences.push("Intervals allow for errors of the arm that contacts would not show.");
   byId("effect-words").textContent = sentences.join(" ");
   const lines = (texts) => texts.map((text) => el("div", {}, text));
   const row = ({ name, description, remedy, declared_in, p_value, values, displacement, radius }) => {

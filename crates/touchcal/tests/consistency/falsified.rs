@@ -2,7 +2,7 @@
 
 use std::ops::ControlFlow;
 
-use touchcal::estimate::{PlacePrior, Problem, ShapeTolerance, WrenchTolerance};
+use touchcal::estimate::{PlacePrior, Problem, ShapeTolerance, UnseenEffects, WrenchTolerance, calibrate};
 use touchcal::experiment::falsified::{Excitation, FalsifiedKind, falsified_trial};
 use touchcal::experiment::problem;
 use touchcal::io::urdf::{self, Ends};
@@ -99,12 +99,13 @@ fn what_is_drawn_has_the_size_of_its_default() {
     let balls = sim::simulate(&sockets, 3).expect("contacts");
     let (right_pegs, right_balls) = (problem(&paper, &pegs), problem(&sockets, &balls));
     let of_all = |seed: u64| {
-        let pegs = kind("all_drawn").problem(&paper, &pegs, seed).expect("a problem");
+        let of_pegs = |name: &str| kind(name).problem(&paper, &pegs, seed).expect("a problem");
+        let all = of_pegs("all_drawn");
         let balls = kind("all_drawn").problem(&sockets, &balls, seed).expect("a problem");
-        let tool = se3::log(&(pegs.tool.tip_from_tool.inverse() * paper.tip_from_tool));
-        let wider = gap(&pegs, -0.015) - gap(&right_pegs, -0.015);
+        let tool = se3::log(&(all.tool.tip_from_tool.inverse() * paper.tip_from_tool));
+        let wider = gap(&all, -0.015) - gap(&right_pegs, -0.015);
         let longer = balls.distances[1].distance - right_balls.distances[1].distance;
-        let last = *differences(&right_pegs, &pegs)[4].last().expect("a contact");
+        let last = *differences(&right_pegs, &of_pegs("trends_drawn"))[4].last().expect("a contact");
         [tool[2] / 0.3e-3, tool[3] / (0.2 * DEG), wider / 0.03e-3, longer / 0.1e-3, last / (0.005 * DEG)]
     };
     let draws: Vec<_> = (0..300).map(of_all).collect();
@@ -220,6 +221,29 @@ fn an_arm_described_too_small_is_estimated_as_it_is() {
     let on = &mut || ControlFlow::Continue(());
     let row = falsified_trial(&kind("other_arm"), (Excitation::Rich, &robot(), 1000), 1, on).expect("a row");
     assert!(row.is_answered() && row.useful && row.tool_error < 1e-3, "{row:?}");
+}
+
+/// An encoder that is off once a turn looks like an offset: the intervals allow for it.
+#[test]
+fn an_error_that_contacts_would_not_show_is_within_the_intervals() {
+    for seed in [9002, 9004] {
+        let on = &mut || ControlFlow::Continue(());
+        let row = falsified_trial(&kind("encoder_harmonic"), (Excitation::Rich, &robot(), 3000), seed, on);
+        let row = row.expect("a row");
+        assert!(row.useful && row.nees.expect("a NEES") < 8.0, "{row:?}");
+
+        // Ignored, the errors are several standard deviations.
+        let declared = Excitation::Rich.scenario(robot(), 3000).expect("a scenario");
+        let simulated = sim::simulate(&declared, seed).expect("contacts");
+        let mut problem = kind("encoder_harmonic").problem(&declared, &simulated, seed).expect("a problem");
+        problem.options.unseen_effects = UnseenEffects::Ignore;
+        let estimate = calibrate(&problem, &mut |_| ControlFlow::Continue(()));
+        let deviations = estimate.parameters.iter().filter(|entry| !entry.parameter.id.block().is_nuisance());
+        let most = deviations.map(|entry| {
+            (entry.value - simulated.truth.value(entry.parameter.id)).abs() / entry.sigma.unwrap_or(f64::MAX)
+        });
+        assert!(most.fold(0.0, f64::max) > 3.0);
+    }
 }
 
 #[test]

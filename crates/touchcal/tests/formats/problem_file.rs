@@ -5,7 +5,7 @@ use std::path::Path;
 use nalgebra::{UnitQuaternion, Vector3};
 use proptest::prelude::*;
 use tempfile::TempDir;
-use touchcal::estimate::{Loss, PlacePrior, ShapeTolerance};
+use touchcal::estimate::{Loss, PlacePrior, ShapeTolerance, UnseenEffects};
 use touchcal::io::{Loaded, problem_file};
 use touchcal::parameter::{Block, Prior};
 
@@ -63,6 +63,7 @@ loss_scale = 2
 freeze = ["joint_origin.joint_a1", "joint_offset.joint_a7"]
 prior = { strain = 0.01, joint_offset_deg = 5.0, joint_origin_mm = 2 }
 method = "levenberg_marquardt"
+unseen_effects = "ignore"
 "#;
 
 pub(super) const BALL: &str = r#"
@@ -151,7 +152,7 @@ fn a_full_problem_is_read() {
     assert_eq!(problem.contacts.q(1)[0], std::f64::consts::FRAC_PI_2);
     assert!((problem.noise.encoder - 0.002_f64.to_radians()).abs() < 1e-18);
     assert!((problem.noise.contact - 2e-5).abs() < 1e-18);
-    assert_eq!(problem.loss, Loss::Huber(2.0));
+    assert_eq!((problem.loss, problem.options.unseen_effects), (Loss::Huber(2.0), UnseenEffects::Ignore));
 
     let count = |block| problem.parameters.iter().filter(|parameter| parameter.id.block() == block).count();
     assert_eq!([count(Block::Strain), count(Block::JointOffset), count(Block::JointOrigin)], [1, 6, 36]);
@@ -171,6 +172,7 @@ fn defaults_are_filled_in() {
     assert_eq!(problem.noise.encoder, problem_file::DEFAULT_ENCODER);
     assert_eq!(problem.noise.contact, problem_file::DEFAULT_CONTACT);
     assert_eq!((problem.loss, problem.parameters.len()), (Loss::GemanMcClure(3.0), 0));
+    assert!(problem.options.unseen_effects == UnseenEffects::Widen && problem.allows_for_unseen_effects());
 }
 
 /// A log may be of a built-in arm other than the one that is named.

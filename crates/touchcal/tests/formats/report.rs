@@ -11,8 +11,8 @@ use rand_pcg::Pcg64;
 use serde_json::Value;
 use touchcal::contact::{ContactLog, Source};
 use touchcal::estimate::{
-    Estimate, PlacePrior, Problem, Progress, calibrate, distance_uncertainty, evaluate, tool_uncertainty,
-    workspace_configurations,
+    Estimate, PlacePrior, Problem, Progress, UnseenEffects, calibrate, distance_uncertainty, evaluate,
+    tool_uncertainty, workspace_configurations,
 };
 use touchcal::io::mukca::{self, MukcaOptions};
 use touchcal::io::urdf::{self, Ends};
@@ -258,6 +258,7 @@ fn a_problem_without_contacts_has_a_page() {
 fn uncertainty_of_the_tool_includes_fixed_parameters() {
     let (mut problem, _) = mujoco_trial("extrusion/rich/trial_00");
     problem.fixtures[0].prior = PlacePrior::Flat;
+    problem.options.unseen_effects = UnseenEffects::Ignore;
     let (estimate, _) = solve(&problem);
     assert_eq!(estimate.parameter("joint_offset.joint_a1").map(|entry| entry.value), Some(0.0), "held");
     let poses = workspace_configurations(&problem.robot, 50);

@@ -2,7 +2,7 @@
 
 use super::calibration_model::CalibrationModel;
 use super::layout::{tool_directions, wrench_parameters};
-use crate::estimate::problem::{PlacePrior, Problem, WrenchTolerance};
+use crate::estimate::problem::{PLAUSIBLE_HARMONIC, PlacePrior, Problem, WrenchTolerance};
 use crate::estimate::result::OmittedEffect;
 use crate::parameter::{
     Block, Parameter, ParameterId, Prior, joint_compliance, joint_harmonic, joint_origin, joint_trend, segment_strain,
@@ -14,7 +14,6 @@ const COMPLIANCE: f64 = 1e-5;
 const STRAIN: f64 = 1e-3;
 const ORIGIN_LENGTH: f64 = 0.1e-3;
 const ORIGIN_ANGLE: f64 = 0.02 * std::f64::consts::PI / 180.0;
-const HARMONIC: f64 = 0.01 * std::f64::consts::PI / 180.0;
 const TREND: f64 = 0.01 * std::f64::consts::PI / 180.0;
 
 /// An effect that a model leaves out, as parameters of an extended one.
@@ -53,7 +52,7 @@ pub(crate) fn with_omitted_effects<'p>(own: &CalibrationModel<'p>) -> (Calibrati
         add(OmittedEffect::JointOrigin, joint_origin(robot), &|id| twist_size(id, (ORIGIN_LENGTH, ORIGIN_ANGLE)));
     }
     if !has(Block::JointHarmonic) {
-        add(OmittedEffect::JointHarmonic, joint_harmonic(robot), &|_| HARMONIC);
+        add(OmittedEffect::JointHarmonic, joint_harmonic(robot), &|_| PLAUSIBLE_HARMONIC);
     }
     if !has(Block::JointTrend) {
         add(OmittedEffect::JointTrend, joint_trend(robot), &|_| TREND);

@@ -60,6 +60,12 @@ impl OmittedEffect {
         }
     }
 
+    /// Whether it is an error of the arm that does not change with time.
+    pub(crate) fn is_of_arm(&self) -> bool {
+        use OmittedEffect::{JointCompliance, JointHarmonic, JointOrigin, SegmentStrain};
+        matches!(self, JointCompliance | SegmentStrain | JointOrigin | JointHarmonic)
+    }
+
     /// What contacts show, with the corrected `p_value` (0 to 1) that it is chance and how far (m)
     /// it moves the tool; without a full stop.
     pub(super) fn message(&self, p_value: f64, displacement: f64) -> String {

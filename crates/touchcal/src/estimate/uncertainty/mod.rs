@@ -14,6 +14,6 @@ pub(crate) use identifiability::{GaugeFix, gauge_fix};
 pub(crate) use posterior::Posterior;
 pub(crate) use predictive_check::predictive_check;
 pub(crate) use sandwich::{Sandwich, curvature_and_squares, sandwich_covariance};
-pub(crate) use score_test::{Derivatives, ScoreTest, score_test};
+pub(crate) use score_test::{Derivatives, ScoreTest, score_test, unseen_changes};
 pub(crate) use workspace::arm_uncertainty_ratio;
 pub use workspace::{ToolUncertainty, distance_uncertainty, tool_uncertainty, workspace_configurations};

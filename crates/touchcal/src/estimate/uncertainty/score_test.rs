@@ -26,6 +26,11 @@ use crate::solver::FreeParameters;
 /// then stands out of the noise by one standard deviation.
 const MIN_INFORMATION: f64 = 1.0;
 
+/// Information (1) on a direction at its plausible size from which a test shows an effect of that
+/// size with a probability of 95 %: `(4.83 + 1.645)²`, for a corrected p-value below 1e-5 of seven
+/// tests with one degree of freedom.
+const SURE_INFORMATION: f64 = 42.0;
+
 /// Derivatives at the minimum, over parameters estimated and left out, and the odds of contact
 /// modes.
 pub(crate) struct Derivatives {
@@ -65,23 +70,11 @@ pub(crate) fn score_test(
     if omitted.is_empty() {
         return None;
     }
-    let of_omitted = at.curvature.select_columns(omitted);
-    let mut following = -(inverse * &of_omitted);
-    for (column, &k) in omitted.iter().enumerate() {
-        following[(k, column)] = 1.0;
-    }
-    let by_size = |column: usize| sizes[column];
-    following.column_iter_mut().enumerate().for_each(|(column, mut entries)| entries *= by_size(column));
-    let mut information = following.tr_mul(&of_omitted);
-    information.column_iter_mut().enumerate().for_each(|(column, mut entries)| entries *= by_size(column));
-    if information.iter().any(|entry| !entry.is_finite()) {
-        return None;
-    }
-    let eigen = ((&information + information.transpose()) * 0.5).symmetric_eigen();
-    let seen: Vec<usize> = (0..omitted.len()).filter(|&k| eigen.eigenvalues[k] > MIN_INFORMATION).collect();
-    let directions = eigen.eigenvectors.select_columns(&seen);
-    let eigenvalues = DVector::from_iterator(seen.len(), seen.iter().map(|&k| eigen.eigenvalues[k]));
-    let along = &following * &directions;
+    let all = Directions::new(at, inverse, (omitted, sizes))?;
+    let seen: Vec<usize> = (0..omitted.len()).filter(|&k| all.information[k] > MIN_INFORMATION).collect();
+    let directions = all.of_sizes.select_columns(&seen);
+    let eigenvalues = DVector::from_iterator(seen.len(), seen.iter().map(|&k| all.information[k]));
+    let along = all.following.select_columns(&seen);
     let gradient = along.tr_mul(&at.gradient);
     let squares = along.tr_mul(&(&at.squares * &along));
     let mean = &gradient / at.block_scores.len().max(1) as f64;
@@ -107,6 +100,59 @@ pub(crate) fn score_test(
     let is_finite = change.iter().chain(&sigma).chain([&statistic]).all(|entry| entry.is_finite());
     let degrees_of_freedom = seen.len();
     is_finite.then_some(ScoreTest { statistic, degrees_of_freedom, p_value, change, sigma })
+}
+
+/// Changes of all parameters (SI) by one standard deviation of left-out ones, in the directions
+/// that contacts need not show at the plausible sizes, independent of each other: with a Gaussian
+/// prior of these sizes, and what contacts say of the direction. Arguments are those of
+/// [`score_test`]; none if a number is not finite.
+pub(crate) fn unseen_changes(
+    at: &Derivatives,
+    inverse: &DMatrix<f64>,
+    omitted: (&[usize], &[f64]),
+) -> Vec<DVector<f64>> {
+    let Some(all) = Directions::new(at, inverse, omitted) else { return Vec::new() };
+    let unseen = (0..all.information.len()).filter(|&k| all.information[k] < SURE_INFORMATION);
+    let changes = unseen.map(|k| {
+        let change = all.following.column(k);
+        let information = 1.0 + all.information[k].max(0.0);
+        let mean = change.dot(&at.gradient) / information;
+        change * (information.recip() + mean * mean).sqrt()
+    });
+    changes.filter(|change| change.iter().all(|entry| entry.is_finite())).collect()
+}
+
+/// Directions of left-out parameters that are independent of each other by the contacts.
+struct Directions {
+    /// Each as a column: the left-out parameters in their plausible sizes (1).
+    of_sizes: DMatrix<f64>,
+    /// Information (1) on each.
+    information: DVector<f64>,
+    /// Change of all parameters (SI) along each: the estimated ones follow.
+    following: DMatrix<f64>,
+}
+
+impl Directions {
+    /// `None` if a number is not finite.
+    fn new(at: &Derivatives, inverse: &DMatrix<f64>, (omitted, sizes): (&[usize], &[f64])) -> Option<Self> {
+        let of_omitted = at.curvature.select_columns(omitted);
+        let mut following = -(inverse * &of_omitted);
+        for (column, &k) in omitted.iter().enumerate() {
+            following[(k, column)] = 1.0;
+        }
+        let scale = |matrix: &mut DMatrix<f64>| {
+            matrix.column_iter_mut().zip(sizes).for_each(|(mut entries, size)| entries *= *size);
+        };
+        scale(&mut following);
+        let mut information = following.tr_mul(&of_omitted);
+        scale(&mut information);
+        if information.iter().any(|entry| !entry.is_finite()) {
+            return None;
+        }
+        let eigen = ((&information + information.transpose()) * 0.5).symmetric_eigen();
+        let following = following * &eigen.eigenvectors;
+        Some(Directions { of_sizes: eigen.eigenvectors, information: eigen.eigenvalues, following })
+    }
 }
 
 #[cfg(test)]
@@ -168,6 +214,26 @@ mod tests {
         let test = score_test(&at, &DMatrix::zeros(1, 1), (&[0], &[1.0])).expect("a test");
         assert!((test.statistic - 9.0 / 8.0).abs() < 1e-12, "{}", test.statistic);
         assert!((test.change[0] + 0.75).abs() < 1e-12 && (test.sigma[0] - 8f64.sqrt() / 4.0).abs() < 1e-12);
+    }
+
+    /// One estimated parameter of information 5, one left out that changes it by −2/5, of
+    /// information 4 − 4/5 and gradient 1.6: its second moment at size 1 is 1/4.2 + (1.6/4.2)².
+    #[test]
+    fn what_contacts_need_not_show_has_its_second_moment() {
+        let at = Derivatives {
+            gradient: DVector::from_vec(vec![0.0, 1.6]),
+            curvature: DMatrix::from_row_slice(2, 2, &[5.0, 2.0, 2.0, 4.0]),
+            squares: DMatrix::from_row_slice(2, 2, &[5.0, 2.0, 2.0, 4.0]),
+            block_scores: Vec::new(),
+            shape_scores: Vec::new(),
+        };
+        let inverse = DMatrix::from_row_slice(2, 2, &[0.2, 0.0, 0.0, 0.0]);
+        let changes = unseen_changes(&at, &inverse, (&[1], &[1.0]));
+        let sigma = (1.0 / 4.2 + (1.6f64 / 4.2).powi(2)).sqrt();
+        let [change] = changes.as_slice() else { panic!("{changes:?}") };
+        assert!((change.abs() - DVector::from_vec(vec![0.4 * sigma, sigma])).amax() < 1e-12, "{change}");
+        // Contacts would show one ten times as large.
+        assert!(unseen_changes(&at, &inverse, (&[1], &[10.0])).is_empty());
     }
 
     #[test]

@@ -3,10 +3,11 @@
 use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64;
 
-use super::declare::{change_parts, encoder_drift, move_fixtures, move_tool, with_hole};
+use super::declare::{change_parts, change_positions, encoder_drift, move_fixtures, move_tool, with_hole};
 use super::quantity::Quantity;
-use crate::estimate::{DEFAULT_DISTANCE_SIGMA, PlacePrior, Problem, ShapeTolerance};
+use crate::estimate::{DEFAULT_DISTANCE_SIGMA, PLAUSIBLE_HARMONIC, PlacePrior, Problem, ShapeTolerance};
 use crate::parameter::{Prior, joint_trend};
+use crate::robot::JointKind;
 use crate::se3::Twist;
 use crate::sim::{PartsError, Scenario};
 
@@ -37,9 +38,22 @@ pub(super) fn draw(
                 }
             }
         }
+        Quantity::UnseenEffects => harmonics(problem, random),
         Quantity::Wrench => {}
     }
     Ok(())
+}
+
+/// Each encoder of a turning joint reads too much by `a sin(q) + b cos(q)`, with Gaussian `a` and
+/// `b` of plausible size.
+fn harmonics(problem: &mut Problem, random: &mut Pcg64) {
+    let turns = problem.robot.moving().map(|joint| joint.kind != JointKind::Prismatic);
+    let size = |turns: bool| if turns { PLAUSIBLE_HARMONIC } else { 0.0 };
+    let amplitudes: Vec<[f64; 2]> =
+        turns.map(|turns| [normal(random), normal(random)].map(|x| size(turns) * x)).collect();
+    change_positions(problem, |_, q| {
+        q.iter_mut().zip(&amplitudes).for_each(|(q, [a, b])| *q += a * q.sin() + b * q.cos());
+    });
 }
 
 fn place(prior: PlacePrior, random: &mut Pcg64) -> Twist {

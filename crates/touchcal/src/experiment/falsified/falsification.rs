@@ -6,7 +6,7 @@ use rand_pcg::Pcg64;
 
 use super::declare::{change_parts, change_positions, encoder_drift, move_fixtures, move_tool, with_hole};
 use super::draw::{draw, gaussian_twist, normal};
-use super::quantity::Quantity::{self, Distances, FixturePlaces, Shapes, ToolPlace, Trends};
+use super::quantity::Quantity::{self, Distances, FixturePlaces, Shapes, ToolPlace, Trends, UnseenEffects};
 use crate::estimate::Problem;
 use crate::geometry::{Parts, Polygon, PrismPair};
 use crate::parameter::{Block, ParameterId};
@@ -35,10 +35,12 @@ pub struct Displacement {
 pub enum Falsification {
     /// Nothing is false.
     Nothing,
-    /// Off by Gaussian draws, independent of each other, with the default's standard deviations;
-    /// no draw of [`Quantity::Wrench`], which [`Falsification::WrenchBias`] makes.
+    /// Off by Gaussian draws, independent of each other, with the default's standard deviations: of
+    /// [`Quantity::UnseenEffects`] encoder harmonics, of [`Quantity::Wrench`] none, which
+    /// [`Falsification::WrenchBias`] makes.
     Drawn(Quantity),
-    /// Off by draws, each as [`Falsification::Drawn`]: of places, shapes, distances and trends.
+    /// Off by draws, each as [`Falsification::Drawn`]: places, shapes, distances, trends and
+    /// encoder harmonics.
     AllDrawn,
     /// Poses of all fixtures in base are off.
     FixturesMoved(Displacement),
@@ -150,7 +152,7 @@ impl Falsification {
         match *self {
             Falsification::Drawn(quantity) => draw(problem, scenario, quantity, random)?,
             Falsification::AllDrawn => {
-                let all = [FixturePlaces, ToolPlace, Shapes, Distances, Trends];
+                let all = [FixturePlaces, ToolPlace, Shapes, Distances, Trends, UnseenEffects];
                 all.into_iter().try_for_each(|quantity| draw(problem, scenario, quantity, random))?;
             }
             Falsification::FixturesMoved(by) => move_fixtures(problem, || by.twist(random)),

@@ -7,12 +7,12 @@ use Falsification::{
     JointsInDegrees, JointsReversed, Nothing, Outline, Spacing, ToolInMetres, ToolMoved, ToolOpposite, ToolTurned,
     WrenchBias,
 };
-use Quantity::{Distances, FixturePlaces, Shapes, ToolPlace, Trends, Wrench};
+use Quantity::{Distances, FixturePlaces, Shapes, ToolPlace, Trends, UnseenEffects, Wrench};
 
 use super::excitation::Excitation;
 use super::falsification::{Displacement, Falsification};
 use super::quantity::Quantity;
-use crate::estimate::{DEFAULT_DISTANCE_SIGMA, PlacePrior, Problem, ShapeTolerance, WrenchTolerance};
+use crate::estimate::{self, DEFAULT_DISTANCE_SIGMA, PlacePrior, Problem, ShapeTolerance, WrenchTolerance};
 use crate::experiment::problem::problem;
 use crate::parameter::{Block, joint_trend};
 use crate::sim::{PartsError, Scenario, SimulatedTrial};
@@ -89,7 +89,7 @@ impl FalsifiedKind {
         kind("shapes_drawn", "clearance and depth off by draws from the default, 0.03 mm; all else exact", Drawn(Shapes), Only(Shapes)),
         kind("trends_drawn", "each encoder drifts by a draw from the default, 0.01° over the log; all else exact", Drawn(Trends), Only(Trends)),
         tried(SOCKETS, kind("spacing_drawn", "distances off by draws from the default, 0.1 mm; all else exact", Drawn(Distances), Only(Distances))),
-        tried(ALL, kind("all_drawn", "places, shapes, distances and trends off by draws from their defaults", AllDrawn, Defaults)),
+        tried(ALL, kind("all_drawn", "places, shapes, distances, trends and encoders off by draws from their defaults", AllDrawn, Defaults)),
         kind("hole_1mm", "hole off by 1 mm", FixturesMoved(sized(MM, 0.0)), Defaults),
         kind("hole_0.3mm", "hole off by 0.3 mm", FixturesMoved(sized(0.3 * MM, 0.0)), Defaults),
         kind("hole_0.1mm", "hole off by 0.1 mm", FixturesMoved(sized(0.1 * MM, 0.0)), Defaults),
@@ -181,6 +181,9 @@ impl Declared {
         }
         if self.has_default(Distances) {
             problem.distances.iter_mut().for_each(|known| known.sigma = DEFAULT_DISTANCE_SIGMA);
+        }
+        if self.has_default(UnseenEffects) {
+            problem.options.unseen_effects = estimate::UnseenEffects::Widen;
         }
         let has_offsets = problem.parameters.iter().any(|parameter| parameter.id.block() == Block::JointOffset);
         if has_offsets && self.has_default(Trends) {

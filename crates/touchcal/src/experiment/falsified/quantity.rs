@@ -13,6 +13,8 @@ pub enum Quantity {
     Distances,
     /// Bias and scale of the wrench: `WrenchTolerance::DEFAULT`.
     Wrench,
+    /// Errors of the arm that are not estimated: `UnseenEffects::Widen`.
+    UnseenEffects,
     /// Trends of the encoder offsets, where offsets are estimated: `joint_trend`.
     Trends,
 }

@@ -3,8 +3,8 @@
 use toml::Spanned;
 
 use super::context::{Allowed, Context, DEG, MM};
-use super::schema::{EstimateToml, LossToml, Number, OptimiserToml, PriorToml, Text};
-use crate::estimate::{GradientDescent, Loss, Method, Optimizer};
+use super::schema::{EstimateToml, LossToml, Number, OptimiserToml, PriorToml, Text, UnseenEffectsToml};
+use crate::estimate::{GradientDescent, Loss, Method, Optimizer, UnseenEffects};
 use crate::io::base::error::{IoError, Place, quoted};
 use crate::io::base::suggest::{did_you_mean, list};
 use crate::parameter::{
@@ -50,6 +50,7 @@ pub(super) struct Wanted {
     pub(super) joint_drift: bool,
     pub(super) method: Method,
     pub(super) loss: Loss,
+    pub(super) unseen_effects: UnseenEffects,
 }
 
 /// What the table asks for, with `trend` (rad) as declared standard deviation of the trends of
@@ -68,6 +69,10 @@ pub(super) fn wanted(
         joint_drift: false,
         method: method(estimate, context)?,
         loss: loss(estimate, context)?,
+        unseen_effects: match estimate.unseen_effects {
+            UnseenEffectsToml::Widen => UnseenEffects::Widen,
+            UnseenEffectsToml::Ignore => UnseenEffects::Ignore,
+        },
     };
     let priors = Priors::of(&estimate.prior, context)?;
     let mut seen = Vec::new();

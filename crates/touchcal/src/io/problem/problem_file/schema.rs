@@ -250,6 +250,15 @@ pub(crate) struct DescentToml {
     pub(crate) contacts: Option<Number>,
 }
 
+/// What is done about errors of the arm that are not estimated and that contacts cannot see.
+#[derive(Clone, Copy, Debug, Default, Deserialize, PartialEq, Eq)]
+#[serde(rename_all = "snake_case")]
+pub(crate) enum UnseenEffectsToml {
+    #[default]
+    Widen,
+    Ignore,
+}
+
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct EstimateToml {
@@ -262,5 +271,7 @@ pub(crate) struct EstimateToml {
     #[serde(default)]
     pub(crate) prior: PriorToml,
     pub(crate) method: Option<Text>,
+    #[serde(default)]
+    pub(crate) unseen_effects: UnseenEffectsToml,
     pub(crate) descent: Option<Spanned<DescentToml>>,
 }

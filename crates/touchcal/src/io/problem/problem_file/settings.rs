@@ -10,7 +10,7 @@ use super::parameters::{self, Wanted};
 use super::schema::{EstimateToml, NoiseToml, Number};
 use super::tolerance::DeclaredPrior;
 use crate::contact::ContactLog;
-use crate::estimate::{Distance, Fixture, Noise, PlacePrior, Problem, Tool, WrenchTolerance};
+use crate::estimate::{Distance, EstimatorOptions, Fixture, Noise, PlacePrior, Problem, Tool, WrenchTolerance};
 use crate::io::base::bytes;
 use crate::io::base::error::{IoError, Place};
 use crate::io::robot::urdf;
@@ -118,6 +118,7 @@ impl Settings {
             joint_drift: wanted.joint_drift,
             method: wanted.method,
             loss: wanted.loss,
+            options: EstimatorOptions { unseen_effects: wanted.unseen_effects, ..EstimatorOptions::default() },
             other_arms: urdf::builtin_arms(),
             ..Problem::new(robot, tool, fixtures, contacts)
         };

@@ -121,6 +121,7 @@ pub fn problem_text(file: &ScenarioFile) -> Vec<TextFile> {
     line.raw("parameters", &format!("{names:?}"));
     line.text("loss", "geman_mcclure");
     line.number("loss_scale", experiment::LOSS_SCALE);
+    line.text("unseen_effects", "ignore");
     files.push(TextFile::new(PROBLEM, text));
     files
 }
