@@ -129,7 +129,7 @@ def calibrated(problem, estimate, folder):
     """touchcal's estimate of a problem with an `[estimate]` table."""
     contacts = "".join(f'[[contacts]]\nfile = "{c.file}"\nfixture = "{c.name}"\n' for c in problem.contacts)
     noise = f"[noise]\nencoder_deg = {ENCODER / DEG}\ncontact_mm = {CONTACT / MM}\nencoder_trend_deg = 0\n"
-    text = f'[robot]\nurdf = "{problem.urdf}"\n{problem.toml()}{contacts}{noise}[estimate]\nloss = "squared"\n{estimate}'
+    text = f'[robot]\nurdf = "{problem.urdf}"\n{problem.toml()}{contacts}{noise}[estimate]\nloss = "squared"\nunseen_effects = "ignore"\n{estimate}'
     (folder / "problem.toml").write_text(text)
     touchcal("calibrate", folder / "problem.toml", "--out", folder / "out")
     return json.loads((folder / "out/estimate.json").read_text())

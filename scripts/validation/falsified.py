@@ -57,11 +57,11 @@ def row(found, form, with_tolerance):
     return Row(f"`{kind}`: {found['description']}", figures, tolerance=tolerance, missed=tolerance != "none" and not good)
 
 
-def total(kinds, least):
+def total(kinds, name, least):
     trials, honest, useful = (sum(kind[key] for kind in kinds) for key in ("trials", "honest", "useful"))
     blank = dict.fromkeys(("NEES for each parameter", "tool's error (mm)", "its standard deviation (mm)"), "–")
     return Row(
-        "all kinds with a tolerance",
+        name,
         {"honest": f"{honest} of {trials}", "useful": f"{useful}", **blank},
         tolerance=f"{100 * least:.0f} % honest",
         missed=honest < least * trials,
@@ -84,13 +84,13 @@ def described(rows, reference, command):
 def tables(options):
     found = battery("falsified", ["--trials", TRIALS[options.form]], options)
     judged = [kind for kind in found if kind["kind"] not in UNSEEN]
-    rows = [*(row(kind, options.form, True) for kind in found), total(judged, HONEST_OVERALL)]
+    rows = [*(row(kind, options.form, True) for kind in found), total(judged, "all kinds with a tolerance", HONEST_OVERALL)]
     simulated = described(rows, "truth of the simulation", COMMAND.format("--trials N"))
     folders = [f"data/mujoco_iiwa14/extrusion/{name}" for name in RECORDED[options.form]]
     arguments = [*(word for folder in folders for word in ("--logs", ROOT / folder)), "--trials", 1]
     found = [kind for kind in battery("falsified_recorded", arguments, options) if kind["kind"] not in UNSEEN]
     recorded = described(
-        [*(row(kind, options.form, False) for kind in found), total(found, HONEST_RECORDED)],
+        [*(row(kind, options.form, False) for kind in found), total(found, "all kinds", HONEST_RECORDED)],
         "truth of the MuJoCo logs",
         COMMAND.format(" ".join(f"--logs {folder}" for folder in folders) + " --trials 1"),
     )

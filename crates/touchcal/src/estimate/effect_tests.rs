@@ -14,7 +14,7 @@ use super::uncertainty::{
     workspace_configurations,
 };
 use crate::parameter::ParameterId;
-use crate::se3::{self, Twist};
+use crate::se3::Twist;
 use crate::solver::{FreeParameters, NormalEquations, StopReason};
 
 /// Number of contacts that the tests use, about evenly spread over the log.
@@ -24,6 +24,10 @@ const SUBSAMPLE: usize = 6000;
 const MAX_PARAMETERS: usize = 400;
 /// Number of joint positions over the workspace at which the tool's motion is taken.
 const CONFIGURATIONS: usize = 100;
+/// Length (m) by which rotations of the tool count as motion.
+const LEVER: f64 = 0.1;
+/// Root mean square motion (m) up to which the tool does not move.
+const MOTIONLESS: f64 = 1e-6;
 /// Radius of the ball that holds 95 % of a Gaussian with equal variances, over the square root of
 /// the trace of its covariance: `√(χ²₃(0.95) / 3)`.
 const RADIUS: f64 = 1.614;
@@ -35,14 +39,13 @@ pub(super) struct ModelTest {
     pub change: DVector<f64>,
 }
 
-/// What contacts say of effects that the model leaves out.
+/// Tests of effects that the model leaves out, and what tests would miss.
 #[derive(Default)]
 pub(super) struct EffectTests {
     /// Those with the least p-value first.
     tests: Vec<ModelTest>,
-    /// Changes of all parameters (SI), one standard deviation each, by errors of the arm that
-    /// contacts would not show.
-    unseen: Vec<DVector<f64>>,
+    /// Covariance (SI) of the model's own parameters by errors of the arm that tests would miss.
+    unseen: Option<DMatrix<f64>>,
 }
 
 /// Score tests of all effects that the model leaves out. None where the minimum was not reached or
@@ -80,14 +83,18 @@ pub(super) fn effect_tests(search: &mut SearchState<'_>, estimate: &Estimate) ->
     }
     let inverse = free.covariance(&at.curvature);
     let positions = workspace_configurations(&problem.robot, CONFIGURATIONS);
-    let radius = tool_radius(search, estimate, &positions).hypot(problem.noise.contact);
-    let is_unseen = |omitted: &&OmittedParameters| problem.allows_for_unseen_effects() && omitted.effect.is_of_arm();
-    let unseen = omitted.iter().filter(is_unseen);
-    let unseen = unseen.flat_map(|omitted| unseen_changes(&at, &inverse, (&omitted.indices, &omitted.sizes))).collect();
+    let jacobians = tool_jacobians(&model, &theta, &positions);
+    let of_arm = omitted.iter().filter(|omitted| omitted.effect.is_constant_arm_error());
+    let changes = of_arm.flat_map(|omitted| unseen_changes(&at, &inverse, (&omitted.indices, &omitted.sizes)));
+    let unseen = problem.allows_for_unseen_effects().then(|| second_moment(&jacobians, &changes.collect::<Vec<_>>()));
+    let unseen = unseen.flatten().map(|moment| moment.view((0, 0), estimate.covariance.shape()).into_owned());
+    let mut reported = estimate.clone();
+    unseen.iter().for_each(|unseen| reported.covariance += unseen);
+    let radius = tool_radius(search, &reported, &positions).hypot(problem.noise.contact);
     let count = omitted.len() as f64;
     let each = omitted.into_iter().filter_map(|omitted| {
         let found = score_test(&at, &inverse, (&omitted.indices, &omitted.sizes))?;
-        let displacement = tool_displacement(&model, &theta, &found.change, &positions);
+        let displacement = tool_displacement(&jacobians, &found.change);
         Some(model_test(&model, omitted, found, (count, displacement, radius)))
     });
     let mut tests: Vec<ModelTest> = each.collect();
@@ -96,7 +103,7 @@ pub(super) fn effect_tests(search: &mut SearchState<'_>, estimate: &Estimate) ->
 }
 
 /// Warnings about effects that contacts show. Standard deviations are widened by what those move
-/// that keep the tool within its reported region, and by what contacts would not show.
+/// that keep the tool within its reported region, and by what tests would miss.
 pub(super) fn apply_effect_tests(
     estimate: &mut Estimate,
     EffectTests { tests, unseen }: EffectTests,
@@ -104,10 +111,7 @@ pub(super) fn apply_effect_tests(
 ) -> Vec<Warning> {
     let mut warnings = Vec::new();
     let parameters = estimate.parameters.len();
-    for change in unseen {
-        let change = change.rows(0, parameters);
-        estimate.covariance += change * change.transpose();
-    }
+    unseen.iter().for_each(|unseen| estimate.covariance += unseen);
     for ModelTest { test, change } in tests {
         if test.p_value < thresholds.effect_p_value {
             let usable = test.displacement <= test.radius;
@@ -178,30 +182,58 @@ fn estimated(search: &SearchState<'_>, model: &CalibrationModel<'_>, size: usize
     FreeParameters::new(DVector::from_fn(size, |k, _| scale(k)))
 }
 
-/// Root mean square motion (m) of the tool at joint `positions` by a change of the parameters.
-fn tool_displacement(
-    model: &CalibrationModel<'_>,
-    theta: &DVector<f64>,
-    change: &DVector<f64>,
-    positions: &[Vec<f64>],
-) -> f64 {
+/// Derivative of the tool's pose (its local twist, m and rad) by all parameters (SI) at each of the
+/// joint `positions`: 6 rows.
+fn tool_jacobians(model: &CalibrationModel<'_>, theta: &DVector<f64>, positions: &[Vec<f64>]) -> Vec<DMatrix<f64>> {
     let parameters = &model.layout.parameters;
     let mut kinematics = model.kinematics.clone();
     let is_kinematic = |k: &usize| parameters[*k].id.kinematic().is_some();
     kinematics.set(&(0..theta.len()).filter(is_kinematic).map(|k| theta[k]).collect::<Vec<f64>>());
     let mut scratch = kinematics.scratch();
-    let square = |q: &Vec<f64>| {
+    let mut jacobian = |q: &Vec<f64>| {
         kinematics.pose_and_jacobian(q, &mut scratch);
-        let motion = (0..parameters.len()).map(|k| match parameters[k].id {
-            ParameterId::Kinematic(_) => scratch.parameters[model.layout.kinematic_index[k]] * change[k],
+        let columns = (0..parameters.len()).map(|k| match parameters[k].id {
+            ParameterId::Kinematic(_) => scratch.parameters[model.layout.kinematic_index[k]],
             ParameterId::JointHarmonic(i, phase) => {
-                scratch.joints[i] * (-change[k] * if phase == 0 { q[i].sin() } else { q[i].cos() })
+                scratch.joints[i] * -(if phase == 0 { q[i].sin() } else { q[i].cos() })
             }
             _ => Twist::zeros(),
         });
-        se3::linear(&motion.sum::<Twist>()).norm_squared()
+        let entries: Vec<f64> = columns.flat_map(|twist| twist.iter().copied().collect::<Vec<f64>>()).collect();
+        DMatrix::from_vec(6, parameters.len(), entries)
     };
-    (positions.iter().map(square).sum::<f64>() / positions.len().max(1) as f64).sqrt()
+    positions.iter().map(&mut jacobian).collect()
+}
+
+/// Root mean square motion (m) of the tool by a change of the parameters (SI).
+fn tool_displacement(jacobians: &[DMatrix<f64>], change: &DVector<f64>) -> f64 {
+    let square = |jacobian: &DMatrix<f64>| (jacobian.rows(0, 3) * change.rows(0, jacobian.ncols())).norm_squared();
+    (jacobians.iter().map(square).sum::<f64>() / jacobians.len().max(1) as f64).sqrt()
+}
+
+/// Sum of the outer products of `changes` of the parameters (SI), without combinations that move
+/// the tool nowhere: a joint's origin turned about its axis, and its offset turned back. `None` if
+/// there are none or a number is not finite.
+fn second_moment(jacobians: &[DMatrix<f64>], changes: &[DVector<f64>]) -> Option<DMatrix<f64>> {
+    let parameters = jacobians.first()?.ncols();
+    let own: Vec<DVector<f64>> = changes.iter().map(|change| change.rows(0, parameters).into_owned()).collect();
+    if own.is_empty() {
+        return None;
+    }
+    let changes = DMatrix::from_columns(&own);
+    let mut squares = DMatrix::zeros(own.len(), own.len());
+    for jacobian in jacobians {
+        let mut motions = jacobian * &changes;
+        motions.rows_mut(3, 3).scale_mut(LEVER);
+        squares += motions.tr_mul(&motions) / jacobians.len() as f64;
+    }
+    if squares.iter().any(|entry| !entry.is_finite()) {
+        return None;
+    }
+    let eigen = squares.symmetric_eigen();
+    let moving: Vec<usize> = (0..own.len()).filter(|&k| eigen.eigenvalues[k] > MOTIONLESS.powi(2)).collect();
+    let changes = changes * eigen.eigenvectors.select_columns(&moving);
+    Some(&changes * changes.transpose())
 }
 
 /// Root mean square radius (m) of the tool's 95 % region.

@@ -30,11 +30,11 @@ pub struct EstimatorOptions {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum UnseenEffects {
     /// They have a Gaussian prior of their plausible size and widen the covariance by what they
-    /// change the estimates. Not where the places of the tool and of all fixtures are exact: who
-    /// declares that vouches for the model.
+    /// change the estimates, wherever effects are tested; not where the places of the tool and of
+    /// all fixtures are exact.
     #[default]
     Widen,
-    /// There are none.
+    /// The covariance does not allow for them.
     Ignore,
 }
 

@@ -256,8 +256,9 @@ impl Problem {
         }
     }
 
-    /// Whether the covariance allows for errors of the arm that are not estimated and that contacts
-    /// would not show: [`UnseenEffects::Widen`], and some place is not exact.
+    /// Whether the covariance is to allow for errors of the arm that are not estimated and that
+    /// contacts would not show: [`UnseenEffects::Widen`], and some place is not exact. It does so
+    /// where effects are tested ([`Estimate::effect_tests`](super::Estimate::effect_tests)).
     pub fn allows_for_unseen_effects(&self) -> bool {
         let mut places = self.fixtures.iter().map(|fixture| fixture.prior).chain([self.tool.prior]);
         self.options.unseen_effects == UnseenEffects::Widen && places.any(|prior| prior != PlacePrior::Fixed)

@@ -85,10 +85,11 @@ fn sockets_elsewhere_scatter_as_predicted() {
             tally.add(&held_out(&of_fixtures(recorded(&scenario, seed, 1000 + seed), |f| f >= 2), &estimate));
         }
         let (squares, deviations) = tally.means(&format!("sockets elsewhere, {contacts} contacts each"));
-        // Four standard deviations of a mean of twenty with five degrees of freedom each; two
-        // distances of an arm share its errors.
+        // Four standard deviations of a mean of twenty with five degrees of freedom each. Two
+        // distances of an arm share its errors: chi-squared of 20 lies between 4.4 and 52.4 in
+        // 99.98 % of cases.
         assert!((squares - 1.0).abs() < 4.0 * (2.0 / 100.0_f64).sqrt(), "{squares}");
-        assert!((deviations - 1.0).abs() < 4.0 * (2.0 / 20.0_f64).sqrt(), "{deviations}");
+        assert!((0.22..2.62).contains(&deviations), "{deviations}");
     }
 }
 

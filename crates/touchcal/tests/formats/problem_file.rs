@@ -173,6 +173,11 @@ fn defaults_are_filled_in() {
     assert_eq!(problem.noise.contact, problem_file::DEFAULT_CONTACT);
     assert_eq!((problem.loss, problem.parameters.len()), (Loss::GemanMcClure(3.0), 0));
     assert!(problem.options.unseen_effects == UnseenEffects::Widen && problem.allows_for_unseen_effects());
+    refused(
+        "unseen_effects = \"ignore\"",
+        "unseen_effects = \"wide\"",
+        &["unknown variant `wide`", "`widen` or `ignore`"],
+    );
 }
 
 /// A log may be of a built-in arm other than the one that is named.

@@ -88,7 +88,7 @@ fn refused(text: &str, parts: &[&str]) {
 fn estimates_survive_json() {
     let text = estimate().to_json().unwrap();
     assert_eq!(EstimateFile::from_json(&text, "e").unwrap(), estimate());
-    // Version 0.2.0 wrote no tests of effects, no prediction and no noise.
+    // Version 0.2.0 wrote no tests of effects, no predictive check and no noise.
     let mut older: serde_json::Value = serde_json::from_str(&text).unwrap();
     for added in ["effect_tests", "freed_effects", "noise", "predictive_check"] {
         older.as_object_mut().unwrap().remove(added);

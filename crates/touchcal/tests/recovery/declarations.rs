@@ -217,7 +217,7 @@ fn an_encoder_that_jumps_is_contradicted_by_the_stretches() {
     let scenario = Preset::Mukca.scenario(robot).expect("parts");
     for seed in 1..=4 {
         let right = problem(&scenario, &sim::simulate(&scenario, seed).expect("contacts"));
-        let found = solve(&right).predictive_check.expect("a prediction");
+        let found = solve(&right).predictive_check.expect("a predictive check");
         assert!(found.p_value > 1e-3 && found.ratio < 1.3, "seed {seed}: {found:?}");
         let mut wrong = right.clone();
         wrong.contacts = ContactLog::new(right.contacts.dof());
@@ -227,7 +227,7 @@ fn an_encoder_that_jumps_is_contradicted_by_the_stretches() {
             wrong.contacts.push(&q, right.contacts.fixture(i), right.contacts.source(i));
         }
         let estimate = solve(&wrong);
-        let found = estimate.predictive_check.as_ref().expect("a prediction");
+        let found = estimate.predictive_check.as_ref().expect("a predictive check");
         assert!(found.p_value < 1e-5 && found.ratio > 1.3, "seed {seed}: {found:?}");
         let of_prediction = |warning: &Warning| matches!(warning, Warning::PredictionContradicted { .. });
         assert!(estimate.warnings.iter().any(of_prediction), "seed {seed}: {:?}", estimate.warnings);

@@ -1,20 +1,14 @@
 //! Joints that give way to gravity and to what presses on the tool: torques, derivatives, estimates
 //! and files.
 
-use std::sync::Arc;
-
+use super::ball_in_sockets::{SOCKETS, ball_in_sockets};
 use crate::support::{report, solve, uniform};
-use nalgebra::{Point3, UnitQuaternion, Vector3};
-use touchcal::contact::{ContactLog, Source};
-use touchcal::estimate::{
-    Distance, Estimate, Fixture, Loss, Method, Noise, PlacePrior, Problem, ShapeTolerance, Status, Tool, evaluate,
-};
+use nalgebra::{Point3, Vector3};
+use touchcal::estimate::{Estimate, Noise, Problem, Status, evaluate};
 use touchcal::io::urdf::{self, Ends};
-use touchcal::manifold::BallInSocket;
 use touchcal::parameter::{Block, Prior, joint_compliance, joint_origin};
 use touchcal::robot::{JointKind, KinematicParameter, Kinematics, Robot, calibrated};
 use touchcal::se3::{self, Pose, Twist, Wrench};
-use touchcal::sim::follow;
 
 /// Turntable, fixed bracket, slide and wrist with skew axes; every moving joint carries a mass, the
 /// bracket one more.
@@ -202,9 +196,6 @@ fn malformed_weights_and_compliances_are_refused() {
     }
 }
 
-const SOCKETS: [[f64; 3]; 4] = [[0.5, 0.2, 0.1], [0.45, -0.25, 0.2], [0.35, 0.3, 0.45], [0.6, 0.0, 0.35]];
-const BALL: [f64; 3] = [0.02, -0.03, 0.1];
-
 /// Noise of joint positions (rad).
 struct Noisy {
     sigma: f64,
@@ -213,48 +204,14 @@ struct Noisy {
 
 /// A ball held in `sockets` (known places) by an arm of these errors.
 fn touching(errors: &[(KinematicParameter, f64)], sockets: &[[f64; 3]], noise: &Noisy) -> Problem {
-    let robot = built_in("iiwa14");
-    let (columns, theta): (Vec<KinematicParameter>, Vec<f64>) = errors.iter().copied().unzip();
-    let tip_from_tool = Pose::translation(BALL[0], BALL[1], BALL[2]);
-    let mut arm = Kinematics::new(&robot, &columns, tip_from_tool);
-    arm.set(&theta);
-    let posture = [0.1, 0.7, 0.2, -1.5, -0.2, 0.9, 0.1];
-    let down = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI);
-    let mut contacts = ContactLog::new(7);
-    for (f, socket) in sockets.iter().enumerate() {
-        let mut q = posture.to_vec();
-        for i in 0..60u64 {
-            let seed = 1000 * f as u64 + i;
-            let turn = UnitQuaternion::from_scaled_axis(Vector3::from_row_slice(&uniform(3, 10_000 + seed)) * 0.6);
-            let bend: Vec<f64> = posture.iter().zip(uniform(7, 20_000 + seed)).map(|(q, d)| q + 0.5 * d).collect();
-            q = follow(&arm, &Pose::from_parts((*socket).into(), turn * down), &q, &bend).expect("within reach");
-            let measured: Vec<f64> =
-                q.iter().zip(normal(7, 30_000 * noise.seed + seed)).map(|(q, n)| q + noise.sigma * n).collect();
-            contacts.push(&measured, f, Source { file: 0, line: i + 1 });
-        }
-    }
-    let fixture = |(f, socket): (usize, &[f64; 3])| Fixture {
-        name: format!("socket/{f}"),
-        manifold: Arc::new(BallInSocket),
-        base_from_fixture: Some(Pose::translation(socket[0], socket[1], socket[2])),
-        prior: PlacePrior::Fixed,
-        tolerance: ShapeTolerance::EXACT,
-        placement: String::new(),
-    };
+    let problem = ball_in_sockets(errors, sockets, |_, _, seed, q| {
+        let noise = normal(7, 30_000 * noise.seed + seed).into_iter().map(|n| noise.sigma * n);
+        (q.iter().zip(noise).map(|(q, n)| q + n).collect(), None)
+    });
     Problem {
-        parameters: joint_compliance(&robot),
-        robot,
-        tool: Tool { tip_from_tool, prior: PlacePrior::Fixed },
-        fixtures: sockets.iter().enumerate().map(fixture).collect(),
-        distances: Vec::<Distance>::new(),
-        contacts,
+        parameters: joint_compliance(&problem.robot),
         noise: Noise { encoder: noise.sigma.max(1e-6), contact: 1e-6, is_estimated: false },
-        joint_drift: false,
-        wrench: touchcal::estimate::WrenchTolerance::DEFAULT,
-        loss: Loss::GemanMcClure(3.0),
-        method: Method::LevenbergMarquardt,
-        options: touchcal::estimate::EstimatorOptions::default(),
-        other_arms: Vec::new(),
+        ..problem
     }
 }
 

@@ -1,23 +1,18 @@
 //! What presses on the tool, as a log's wrench says it: joints give way to it.
 
-use std::sync::Arc;
-
+use super::ball_in_sockets::{SOCKETS, ball_in_sockets};
 use crate::support::{report, solve, uniform};
-use nalgebra::{DMatrix, DVector, Matrix3xX, UnitQuaternion, Vector3};
-use touchcal::contact::{AngleUnit, ContactLog, Load, LoadFrame, LoadOn, Source};
-use touchcal::estimate::{
-    Estimate, Fixture, Noise, OmittedEffect, PlacePrior, Problem, ShapeTolerance, Status, Tool, Warning,
-    WrenchTolerance,
-};
+use nalgebra::{DMatrix, DVector, Matrix3xX, Vector3};
+use touchcal::contact::{AngleUnit, ContactLog, Load, LoadFrame, LoadOn};
+use touchcal::estimate::{Estimate, Noise, OmittedEffect, Problem, Status, Warning, WrenchTolerance};
 use touchcal::experiment::problem;
 use touchcal::io::contact_csv;
 use touchcal::io::contact_log::Options;
 use touchcal::io::urdf::{self, Ends};
-use touchcal::manifold::BallInSocket;
 use touchcal::parameter::{Block, ParameterId, Prior, joint_compliance, joint_offset};
 use touchcal::robot::{KinematicParameter, Kinematics, Robot};
 use touchcal::se3::{self, Pose, Twist, Wrench};
-use touchcal::sim::{self, Preset, SimulatedTrial, follow};
+use touchcal::sim::{self, Preset, SimulatedTrial};
 
 fn iiwa() -> Robot {
     urdf::read_builtin("iiwa14", Ends::default()).expect("built in").robot
@@ -141,8 +136,6 @@ fn reached(arm: &Kinematics, target: &Vector3<f64>, load: &Wrench, mut q: Vec<f6
     q
 }
 
-const SOCKETS: [[f64; 3]; 4] = [[0.5, 0.2, 0.1], [0.45, -0.25, 0.2], [0.35, 0.3, 0.45], [0.6, 0.0, 0.35]];
-
 /// Compliances of about 1e-4 rad/(N m) and offsets of an arm.
 fn soft_errors() -> Vec<(KinematicParameter, f64)> {
     let each = (0..7).zip(uniform(7, 7).into_iter().zip(uniform(7, 8)));
@@ -157,48 +150,19 @@ fn soft_errors() -> Vec<(KinematicParameter, f64)> {
 /// model has it, with encoders that are off by up to `noise` (rad); the wrench is measured with
 /// `bias` and `scale`.
 fn held(bias: &Wrench, scale: f64, noise: f64) -> Problem {
-    let robot = iiwa();
-    let (columns, theta): (Vec<KinematicParameter>, Vec<f64>) = soft_errors().into_iter().unzip();
-    let tip_from_tool = Pose::translation(0.02, -0.03, 0.1);
-    let mut arm = Kinematics::new(&robot, &columns, tip_from_tool);
-    arm.set(&theta);
-    let posture = [0.1, 0.7, 0.2, -1.5, -0.2, 0.9, 0.1];
-    let down = UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI);
-    let mut contacts = ContactLog::new(7);
-    for (f, socket) in SOCKETS.iter().enumerate() {
-        let mut q = posture.to_vec();
-        for i in 0..60u64 {
-            let seed = 1000 * f as u64 + i;
-            let turn = UnitQuaternion::from_scaled_axis(Vector3::from_row_slice(&uniform(3, 10_000 + seed)) * 0.6);
-            let bend: Vec<f64> = posture.iter().zip(uniform(7, 20_000 + seed)).map(|(q, d)| q + 0.5 * d).collect();
-            q = follow(&arm, &Pose::from_parts((*socket).into(), turn * down), &q, &bend).expect("within reach");
-            let draw = uniform(6, 30_000 + seed);
-            let load: Wrench = std::array::from_fn(|k| if k < 3 { 20.0 * draw[k] } else { 2.0 * draw[k] });
-            let mut measured = reached(&arm, &Vector3::from_row_slice(socket), &load, q.clone());
-            measured.iter_mut().zip(uniform(7, 40_000 + seed)).for_each(|(q, n)| *q += noise * n);
-            contacts.push(&measured, f, Source { file: 0, line: i + 1 });
-            contacts.set_load(std::array::from_fn(|k| (1.0 + scale) * load[k] + bias[k]));
-        }
-    }
-    let fixture = |(f, socket): (usize, &[f64; 3])| Fixture {
-        name: format!("socket/{f}"),
-        manifold: Arc::new(BallInSocket),
-        base_from_fixture: Some(Pose::translation(socket[0], socket[1], socket[2])),
-        prior: PlacePrior::Fixed,
-        tolerance: ShapeTolerance::EXACT,
-        placement: String::new(),
-    };
-    let fixtures = SOCKETS.iter().enumerate().map(fixture).collect();
-    let tool = Tool { tip_from_tool, prior: PlacePrior::Fixed };
+    let problem = ball_in_sockets(&soft_errors(), &SOCKETS, |arm, socket, seed, q| {
+        let draw = uniform(6, 30_000 + seed);
+        let load: Wrench = std::array::from_fn(|k| if k < 3 { 20.0 * draw[k] } else { 2.0 * draw[k] });
+        let mut measured = reached(arm, &Vector3::from_row_slice(socket), &load, q.to_vec());
+        measured.iter_mut().zip(uniform(7, 40_000 + seed)).for_each(|(q, n)| *q += noise * n);
+        (measured, Some(std::array::from_fn(|k| (1.0 + scale) * load[k] + bias[k])))
+    });
     // A prior would pull by its share.
-    let parameters = [joint_compliance(&robot), joint_offset(&robot)].concat();
+    let parameters = [joint_compliance(&problem.robot), joint_offset(&problem.robot)].concat();
     let parameters = parameters.into_iter().map(|parameter| parameter.with_prior(Prior::Flat)).collect();
-    Problem {
-        wrench: WrenchTolerance { force: 1e3, torque: 1e3, scale: 1e3 },
-        ..Problem::new(robot, tool, fixtures, contacts)
-    }
-    .with_parameters(parameters)
-    .with_noise(Noise { encoder: noise.max(1e-6) / 3f64.sqrt(), contact: 1e-6, is_estimated: false })
+    Problem { wrench: WrenchTolerance { force: 1e3, torque: 1e3, scale: 1e3 }, ..problem }
+        .with_parameters(parameters)
+        .with_noise(Noise { encoder: noise.max(1e-6) / 3f64.sqrt(), contact: 1e-6, is_estimated: false })
 }
 
 /// Beside gravity, whose torques are known, the scale of the wrench is one of the compliances'

@@ -10,6 +10,7 @@
 #[path = "../support/mod.rs"]
 mod support;
 
+mod ball_in_sockets;
 mod custom_manifold;
 mod declarations;
 mod gradient_descent;

@@ -13,8 +13,8 @@ use touchcal::sim::{self, Preset};
 
 use crate::support::{data, mujoco_trial, mujoco_trials, solve};
 
-const ALL: &[Excitation] = &[Excitation::Paper, Excitation::Sockets];
-const PEG: &[Excitation] = &[Excitation::Rich];
+const PAPER_AND_SOCKETS: &[Excitation] = &[Excitation::Paper, Excitation::Sockets];
+const RICH: &[Excitation] = &[Excitation::Rich];
 
 fn arm(name: &str) -> Robot {
     urdf::read_builtin(name, Ends::default()).expect("built in").robot
@@ -85,8 +85,8 @@ fn unit(of: DeclaredLength, factor: f64) -> DeclarationMistake {
 
 #[test]
 fn lengths_in_another_unit() {
-    named("tool_in_metres", ALL, |_, _| unit(DeclaredLength::Tool, 1e3));
-    named("hole_in_metres", PEG, |_, _| unit(DeclaredLength::Fixture("hole".to_owned()), 1e3));
+    named("tool_in_metres", PAPER_AND_SOCKETS, |_, _| unit(DeclaredLength::Tool, 1e3));
+    named("hole_in_metres", RICH, |_, _| unit(DeclaredLength::Fixture("hole".to_owned()), 1e3));
 
     let mut everything = declared("tool_in_metres", Excitation::Paper, 1);
     everything.fixtures[0].base_from_fixture.as_mut().expect("a place").translation.vector *= 1e-3;
@@ -108,27 +108,27 @@ fn lengths_in_another_unit() {
 
 #[test]
 fn a_tool_turned_or_mirrored() {
-    named("tool_turned", PEG, |_, _| DeclarationMistake::ToolTurned { axis: 0, quarters: 2 });
-    named("tool_opposite", ALL, |_, _| DeclarationMistake::ToolOpposite);
+    named("tool_turned", RICH, |_, _| DeclarationMistake::ToolTurned { axis: 0, quarters: 2 });
+    named("tool_opposite", PAPER_AND_SOCKETS, |_, _| DeclarationMistake::ToolOpposite);
 }
 
 #[test]
 fn joints_in_another_order_or_of_another_sign() {
-    named("joints_exchanged", ALL, |right, wrong| {
+    named("joints_exchanged", PAPER_AND_SOCKETS, |right, wrong| {
         let joints = differing(right, wrong).try_into().expect("two joints");
         DeclarationMistake::JointsExchanged { joints }
     });
-    named("joint_sign", ALL, |right, wrong| {
+    named("joint_sign", PAPER_AND_SOCKETS, |right, wrong| {
         let [joint] = differing(right, wrong).try_into().expect("a joint");
         DeclarationMistake::JointSign { joint }
     });
-    named("joints_reversed", ALL, |_, _| DeclarationMistake::JointsReversed);
+    named("joints_reversed", PAPER_AND_SOCKETS, |_, _| DeclarationMistake::JointsReversed);
 }
 
 #[test]
 fn joint_positions_in_another_unit() {
-    named("joints_degrees", ALL, |_, _| DeclarationMistake::DegreesAsRadians);
-    for (excitation, seed) in seeded(ALL) {
+    named("joints_degrees", PAPER_AND_SOCKETS, |_, _| DeclarationMistake::DegreesAsRadians);
+    for (excitation, seed) in seeded(PAPER_AND_SOCKETS) {
         let right = declared("nothing", excitation, seed);
         let wrong = with_positions(&right, |q| q.iter_mut().for_each(|q| *q = q.to_radians()));
         assert_eq!(inspected(&wrong), [DeclarationMistake::RadiansAsDegrees], "{excitation:?}");
@@ -170,7 +170,7 @@ fn another_arm_of_the_same_shape() {
 
 #[test]
 fn another_arm_by_name() {
-    for (excitation, seed) in seeded(ALL) {
+    for (excitation, seed) in seeded(PAPER_AND_SOCKETS) {
         let right = declared("nothing", excitation, seed);
         let arms = vec![arm("panda"), arm("iiwa14")];
         let wrong = Problem { robot: arm("panda"), other_arms: arms, ..right };

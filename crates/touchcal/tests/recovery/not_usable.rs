@@ -124,6 +124,6 @@ fn few_contacts_hardly_ever_give_a_confident_wrong_answer() {
     }
     let counts = [("trials", trials), ("usable", usable), ("wrong", wrong)];
     report("few contacts", &counts.map(|(name, count)| (name, count as f64)));
-    // None is wrong by more than five standard deviations; some are determined well enough.
+    // None is wrong by more than five standard deviations; four of twelve are usable.
     assert_eq!((trials, usable, wrong), (12, 4, 0));
 }

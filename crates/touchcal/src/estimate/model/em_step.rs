@@ -52,7 +52,7 @@ pub(crate) fn em_step(
     let step = step.filter(|step| -normal.gradient.dot(step) < options.contact_mode.em_step_decrement);
     (model.mode_priors, model.noise.mode_factor) = (priors, noise);
     let of_gaps = PriorGroup::directional_gap_biases(&model.layout, options);
-    for group in of_gaps.iter().chain(&PriorGroup::all(&model.layout)) {
+    for group in of_gaps.iter().chain(&PriorGroup::variance_components(&model.layout)) {
         for _ in 0..WIDTH_ITERATIONS {
             let covariance = free.covariance(&(&data + prior_information(model)));
             let sigma = group.m_step(theta, &covariance);

@@ -98,9 +98,8 @@ pub(crate) struct PriorGroup {
 }
 
 impl PriorGroup {
-    /// All groups of a layout but the directional gap biases, whose widths follow from contact
-    /// modes.
-    pub fn all(layout: &ParameterLayout) -> Vec<PriorGroup> {
+    /// The variance components of a layout; directional gap biases have groups of their own.
+    pub fn variance_components(layout: &ParameterLayout) -> Vec<PriorGroup> {
         let mut names: Vec<&str> = Vec::new();
         let mut groups: Vec<PriorGroup> = Vec::new();
         for (k, parameter) in layout.parameters.iter().enumerate() {

@@ -60,8 +60,8 @@ impl OmittedEffect {
         }
     }
 
-    /// Whether it is an error of the arm that does not change with time.
-    pub(crate) fn is_of_arm(&self) -> bool {
+    /// Whether it is an error of the arm that is the same in all of the log.
+    pub(crate) fn is_constant_arm_error(&self) -> bool {
         use OmittedEffect::{JointCompliance, JointHarmonic, JointOrigin, SegmentStrain};
         matches!(self, JointCompliance | SegmentStrain | JointOrigin | JointHarmonic)
     }

@@ -48,7 +48,7 @@ fn has_variance_components(model: &CalibrationModel<'_>) -> bool {
 /// Alternates between linearizations and expectation–maximisation on them.
 fn iterate(search: &mut SearchState<'_>, observe: Observer<'_>) {
     let options = search.model.problem.options.variance_components;
-    let groups = PriorGroup::all(&search.model.layout);
+    let groups = PriorGroup::variance_components(&search.model.layout);
     for iteration in 1..=options.max_linearizations {
         search.termination.iterations += 1;
         let linear = LinearizedProblem::new(search);

@@ -19,9 +19,9 @@ use crate::estimate::model::Stretch;
 use crate::estimate::result::PredictiveCheck;
 use crate::solver::FreeParameters;
 
-/// Least share `λ` of the information on a direction that the stretch must have, and the others: a
-/// third of that of a stretch of ten. With less it hardly moves the estimate, and its own
-/// covariance, which is estimated from few informative contacts, is too small there.
+/// Least share `λ` (1) of the information on a direction that the stretch must have, and that the
+/// others must have: a third of the mean share of one of ten stretches. With a smaller share the
+/// few informative contacts of the stretch give too small a covariance `B`.
 const MIN_SHARE: f64 = 0.03;
 
 /// How far the `stretches` of a log are from what the others predict; `known` is the information
@@ -136,6 +136,15 @@ mod tests {
             let expected = (apart.dot(&(inverse * &apart)) / PARAMETERS as f64).sqrt();
             assert!((ratio - expected).abs() < 1e-9 * expected, "{k}: {ratio} {expected}");
         }
+    }
+
+    /// Shares of 2 % and of 50 %: only the second counts, 1 over 0.5 (1 − 0.5).
+    #[test]
+    fn directions_with_little_information_do_not_count() {
+        let covariance = DMatrix::from_diagonal(&DVector::from_vec(vec![0.02, 0.5]));
+        let found = squared_norm(&covariance, &DVector::from_vec(vec![9.0, 1.0]), &DMatrix::identity(2, 2));
+        let (sum, directions) = found.expect("finite");
+        assert!(directions == 1 && (sum - 4.0).abs() < 1e-12, "{sum} of {directions}");
     }
 
     /// The share of small p-values is that of chance where stretches agree, and all are small where

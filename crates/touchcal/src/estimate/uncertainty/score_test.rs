@@ -16,7 +16,7 @@
 //! applications to problems of estimation* (1948); with this covariance White, *Maximum likelihood
 //! estimation of misspecified models* (1982), theorem 3.5.
 
-use nalgebra::{Cholesky, DMatrix, DVector};
+use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use super::design_effect::design_effect;
@@ -26,10 +26,10 @@ use crate::solver::FreeParameters;
 /// then stands out of the noise by one standard deviation.
 const MIN_INFORMATION: f64 = 1.0;
 
-/// Information (1) on a direction at its plausible size from which a test shows an effect of that
-/// size with a probability of 95 %: `(4.83 + 1.645)²`, for a corrected p-value below 1e-5 of seven
-/// tests with one degree of freedom.
-const SURE_INFORMATION: f64 = 42.0;
+/// Noncentrality (1) at the plausible size from which a test of one direction shows an effect with
+/// a probability of 95 %: `(4.83 + 1.645)²`, for a corrected p-value below 1e-5 of seven tests.
+/// Tests of several directions need more, up to about twice as much.
+const SURE_NONCENTRALITY: f64 = 42.0;
 
 /// Derivatives at the minimum, over parameters estimated and left out, and the odds of contact
 /// modes.
@@ -71,55 +71,78 @@ pub(crate) fn score_test(
         return None;
     }
     let all = Directions::new(at, inverse, (omitted, sizes))?;
-    let seen: Vec<usize> = (0..omitted.len()).filter(|&k| all.information[k] > MIN_INFORMATION).collect();
-    let directions = all.of_sizes.select_columns(&seen);
-    let eigenvalues = DVector::from_iterator(seen.len(), seen.iter().map(|&k| all.information[k]));
-    let along = all.following.select_columns(&seen);
+    let tested: Vec<usize> = (0..omitted.len()).filter(|&k| all.information[k] > MIN_INFORMATION).collect();
+    let directions = all.of_sizes.select_columns(&tested);
+    let eigenvalues = DVector::from_iterator(tested.len(), tested.iter().map(|&k| all.information[k]));
+    let along = all.following.select_columns(&tested);
     let gradient = along.tr_mul(&at.gradient);
-    let squares = along.tr_mul(&(&at.squares * &along));
-    let mean = &gradient / at.block_scores.len().max(1) as f64;
-    let blocks: Vec<DVector<f64>> =
-        at.block_scores.iter().map(|score| along.rows(0, score.len()).tr_mul(score) - &mean).collect();
-    // Decompositions do not terminate on NaN.
-    if seen.is_empty() || !squares.iter().chain(blocks.iter().flatten()).all(|entry| entry.is_finite()) {
-        return None;
-    }
-    let unit = FreeParameters::new(DVector::repeat(seen.len(), 1.0));
-    let effect = design_effect(&squares, &blocks, &unit);
-    let of_shapes = at.shape_scores.iter().map(|score| along.tr_mul(score));
-    let of_shapes =
-        of_shapes.fold(DMatrix::zeros(seen.len(), seen.len()), |sum, shift| sum + &shift * shift.transpose());
-    let factor = Cholesky::new(squares * effect + of_shapes)?;
+    let factor = Cholesky::new(at.gradient_covariance(&along)?)?;
     let statistic = gradient.dot(&factor.solve(&gradient));
-    let p_value = ChiSquared::new(seen.len() as f64).map_or(1.0, |distribution| distribution.sf(statistic));
+    let p_value = ChiSquared::new(tested.len() as f64).map_or(1.0, |distribution| distribution.sf(statistic));
     let step = -gradient.component_div(&eigenvalues);
     let covariance = DMatrix::from_diagonal(&eigenvalues.map(f64::recip)) * factor.l();
     let of_sizes = &directions * covariance;
     let sigma: Vec<f64> = (0..omitted.len()).map(|k| sizes[k] * of_sizes.row(k).norm()).collect();
     let change = &along * step;
     let is_finite = change.iter().chain(&sigma).chain([&statistic]).all(|entry| entry.is_finite());
-    let degrees_of_freedom = seen.len();
+    let degrees_of_freedom = tested.len();
     is_finite.then_some(ScoreTest { statistic, degrees_of_freedom, p_value, change, sigma })
 }
 
-/// Changes of all parameters (SI) by one standard deviation of left-out ones, in the directions
-/// that contacts need not show at the plausible sizes, independent of each other: with a Gaussian
-/// prior of these sizes, and what contacts say of the direction. Arguments are those of
-/// [`score_test`]; none if a number is not finite.
+impl Derivatives {
+    /// Covariance `V` of the gradient along directions, the columns of `along` (SI). `None` if
+    /// there are none, or a number is not finite.
+    fn gradient_covariance(&self, along: &DMatrix<f64>) -> Option<DMatrix<f64>> {
+        let gradient = along.tr_mul(&self.gradient);
+        let squares = along.tr_mul(&(&self.squares * along));
+        let mean = &gradient / self.block_scores.len().max(1) as f64;
+        let blocks: Vec<DVector<f64>> =
+            self.block_scores.iter().map(|score| along.rows(0, score.len()).tr_mul(score) - &mean).collect();
+        // Decompositions do not terminate on NaN.
+        if along.is_empty() || !squares.iter().chain(blocks.iter().flatten()).all(|entry| entry.is_finite()) {
+            return None;
+        }
+        let unit = FreeParameters::new(DVector::repeat(along.ncols(), 1.0));
+        let effect = design_effect(&squares, &blocks, &unit);
+        let of_shapes = self.shape_scores.iter().map(|score| along.tr_mul(score));
+        Some(of_shapes.fold(squares * effect, |sum, shift| sum + &shift * shift.transpose()))
+    }
+}
+
+/// Changes of all parameters (SI) by what left-out ones may be in the directions that a test would
+/// miss at the plausible sizes. The left-out parameters have a Gaussian prior of these sizes; the
+/// sum of the changes' outer products is the second moment about zero, given the contacts, of what
+/// they change. Arguments are those of [`score_test`]; none if a number is not finite.
+///
+/// With information `λ` on a direction and variance `V` of its gradient `g`, one standard deviation
+/// of the prior has the noncentrality `λ²/V` in the test, and given the contacts the variance
+/// `1/(1 + λ²/V)` and the mean `−(λ/V) g / (1 + λ²/V)`.
 pub(crate) fn unseen_changes(
     at: &Derivatives,
     inverse: &DMatrix<f64>,
     omitted: (&[usize], &[f64]),
 ) -> Vec<DVector<f64>> {
     let Some(all) = Directions::new(at, inverse, omitted) else { return Vec::new() };
-    let unseen = (0..all.information.len()).filter(|&k| all.information[k] < SURE_INFORMATION);
-    let changes = unseen.map(|k| {
-        let change = all.following.column(k);
-        let information = 1.0 + all.information[k].max(0.0);
-        let mean = change.dot(&at.gradient) / information;
-        change * (information.recip() + mean * mean).sqrt()
-    });
-    changes.filter(|change| change.iter().all(|entry| entry.is_finite())).collect()
+    let mut changes = Vec::new();
+    let mut mean = DVector::zeros(at.gradient.len());
+    for k in 0..all.information.len() {
+        let along = all.following.column(k);
+        let Some(variance) = at.gradient_covariance(&along.into_owned().reshape_generic(Dyn(along.len()), Dyn(1)))
+        else {
+            continue;
+        };
+        let information = all.information[k].max(0.0);
+        // Errors of contacts are not smaller than their information says.
+        let share = information / variance[(0, 0)].max(information).max(f64::MIN_POSITIVE);
+        let noncentrality = share * information;
+        if noncentrality < SURE_NONCENTRALITY {
+            mean -= along * (share * along.dot(&at.gradient) / (1.0 + noncentrality));
+            changes.push(along / (1.0 + noncentrality).sqrt());
+        }
+    }
+    changes.push(mean);
+    changes.retain(|change| change.iter().all(|entry| entry.is_finite()));
+    changes
 }
 
 /// Directions of left-out parameters that are independent of each other by the contacts.
@@ -228,12 +251,22 @@ mod tests {
             shape_scores: Vec::new(),
         };
         let inverse = DMatrix::from_row_slice(2, 2, &[0.2, 0.0, 0.0, 0.0]);
-        let changes = unseen_changes(&at, &inverse, (&[1], &[1.0]));
-        let sigma = (1.0 / 4.2 + (1.6f64 / 4.2).powi(2)).sqrt();
-        let [change] = changes.as_slice() else { panic!("{changes:?}") };
-        assert!((change.abs() - DVector::from_vec(vec![0.4 * sigma, sigma])).amax() < 1e-12, "{change}");
-        // Contacts would show one ten times as large.
-        assert!(unseen_changes(&at, &inverse, (&[1], &[10.0])).is_empty());
+        let moment = |at: &Derivatives, size: f64| -> DMatrix<f64> {
+            unseen_changes(at, &inverse, (&[1], &[size])).iter().map(|change| change * change.transpose()).sum()
+        };
+        let expected = |variance: f64| {
+            let change = DVector::from_vec(vec![-0.4, 1.0]);
+            &change * change.transpose() * variance
+        };
+        let found = moment(&at, 1.0);
+        assert!((&found - expected(1.0 / 4.2 + (1.6f64 / 4.2).powi(2))).amax() < 1e-12, "{found}");
+        // An error of the shapes that doubles the variance of the gradient.
+        let shapes = Derivatives { shape_scores: vec![DVector::from_vec(vec![0.0, 3.2f64.sqrt()])], ..at };
+        let found = moment(&shapes, 1.0);
+        assert!((&found - expected(1.0 / 2.6 + (0.8f64 / 2.6).powi(2))).amax() < 1e-12, "{found}");
+        // Contacts would show one ten times as large, where shapes are exact.
+        let exact = Derivatives { shape_scores: Vec::new(), ..shapes };
+        assert!(moment(&exact, 10.0).amax() == 0.0);
     }
 
     #[test]

@@ -47,10 +47,11 @@ pub(super) fn draw(
 /// Each encoder of a turning joint reads too much by `a sin(q) + b cos(q)`, with Gaussian `a` and
 /// `b` of plausible size.
 fn harmonics(problem: &mut Problem, random: &mut Pcg64) {
-    let turns = problem.robot.moving().map(|joint| joint.kind != JointKind::Prismatic);
-    let size = |turns: bool| if turns { PLAUSIBLE_HARMONIC } else { 0.0 };
-    let amplitudes: Vec<[f64; 2]> =
-        turns.map(|turns| [normal(random), normal(random)].map(|x| size(turns) * x)).collect();
+    let amplitudes = problem.robot.moving().map(|joint| {
+        let size = if joint.kind == JointKind::Prismatic { 0.0 } else { PLAUSIBLE_HARMONIC };
+        [normal(random), normal(random)].map(|x| size * x)
+    });
+    let amplitudes: Vec<[f64; 2]> = amplitudes.collect();
     change_positions(problem, |_, q| {
         q.iter_mut().zip(&amplitudes).for_each(|(q, [a, b])| *q += a * q.sin() + b * q.cos());
     });

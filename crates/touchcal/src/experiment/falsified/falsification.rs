@@ -35,9 +35,10 @@ pub struct Displacement {
 pub enum Falsification {
     /// Nothing is false.
     Nothing,
-    /// Off by Gaussian draws, independent of each other, with the default's standard deviations: of
-    /// [`Quantity::UnseenEffects`] encoder harmonics, of [`Quantity::Wrench`] none, which
-    /// [`Falsification::WrenchBias`] makes.
+    /// This quantity is off by Gaussian draws with the default's standard deviations, independent
+    /// of each other. Of [`Quantity::UnseenEffects`] only encoder harmonics are drawn; nothing is
+    /// drawn of [`Quantity::Wrench`], whose errors are the simulation's:
+    /// [`Falsification::WrenchBias`].
     Drawn(Quantity),
     /// Off by draws, each as [`Falsification::Drawn`]: places, shapes, distances, trends and
     /// encoder harmonics.

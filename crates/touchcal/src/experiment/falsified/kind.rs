@@ -89,7 +89,7 @@ impl FalsifiedKind {
         kind("shapes_drawn", "clearance and depth off by draws from the default, 0.03 mm; all else exact", Drawn(Shapes), Only(Shapes)),
         kind("trends_drawn", "each encoder drifts by a draw from the default, 0.01° over the log; all else exact", Drawn(Trends), Only(Trends)),
         tried(SOCKETS, kind("spacing_drawn", "distances off by draws from the default, 0.1 mm; all else exact", Drawn(Distances), Only(Distances))),
-        tried(ALL, kind("all_drawn", "places, shapes, distances, trends and encoders off by draws from their defaults", AllDrawn, Defaults)),
+        tried(ALL, kind("all_drawn", "places, shapes, distances, trends and encoder harmonics off by draws from their defaults", AllDrawn, Defaults)),
         kind("hole_1mm", "hole off by 1 mm", FixturesMoved(sized(MM, 0.0)), Defaults),
         kind("hole_0.3mm", "hole off by 0.3 mm", FixturesMoved(sized(0.3 * MM, 0.0)), Defaults),
         kind("hole_0.1mm", "hole off by 0.1 mm", FixturesMoved(sized(0.1 * MM, 0.0)), Defaults),
@@ -182,9 +182,9 @@ impl Declared {
         if self.has_default(Distances) {
             problem.distances.iter_mut().for_each(|known| known.sigma = DEFAULT_DISTANCE_SIGMA);
         }
-        if self.has_default(UnseenEffects) {
-            problem.options.unseen_effects = estimate::UnseenEffects::Widen;
-        }
+        let has_unseen = self.has_default(UnseenEffects);
+        problem.options.unseen_effects =
+            if has_unseen { estimate::UnseenEffects::Widen } else { estimate::UnseenEffects::Ignore };
         let has_offsets = problem.parameters.iter().any(|parameter| parameter.id.block() == Block::JointOffset);
         if has_offsets && self.has_default(Trends) {
             problem.parameters.extend(joint_trend(&problem.robot));

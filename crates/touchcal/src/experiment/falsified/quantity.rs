@@ -1,6 +1,6 @@
-//! What is declared with a standard deviation, and has a default.
+//! What is declared as uncertain, and has a default.
 
-/// What a problem declares with a standard deviation.
+/// What a problem declares as uncertain, with its default.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Quantity {
     /// Poses of all fixtures in base: `PlacePrior::DEFAULT_FIXTURE` if nothing is said.
