@@ -8,7 +8,8 @@ from .report import Row, Table, number
 SEED = 9000
 TRIALS = {"short": 2, "long": 32}
 RECORDED = {"short": ["rich"], "long": ["paper", "rich"]}
-# Share of honest answers of each kind, of all, and of recorded logs over all kinds. Right intervals alone would have 99.9 %.
+# Share of honest answers of each kind, of all, and of recorded logs over all kinds.
+# Right intervals alone would have 99.9 %.
 HONEST = 0.95
 HONEST_OVERALL = 0.99
 HONEST_RECORDED = 0.97
@@ -17,8 +18,8 @@ USEFUL = 0.95
 DRAWN = "hole_drawn tool_drawn shapes_drawn trends_drawn spacing_drawn all_drawn wrench_bias".split()
 ANSWERED = """nothing_exact nothing hole_1mm hole_0.3mm hole_0.1mm hole_sigma_2mm tool_0.5mm tool_0.1mm clearance_wide_0.05mm
     clearance_narrow_0.05mm clearance_wide_0.02mm depth_0.05mm outline_0.2_percent encoder_drift""".split() + DRAWN
-# What is false in these is drawn from what is declared: bounds of the mean NEES, and of the tool's standard deviation
-# over its error. Of few answers these are chance: in the long form only.
+# Where the error is drawn from the declared standard deviation: bounds of the mean NEES, and of the
+# tool's standard deviation over its error. Few answers scatter too much: in the long form only.
 SHARP = {"nees": (0.3, 2.0), "sigma": 2.0}
 # What is false is declared exact, by so little that contacts need not see it: no tolerance.
 UNSEEN = ["hole_exact_0.1mm", "hole_exact_1mm", "tool_exact_0.5mm", "wrench_bias_exact"]

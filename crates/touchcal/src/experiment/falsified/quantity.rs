@@ -3,7 +3,7 @@
 /// What a problem declares as uncertain, with its default.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Quantity {
-    /// Poses of all fixtures in base: `PlacePrior::DEFAULT_FIXTURE` if nothing is said.
+    /// Poses of all fixtures in base: `PlacePrior::DEFAULT_FIXTURE`.
     FixturePlaces,
     /// The tool's pose on the tip link: `PlacePrior::DEFAULT_TOOL`.
     ToolPlace,
