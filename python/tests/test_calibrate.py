@@ -190,8 +190,8 @@ def test_what_a_callback_raises_ends_the_work(long_one: touchcal.Problem) -> Non
 
 @pytest.mark.parametrize("work", ["calibrate", "simulate"])
 def test_ctrl_c(work: str, long_one: touchcal.Problem) -> None:
-    threading.Timer(0.2, lambda: os.kill(os.getpid(), signal.SIGINT)).start()
     begin = time.monotonic()
+    threading.Timer(0.2, lambda: os.kill(os.getpid(), signal.SIGINT)).start()
     with pytest.raises(KeyboardInterrupt):
         if work == "calibrate":
             touchcal.calibrate(long_one)

@@ -19,6 +19,7 @@ fn errors(trial: &str, descent: GradientDescent) -> (f64, f64, Status) {
 /// Far from the hole the gap is nearly a distance from its middle, so that descent comes home, if
 /// not as far as a second-order method.
 #[test]
+#[ignore = "long form: scripts/test long"]
 fn adam_on_exact_gaps_comes_near() {
     let (offset, strain, status) = errors("extrusion/rich/trial_00", GradientDescent::default());
     assert_eq!(status, Status::Converged);

@@ -138,19 +138,16 @@ fn rounded_meshes_find_what_rounded_outlines_find() {
 /// large as declared. The largest of 48 errors exceeds 3.5 standard deviations by chance once in 45
 /// times.
 #[test]
-fn rounded_corners_leave_estimates_right() {
-    rounded_corners(&[(0.4e-3, 0.4e-3, 2), (0.4e-3, 0.9e-3, 1)]);
-}
-
-#[test]
 #[ignore = "long form: scripts/test long"]
-fn rounded_corners_of_all_kinds_leave_estimates_right() {
-    rounded_corners(&[(0.1e-3, 0.1e-3, 2), (0.9e-3, 0.9e-3, 2), (0.9e-3, 0.9e-3, 3), (0.1e-3, 0.6e-3, 1)]);
-}
-
-/// Radii of the corners of peg and hole (m), and a seed, each.
-fn rounded_corners(cases: &[(f64, f64, u64)]) {
-    for &(peg_radius, hole_radius, seed) in cases {
+fn rounded_corners_leave_estimates_right() {
+    for (peg_radius, hole_radius, seed) in [
+        (0.4e-3, 0.4e-3, 2),
+        (0.4e-3, 0.9e-3, 1),
+        (0.1e-3, 0.1e-3, 2),
+        (0.9e-3, 0.9e-3, 2),
+        (0.9e-3, 0.9e-3, 3),
+        (0.1e-3, 0.6e-3, 1),
+    ] {
         let parts = rounded_parts(peg_radius, hole_radius);
         let (trial, search) = simulated(&parts, seed);
         let (estimate, seconds) = timed(&trial.problem(Box::new(PegInHole::new(parts)), search));

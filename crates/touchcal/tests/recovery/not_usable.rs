@@ -99,6 +99,7 @@ fn a_peg_at_the_rim_is_said_to_tell_little() {
 /// A second's worth of contacts or two hardly ever determines an arm, and searches from elsewhere
 /// end elsewhere.
 #[test]
+#[ignore = "long form: scripts/test long"]
 fn few_contacts_hardly_ever_give_a_confident_wrong_answer() {
     let robot = urdf::read_builtin("iiwa14", Ends::default()).expect("an arm").robot;
     let (mut trials, mut usable, mut wrong) = (0_usize, 0, 0);

@@ -23,6 +23,7 @@ fn of_sides(sides: usize) -> PrismPair {
 /// walls, these told joint 7 with an error of nine of its standard deviations. The largest of 14
 /// errors exceeds 3.5 standard deviations by chance once in 150 times.
 #[test]
+#[ignore = "long form: scripts/test long"]
 fn facets_tell_no_turn() {
     for seed in [1, 2] {
         let mut scenario =
