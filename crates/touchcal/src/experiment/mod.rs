@@ -11,7 +11,7 @@ mod trial;
 
 pub use campaign::{CampaignRow, LEVELS, campaign_trial};
 pub use problem::problem;
-pub(crate) use problem::{LOSS_SCALE, blocks, distances, noise, wrench};
+pub(crate) use problem::{LOSS_SCALE, blocks, distances, encoder_trend, noise, wrench};
 pub use summary::CampaignSummary;
 pub use tool_error::{ToolError, random_positions, tool_error};
 pub use trial::{Search, Trial, TrialError};

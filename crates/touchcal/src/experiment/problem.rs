@@ -6,7 +6,9 @@ use crate::estimate::{
     WrenchTolerance,
 };
 use crate::manifold::exact_manifold;
-use crate::parameter::{Block, Parameter, joint_compliance, joint_offset, joint_origin, segment_strain, strain};
+use crate::parameter::{
+    Block, Parameter, joint_compliance, joint_offset, joint_origin, joint_trend_with_sigma, segment_strain, strain,
+};
 use crate::robot::Robot;
 use crate::sim::{PlaceError, Recorder, Scenario, SimulatedTrial, Touch};
 
@@ -25,10 +27,10 @@ const SPACING_SIGMA: f64 = 1e-5;
 /// where a fixture is free. The declared noise is that of the encoders with quantisation, at least
 /// 2e-7 rad, and the form errors, at least 1e-6 m. Distances between fixtures that follow each
 /// other on one block are declared with a standard deviation of 1e-5 m. Contacts have their
-/// measured loads where the scenario has a joint compliance; bias and scale of the wrench have the
-/// standard deviations from which they are drawn. The arm has no errors but the estimated ones
-/// ([`UnseenEffects::Ignore`]). The loss is Geman–McClure's of scale 3. Placements are the
-/// fixtures' names up to the first `/`.
+/// measured loads where the scenario has a joint compliance; bias and scale of the wrench, and
+/// trends of encoder offsets have the standard deviations from which they are drawn. The arm has no
+/// errors but the estimated ones ([`UnseenEffects::Ignore`]). The loss is Geman–McClure's of scale
+/// 3. Placements are the fixtures' names up to the first `/`.
 pub fn problem(scenario: &Scenario, simulated: &SimulatedTrial) -> Problem {
     let robot = &scenario.robot;
     let mut contacts = ContactLog::new(robot.dof());
@@ -44,11 +46,17 @@ pub fn problem(scenario: &Scenario, simulated: &SimulatedTrial) -> Problem {
     }
     let tool = Tool { tip_from_tool: scenario.tip_from_tool, prior: place_prior(scenario.tool_error) };
     let fixtures = scenario.touches.iter().map(fixture).collect();
+    let mut parameters: Vec<Parameter> =
+        blocks(scenario).into_iter().flat_map(|block| parameters(block, robot)).collect();
+    let trend = encoder_trend(&scenario.recorder);
+    if trend > 0.0 {
+        parameters.extend(joint_trend_with_sigma(robot, trend));
+    }
     Problem {
         distances: distances(scenario),
         noise: noise(scenario),
         wrench: wrench(&scenario.recorder),
-        parameters: blocks(scenario).into_iter().flat_map(|block| parameters(block, robot)).collect(),
+        parameters,
         loss: Loss::GemanMcClure(LOSS_SCALE),
         options: EstimatorOptions { unseen_effects: UnseenEffects::Ignore, ..EstimatorOptions::default() },
         ..Problem::new(robot.clone(), tool, fixtures, contacts)
@@ -94,6 +102,13 @@ pub(crate) fn noise(scenario: &Scenario) -> Noise {
         contact: scenario.contact_sigma.max(LEAST_CONTACT),
         is_estimated: false,
     }
+}
+
+/// Standard deviation of the linear trend of an encoder offset (rad), that of a random walk
+/// included: half of the least-squares slope of Brownian motion over a unit of time has a variance
+/// of 3/10.
+pub(crate) fn encoder_trend(recorder: &Recorder) -> f64 {
+    recorder.encoder_trend.hypot(0.3f64.sqrt() * recorder.encoder_walk)
 }
 
 /// The standard deviations from which bias and scale of the wrench are drawn.

@@ -48,6 +48,12 @@ pub fn joint_trend(robot: &Robot) -> Vec<Parameter> {
     each.collect()
 }
 
+/// [`joint_trend`] of each revolute or continuous joint, with this prior standard deviation (rad).
+pub fn joint_trend_with_sigma(robot: &Robot, sigma: f64) -> Vec<Parameter> {
+    let turning = joint_trend(robot).into_iter().filter(|trend| trend.unit == Unit::Radian);
+    turning.map(|trend| trend.with_sigma(sigma)).collect()
+}
+
 /// Two amplitudes (rad) of a harmonic of once a turn for the encoder of each revolute or continuous
 /// joint, base first, named `joint_harmonic.{joint}.{sin|cos}`, without prior, see
 /// [`ParameterId::JointHarmonic`].

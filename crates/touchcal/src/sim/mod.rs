@@ -25,6 +25,7 @@ pub use equilibrium::Stiffness;
 pub use exploration::Exploration;
 pub use inverse_kinematics::follow;
 pub use preset::{PartsError, Preset};
+pub(crate) use recorder::random_walk;
 pub use recorder::{Recorder, WRENCH_DIGITS};
 pub use scenario::{ArmErrors, Distribution, PlaceError, Scenario, Thermal, Touch};
 pub use simulate::{Log, Seeds, SimulatedTrial, SimulationError, TrueRow, draw_truth, run, simulate};

@@ -17,6 +17,12 @@ pub struct Recorder {
     pub encoder_sigma: f64,
     /// Quantisation step of the encoders (rad, or m for a prismatic joint; ≥ 0); 0 for none.
     pub encoder_step: f64,
+    /// Standard deviation of the linear trend of each turning joint's encoder offset, drawn once a
+    /// trial: minus the trend at the first contact, plus the trend at the last (rad).
+    pub encoder_trend: f64,
+    /// Standard deviation of the change of each turning joint's encoder offset from the first to
+    /// the last contact by a random walk, whose mean over all contacts is zero (rad).
+    pub encoder_walk: f64,
     /// Standard deviation of the noise of each component of the force in each row (N).
     pub force_sigma: f64,
     /// Standard deviation of the noise of each component of the torque in each row (N m).
@@ -46,6 +52,8 @@ impl Recorder {
             rate,
             encoder_sigma: 0.0,
             encoder_step: 0.0,
+            encoder_trend: 0.0,
+            encoder_walk: 0.0,
             force_sigma: 0.0,
             torque_sigma: 0.0,
             force_bias: 0.0,
@@ -84,6 +92,52 @@ impl Recorder {
         }
         wrench
     }
+}
+
+/// Changes of the encoder offsets over a trial.
+pub(super) struct EncoderChanges {
+    dof: usize,
+    /// For each contact one change of each joint's offset (rad); empty where offsets do not change.
+    changes: Vec<f64>,
+}
+
+impl EncoderChanges {
+    /// Of a trial of so many contacts: of each joint its trend, and a random walk of this standard
+    /// deviation (rad), 0 for joints that have neither.
+    pub(super) fn new(contacts: usize, joints: &[(f64, f64)], chance: &mut Pcg64) -> EncoderChanges {
+        let dof = joints.len();
+        if joints.iter().all(|joint| *joint == (0.0, 0.0)) {
+            return EncoderChanges { dof, changes: Vec::new() };
+        }
+        let steps = contacts.saturating_sub(1).max(1) as f64;
+        let mut changes = vec![0.0; contacts * dof];
+        for (j, &(trend, walk)) in joints.iter().enumerate() {
+            for (i, walked) in random_walk(contacts, walk, chance).into_iter().enumerate() {
+                changes[i * dof + j] = trend * (2.0 * i as f64 / steps - 1.0) + walked;
+            }
+        }
+        EncoderChanges { dof, changes }
+    }
+
+    /// Change of joint `j`'s offset (rad) at contact `i`, or at the last one where there are fewer.
+    pub(super) fn at(&self, i: usize, j: usize) -> f64 {
+        let Some(last) = (self.changes.len() / self.dof.max(1)).checked_sub(1) else { return 0.0 };
+        self.changes[i.min(last) * self.dof + j]
+    }
+}
+
+/// A Gaussian random walk of `n` points, less its mean; `sigma` is the standard deviation of its
+/// change from the first point to the last.
+pub(crate) fn random_walk(n: usize, sigma: f64, chance: &mut Pcg64) -> Vec<f64> {
+    let step = sigma / (n.saturating_sub(1).max(1) as f64).sqrt();
+    let mut path: Vec<f64> = Vec::with_capacity(n);
+    for _ in 0..n {
+        let walked = path.last().copied().unwrap_or(0.0);
+        path.push(walked + step * normal(chance));
+    }
+    let mean = path.iter().sum::<f64>() / n.max(1) as f64;
+    path.iter_mut().for_each(|point| *point -= mean);
+    path
 }
 
 /// Errors of the force sensor that are the same throughout a trial.

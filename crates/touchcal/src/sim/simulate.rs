@@ -9,7 +9,7 @@ use rand_pcg::Pcg64;
 use super::equilibrium::{Equilibrium, Rest};
 use super::inverse_kinematics::Follower;
 use super::parts::NearPairs;
-use super::recorder::{WrenchErrors, at_tip, force, normal};
+use super::recorder::{EncoderChanges, WrenchErrors, at_tip, force, normal};
 use super::scenario::{Scenario, Thermal, Touch};
 use super::truth::Truth;
 use crate::geometry::{GapQuery, Parts};
@@ -209,7 +209,11 @@ pub fn run(
         Some(thermal) => (0..segments(&scenario.robot).len()).map(|k| temperature(thermal, k)).collect(),
         None => Vec::new(),
     };
-    let mut logs: Vec<Log> = Vec::with_capacity(scenario.touches.len());
+    let touches = scenario.touches.len();
+    let contacts = scenario.contacts * touches;
+    let encoder_changes =
+        EncoderChanges::new(contacts, &truth.encoder_changes(scenario), &mut chance(seed, 1 + touches as u64));
+    let mut logs: Vec<Log> = Vec::with_capacity(touches);
     for (f, touch) in scenario.touches.iter().enumerate() {
         let parts = truth.parts(scenario, f).ok_or_else(|| SimulationError::Clearance {
             fixture: touch.name.clone(),
@@ -221,6 +225,7 @@ pub fn run(
         for _ in 0..6 {
             normal(&mut chance);
         }
+        let before: usize = logs.iter().map(|log| log.contacts().count()).sum();
         let mut exploration = Run {
             scenario,
             touch,
@@ -231,9 +236,10 @@ pub fn run(
             temperatures: &temperatures,
             chance,
             wrench_errors: truth.wrench_errors(),
+            encoder_changes: &encoder_changes,
+            before,
             log: Log { dof: scenario.robot.dof(), ..Log::default() },
         };
-        let before: usize = logs.iter().map(|log| log.contacts().count()).sum();
         exploration.explore(&mut |found| watch(before + found))?;
         logs.push(exploration.log);
     }
@@ -252,6 +258,9 @@ struct Run<'a> {
     temperatures: &'a [f64],
     chance: Pcg64,
     wrench_errors: WrenchErrors,
+    encoder_changes: &'a EncoderChanges,
+    /// Contacts with earlier fixtures.
+    before: usize,
     log: Log,
 }
 
@@ -280,7 +289,7 @@ impl Run<'_> {
                     rest.fixture_from_tool
                 };
                 touch.exploration.swung(posture, time, &mut swung);
-                if !self.record(time, (&rest, placed), &mut joints, &swung) {
+                if !self.record((time, found), (&rest, placed), &mut joints, &swung) {
                     return Err(SimulationError::OutOfReach { fixture: fixture(), time });
                 }
                 if self.log.contact.last() == Some(&true) {
@@ -297,8 +306,14 @@ impl Run<'_> {
         Ok(())
     }
 
-    /// Writes a row; false if the arm does not reach it.
-    fn record(&mut self, time: f64, (rest, placed): (&Rest, Pose), joints: &mut [f64], posture: &[f64]) -> bool {
+    /// Writes a row at this time, after so many contacts; false if the arm does not reach it.
+    fn record(
+        &mut self,
+        (time, found): (f64, usize),
+        (rest, placed): (&Rest, Pose),
+        joints: &mut [f64],
+        posture: &[f64],
+    ) -> bool {
         let recorder = &self.scenario.recorder;
         let mut truth =
             TrueRow { fixture_from_tool: placed, force: se3::linear(&rest.wrench).norm(), touching: rest.touching };
@@ -326,7 +341,8 @@ impl Run<'_> {
             // The encoder sits on the motor's side of a joint that gives way to the load by
             // compliance × torque.
             let q = if bent == 0.0 { q } else { q - bent * self.follower.torque(i, &load) };
-            self.log.q.push(recorder.encoder(q, &mut self.chance));
+            let change = self.encoder_changes.at(self.before + found, i);
+            self.log.q.push(recorder.encoder(q + change, &mut self.chance));
         }
         if let Some(thermal) = self.scenario.thermal {
             let noise = |_: &f64| thermal.sensor_sigma * normal(&mut self.chance);

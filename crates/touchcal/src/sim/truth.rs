@@ -7,8 +7,8 @@ use super::recorder::{Recorder, WrenchErrors, normal};
 use super::scenario::{ArmErrors, Distribution, PlaceError, Scenario};
 use crate::geometry::{Parts, PrismPair};
 use crate::parameter::{
-    Parameter, ParameterId, joint_compliance, joint_offset, joint_origin, kinematic_part, segment_strain, strain,
-    wrench_bias, wrench_scale,
+    Parameter, ParameterId, joint_compliance, joint_offset, joint_origin, joint_trend, kinematic_part, segment_strain,
+    strain, wrench_bias, wrench_scale,
 };
 use crate::robot::{JointKind, KinematicParameter, Robot, segments};
 use crate::se3::{self, Pose, Twist};
@@ -19,7 +19,7 @@ use crate::se3::{self, Pose, Twist};
 pub struct Truth {
     /// Parameters that are not zero, each once, with their values (SI), in any order. True poses of
     /// tool and fixtures are `nominal · Exp(ξ)`, with `ξ` the components `Tool` or `Fixture`.
-    /// Drifts and gap biases have no effect.
+    /// Drifts of placements and gap biases have no effect.
     pub errors: Vec<(ParameterId, f64)>,
     /// How much wider each hole is than its nominal outline (m per side; negative for narrower),
     /// one number for each touch of the scenario; missing ones count as 0, those of other parts
@@ -53,6 +53,8 @@ impl Truth {
             clearance.push(touch.clearance_sigma * normal(chance));
         }
         errors.extend(wrench_errors(&scenario.recorder, chance));
+        let turning = turning_joints(&scenario.robot);
+        errors.extend(turning.map(|i| (ParameterId::JointTrend(i), scenario.recorder.encoder_trend * normal(chance))));
         errors.retain(|(_, value)| *value != 0.0);
         Truth { errors, clearance }
     }
@@ -93,6 +95,16 @@ impl Truth {
         WrenchErrors { bias, scale: self.value(ParameterId::WrenchScale) }
     }
 
+    /// Trend of each moving joint's encoder offset, and the standard deviation of its random walk
+    /// (rad).
+    pub(super) fn encoder_changes(&self, scenario: &Scenario) -> Vec<(f64, f64)> {
+        let mut changes = vec![(0.0, 0.0); scenario.robot.dof()];
+        for i in turning_joints(&scenario.robot) {
+            changes[i] = (self.value(ParameterId::JointTrend(i)), scenario.recorder.encoder_walk);
+        }
+        changes
+    }
+
     /// What tool and fixture `f` truly are. None if the outline does not survive its change.
     pub(super) fn parts(&self, scenario: &Scenario, f: usize) -> Option<Parts> {
         let wider = self.clearance.get(f).copied().unwrap_or(0.0);
@@ -107,9 +119,9 @@ impl Truth {
     }
 
     /// The erroneous parameters with names and units, and their values (SI), in the order: strain,
-    /// segment strains, joint offsets, joint origins, compliances, tool, fixtures, wrench. Their
-    /// priors are those of the parameters' constructors and say nothing about the truth. Drifts and
-    /// gap biases are left out.
+    /// segment strains, joint offsets, joint origins, compliances, tool, fixtures, wrench, trends
+    /// of encoder offsets. Their priors are those of the parameters' constructors and say nothing
+    /// about the truth. Drifts of placements and gap biases are left out.
     pub fn named(&self, scenario: &Scenario) -> Vec<(Parameter, f64)> {
         let robot = &scenario.robot;
         let mut known = vec![strain()];
@@ -124,6 +136,7 @@ impl Truth {
         }
         known.extend((0..6).map(wrench_bias));
         known.push(wrench_scale());
+        known.extend(joint_trend(robot));
         let given = |parameter: &Parameter| self.errors.iter().any(|(column, _)| *column == parameter.id);
         let value = |parameter: Parameter| {
             let value = self.value(parameter.id);
@@ -131,6 +144,11 @@ impl Truth {
         };
         known.into_iter().filter(given).map(value).collect()
     }
+}
+
+/// Indices of the moving joints that turn.
+fn turning_joints(robot: &Robot) -> impl Iterator<Item = usize> {
+    robot.moving().enumerate().filter(|(_, joint)| joint.kind != JointKind::Prismatic).map(|(i, _)| i)
 }
 
 fn draw(distribution: Distribution, size: f64, chance: &mut Pcg64) -> f64 {

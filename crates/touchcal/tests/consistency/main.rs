@@ -12,7 +12,9 @@ mod support;
 
 mod campaign;
 mod coverage;
+mod encoder_drift;
 mod evaluation;
 mod falsified;
+mod nees;
 mod simulator;
 mod wrench;

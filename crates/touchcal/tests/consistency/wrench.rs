@@ -1,11 +1,11 @@
 //! A force sensor with a bias, where joints deflect under the load: are the error bars true?
 
-use nalgebra::{DMatrix, DVector};
-use touchcal::estimate::{Estimate, Problem, Status, WrenchTolerance};
+use touchcal::estimate::{Status, WrenchTolerance};
 use touchcal::experiment::problem;
 use touchcal::io::urdf::{self, Ends};
-use touchcal::sim::{self, Preset, Scenario, Truth};
+use touchcal::sim::{self, Preset, Scenario};
 
+use crate::nees::NeesSum;
 use crate::support::{report, solve};
 
 const TRIALS: u64 = 8;
@@ -24,55 +24,22 @@ fn scenario() -> Scenario {
     scenario
 }
 
-/// `eᵀ P⁻¹ e` of the arm's parameters, and their number.
-fn nees(estimate: &Estimate, truth: &Truth) -> (f64, usize) {
-    let has_sigma = |k: &usize| {
-        let entry = &estimate.parameters[*k];
-        !entry.parameter.id.block().is_nuisance() && entry.sigma.is_some_and(|sigma| sigma > 0.0)
-    };
-    let arm: Vec<usize> = (0..estimate.parameters.len()).filter(has_sigma).collect();
-    let error = |&k: &usize| estimate.parameters[k].value - truth.value(estimate.parameters[k].parameter.id);
-    let error = DVector::from_iterator(arm.len(), arm.iter().map(error));
-    let covariance = DMatrix::from_fn(arm.len(), arm.len(), |i, j| estimate.covariance[(arm[i], arm[j])]);
-    (error.dot(&covariance.cholesky().expect("positive definite").solve(&error)), arm.len())
-}
-
-/// Sums of NEES and of parameters over trials.
-#[derive(Default)]
-struct Sum {
-    nees: f64,
-    parameters: usize,
-}
-
-impl Sum {
-    fn add(&mut self, problem: &Problem, truth: &Truth) -> Estimate {
-        let estimate = solve(problem);
-        let (nees, parameters) = nees(&estimate, truth);
-        self.nees += nees;
-        self.parameters += parameters;
-        estimate
-    }
-
-    fn per_parameter(&self) -> f64 {
-        self.nees / self.parameters as f64
-    }
-}
-
 /// The sensor's bias and scale are drawn from their defaults. Left out they shift compliances and
 /// offsets by many standard deviations, which contacts hardly show.
 #[test]
 fn errors_of_the_wrench_are_in_the_intervals() {
-    let (mut declared, mut exact) = (Sum::default(), Sum::default());
+    let (mut declared, mut exact) = (NeesSum::default(), NeesSum::default());
     for seed in 1..=TRIALS {
         let scenario = scenario();
         let simulated = sim::simulate(&scenario, seed).expect("contacts");
         let mut problem = problem(&scenario, &simulated);
         assert_eq!(problem.wrench, WrenchTolerance::DEFAULT);
-        let estimate = declared.add(&problem, &simulated.truth);
+        let estimate = solve(&problem);
+        declared.add(&estimate, &simulated.truth);
         assert_eq!(estimate.status, Status::Converged, "seed {seed}: {:?}", estimate.warnings);
         if seed <= 2 {
             problem.wrench = WrenchTolerance::EXACT;
-            exact.add(&problem, &simulated.truth);
+            exact.add(&solve(&problem), &simulated.truth);
         }
     }
     let [declared, exact] = [declared, exact].map(|sum| sum.per_parameter());

@@ -59,6 +59,8 @@ nm_per_rad = 40
 rate_hz = 100
 encoder_deg = 0.001
 encoder_step_deg = 0.0005
+encoder_trend_deg = 0.004
+encoder_walk_deg = 0.003
 force_sigma_n = 0.2
 torque_sigma_nm = 0.01
 force_bias_n = 0.3
@@ -93,6 +95,8 @@ fn every_key_is_read() {
     near(scenario.recorder.torque_bias, 0.02);
     near(scenario.recorder.wrench_scale, 0.03);
     near(scenario.recorder.encoder_step, 0.0005f64.to_radians());
+    near(scenario.recorder.encoder_trend, 0.004f64.to_radians());
+    near(scenario.recorder.encoder_walk, 0.003f64.to_radians());
     near(scenario.thermal.unwrap().reference, 25.0);
     let [left, table] = &scenario.touches[..] else { panic!("two fixtures") };
     near(left.place_error.length, 0.3e-3);

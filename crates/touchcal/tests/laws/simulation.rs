@@ -250,6 +250,50 @@ fn bias_and_scale_of_the_wrench_are_those_of_the_truth() {
     }
 }
 
+/// Readings with minus those without, at each contact.
+fn encoder_changes(scenario: &Scenario, changing: &Scenario, seed: u64) -> Vec<Vec<f64>> {
+    let (exact, changed) = (only_log(scenario, seed), only_log(changing, seed));
+    let rows = exact.contacts().zip(changed.contacts());
+    rows.map(|(one, other)| changed.q(other).iter().zip(exact.q(one)).map(|(q, exact)| q - exact).collect()).collect()
+}
+
+#[test]
+fn trends_of_encoders_are_those_of_the_truth() {
+    let scenario = table(300);
+    let mut changing = scenario.clone();
+    changing.recorder.encoder_trend = 1e-4;
+    let truth = sim::draw_truth(&changing, 4);
+    assert_eq!(truth.named(&changing).last().expect("a trend").0.name, "joint_trend.joint_a7");
+    for (i, change) in encoder_changes(&scenario, &changing, 4).iter().enumerate() {
+        for (joint, change) in change.iter().enumerate() {
+            let expected = truth.value(ParameterId::JointTrend(joint)) * (2.0 * i as f64 / 299.0 - 1.0);
+            assert!((change - expected).abs() < 1e-12, "contact {i}, {joint}: {change} {expected}");
+        }
+    }
+}
+
+/// From the first contact to the last as far as declared, by steps, and zero on average.
+#[test]
+fn encoders_walk_at_random() {
+    let scenario = table(200);
+    let mut changing = scenario.clone();
+    changing.recorder.encoder_walk = 1e-4;
+    let (mut ends, mut steps) = (Vec::new(), Vec::new());
+    for seed in 0..20 {
+        let path = encoder_changes(&scenario, &changing, seed);
+        for joint in 0..scenario.robot.dof() {
+            assert!(path.iter().map(|change| change[joint]).sum::<f64>().abs() < 1e-10, "seed {seed}");
+            ends.push(((path[199][joint] - path[0][joint]) / 1e-4).powi(2));
+            steps.extend(path.windows(2).map(|pair| ((pair[1][joint] - pair[0][joint]) / 1e-4).powi(2) * 199.0));
+        }
+    }
+    for squares in [ends, steps] {
+        let n = squares.len() as f64;
+        // Four standard deviations of the mean square of so many normal numbers.
+        assert!((squares.iter().sum::<f64>() / n - 1.0).abs() < 4.0 * (2.0 / n).sqrt());
+    }
+}
+
 #[test]
 fn temperatures_tell_the_strain() {
     let mut scenario = Preset::LeoAluminium.scenario(iiwa()).unwrap();

@@ -12,7 +12,7 @@ use crate::geometry::{Parts, Polygon, PrismPair};
 use crate::parameter::{Block, ParameterId};
 use crate::robot::{JointKind, KinematicParameter, calibrated};
 use crate::se3::{self, Twist};
-use crate::sim::{PartsError, Scenario, Truth};
+use crate::sim::{PartsError, Scenario, Truth, random_walk};
 
 /// Makes chance of what is false another than that of the simulation with the same seed.
 const PURPOSE: u64 = 0x5EED_FA15_E000_0001;
@@ -63,6 +63,9 @@ pub enum Falsification {
     /// One encoder's offset changes linearly by this much (rad) from the first to the last contact;
     /// its mean is the true offset.
     EncoderDrift(f64),
+    /// One encoder's offset walks at random, by this standard deviation (rad) from the first to the
+    /// last contact; its mean is the true offset.
+    EncoderWalk(f64),
     /// One encoder reads too much by this amplitude (rad) times the sine of its position plus a
     /// phase.
     EncoderHarmonic(f64),
@@ -206,6 +209,11 @@ impl Falsification {
             Falsification::EncoderDrift(change) => {
                 let joint = random.random_range(0..dof);
                 encoder_drift(problem, joint, change);
+            }
+            Falsification::EncoderWalk(change) => {
+                let joint = random.random_range(0..dof);
+                let walk = random_walk(problem.contacts.len(), change, random);
+                change_positions(problem, |i, q| q[joint] += walk[i]);
             }
             Falsification::EncoderHarmonic(amplitude) => {
                 let joint = random.random_range(0..dof);

@@ -2,8 +2,8 @@
 
 use Declared::{AllBut, Defaults, Exact, FixtureFree, FixtureSigma, Only};
 use Falsification::{
-    AllDrawn, ArmSize, Clearance, Depth, Drawn, EncoderDrift, EncoderHarmonic, EncoderNoise, FalseContacts,
-    FewContacts, FixtureInMetres, FixturesMoved, Friction, JointCompliance, JointSign, JointsExchanged,
+    AllDrawn, ArmSize, Clearance, Depth, Drawn, EncoderDrift, EncoderHarmonic, EncoderNoise, EncoderWalk,
+    FalseContacts, FewContacts, FixtureInMetres, FixturesMoved, Friction, JointCompliance, JointSign, JointsExchanged,
     JointsInDegrees, JointsReversed, Nothing, Outline, Spacing, ToolInMetres, ToolMoved, ToolOpposite, ToolTurned,
     WrenchBias,
 };
@@ -81,7 +81,7 @@ const FALSE: Falsification = FalseContacts { share: 0.2, deviation: 0.3 * DEG };
 impl FalsifiedKind {
     /// The battery, in the order in which it is shown.
     #[rustfmt::skip]
-    pub const ALL: [FalsifiedKind; 47] = [
+    pub const ALL: [FalsifiedKind; 48] = [
         tried(ALL, kind("nothing_exact", "nothing; tool, hole and shapes declared exact", Nothing, Exact)),
         tried(ALL, kind("nothing", "nothing", Nothing, Defaults)),
         kind("hole_drawn", "hole off by a draw from the default, 1 mm and 0.5°; all else exact", Drawn(FixturePlaces), Only(FixturePlaces)),
@@ -112,6 +112,7 @@ impl FalsifiedKind {
         kind("compliance_2e-5", "joints give way by 2e-5 rad/(N m)", JointCompliance(2e-5), Defaults),
         kind("compliance_5e-6", "joints give way by 5e-6 rad/(N m)", JointCompliance(5e-6), Defaults),
         kind("encoder_drift", "one encoder drifts by 0.02° over the log", EncoderDrift(0.02 * DEG), Defaults),
+        kind("encoder_walk", "one encoder walks at random by 0.02° over the log", EncoderWalk(0.02 * DEG), Defaults),
         kind("encoder_harmonic", "one encoder is off by 0.02° once a turn", EncoderHarmonic(0.02 * DEG), Defaults),
         kind("encoder_noise", "encoder noise three times the declared", EncoderNoise(3.0), Defaults),
         kind("false_contacts", "20 % of the contacts are none, joints off by 0.3°", FALSE, Defaults),

@@ -8,8 +8,8 @@ use crate::estimate::{GradientDescent, Loss, Method, Optimizer, UnseenEffects};
 use crate::io::base::error::{IoError, Place, quoted};
 use crate::io::base::suggest::{did_you_mean, list};
 use crate::parameter::{
-    Block, Parameter, Unit, joint_compliance, joint_harmonic, joint_offset, joint_origin, joint_trend, segment_strain,
-    strain,
+    Block, Parameter, Unit, joint_compliance, joint_harmonic, joint_offset, joint_origin, joint_trend,
+    joint_trend_with_sigma, segment_strain, strain,
 };
 use crate::robot::Robot;
 
@@ -125,8 +125,7 @@ impl Wanted {
             Some(0.0) => {}
             Some(sigma) => {
                 self.parameters.retain(|parameter| parameter.id.block() != Block::JointTrend);
-                let revolute = joint_trend(robot).into_iter().filter(|trend| trend.unit == Unit::Radian);
-                self.parameters.extend(revolute.map(|trend| trend.with_sigma(sigma)));
+                self.parameters.extend(joint_trend_with_sigma(robot, sigma));
             }
             None if is_asked || !is_applicable => {}
             None => self.parameters.extend(joint_trend(robot)),

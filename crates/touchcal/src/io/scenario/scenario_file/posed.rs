@@ -109,7 +109,7 @@ pub fn problem_text(file: &ScenarioFile) -> Vec<TextFile> {
     let noise = experiment::noise(scenario);
     line.number("encoder_deg", noise.encoder.to_degrees());
     line.number("contact_mm", 1e3 * noise.contact);
-    line.number("encoder_trend_deg", 0.0);
+    line.number("encoder_trend_deg", experiment::encoder_trend(&scenario.recorder).to_degrees());
     if scenario.errors.joint_compliance > 0.0 {
         let wrench = experiment::wrench(&scenario.recorder);
         line.number("force_bias_n", wrench.force);

@@ -126,6 +126,8 @@ pub(super) struct RecorderToml {
     pub(super) rate_hz: Option<Number>,
     pub(super) encoder_deg: Option<Number>,
     pub(super) encoder_step_deg: Option<Number>,
+    pub(super) encoder_trend_deg: Option<Number>,
+    pub(super) encoder_walk_deg: Option<Number>,
     pub(super) force_sigma_n: Option<Number>,
     pub(super) torque_sigma_nm: Option<Number>,
     pub(super) force_bias_n: Option<Number>,
