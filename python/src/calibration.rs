@@ -21,7 +21,7 @@ use crate::error::io;
 use crate::frame::Frame;
 use crate::problem::Problem;
 use crate::progress::{Observer, Progress};
-use crate::result::{EffectTest, NullDirection, Parameter, PredictiveCheck, Termination, Warning};
+use crate::result::{Acceptance, EffectTest, NullDirection, Parameter, PredictiveCheck, Termination, Warning};
 use crate::robot::Robot;
 use crate::score::Score;
 
@@ -126,6 +126,14 @@ impl Calibration {
     #[getter]
     fn predictive_check(&self) -> Option<PredictiveCheck> {
         self.solved.estimate.predictive_check.as_ref().map(PredictiveCheck::from)
+    }
+
+    /// Whether the calibration reaches what the table [accept] of its problem asks for; None if it
+    /// asks nothing.
+    #[getter]
+    fn acceptance(&self) -> Option<Acceptance> {
+        let asked = self.problem.get().loaded.problem.acceptance.as_ref();
+        asked.zip(self.solved.estimate.acceptance.as_ref()).map(|(asked, result)| Acceptance::new(asked, result))
     }
 
     /// Why the search stopped.

@@ -49,7 +49,7 @@ mod _touchcal {
     #[pymodule_export]
     use crate::progress::Progress;
     #[pymodule_export]
-    use crate::result::{EffectTest, NullDirection, Parameter, PredictiveCheck, Termination, Warning};
+    use crate::result::{Acceptance, EffectTest, NullDirection, Parameter, PredictiveCheck, Termination, Warning};
     #[pymodule_export]
     use crate::robot::Robot;
     #[pymodule_export]

@@ -190,6 +190,58 @@ impl PredictiveCheck {
     }
 }
 
+/// Whether a calibration reaches what the table [accept] of its problem asks for.
+///
+/// Attributes:
+///     decision: "pass", "fail" or "undecided".
+///     probability: probability that the tool is within the tolerance in all poses of the task;
+///         None where the result must not be used.
+///     distance: largest distance over the poses that is not exceeded with the confidence asked
+///         for (m).
+///     angle: largest angle that is not exceeded with that confidence (rad).
+///     worst_pose: index of the pose with the largest variance.
+///     parameter: the parameter whose exact value would take away most of that variance.
+///     share: the share that it would take away.
+///     message: the decision as a sentence.
+///     advice: what to do next.
+#[pyclass(frozen, get_all, eq, module = "touchcal")]
+#[derive(Clone, Debug, PartialEq)]
+pub struct Acceptance {
+    decision: String,
+    probability: Option<f64>,
+    distance: Option<f64>,
+    angle: Option<f64>,
+    worst_pose: Option<usize>,
+    parameter: Option<String>,
+    share: Option<f64>,
+    message: String,
+    advice: String,
+}
+
+impl Acceptance {
+    pub fn new(asked: &estimate::Acceptance, result: &estimate::AcceptanceResult) -> Self {
+        let errors = result.errors.as_ref();
+        Acceptance {
+            decision: result.decision.name().to_owned(),
+            probability: errors.map(|errors| errors.probability),
+            distance: errors.map(|errors| errors.distance),
+            angle: errors.map(|errors| errors.angle),
+            worst_pose: errors.map(|errors| errors.worst_pose),
+            parameter: errors.map(|errors| errors.parameter.clone()),
+            share: errors.map(|errors| errors.share),
+            message: result.message(asked),
+            advice: result.advice(),
+        }
+    }
+}
+
+#[pymethods]
+impl Acceptance {
+    fn __repr__(&self) -> String {
+        format!("Acceptance({:?})", self.message)
+    }
+}
+
 /// Why the search stopped.
 ///
 /// Attributes:

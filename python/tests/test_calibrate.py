@@ -188,6 +188,20 @@ def test_what_a_callback_raises_ends_the_work(long_one: touchcal.Problem) -> Non
     assert calls == 2
 
 
+def test_a_tolerance_is_passed_or_failed(tmp_path: Path) -> None:
+    touchcal.simulate("paper", 3, contacts=1500).save(tmp_path)
+    problem = tmp_path / "problem.toml"
+    text = problem.read_text()
+    assert touchcal.calibrate(touchcal.Problem.from_toml(problem)).acceptance is None
+    for tolerance_mm, decision in [(1, "pass"), (0.0001, "fail")]:
+        joints = "joints_deg = [[-20, 20], [20, 60], [-10, 10], [-110, -70], [-10, 10], [30, 70], [-90, 90]]"
+        problem.write_text(f"{text}\n[accept]\ntolerance_mm = {tolerance_mm}\n{joints}\n")
+        found = touchcal.calibrate(touchcal.Problem.from_toml(problem)).acceptance
+        assert found is not None and found.decision == decision and found.probability is not None
+        assert (found.probability >= 0.95) == (decision == "pass")
+        assert found.message.startswith(decision.upper()) and repr(found) == f'Acceptance("{found.message}")'
+
+
 @pytest.mark.parametrize("work", ["calibrate", "simulate"])
 def test_ctrl_c(work: str, long_one: touchcal.Problem) -> None:
     begin = time.monotonic()

@@ -13,6 +13,7 @@ Lengths are metres, angles radians, forces newtons. Poses are seven numbers x, y
 
 from touchcal._bar import bar
 from touchcal._touchcal import (
+    Acceptance,
     Calibration,
     Campaign,
     ContactLog,
@@ -54,6 +55,7 @@ from touchcal._touchcal import (
 )
 
 __all__ = [
+    "Acceptance",
     "Calibration",
     "Campaign",
     "ContactLog",

@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use touchcal::estimate::Status;
+use touchcal::estimate::{Decision, Estimate, Status};
 use touchcal::io::calibration_folder::{self, Written};
 
 use crate::args::{CalibrateArgs, Source};
@@ -36,13 +36,21 @@ pub fn run(args: &CalibrateArgs) -> Result<Outcome, Failure> {
         let detail = if args.all { Detail::Every } else { Detail::Grouped };
         output::print(&calibration.summary(detail, &next(&args.source, &written)))?;
     }
-    Ok(outcome(solved.estimate.status))
+    Ok(outcome(&solved.estimate))
 }
 
-/// The outcome of a status; a result that must not be used is reported on stderr.
-pub fn outcome(status: Status) -> Outcome {
-    match status {
-        Status::Converged => return Outcome::Done,
+/// The outcome of a calibration; a result that must not be used, or does not reach what is asked
+/// of it, is reported on stderr.
+pub fn outcome(estimate: &Estimate) -> Outcome {
+    let decision = estimate.acceptance.as_ref().map(|result| result.decision);
+    match estimate.status {
+        Status::Converged => match decision {
+            None | Some(Decision::Pass) => return Outcome::Done,
+            Some(Decision::Fail) => output::diagnostic("FAIL: the tool is not within the tolerance of [accept]"),
+            Some(Decision::Undecided) => {
+                output::diagnostic("UNDECIDED: the tool may or may not be within the tolerance of [accept]");
+            }
+        },
         Status::NotConverged => output::diagnostic("the estimation did NOT CONVERGE: do not use the result"),
         Status::NotUsable => output::diagnostic("the result is NOT USABLE: see its warnings"),
     }

@@ -54,6 +54,7 @@ impl Calibration<'_> {
             format!("Noise     {:.2} times the {source}\n", estimate.noise_factor),
             predictive_check(estimate.predictive_check.as_ref()),
             freed_effects(&estimate.freed_effects),
+            self.acceptance(),
             "\n".to_owned(),
             "Distance from touching (mm)\n".to_owned(),
             residuals(&problem.fixtures, &scores),
@@ -77,6 +78,13 @@ impl Calibration<'_> {
             ),
             Status::NotUsable => "*** NOT USABLE (see the warnings): DO NOT USE this result. ***".to_owned(),
         }
+    }
+
+    /// Whether the calibration reaches what is asked of it.
+    fn acceptance(&self) -> String {
+        self.file.acceptance.as_ref().map_or_else(String::new, |entry| {
+            format!("Accept    {}\n{INDENT}-> {}\n", wrapped(&entry.message), entry.advice)
+        })
     }
 
     fn paths(&self) -> String {

@@ -5,6 +5,7 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic)]
 
 #[cfg(feature = "parquet")]
+mod accept;
 mod campaign;
 #[cfg(all(feature = "mcap", feature = "parquet"))]
 mod convert;

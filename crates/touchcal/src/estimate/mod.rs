@@ -1,6 +1,7 @@
 //! The estimator: from a problem (arm, tool, fixtures, contacts) to parameters, their covariance,
 //! and what the data cannot determine.
 
+mod acceptance;
 mod calibrate;
 mod contact_mode;
 mod declaration_checks;
@@ -20,6 +21,7 @@ mod summarize;
 mod uncertainty;
 
 pub use crate::solver::{Loss, StopReason, Termination};
+pub use acceptance::acceptance;
 pub use calibrate::calibrate;
 pub use evaluate::{apply_estimated_places, contact_distances, contact_poses, evaluate};
 pub use free_effects::calibrate_with_freed_effects;
@@ -34,9 +36,13 @@ pub use problem::{
     Optimizer, PLAUSIBLE_HARMONIC, PlacePrior, Problem, ShapeTolerance, Tool, WrenchTolerance,
 };
 pub use result::{
-    Agreement, ArmFit, CommonStrain, ContactCount, Contradiction, DeclarationMistake, DeclaredLength, DistanceSource,
-    EffectTest, EffectValue, Estimate, Evaluation, FixtureDistance, FreedEffect, Identifiability, NoiseSigma,
-    NullDirection, OmittedEffect, ParameterEstimate, ParameterPosterior, PosteriorEntry, PredictiveCheck, Progress,
-    Scatter, Score, Severity, Spread, Stage, Status, Verdict, Warning,
+    Acceptance, AcceptanceResult, Agreement, ArmFit, CommonStrain, ContactCount, Contradiction, Decision,
+    DeclarationMistake, DeclaredLength, DistanceSource, EffectTest, EffectValue, Estimate, Evaluation, FixtureDistance,
+    FreedEffect, Identifiability, NoiseSigma, NullDirection, OmittedEffect, ParameterEstimate, ParameterPosterior,
+    PosteriorEntry, PredictiveCheck, Progress, Scatter, Score, Severity, Spread, Stage, Status, TaskErrors, Verdict,
+    Warning,
 };
-pub use uncertainty::{ToolUncertainty, cramer_rao, distance_uncertainty, tool_uncertainty, workspace_configurations};
+pub use uncertainty::{
+    ToolUncertainty, configurations_within, cramer_rao, distance_uncertainty, tool_uncertainty,
+    workspace_configurations,
+};

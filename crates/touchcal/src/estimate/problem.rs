@@ -4,6 +4,7 @@
 use std::sync::Arc;
 
 use super::options::{EstimatorOptions, UnseenEffects};
+use super::result::Acceptance;
 use crate::contact::ContactLog;
 use crate::manifold::{ContactManifold, ResidualKind};
 use crate::parameter::{Block, Parameter};
@@ -228,6 +229,8 @@ pub struct Problem {
     pub loss: Loss,
     /// Settings of the estimator.
     pub options: EstimatorOptions,
+    /// What is asked of the calibration; `None` if nothing is.
+    pub acceptance: Option<Acceptance>,
     /// Arms that a log may be of by mistake, whose names a warning gives
     /// ([`DeclarationMistake::OtherArm`](super::DeclarationMistake::OtherArm)); may be empty.
     pub other_arms: Vec<Robot>,
@@ -252,6 +255,7 @@ impl Problem {
             method: Method::LevenbergMarquardt,
             loss: Loss::GemanMcClure(3.0),
             options: EstimatorOptions::default(),
+            acceptance: None,
             other_arms: Vec::new(),
         }
     }

@@ -2,6 +2,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
+use super::acceptance::acceptance;
 use super::declaration_checks::declaration_warning;
 use super::effect_tests::{apply_effect_tests, effect_tests};
 use super::evaluate::score;
@@ -137,6 +138,7 @@ pub(super) fn summarize(mut search: SearchState<'_>) -> Estimate {
         effect_tests: Vec::new(),
         freed_effects: Vec::new(),
         predictive_check,
+        acceptance: None,
         noise_factor,
         noise: noise(&search),
         robot: robot::calibrated(&problem.robot, &columns, &values),
@@ -149,6 +151,7 @@ pub(super) fn summarize(mut search: SearchState<'_>) -> Estimate {
     estimate.warnings.extend(of_effects);
     estimate.warnings.sort_by_key(Warning::severity);
     estimate.status = status(&estimate.termination, &estimate.warnings);
+    estimate.acceptance = problem.acceptance.as_ref().map(|asked| acceptance(asked, problem, &estimate));
     estimate
 }
 

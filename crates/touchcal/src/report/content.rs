@@ -72,6 +72,7 @@ pub(super) struct Content<'a> {
     version: &'static str,
     robot: RobotEntry<'a>,
     status: &'static str,
+    acceptance: Option<WarningText>,
     warnings: &'a [WarningText],
     inputs: &'a [Input],
     all: Change,
@@ -159,6 +160,7 @@ impl<'a> Content<'a> {
     pub fn new(report: &Report<'a>) -> Self {
         let Report { problem, estimate, prefit, .. } = *report;
         let robot = &problem.robot;
+        let acceptance = estimate.acceptance.as_ref().zip(problem.acceptance.as_ref());
         let contacts = Contacts::new(problem, estimate);
         let scene = Scene::new(problem, estimate, contacts.drawn());
         let Termination { reason, measured, threshold, iterations } = estimate.termination;
@@ -174,6 +176,8 @@ impl<'a> Content<'a> {
             version: env!("CARGO_PKG_VERSION"),
             robot: RobotEntry { name: robot.name(), base: robot.base(), tip: robot.tip(), joints: robot.dof() },
             status: estimate.status.name(),
+            acceptance: acceptance
+                .map(|(result, asked)| WarningText { message: result.message(asked), advice: result.advice() }),
             warnings: report.warnings,
             inputs: report.inputs,
             all: change(Some(&prefit.all), Some(&estimate.postfit.all)),

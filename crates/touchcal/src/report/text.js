@@ -46,7 +46,7 @@ function place(contact) {
 }
 
 function verdict() {
-  const { robot, status, warnings, contacts, parameters, all } = data;
+  const { robot, status, acceptance, warnings, contacts, parameters, all } = data;
   document.title = `touchcal: ${robot.name}`;
   byId("what").textContent = `Calibration of ${robot.name}, ${robot.joints} joints from ${robot.base} to ${robot.tip}`;
   const reason = data.termination.reason.replaceAll("_", " ");
@@ -59,6 +59,7 @@ function verdict() {
   byId("verdict").className = status === "converged" ? "good" : "bad";
   const also = status === "converged" && warnings.length ? ` See ${warnings.length === 1 ? "the warning" : `the ${warnings.length} warnings`}.` : "";
   byId("verdict").append(el("h1", {}, headline), el("p", {}, next + also));
+  if (acceptance) byId("verdict").append(el("p", { class: "acceptance" }, el("strong", {}, acceptance.message), ` → ${acceptance.advice}`));
   byId("warnings").append(...warnings.map((warning) => el("li", {}, warning.message, el("span", {}, `→ ${warning.advice}`))));
   const figure = (name, value, note) => el("div", {}, el("dt", {}, name), el("dd", {}, value, el("small", {}, note)));
   const between = data.uncertainty && quantile(data.uncertainty.distances, 0.5);

@@ -27,6 +27,7 @@ mod outline;
 #[cfg(feature = "parquet")]
 mod parquet;
 mod problem_file;
+mod problem_file_accept;
 mod problem_file_known;
 mod problem_file_refused;
 mod report;

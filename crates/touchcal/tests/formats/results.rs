@@ -2,9 +2,9 @@
 
 use proptest::prelude::*;
 use touchcal::io::estimate_file::{
-    ContactCounts, EffectTestEntry, EffectValueEntry, EstimateFile, FixtureResidual, FreedEffectEntry, NoiseEntry,
-    NullDirection, ParameterEntry, PredictiveCheckEntry, ResidualStats, Residuals, Severity, Status, TerminationEntry,
-    WarningEntry,
+    AcceptanceEntry, ContactCounts, Decision, EffectTestEntry, EffectValueEntry, EstimateFile, FixtureResidual,
+    FreedEffectEntry, NoiseEntry, NullDirection, ParameterEntry, PredictiveCheckEntry, ResidualStats, Residuals,
+    Severity, Status, TaskErrorsEntry, TerminationEntry, WarningEntry,
 };
 use touchcal::io::{Input, atomic};
 
@@ -70,9 +70,31 @@ fn estimate() -> EstimateFile {
             predictive_ratio: Some(1.5),
         }],
         predictive_check: Some(PredictiveCheckEntry { ratio: 1.1, p_value: 0.2, stretches: vec![1.0, 1.2] }),
+        acceptance: Some(acceptance()),
         inputs: vec![Input { path: "a".to_owned(), sha256: "0".to_owned() }],
         version: "0.1.0".to_owned(),
         seconds: 0.5,
+    }
+}
+
+fn acceptance() -> AcceptanceEntry {
+    let errors = TaskErrorsEntry {
+        probability: 0.6,
+        distance_mm: 0.4,
+        angle_deg: 0.03,
+        worst_pose: 17,
+        parameter: "joint_offset.joint_a1".to_owned(),
+        share: 0.7,
+    };
+    AcceptanceEntry {
+        decision: Decision::Undecided,
+        tolerance_mm: 0.2,
+        tolerance_deg: None,
+        confidence: 0.95,
+        poses: 100,
+        errors: Some(errors),
+        message: "UNDECIDED".to_owned(),
+        advice: "record more".to_owned(),
     }
 }
 
@@ -90,7 +112,7 @@ fn estimates_survive_json() {
     assert_eq!(EstimateFile::from_json(&text, "e").unwrap(), estimate());
     // Version 0.2.0 wrote no tests of effects, no predictive check and no noise.
     let mut older: serde_json::Value = serde_json::from_str(&text).unwrap();
-    for added in ["effect_tests", "freed_effects", "noise", "predictive_check"] {
+    for added in ["acceptance", "effect_tests", "freed_effects", "noise", "predictive_check"] {
         older.as_object_mut().unwrap().remove(added);
     }
     let older = EstimateFile::from_json(&older.to_string(), "e").unwrap();
@@ -101,6 +123,7 @@ fn estimates_survive_json() {
             freed_effects: Vec::new(),
             noise: None,
             predictive_check: None,
+            acceptance: None,
             ..estimate()
         }
     );

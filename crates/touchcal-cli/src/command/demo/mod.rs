@@ -33,7 +33,7 @@ pub fn run(args: &DemoArgs) -> Result<Outcome, Failure> {
         next(&args.out),
     ];
     output::print(&text.concat())?;
-    Ok(calibrate::outcome(estimate.status))
+    Ok(calibrate::outcome(estimate))
 }
 
 fn next(folder: &Path) -> String {

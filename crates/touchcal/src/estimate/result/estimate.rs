@@ -2,6 +2,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
+use super::acceptance::AcceptanceResult;
 use super::effect_test::{EffectTest, FreedEffect};
 use super::identifiability::Identifiability;
 use super::predictive_check::PredictiveCheck;
@@ -128,6 +129,10 @@ pub struct Estimate {
     /// How far stretches of the log are from what the others predict; `None` where contacts are too
     /// few for two stretches, or have no likelihood.
     pub predictive_check: Option<PredictiveCheck>,
+    /// Whether the calibration reaches what
+    /// [`Problem::acceptance`](crate::estimate::Problem::acceptance) asks of it; `None` if nothing
+    /// is asked.
+    pub acceptance: Option<AcceptanceResult>,
     /// Warnings, those that forbid the use of the result first.
     pub warnings: Vec<Warning>,
     /// Measured standard deviation of the contacts' residuals over the declared one, or over the

@@ -1,5 +1,6 @@
 //! What an estimation ends with: values, never log text.
 
+mod acceptance;
 mod arm_fit;
 mod declaration_mistake;
 mod effect_test;
@@ -13,6 +14,7 @@ mod score;
 mod warning;
 mod warning_text;
 
+pub use acceptance::{Acceptance, AcceptanceResult, Decision, TaskErrors};
 pub use arm_fit::ArmFit;
 pub use declaration_mistake::{Agreement, DeclarationMistake, DeclaredLength};
 pub use effect_test::{EffectTest, EffectValue, FreedEffect, OmittedEffect};

@@ -15,5 +15,7 @@ pub(crate) use posterior::Posterior;
 pub(crate) use predictive_check::predictive_check;
 pub(crate) use sandwich::{Sandwich, curvature_and_squares, sandwich_covariance};
 pub(crate) use score_test::{Derivatives, ScoreTest, score_test, unseen_changes};
-pub(crate) use workspace::arm_uncertainty_ratio;
-pub use workspace::{ToolUncertainty, distance_uncertainty, tool_uncertainty, workspace_configurations};
+pub(crate) use workspace::{CalibratedKinematics, arm_uncertainty_ratio, calibrated_kinematics};
+pub use workspace::{
+    ToolUncertainty, configurations_within, distance_uncertainty, tool_uncertainty, workspace_configurations,
+};

@@ -31,7 +31,8 @@ pub(crate) fn arm_uncertainty_ratio(
         (0..parameters.len()).filter_map(of_kinematics).unzip();
     let kinematics = Kinematics::new(&problem.robot, &columns, problem.tool.tip_from_tool);
     let mut scratch = kinematics.scratch();
-    let mut place = |index: usize| ToolPosition::new(&kinematics, &configuration(&problem.robot, index), &mut scratch);
+    let limits = workspace_limits(&problem.robot);
+    let mut place = |index: usize| ToolPosition::new(&kinematics, &configuration(&limits, index), &mut scratch);
     let (mut before, mut after) = (0.0, 0.0);
     for pair in 0..PAIRS {
         let slope = place(2 * pair + 1).distance_gradient(&place(2 * pair + 2));
@@ -116,14 +117,14 @@ pub fn distance_uncertainty(problem: &Problem, estimate: &Estimate, positions: &
 }
 
 /// The arm at the estimated parameters of its kinematics.
-struct CalibratedKinematics {
-    kinematics: Kinematics,
+pub(crate) struct CalibratedKinematics {
+    pub kinematics: Kinematics,
     /// Of these parameters (SI), in their order.
-    covariance: DMatrix<f64>,
+    pub covariance: DMatrix<f64>,
 }
 
 /// None if the estimate has no uncertainty.
-fn calibrated_kinematics(problem: &Problem, estimate: &Estimate) -> Option<CalibratedKinematics> {
+pub(crate) fn calibrated_kinematics(problem: &Problem, estimate: &Estimate) -> Option<CalibratedKinematics> {
     let of_kinematics = |(k, entry): (usize, &ParameterEstimate)| Some((k, entry.parameter.id.kinematic()?));
     let (indices, columns): (Vec<usize>, Vec<KinematicParameter>) =
         estimate.parameters.iter().enumerate().filter_map(of_kinematics).unzip();
@@ -143,19 +144,29 @@ fn calibrated_kinematics(problem: &Problem, estimate: &Estimate) -> Option<Calib
 /// sequence, the same for the same robot, of which a larger `count` continues a smaller one
 /// (Halton, *On the efficiency of certain quasi-random sequences of points* (1960)).
 pub fn workspace_configurations(robot: &Robot, count: usize) -> Vec<Vec<f64>> {
-    (1..=count).map(|index| configuration(robot, index)).collect()
+    configurations_within(&workspace_limits(robot), count)
 }
 
-/// Configuration number `index` of a low-discrepancy sequence over the joint limits (Halton, *On
-/// the efficiency of certain quasi-random sequences of points* (1960)).
-fn configuration(robot: &Robot, index: usize) -> Vec<f64> {
+/// `count` lists of joint positions, each between the `limits` of its joint, lower and upper,
+/// spread as those of [`workspace_configurations`].
+pub fn configurations_within(limits: &[(f64, f64)], count: usize) -> Vec<Vec<f64>> {
+    (1..=count).map(|index| configuration(limits, index)).collect()
+}
+
+/// The joint limits, or ±π and ±0.5 m without limits.
+fn workspace_limits(robot: &Robot) -> Vec<(f64, f64)> {
+    let each = robot.moving().map(|joint| match (joint.limits, joint.kind) {
+        (Some(limits), _) => (limits.lower, limits.upper),
+        (None, JointKind::Prismatic) => (-PRISMATIC_RANGE, PRISMATIC_RANGE),
+        (None, _) => (-std::f64::consts::PI, std::f64::consts::PI),
+    });
+    each.collect()
+}
+
+/// Configuration number `index` of a low-discrepancy sequence within the limits of the joints.
+fn configuration(limits: &[(f64, f64)], index: usize) -> Vec<f64> {
     const PRIMES: [usize; 12] = [2, 3, 5, 7, 11, 13, 17, 19, 23, 29, 31, 37];
-    let each = robot.moving().enumerate().map(|(i, joint)| {
-        let (lower, upper) = match (joint.limits, joint.kind) {
-            (Some(limits), _) => (limits.lower, limits.upper),
-            (None, JointKind::Prismatic) => (-PRISMATIC_RANGE, PRISMATIC_RANGE),
-            (None, _) => (-std::f64::consts::PI, std::f64::consts::PI),
-        };
+    let each = limits.iter().enumerate().map(|(i, &(lower, upper))| {
         lower + (upper - lower) * radical_inverse(index + i / PRIMES.len(), PRIMES[i % PRIMES.len()])
     });
     each.collect()

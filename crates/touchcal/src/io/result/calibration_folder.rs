@@ -9,8 +9,8 @@ use crate::io::base::bytes::Input;
 use crate::io::base::error::{IoError, Place};
 use crate::io::problem::loaded::Loaded;
 use crate::io::result::estimate_file::{
-    self, ContactCounts, EffectTestEntry, EstimateFile, FixtureResidual, FreedEffectEntry, NoiseEntry, NullDirection,
-    ParameterEntry, PredictiveCheckEntry, ResidualStats, Residuals, TerminationEntry, WarningEntry,
+    self, AcceptanceEntry, ContactCounts, EffectTestEntry, EstimateFile, FixtureResidual, FreedEffectEntry, NoiseEntry,
+    NullDirection, ParameterEntry, PredictiveCheckEntry, ResidualStats, Residuals, TerminationEntry, WarningEntry,
 };
 use crate::io::result::offsets_yaml;
 use crate::io::robot::urdf;
@@ -173,6 +173,7 @@ pub fn estimate_file(loaded: &Loaded, solved: &Solved) -> EstimateFile {
     let Solved { estimate, prefit, seconds, .. } = solved;
     let size = estimate.parameters.len();
     let fixtures = &loaded.problem.fixtures;
+    let acceptance = estimate.acceptance.as_ref().zip(loaded.problem.acceptance.as_ref());
     EstimateFile {
         schema: estimate_file::SCHEMA,
         status: match estimate.status {
@@ -201,6 +202,7 @@ pub fn estimate_file(loaded: &Loaded, solved: &Solved) -> EstimateFile {
         warnings: warnings(estimate),
         effect_tests: estimate.effect_tests.iter().map(EffectTestEntry::from).collect(),
         freed_effects: estimate.freed_effects.iter().map(FreedEffectEntry::from).collect(),
+        acceptance: acceptance.map(|(result, asked)| AcceptanceEntry::new(asked, result)),
         predictive_check: estimate.predictive_check.as_ref().map(PredictiveCheckEntry::from),
         inputs: loaded.inputs.clone(),
         version: env!("CARGO_PKG_VERSION").to_owned(),

@@ -12,8 +12,9 @@ use crate::io::base::bytes::{self, Input};
 use crate::io::base::error::{IoError, Place};
 
 pub use super::estimate_entries::{
-    ContactCounts, EffectTestEntry, EffectValueEntry, FixtureResidual, FreedEffectEntry, NoiseEntry, NullDirection,
-    ParameterEntry, PredictiveCheckEntry, ResidualStats, Residuals, Severity, Status, TerminationEntry, WarningEntry,
+    AcceptanceEntry, ContactCounts, Decision, EffectTestEntry, EffectValueEntry, FixtureResidual, FreedEffectEntry,
+    NoiseEntry, NullDirection, ParameterEntry, PredictiveCheckEntry, ResidualStats, Residuals, Severity, Status,
+    TaskErrorsEntry, TerminationEntry, WarningEntry,
 };
 
 /// The schema that this version writes; it reads schema 1 too.
@@ -66,6 +67,10 @@ pub struct EstimateFile {
     /// few or have no likelihood, and in files of earlier versions.
     #[serde(default)]
     pub predictive_check: Option<PredictiveCheckEntry>,
+    /// What is asked of the calibration, and whether it reaches that; `None` if nothing is asked,
+    /// and in files of earlier versions.
+    #[serde(default)]
+    pub acceptance: Option<AcceptanceEntry>,
     /// Path and fingerprint of each file that was read, in the order of reading.
     pub inputs: Vec<Input>,
     /// Version of this crate that wrote the file.
@@ -92,6 +97,7 @@ impl From<estimate_schema_1::EstimateFile1> for EstimateFile {
             effect_tests: Vec::new(),
             freed_effects: Vec::new(),
             predictive_check: None,
+            acceptance: None,
             inputs: old.inputs,
             version: old.version,
             seconds: old.seconds,
@@ -221,8 +227,15 @@ impl EstimateFile {
             let all = [Some(freed.p_value), Some(freed.gain), freed.predictive_ratio].into_iter().flatten();
             all.map(move |value| (format!("freed_effects, {}", freed.effect), value))
         });
+        let acceptance = self.acceptance.iter().flat_map(|entry| {
+            let asked = [Some(entry.tolerance_mm), entry.tolerance_deg, Some(entry.confidence)];
+            let errors = entry.errors.iter();
+            let found = errors.flat_map(|e| [e.probability, e.distance_mm, e.angle_deg, e.share]);
+            asked.into_iter().flatten().chain(found).map(|value| ("acceptance".to_owned(), value))
+        });
         parameters
             .chain(tests)
+            .chain(acceptance)
             .chain(freed)
             .chain(predictive_check)
             .chain(covariance)

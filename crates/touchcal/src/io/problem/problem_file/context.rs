@@ -16,7 +16,7 @@ pub const MAX_BYTES: u64 = 4 << 20;
 pub(crate) const MM: f64 = 1e-3;
 pub(crate) const DEG: f64 = std::f64::consts::PI / 180.0;
 /// Largest magnitude of any number: a kilometre in mm, and more than any angle, force or ratio.
-const LARGEST: f64 = 1e6;
+pub(crate) const LARGEST: f64 = 1e6;
 /// How far a quaternion's norm may be from 1 (rounded digits) before it is taken for a mistake.
 const NORM_TOLERANCE: f64 = 1e-3;
 

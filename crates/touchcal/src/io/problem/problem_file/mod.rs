@@ -5,6 +5,7 @@
 //! its folder. Every unknown key, every name that does not resolve and every number out of range is
 //! an error with line and column.
 
+mod accept;
 mod assumptions;
 pub(crate) mod context;
 mod declared;
@@ -32,6 +33,7 @@ use crate::io::log::contact_log::{self, Options};
 use crate::io::problem::loaded::Loaded;
 use crate::io::robot::urdf::{self, Ends, UrdfFile};
 use crate::robot::Robot;
+use accept::acceptance;
 use context::{Allowed, Context, DEG};
 use declared::{distance, fixture, tool};
 use schema::{ContactsToml, FixtureToml, LoadFrameToml, LoadOnToml, ProblemToml, RobotToml, UnitToml};
@@ -138,7 +140,9 @@ fn build(toml: &ProblemToml, selection: &Selection, context: &Context<'_>) -> Re
         inputs.push(read_contacts(table, &robot, &options, context, &mut contacts)?);
     }
     assumptions.notes(KEYS).iter().for_each(|note| contacts.note(note));
-    let problem = settings.problem(robot, (tool, fixtures, distances), contacts)?;
+    let acceptance = toml.accept.as_ref().map(|table| acceptance(table, (&robot, &tool), context)).transpose()?;
+    let mut problem = settings.problem(robot, (tool, fixtures, distances), contacts)?;
+    problem.acceptance = acceptance;
     Ok(Loaded { problem, urdf, inputs })
 }
 

@@ -25,6 +25,27 @@ pub(crate) struct ProblemToml {
     #[serde(default)]
     pub(crate) noise: NoiseToml,
     pub(crate) estimate: EstimateToml,
+    pub(crate) accept: Option<Spanned<AcceptToml>>,
+}
+
+/// What is asked of the calibration.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct AcceptToml {
+    pub(crate) tolerance_mm: Option<Number>,
+    pub(crate) tolerance_deg: Option<Number>,
+    pub(crate) confidence: Option<Number>,
+    pub(crate) postures_deg: Option<Spanned<Vec<Vec<f64>>>>,
+    pub(crate) joints_deg: Option<Spanned<Vec<[f64; 2]>>>,
+    pub(crate) region: Option<Spanned<RegionToml>>,
+}
+
+/// A box in the base frame.
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct RegionToml {
+    pub(crate) center_mm: Spanned<[f64; 3]>,
+    pub(crate) size_mm: Spanned<[f64; 3]>,
 }
 
 #[derive(Debug, Deserialize)]

@@ -1,0 +1,141 @@
+//! Whether the calibrated tool is within a tolerance where it works.
+
+use nalgebra::{DMatrix, DVector};
+use rand::SeedableRng;
+use rand_distr::{Distribution, StandardNormal};
+use rand_pcg::Pcg64;
+
+use super::problem::Problem;
+use super::result::{Acceptance, AcceptanceResult, Decision, Estimate, Status, TaskErrors};
+use super::uncertainty::{CalibratedKinematics, calibrated_kinematics};
+
+/// Draws from the posterior; the probability of an event of 95 % is known to ±0.5 %.
+const DRAWS: usize = 2000;
+const SEED: u64 = 0xACCE_97ED;
+
+/// Whether `estimate`, one of `problem`, reaches what `asked` asks of it; whatever
+/// [`Problem::acceptance`] asks.
+///
+/// The error of arm and tool is Gaussian with the covariance of the estimate, and moves the tool as
+/// far as its derivatives say. The largest error over the poses of the task is drawn from it: a
+/// pass is one with the confidence asked for after errors are enlarged by the ratio of found to
+/// predicted scatter, a fail has the same confidence without.
+pub fn acceptance(asked: &Acceptance, problem: &Problem, estimate: &Estimate) -> AcceptanceResult {
+    let undecided = AcceptanceResult { decision: Decision::Undecided, errors: None };
+    if estimate.status != Status::Converged || asked.positions.is_empty() {
+        return undecided;
+    }
+    let known = calibrated_kinematics(problem, estimate).filter(|known| !known.covariance.is_empty());
+    let Some(kinematics) = known else { return undecided };
+    let task = TaskMotion::new(asked, &kinematics);
+    let largest = task.largest_errors();
+    let within = |ratio: f64| {
+        let is_within = |&&(distance, angle): &&(f64, f64)| {
+            ratio * distance <= asked.distance && asked.angle.is_none_or(|most| ratio * angle <= most)
+        };
+        largest.iter().filter(is_within).count() as f64 / DRAWS as f64
+    };
+    // Below this p-value the covariance is that much wider already.
+    let widened = problem.options.thresholds.prediction_p_value;
+    let check = estimate.predictive_check.as_ref().filter(|check| check.p_value >= widened);
+    let probability = within(check.map_or(1.0, |check| check.ratio.max(1.0)));
+    let decision = if probability >= asked.confidence {
+        Decision::Pass
+    } else if within(1.0) <= 1.0 - asked.confidence {
+        Decision::Fail
+    } else {
+        Decision::Undecided
+    };
+    let quantile = |part: fn(&(f64, f64)) -> f64| {
+        let mut values: Vec<f64> = largest.iter().map(part).collect();
+        values.sort_unstable_by(f64::total_cmp);
+        values[((asked.confidence * DRAWS as f64).ceil() as usize).clamp(1, DRAWS) - 1]
+    };
+    let (worst_pose, column, share) = task.worst(asked);
+    let of_kinematics = estimate.parameters.iter().filter(|entry| entry.parameter.id.kinematic().is_some());
+    let parameter = of_kinematics.map(|entry| entry.parameter.name.clone()).nth(column).unwrap_or_default();
+    let errors = TaskErrors {
+        probability,
+        distance: quantile(|error| error.0),
+        angle: quantile(|error| error.1),
+        worst_pose,
+        parameter,
+        share,
+    };
+    AcceptanceResult { decision, errors: Some(errors) }
+}
+
+/// How errors of the parameters move the tool in the poses of a task.
+struct TaskMotion {
+    /// Six rows `[v; ω]` (m, rad) for each pose: derivatives of the tool's twist by the parameters.
+    derivatives: DMatrix<f64>,
+    /// Covariance of the parameters (SI).
+    covariance: DMatrix<f64>,
+}
+
+impl TaskMotion {
+    fn new(asked: &Acceptance, CalibratedKinematics { kinematics, covariance }: &CalibratedKinematics) -> Self {
+        let mut scratch = kinematics.scratch();
+        let mut derivatives = DMatrix::zeros(6 * asked.positions.len(), covariance.nrows());
+        for (pose, q) in asked.positions.iter().enumerate() {
+            kinematics.pose_and_jacobian(q, &mut scratch);
+            for (k, column) in scratch.parameters.iter().enumerate() {
+                derivatives.fixed_view_mut::<6, 1>(6 * pose, k).copy_from(column);
+            }
+        }
+        TaskMotion { derivatives, covariance: covariance.clone() }
+    }
+
+    /// Largest distance (m) and largest angle (rad) over the poses in each draw of the parameters.
+    fn largest_errors(&self) -> Vec<(f64, f64)> {
+        let motions = &self.derivatives * root(&self.covariance);
+        let mut random = Pcg64::seed_from_u64(SEED);
+        let mut draw = || {
+            let z = DVector::from_fn(motions.ncols(), |_, _| StandardNormal.sample(&mut random));
+            let twists = &motions * z;
+            let norm = |from: usize| twists.rows(from, 3).norm();
+            let poses = (0..twists.nrows()).step_by(6);
+            poses.fold((0.0, 0.0), |(distance, angle), row| {
+                (f64::max(distance, norm(row)), f64::max(angle, norm(row + 3)))
+            })
+        };
+        (0..DRAWS).map(|_| draw()).collect()
+    }
+
+    /// The pose with the largest variance in units of the tolerance, the parameter that would take
+    /// away most of that variance if it were known, and the share it would take away.
+    fn worst(&self, asked: &Acceptance) -> (usize, usize, f64) {
+        let weight = |row: usize| match (row % 6, asked.angle) {
+            (0..3, _) => asked.distance.recip(),
+            (_, Some(angle)) => angle.recip(),
+            (_, None) => 0.0,
+        };
+        let weighted = DMatrix::from_fn(self.derivatives.nrows(), self.derivatives.ncols(), |row, k| {
+            weight(row) * self.derivatives[(row, k)]
+        });
+        let moved = &weighted * &self.covariance;
+        let variance =
+            |pose: usize| (6 * pose..6 * pose + 6).map(|row| moved.row(row).dot(&weighted.row(row))).sum::<f64>();
+        let greatest = |values: &mut dyn Iterator<Item = f64>| {
+            values.enumerate().fold((0, 0.0), |best, one| if one.1 > best.1 { one } else { best })
+        };
+        let (pose, all) = greatest(&mut (0..weighted.nrows() / 6).map(variance));
+        let of_parameter = |k: usize| match self.covariance[(k, k)] {
+            known if known > 0.0 => moved.view((6 * pose, k), (6, 1)).norm_squared() / known,
+            _ => 0.0,
+        };
+        let (column, own) = greatest(&mut (0..weighted.ncols()).map(of_parameter));
+        (pose, column, if all > 0.0 { own / all } else { 0.0 })
+    }
+}
+
+/// A square root `L` of a covariance: `L Lᵀ = Σ`; negative eigenvalues of its correlations count as
+/// 0.
+fn root(covariance: &DMatrix<f64>) -> DMatrix<f64> {
+    let sigma = covariance.diagonal().map(|variance| if variance > 0.0 { variance.sqrt() } else { 0.0 });
+    let inverse = sigma.map(|sigma| if sigma > 0.0 { sigma.recip() } else { 0.0 });
+    let correlations = DMatrix::from_diagonal(&inverse) * covariance * DMatrix::from_diagonal(&inverse);
+    let eigen = correlations.symmetric_eigen();
+    let widths = eigen.eigenvalues.map(|value| value.max(0.0).sqrt());
+    DMatrix::from_diagonal(&sigma) * eigen.eigenvectors * DMatrix::from_diagonal(&widths)
+}

@@ -1,0 +1,105 @@
+//! Whether a calibration reaches what is asked of it.
+
+/// What is asked of a calibration: that the tool is within a tolerance of where the calibrated arm
+/// has it, in all poses of a task.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Acceptance {
+    /// Largest distance (m, > 0) of the tool's origin.
+    pub distance: f64,
+    /// Largest angle (rad, > 0) of the tool; `None` if angles do not count.
+    pub angle: Option<f64>,
+    /// Probability (above 0.5, below 1) with which a pass or a fail is to be right.
+    pub confidence: f64,
+    /// The poses of the task: joint positions (rad, or m for a prismatic joint; exactly one for
+    /// each moving joint, base first). Without any there is no decision.
+    pub positions: Vec<Vec<f64>>,
+}
+
+/// The answer to an [`Acceptance`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Decision {
+    /// The tool is within the tolerance in all poses of the task, with the confidence asked for.
+    Pass,
+    /// The tool is beyond the tolerance in some pose of the task, with the confidence asked for.
+    Fail,
+    /// Neither is as probable as was asked for, or the result must not be used.
+    Undecided,
+}
+
+impl Decision {
+    /// Name in files: `pass`, `fail`, `undecided`.
+    pub fn name(self) -> &'static str {
+        match self {
+            Decision::Pass => "pass",
+            Decision::Fail => "fail",
+            Decision::Undecided => "undecided",
+        }
+    }
+}
+
+/// Whether a calibration reaches what [`Acceptance`] asks of it, by the posterior of arm and tool.
+#[derive(Clone, Debug, PartialEq)]
+pub struct AcceptanceResult {
+    /// The decision.
+    pub decision: Decision,
+    /// How far the tool may be off; `None` where the result must not be used, or has no
+    /// uncertainty of the arm: contacts are measured by a projection, or nothing of the arm and of
+    /// the tool's pose is estimated.
+    pub errors: Option<TaskErrors>,
+}
+
+/// Errors of the calibrated tool over the poses of a task.
+#[derive(Clone, Debug, PartialEq)]
+pub struct TaskErrors {
+    /// Probability (0 to 1) that the tool is within the tolerance in all poses. Where found scatter
+    /// is larger than predicted ([`PredictiveCheck`](super::PredictiveCheck)), errors count as
+    /// larger by the same ratio.
+    pub probability: f64,
+    /// Largest distance (m) over the poses that is not exceeded with the confidence asked for.
+    pub distance: f64,
+    /// Largest angle (rad) over the poses that is not exceeded with the confidence asked for.
+    pub angle: f64,
+    /// The pose with the largest variance: an index into [`Acceptance::positions`].
+    pub worst_pose: usize,
+    /// Name of the parameter whose exact value would take away most of the variance in that pose.
+    pub parameter: String,
+    /// The share (0 to 1) of the variance that it would take away.
+    pub share: f64,
+}
+
+impl AcceptanceResult {
+    /// The decision as a sentence, with what `asked` asks for.
+    pub fn message(&self, asked: &Acceptance) -> String {
+        let name = self.decision.name().to_uppercase();
+        let Some(errors) = &self.errors else {
+            return format!("{name}: the calibration must not be used, or says nothing of the arm's uncertainty");
+        };
+        let tolerance = in_millimetres(asked.distance, asked.angle);
+        let bound = in_millimetres(errors.distance, asked.angle.map(|_| errors.angle));
+        format!(
+            "{name}: the tool is within {tolerance} in all {} poses of the task with a probability of {:.1} %; with {:.0} % the largest error is below {bound}",
+            asked.positions.len(),
+            100.0 * errors.probability,
+            100.0 * asked.confidence,
+        )
+    }
+
+    /// What to do next, as a phrase.
+    pub fn advice(&self) -> String {
+        match (self.decision, &self.errors) {
+            (_, None) => "follow the advice of the warnings, and calibrate again".to_owned(),
+            (Decision::Pass, _) => "confirm it with contacts that were not used: touchcal evaluate".to_owned(),
+            (_, Some(errors)) => format!(
+                "record contacts that tell `{}`: knowing it would take away {:.0} % of the variance in pose {}, the worst",
+                errors.parameter,
+                100.0 * errors.share,
+                errors.worst_pose + 1
+            ),
+        }
+    }
+}
+
+fn in_millimetres(distance: f64, angle: Option<f64>) -> String {
+    let angle = angle.map_or_else(String::new, |angle| format!(" and {:.3}°", angle.to_degrees()));
+    format!("{:.3} mm{angle}", 1e3 * distance)
+}
