@@ -96,7 +96,7 @@ fn without_parameters_of_the_arm_nothing_is_decided() {
 
 #[test]
 fn passes_and_fails_are_right() {
-    decisions_are_right(24);
+    decisions_are_right(16);
 }
 
 #[test]
