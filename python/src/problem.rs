@@ -32,11 +32,12 @@ const KEYS: &str = "sigma, sigma_angle, clearance_sigma, depth_sigma, or exact=T
 ///     fixtures: the fixtures.
 ///     contacts: by name of a fixture, the log of its contacts, or several.
 ///     parameters: blocks to estimate: "strain", "segment_strain", "joint_offset", "joint_origin",
-///         "joint_compliance", "joint_drift", "joint_trend", "tool", "fixture".
+///         "joint_compliance", "joint_drift", "joint_trend", "joint_walk", "tool", "fixture".
 ///     distances: known distances between origins of fixtures: (name, name, metres) or (name, name,
 ///         metres, sigma); default of sigma: 0.1 mm. A sigma of 0 is exact.
 ///     noise: the table [noise] of problem.toml: encoder_deg, contact_mm, encoder_trend_deg,
-///         estimated, force_bias_n, torque_bias_nm, wrench_scale; default: learned from the data.
+///         encoder_walk_deg, estimated, force_bias_n, torque_bias_nm, wrench_scale; default:
+///         learned from the data.
 ///     estimate: other keys of the table [estimate] of problem.toml: loss, loss_scale, freeze,
 ///         prior, method, descent, unseen_effects.
 ///

@@ -113,7 +113,8 @@ impl Warning {
 ///
 /// Attributes:
 ///     effect: for programs: "joint_compliance", "segment_strain", "joint_origin",
-///         "joint_harmonic", "joint_trend", "tool", "fixture.{name}" or "wrench".
+///         "joint_harmonic", "joint_trend", "joint_walk", "tool", "fixture.{name}" or
+///         "wrench".
 ///     description: the effect in words.
 ///     statistic: score statistic, chi-squared distributed if the effect is zero.
 ///     degrees_of_freedom: number of directions tested.
@@ -167,19 +168,21 @@ impl EffectTest {
 ///     ratio: scatter found over scatter predicted, over all stretches; about 1 if the model is
 ///         right.
 ///     p_value: probability of a ratio as large by chance.
+///     widening: factor by which standard deviations were multiplied for it.
 ///     stretches: ratio of each stretch, in the order of the log.
 #[pyclass(frozen, get_all, eq, module = "touchcal")]
 #[derive(Clone, Debug, PartialEq)]
 pub struct PredictiveCheck {
     ratio: f64,
     p_value: f64,
+    widening: f64,
     stretches: Vec<f64>,
 }
 
 impl From<&estimate::PredictiveCheck> for PredictiveCheck {
     fn from(check: &estimate::PredictiveCheck) -> Self {
-        let estimate::PredictiveCheck { ratio, p_value, stretches } = check.clone();
-        PredictiveCheck { ratio, p_value, stretches }
+        let estimate::PredictiveCheck { ratio, p_value, widening, stretches } = check.clone();
+        PredictiveCheck { ratio, p_value, widening, stretches }
     }
 }
 

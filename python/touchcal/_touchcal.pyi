@@ -63,6 +63,7 @@ _Block: TypeAlias = Literal[
     "joint_compliance",
     "joint_drift",
     "joint_trend",
+    "joint_walk",
     "tool",
     "fixture",
 ]
@@ -349,6 +350,8 @@ class PredictiveCheck:
     def ratio(self) -> float: ...
     @property
     def p_value(self) -> float: ...
+    @property
+    def widening(self) -> float: ...
     @property
     def stretches(self) -> list[float]: ...
     def __eq__(self, other: object, /) -> bool: ...

@@ -42,12 +42,19 @@ pub fn in_user_units(unit: Unit) -> (f64, &'static str, usize) {
     }
 }
 
+/// Blocks of the encoders that hold for one log only, and their titles.
+const OF_LOG: [(Block, &str); 3] = [
+    (Block::JointDrift, "joint drifts between placements"),
+    (Block::JointTrend, "joint trends over the log"),
+    (Block::JointWalk, "joint walks over the log"),
+];
+
 /// Tables of all parameters.
 pub fn parameters(lines: &[ParameterRow<'_>], detail: Detail) -> String {
     let apart = |line: &&ParameterRow<'_>| {
         let block = line.parameter.id.block();
         let place = matches!(block, Block::JointOrigin | Block::Tool | Block::Fixture);
-        detail == Detail::Grouped && (place || matches!(block, Block::JointDrift | Block::JointTrend))
+        detail == Detail::Grouped && (place || OF_LOG.iter().any(|(of_log, _)| *of_log == block))
     };
     let is_directional = |line: &&ParameterRow<'_>| matches!(line.parameter.id, ParameterId::DirectionalGapBias(..));
     let lines: Vec<&ParameterRow<'_>> =
@@ -61,9 +68,7 @@ pub fn parameters(lines: &[ParameterRow<'_>], detail: Detail) -> String {
                 lines.iter().copied().filter(|l| l.parameter.id.block() == block).collect();
             text.push_str(&places(&members, title));
         }
-        for (block, what) in
-            [(Block::JointDrift, "joint drifts between placements"), (Block::JointTrend, "joint trends over the log")]
-        {
+        for (block, what) in OF_LOG {
             let members: Vec<&ParameterRow<'_>> =
                 lines.iter().copied().filter(|l| l.parameter.id.block() == block).collect();
             text.push_str(&root_mean_square(&members, what));

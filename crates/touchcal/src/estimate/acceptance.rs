@@ -6,7 +6,7 @@ use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64;
 
 use super::problem::Problem;
-use super::result::{Acceptance, AcceptanceResult, Decision, Estimate, Status, TaskErrors};
+use super::result::{Acceptance, AcceptanceResult, Decision, Estimate, PredictiveCheck, Status, TaskErrors};
 use super::uncertainty::{CalibratedKinematics, calibrated_kinematics};
 
 /// Draws from the posterior; the probability of an event of 95 % is known to ±0.5 %.
@@ -35,10 +35,9 @@ pub fn acceptance(asked: &Acceptance, problem: &Problem, estimate: &Estimate) ->
         };
         largest.iter().filter(is_within).count() as f64 / DRAWS as f64
     };
-    // Below this p-value the covariance is that much wider already.
-    let widened = problem.options.thresholds.prediction_p_value;
-    let check = estimate.predictive_check.as_ref().filter(|check| check.p_value >= widened);
-    let probability = within(check.map_or(1.0, |check| check.ratio.max(1.0)));
+    // The covariance is wider by the widening already.
+    let missing = |check: &PredictiveCheck| (check.ratio / check.widening).max(1.0);
+    let probability = within(estimate.predictive_check.as_ref().map_or(1.0, missing));
     let decision = if probability >= asked.confidence {
         Decision::Pass
     } else if within(1.0) <= 1.0 - asked.confidence {

@@ -84,7 +84,7 @@ pub(super) fn effect_tests(search: &mut SearchState<'_>, estimate: &Estimate) ->
     let inverse = free.covariance(&at.curvature);
     let positions = workspace_configurations(&problem.robot, CONFIGURATIONS);
     let jacobians = tool_jacobians(&model, &theta, &positions);
-    let of_arm = omitted.iter().filter(|omitted| omitted.effect.is_constant_arm_error());
+    let of_arm = omitted.iter().filter(|omitted| omitted.effect.is_arm_error());
     let changes = of_arm.flat_map(|omitted| unseen_changes(&at, &inverse, (&omitted.indices, &omitted.sizes)));
     let unseen = problem.allows_for_unseen_effects().then(|| second_moment(&jacobians, &changes.collect::<Vec<_>>()));
     let unseen = unseen.flatten().map(|moment| moment.view((0, 0), estimate.covariance.shape()).into_owned());

@@ -3,7 +3,10 @@
 use super::calibrate::calibrate;
 use super::problem::{PlacePrior, Problem, WrenchTolerance};
 use super::result::{Estimate, FreedEffect, Observer, OmittedEffect};
-use crate::parameter::{Parameter, joint_compliance, joint_harmonic, joint_origin, joint_trend, segment_strain};
+use crate::parameter::{
+    DEFAULT_WALK_SIGMA, Parameter, joint_compliance, joint_harmonic, joint_origin, joint_trend, joint_walk,
+    segment_strain,
+};
 use crate::solver::StopReason;
 
 /// Prior standard deviations of what has no prior of its own: 0.5 % of a segment's length, 0.05°.
@@ -63,6 +66,7 @@ fn with_effect(problem: &Problem, effect: &OmittedEffect) -> Problem {
         OmittedEffect::JointOrigin => freed.parameters.extend(joint_origin(robot)),
         OmittedEffect::JointHarmonic => freed.parameters.extend(with_sigma(joint_harmonic(robot), HARMONIC_SIGMA)),
         OmittedEffect::JointTrend => freed.parameters.extend(joint_trend(robot)),
+        OmittedEffect::JointWalk => freed.parameters.extend(joint_walk(robot, DEFAULT_WALK_SIGMA)),
         OmittedEffect::Wrench => freed.wrench = WrenchTolerance::DEFAULT,
         OmittedEffect::ToolPlace => freed.tool.prior = PlacePrior::DEFAULT_TOOL,
         OmittedEffect::FixturePlace { fixture } => {

@@ -108,7 +108,7 @@ fn fit_warnings(
     }
     if let Some(found) = predictive_check.filter(|found| found.p_value < thresholds.prediction_p_value) {
         let usable = found.ratio < thresholds.prediction_ratio;
-        warnings.push(Warning::PredictionContradicted { ratio: found.ratio, usable });
+        warnings.push(Warning::PredictionContradicted { ratio: found.ratio, widening: found.widening, usable });
     }
     if search.has_competing_minimum {
         warnings.push(Warning::CompetingMinimum);

@@ -12,7 +12,7 @@ use super::result::{
 };
 use super::result_checks::{FitStatistics, result_warnings};
 use super::search::{SearchState, residual_prediction, sandwich, uses_contact_modes};
-use super::uncertainty::{Posterior, arm_uncertainty_ratio};
+use super::uncertainty::{Posterior, Sandwich, arm_uncertainty_ratio};
 use crate::manifold::ContactCache;
 use crate::parameter::kinematic_part;
 use crate::robot;
@@ -76,22 +76,25 @@ fn posterior(
     postfit: &PostfitStatistics,
 ) -> (Posterior, Option<f64>, Option<PredictiveCheck>) {
     let mut posterior = Posterior::new(&search.model, &postfit.information, &search.free, &search.fixed);
-    let options = &search.model.problem.options;
+    let of_least_gaps = search.model.problem.options.contact_mode.least_gap_inflation.powi(2);
     let (design_effect, predictive_check) = match sandwich(search) {
-        Some(sandwich) => {
-            posterior.covariance = sandwich.covariance;
-            (Some(sandwich.design_effect), sandwich.predictive_check)
+        Some(Sandwich { covariance: Some(covariance), design_effect, predictive_check, .. }) => {
+            posterior.covariance = covariance;
+            (Some(design_effect), predictive_check)
+        }
+        Some(Sandwich { design_effect, predictive_check, .. }) => {
+            posterior.covariance *= of_least_gaps.max(design_effect);
+            (None, predictive_check)
         }
         None => {
             if search.informative_fraction.is_some() {
-                posterior.covariance *= options.contact_mode.least_gap_inflation.powi(2);
+                posterior.covariance *= of_least_gaps;
             }
             (None, residual_prediction(search))
         }
     };
-    let is_contradicted = |found: &&PredictiveCheck| found.p_value < options.thresholds.prediction_p_value;
-    if let Some(found) = predictive_check.as_ref().filter(is_contradicted) {
-        posterior.covariance *= found.ratio.max(1.0).powi(2);
+    if let Some(found) = &predictive_check {
+        posterior.covariance *= found.widening.powi(2);
     }
     (posterior, design_effect, predictive_check)
 }

@@ -7,7 +7,8 @@ use crate::estimate::{
 };
 use crate::manifold::exact_manifold;
 use crate::parameter::{
-    Block, Parameter, joint_compliance, joint_offset, joint_origin, joint_trend_with_sigma, segment_strain, strain,
+    Block, Parameter, joint_compliance, joint_offset, joint_origin, joint_trend_with_sigma, joint_walk, segment_strain,
+    strain,
 };
 use crate::robot::Robot;
 use crate::sim::{PlaceError, Recorder, Scenario, SimulatedTrial, Touch};
@@ -51,6 +52,10 @@ pub fn problem(scenario: &Scenario, simulated: &SimulatedTrial) -> Problem {
     let trend = encoder_trend(&scenario.recorder);
     if trend > 0.0 {
         parameters.extend(joint_trend_with_sigma(robot, trend));
+    }
+    let walk = scenario.recorder.encoder_walk;
+    if walk > 0.0 {
+        parameters.extend(joint_walk(robot, walk));
     }
     Problem {
         distances: distances(scenario),

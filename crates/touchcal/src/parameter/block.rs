@@ -15,6 +15,9 @@ pub enum Block {
     /// One linear change of the encoder offset over the log for each moving joint (rad, or m for a
     /// prismatic one), a nuisance.
     JointTrend,
+    /// Amplitudes of slow cosines over the log in the encoder offset of each revolute or continuous
+    /// joint, as random walks have them (rad), a nuisance.
+    JointWalk,
     /// Two amplitudes of a harmonic of once a turn for the encoder of each revolute or continuous
     /// joint (rad).
     JointHarmonic,
@@ -40,8 +43,8 @@ pub enum Block {
 
 impl Block {
     /// Name in files and reports: `strain`, `segment_strain`, `joint_offset`, `joint_drift`,
-    /// `joint_trend`, `joint_harmonic`, `joint_origin`, `joint_compliance`, `tool`, `fixture`,
-    /// `gap_bias`, `wrench_bias`, `wrench_scale`.
+    /// `joint_trend`, `joint_walk`, `joint_harmonic`, `joint_origin`, `joint_compliance`, `tool`,
+    /// `fixture`, `gap_bias`, `wrench_bias`, `wrench_scale`.
     pub fn name(self) -> &'static str {
         match self {
             Block::Strain => "strain",
@@ -49,6 +52,7 @@ impl Block {
             Block::JointOffset => "joint_offset",
             Block::JointDrift => "joint_drift",
             Block::JointTrend => "joint_trend",
+            Block::JointWalk => "joint_walk",
             Block::JointHarmonic => "joint_harmonic",
             Block::JointOrigin => "joint_origin",
             Block::JointCompliance => "joint_compliance",
@@ -61,9 +65,10 @@ impl Block {
     }
 
     /// Whether the block is not part of the arm: true for tool, fixtures, drifts,
-    /// trends, gap biases, and bias and scale of the wrench.
+    /// trends, walks, gap biases, and bias and scale of the wrench.
     pub fn is_nuisance(self) -> bool {
-        let of_encoders = matches!(self, Block::JointDrift | Block::JointTrend | Block::JointHarmonic);
+        let of_encoders =
+            matches!(self, Block::JointDrift | Block::JointTrend | Block::JointWalk | Block::JointHarmonic);
         let of_wrench = matches!(self, Block::WrenchBias | Block::WrenchScale);
         of_encoders || of_wrench || matches!(self, Block::Tool | Block::Fixture | Block::GapBias)
     }

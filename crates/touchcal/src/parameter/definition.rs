@@ -151,6 +151,7 @@ impl Parameter {
             },
             ParameterId::JointDrift(..) => format!("the drift of {rest}"),
             ParameterId::JointTrend(_) => format!("the trend of {rest}"),
+            ParameterId::JointWalk(..) => format!("the walk of {owner}"),
             ParameterId::JointHarmonic(..) => format!("the harmonic of {owner}"),
             ParameterId::Fixture(_, k) => format!("the {} of fixture {owner}", COMPONENTS[k.min(5)]),
             ParameterId::GapBias(_) => format!("the gap bias of fixture {rest}"),

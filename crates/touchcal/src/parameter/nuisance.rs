@@ -5,6 +5,9 @@ use super::definition::{Parameter, Prior, Unit};
 use super::parameter_id::{DIRECTION_NAMES, ParameterId, WRENCH_NAMES};
 use crate::robot::{JointKind, Robot};
 
+/// Standard deviation (rad) of the change over a log of an encoder that walks at random, where it
+/// is estimated and none is declared: 0.02°.
+pub const DEFAULT_WALK_SIGMA: f64 = 0.02 * std::f64::consts::PI / 180.0;
 /// Start of the drifts' variance component.
 const DRIFT_SIGMA: f64 = 0.05 * std::f64::consts::PI / 180.0;
 /// Start of the trends' variance component: half of 0.01° over a log.
@@ -12,6 +15,9 @@ const TREND_ANGLE_SIGMA: f64 = 0.005 * std::f64::consts::PI / 180.0;
 const TREND_LENGTH_SIGMA: f64 = 5e-6;
 /// That start counts little: encoders that do not drift must get none.
 const TREND_STRENGTH: f64 = 0.01;
+/// Half-waves over the log that the walk of an encoder has: less are a trend, and what more would
+/// add, an eighth of the rest's variance, is so short that it resembles noise.
+const WALK_HALF_WAVES: std::ops::RangeInclusive<usize> = 2..=12;
 /// Plausible sizes of a bias of the wrench (N, N m) and of an error of its scale (1).
 const FORCE_SCALE: f64 = 5.0;
 const TORQUE_SCALE: f64 = 0.5;
@@ -52,6 +58,26 @@ pub fn joint_trend(robot: &Robot) -> Vec<Parameter> {
 pub fn joint_trend_with_sigma(robot: &Robot, sigma: f64) -> Vec<Parameter> {
     let turning = joint_trend(robot).into_iter().filter(|trend| trend.unit == Unit::Radian);
     turning.map(|trend| trend.with_sigma(sigma)).collect()
+}
+
+/// Amplitudes (rad) of two to twelve half-waves of a cosine over the log for the encoder of each
+/// revolute or continuous joint, base first, named `joint_walk.{joint}.{half_waves}`, see
+/// [`ParameterId::JointWalk`]. Their prior is that of a random walk whose change over the log has
+/// the standard deviation `sigma` (rad): `√2 sigma / (kπ)` for `k` half-waves. That of one
+/// half-wave is [`joint_trend`], nearly.
+///
+/// Source: the Karhunen–Loève expansion of Brownian motion about its mean, as in Loève,
+/// *Probability theory* (1955), section 34.5.
+pub fn joint_walk(robot: &Robot, sigma: f64) -> Vec<Parameter> {
+    let revolute = robot.moving().enumerate().filter(|(_, joint)| joint.kind != JointKind::Prismatic);
+    let each = revolute.flat_map(|(i, joint)| {
+        WALK_HALF_WAVES.map(move |k| {
+            let name = format!("joint_walk.{}.{k}", joint.name);
+            let sigma = std::f64::consts::SQRT_2 * sigma / (k as f64 * std::f64::consts::PI);
+            Parameter::angle(name, ParameterId::JointWalk(i, k)).with_sigma(sigma)
+        })
+    });
+    each.collect()
 }
 
 /// Two amplitudes (rad) of a harmonic of once a turn for the encoder of each revolute or continuous

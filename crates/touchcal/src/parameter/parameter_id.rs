@@ -27,6 +27,10 @@ pub enum ParameterId {
     /// joint): on top of the joint's offset, minus this at the first contact and plus this at the
     /// last, linear in the number of the contact; no part of the calibrated arm.
     JointTrend(usize),
+    /// `(i, k)`: amplitude (rad) of `k` half-waves of a cosine over the log in the encoder offset
+    /// of joint `i`, revolute or continuous, on top of its trend: this at the first contact, and
+    /// `cos kπ` times this at the last; no part of the calibrated arm.
+    JointWalk(usize, usize),
     /// `(i, k)`: amplitude of a harmonic of once a turn in the encoder of joint `i` (rad): the
     /// measured position `q` is too large by `amplitude · sin q` for `k` = 0 and by
     /// `amplitude · cos q` for `k` = 1.
@@ -67,6 +71,7 @@ impl ParameterId {
             },
             ParameterId::JointDrift(..) => Block::JointDrift,
             ParameterId::JointTrend(_) => Block::JointTrend,
+            ParameterId::JointWalk(..) => Block::JointWalk,
             ParameterId::JointHarmonic(..) => Block::JointHarmonic,
             ParameterId::Fixture(..) => Block::Fixture,
             ParameterId::GapBias(_) | ParameterId::DirectionalGapBias(..) => Block::GapBias,
@@ -76,7 +81,7 @@ impl ParameterId {
     }
 
     /// The parameter of the kinematics of arm and tool; `None` for drifts, trends,
-    /// harmonics, fixtures, gap biases, and bias and scale of the wrench.
+    /// walks, harmonics, fixtures, gap biases, and bias and scale of the wrench.
     pub fn kinematic(self) -> Option<KinematicParameter> {
         match self {
             ParameterId::Kinematic(parameter) => Some(parameter),

@@ -83,7 +83,7 @@ fn rounded(value: f64) -> f32 {
 fn correlated(estimate: &Estimate) -> Vec<usize> {
     let each = estimate.parameters.iter().enumerate().filter(|(k, entry)| {
         let block = entry.parameter.id.block();
-        let is_nuisance = matches!(block, Block::JointDrift | Block::JointTrend | Block::GapBias);
+        let is_nuisance = matches!(block, Block::JointDrift | Block::JointTrend | Block::JointWalk | Block::GapBias);
         let of_wrench = matches!(block, Block::WrenchBias | Block::WrenchScale);
         !is_nuisance && !of_wrench && entry.sigma.is_some() && estimate.covariance[(*k, *k)] > 0.0
     });

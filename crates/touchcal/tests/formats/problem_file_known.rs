@@ -3,6 +3,7 @@
 
 use touchcal::estimate::{DEFAULT_DISTANCE_SIGMA, PlacePrior, Problem, ShapeTolerance, WrenchTolerance};
 use touchcal::io::problem_file::EXACT_DISTANCE_SIGMA;
+use touchcal::parameter::Parameter;
 
 use super::problem_file::{BALL, FULL, POSES, folder, read, read_in, refused};
 
@@ -267,7 +268,28 @@ fn estimated_places_without_standard_deviations_are_free() {
     for (lines, prior) in [("sigma_mm = 2", gaussian(2.0, 0.5)), ("exact = true", PlacePrior::Fixed)] {
         assert_eq!(estimated("\"fixture\"", lines).fixtures[0].prior, prior, "{lines}");
     }
-    let trends =
-        estimated("\"joint_trend\"", "").parameters.iter().filter(|p| p.name.starts_with("joint_trend.")).count();
-    assert_eq!(trends, 7);
+}
+
+#[test]
+fn changes_of_encoders_over_the_log_are_estimated_where_asked_for() {
+    let read = |noise: &str, blocks: &str| {
+        let text = FULL.replace("[noise]\n", &format!("[noise]\n{noise}\n"));
+        read(&text.replace("\"strain\", ", &format!("\"strain\", {blocks}"))).map(|read| read.problem)
+    };
+    let sigmas = |noise: &str, blocks: &str, block: &str| -> Vec<f64> {
+        let parameters = read(noise, blocks).unwrap().parameters;
+        let of_block = parameters.iter().filter(|parameter| parameter.name.starts_with(block));
+        of_block.filter_map(Parameter::prior_sigma).collect()
+    };
+    assert_eq!(sigmas("", "\"joint_trend\", ", "joint_trend.").len(), 7);
+    assert_eq!(sigmas("", "", "joint_walk."), [0.0; 0]);
+    assert_eq!(sigmas("encoder_walk_deg = 0", "", "joint_walk."), [0.0; 0]);
+    // Eleven cosines for each of seven joints, the first of √2/(2π) of the walk.
+    for (noise, blocks, walk) in [("encoder_walk_deg = 0.1", "", 0.1f64), ("", "\"joint_walk\", ", 0.02)] {
+        let found = sigmas(noise, blocks, "joint_walk.");
+        assert_eq!(found.len(), 77);
+        assert!((found[0] - walk.to_radians() / (2.0f64.sqrt() * std::f64::consts::PI)).abs() < 1e-12, "{found:?}");
+    }
+    let error = read("encoder_walk_deg = 0", "\"joint_walk\", ").unwrap_err().to_string();
+    assert!(error.contains("`encoder_walk_deg` is 0"), "{error}");
 }

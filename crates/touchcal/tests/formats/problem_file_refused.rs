@@ -49,7 +49,7 @@ fn malformed_text_is_refused() {
     refused("length_mm = 40", "length_mm = \"40\"", &["problem.toml:10:13", "invalid type"]);
     refused("[[contacts]]", "[[contacts", &["problem.toml:31:"]);
     refused("xyz_mm = [600, 100, 150]", "xyz_mm = [600, 100]", &["problem.toml:17:", "invalid length 2"]);
-    refused("[estimate]\n", "", &["problem.toml:", "unknown field", "`encoder_trend_deg`, `estimated`"]);
+    refused("[estimate]\n", "", &["problem.toml:", "unknown field", "`encoder_walk_deg`, `estimated`"]);
     assert!(read("").unwrap_err().contains("missing field `robot`"));
     let deep = format!("a = {}", "[".repeat(100_000));
     assert!(read(&deep).unwrap_err().starts_with("problem.toml:1:"));

@@ -181,7 +181,7 @@ fn the_page_says_what_contacts_contradict_and_what_is_assumed() {
         content(&page(problem, estimate, &[]))["declarations"]["effects"].as_array().unwrap().clone()
     };
     assert!(effects(&right, &problem).iter().all(|effect| effect["is_significant"] == false));
-    assert_eq!(effects(&right, &problem).len(), 7);
+    assert_eq!(effects(&right, &problem).len(), 8);
 
     let place = problem.fixtures[0].base_from_fixture.as_mut().unwrap();
     *place *= touchcal::se3::Pose::translation(0.3e-3, -0.3e-3, 0.3e-3);

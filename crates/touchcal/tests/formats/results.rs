@@ -69,12 +69,16 @@ fn estimate() -> EstimateFile {
             gain: 20.0,
             predictive_ratio: Some(1.5),
         }],
-        predictive_check: Some(PredictiveCheckEntry { ratio: 1.1, p_value: 0.2, stretches: vec![1.0, 1.2] }),
+        predictive_check: Some(predictive_check()),
         acceptance: Some(acceptance()),
         inputs: vec![Input { path: "a".to_owned(), sha256: "0".to_owned() }],
         version: "0.1.0".to_owned(),
         seconds: 0.5,
     }
+}
+
+fn predictive_check() -> PredictiveCheckEntry {
+    PredictiveCheckEntry { ratio: 1.1, p_value: 0.2, widening: 1.05, stretches: vec![1.0, 1.2] }
 }
 
 fn acceptance() -> AcceptanceEntry {

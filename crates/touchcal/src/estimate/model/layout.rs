@@ -218,7 +218,8 @@ fn dependencies(parameters: &[Parameter], fixture: usize, placement: usize) -> V
     let depends = |id: ParameterId| match id {
         ParameterId::Fixture(f, _) | ParameterId::GapBias(f) | ParameterId::DirectionalGapBias(f, _) => f == fixture,
         ParameterId::JointDrift(p, _) => p == placement,
-        ParameterId::Kinematic(_) | ParameterId::JointTrend(_) | ParameterId::JointHarmonic(..) => true,
+        ParameterId::Kinematic(_) | ParameterId::JointTrend(_) => true,
+        ParameterId::JointWalk(..) | ParameterId::JointHarmonic(..) => true,
         ParameterId::WrenchBias(_) | ParameterId::WrenchScale => true,
     };
     (0..parameters.len()).filter(|&k| depends(parameters[k].id)).collect()

@@ -18,6 +18,9 @@ pub(crate) struct LinearizationPoint<'m> {
     drift: Vec<f64>,
     /// Trend of each joint over the log (rad, or m for a prismatic joint).
     trend: Vec<f64>,
+    /// Joint, number of half-waves over the log, and amplitude (rad) of each cosine in an encoder's
+    /// offset.
+    walk: Vec<(usize, usize, f64)>,
     /// Amplitudes of the sine and the cosine of each joint's encoder (rad).
     harmonic: Vec<[f64; 2]>,
     /// Bias (N, N m) of the measured wrench, and relative error of its scale (1).
@@ -52,13 +55,15 @@ impl<'m> LinearizationPoint<'m> {
         let dof = kinematics.dof();
         let placements = 1 + model.layout.placement.iter().max().copied().unwrap_or(0);
         let (mut drift, mut trend) = (vec![0.0; dof * placements], vec![0.0; dof]);
-        let mut harmonic = vec![[0.0; 2]; dof];
+        let (mut walk, mut harmonic) = (Vec::new(), vec![[0.0; 2]; dof]);
         let (mut wrench_bias, mut wrench_scale) = ([0.0; 6], 0.0);
         for (parameter, &value) in model.layout.parameters.iter().zip(theta.iter()) {
             match parameter.id {
                 ParameterId::Kinematic(_) => kinematic_values.push(value),
                 ParameterId::JointDrift(placement, i) => drift[placement * dof + i] = value,
                 ParameterId::JointTrend(i) => trend[i] = value,
+                ParameterId::JointWalk(i, k) if value != 0.0 => walk.push((i, k, value)),
+                ParameterId::JointWalk(..) => {}
                 ParameterId::JointHarmonic(i, k) => harmonic[i][k] = value,
                 ParameterId::Fixture(f, k) => twists[f][k] = value,
                 ParameterId::GapBias(f) => biases[f].0 = value,
@@ -86,6 +91,7 @@ impl<'m> LinearizationPoint<'m> {
             fixtures,
             drift,
             trend,
+            walk,
             harmonic,
             wrench_bias,
             wrench_scale,
@@ -133,8 +139,8 @@ impl<'m> LinearizationPoint<'m> {
         self.fixtures[contacts.fixture(i)].fixture_from_base * base_from_tool
     }
 
-    /// Writes the joint positions of contact `i` less drift, trend and harmonics of the encoders to
-    /// `q`.
+    /// Writes the joint positions of contact `i` less drift, trend, walk and harmonics of the
+    /// encoders to `q`.
     fn correct(&self, i: usize, q: &mut [f64]) {
         let contacts = &self.model.problem.contacts;
         let (f, measured) = (contacts.fixture(i), contacts.q(i));
@@ -147,6 +153,7 @@ impl<'m> LinearizationPoint<'m> {
                 *q -= sine * measured.sin() + cosine * measured.cos();
             }
         }
+        self.walk.iter().for_each(|&(joint, k, amplitude)| q[joint] -= amplitude * self.half_waves(k, i));
     }
 
     /// Load of contact `i` (N, N m): the measured one less its bias, over its scale; zero where
@@ -162,6 +169,11 @@ impl<'m> LinearizationPoint<'m> {
     fn position_in_log(&self, i: usize) -> f64 {
         let last = self.model.problem.contacts.len().saturating_sub(1).max(1);
         2.0 * i as f64 / last as f64 - 1.0
+    }
+
+    /// Cosine with `k` half-waves over the log at contact `i`.
+    fn half_waves(&self, k: usize, i: usize) -> f64 {
+        (0.5 * std::f64::consts::PI * k as f64 * (self.position_in_log(i) + 1.0)).cos()
     }
 
     /// `∂ξ/∂ζ` of the tool's twist ξ in its own frame by the twist ζ on fixture `f`'s pose; none if
@@ -191,6 +203,7 @@ impl<'m> LinearizationPoint<'m> {
             }
             ParameterId::JointDrift(_, joint) => -row.dot(&scratch.joints[joint]),
             ParameterId::JointTrend(joint) => -row.dot(&scratch.joints[joint]) * self.position_in_log(i),
+            ParameterId::JointWalk(joint, k) => -row.dot(&scratch.joints[joint]) * self.half_waves(k, i),
             ParameterId::JointHarmonic(joint, phase) => {
                 let measured = self.model.problem.contacts.q(i)[joint];
                 -row.dot(&scratch.joints[joint]) * if phase == 0 { measured.sin() } else { measured.cos() }

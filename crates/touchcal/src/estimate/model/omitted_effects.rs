@@ -5,7 +5,8 @@ use super::layout::{tool_directions, wrench_parameters};
 use crate::estimate::problem::{PLAUSIBLE_HARMONIC, PlacePrior, Problem, WrenchTolerance};
 use crate::estimate::result::OmittedEffect;
 use crate::parameter::{
-    Block, Parameter, ParameterId, Prior, joint_compliance, joint_harmonic, joint_origin, joint_trend, segment_strain,
+    Block, Parameter, ParameterId, Prior, joint_compliance, joint_harmonic, joint_origin, joint_trend, joint_walk,
+    segment_strain,
 };
 use crate::robot::KinematicParameter;
 
@@ -15,6 +16,8 @@ const STRAIN: f64 = 1e-3;
 const ORIGIN_LENGTH: f64 = 0.1e-3;
 const ORIGIN_ANGLE: f64 = 0.02 * std::f64::consts::PI / 180.0;
 const TREND: f64 = 0.01 * std::f64::consts::PI / 180.0;
+/// Most half-waves over the log of a random walk that are tested: those that bias an estimate most.
+const TESTED_HALF_WAVES: usize = 4;
 
 /// An effect that a model leaves out, as parameters of an extended one.
 pub(crate) struct OmittedParameters {
@@ -56,6 +59,13 @@ pub(crate) fn with_omitted_effects<'p>(own: &CalibrationModel<'p>) -> (Calibrati
     }
     if !has(Block::JointTrend) {
         add(OmittedEffect::JointTrend, joint_trend(robot), &|_| TREND);
+    }
+    if !has(Block::JointWalk) {
+        let is_tested = |id| matches!(id, ParameterId::JointWalk(_, k) if k <= TESTED_HALF_WAVES);
+        let walk = joint_walk(robot, TREND).into_iter().filter(|parameter| is_tested(parameter.id));
+        let walk: Vec<Parameter> = walk.collect();
+        let size = |id| walk.iter().find(|known| known.id == id).and_then(Parameter::prior_sigma).unwrap_or(0.0);
+        add(OmittedEffect::JointWalk, walk.clone(), &size);
     }
     let of_tool = exact_directions(problem.tool.prior, &tool_directions(problem));
     let parameter = |k: usize| Parameter::twist("tool", ParameterId::tool(k), k);

@@ -12,7 +12,7 @@ use crate::solver::NormalEquations;
 
 /// Largest number of stretches that a log is divided into.
 const MAX_STRETCHES: usize = 10;
-/// Least number of contacts, each of several rows, in a stretch of contacts that are not one-sided.
+/// Least number of contacts in a stretch of residuals.
 const RESIDUALS_PER_STRETCH: usize = 32;
 
 /// Sums over a stretch of the log.
@@ -40,8 +40,9 @@ pub(super) fn stretches(blocks: &[&NormalEquations], count: usize) -> Vec<Stretc
     each.collect()
 }
 
-/// The stretches of a log without one-sided contacts, at `theta`, with `Σ JᵀJ` as covariances; and
-/// the factor (1) on these, the mean of `ψ²`, at least that of the declared noise.
+/// The stretches of a log by the residuals at `theta`, least gaps of one-sided contacts among them,
+/// with `Σ JᵀJ` as covariances; and the factor (1) on these, the mean of `ψ²`, at least that of the
+/// declared noise.
 pub(crate) fn residual_stretches(
     model: &CalibrationModel<'_>,
     theta: &DVector<f64>,
@@ -52,7 +53,7 @@ pub(crate) fn residual_stretches(
     let scratch = || (ContactFactor::new(&point, false), NormalEquations::new(model.layout.len()), 0.0);
     let (_, scratches) = sum_contacts(model, 1, caches, scratch, |batch, _, (factor, sum, slope), _| {
         for &i in batch {
-            factor.evaluate(&point, i, Objective::ContactModes);
+            factor.evaluate(&point, i, Objective::Residual(loss));
             let index = &model.layout.dependencies[model.problem.contacts.fixture(i)];
             let (residual, squared) = (factor.residual(), factor.squared_norm());
             let weight = loss.weight(squared);

@@ -87,7 +87,9 @@ fn further_parameters(own: &CalibrationModel<'_>, posterior: Option<&ParameterPo
         let of_encoders = [joint_harmonic(robot), joint_trend(robot)];
         let all = of_arm.into_iter().chain(of_encoders).chain([vec![strain()], tool]).flatten();
         parameters.extend(all.filter(|parameter| posterior.index(&parameter.name).is_some()));
-        let has_drift = ["joint_drift", "joint_trend"].iter().any(|block| posterior.greatest_prior_sigma(block) > 0.0);
+        let has_drift = ["joint_drift", "joint_trend", "joint_walk"]
+            .iter()
+            .any(|block| posterior.greatest_prior_sigma(block) > 0.0);
         for (f, fixture) in problem.fixtures.iter().enumerate().filter(|_| has_drift) {
             let placement = own.layout.placement[f];
             if !own.layout.placement[..f].contains(&placement) {
@@ -126,7 +128,7 @@ impl<'a, 'p> Knowledge<'a, 'p> {
     fn new(model: &'a CalibrationModel<'p>, posterior: Option<&'a ParameterPosterior>) -> Self {
         let is_same = |id: ParameterId| match id {
             ParameterId::Fixture(f, _) => model.problem.fixtures[f].base_from_fixture.is_some(),
-            ParameterId::JointDrift(..) | ParameterId::JointTrend(_) => false,
+            ParameterId::JointDrift(..) | ParameterId::JointTrend(_) | ParameterId::JointWalk(..) => false,
             _ => true,
         };
         let index = |parameter: &Parameter| posterior?.index(&parameter.name).filter(|_| is_same(parameter.id));
@@ -168,13 +170,16 @@ impl<'a, 'p> Knowledge<'a, 'p> {
         let parameter = self.parameter(k);
         let prior = parameter.prior_sigma().unwrap_or(0.0);
         let Some(posterior) = self.posterior else { return if is_assumed(parameter.id) { prior } else { 0.0 } };
-        let trend = |i: usize| {
+        let greatest = |block: &str, i: usize| {
             let joint = self.model.problem.robot.moving().nth(i);
-            joint.map_or(0.0, |joint| posterior.greatest_prior_sigma(&format!("joint_trend.{}", joint.name)))
+            joint.map_or(0.0, |joint| posterior.greatest_prior_sigma(&format!("{block}.{}", joint.name)))
         };
         match parameter.id {
-            ParameterId::JointTrend(i) => trend(i),
-            ParameterId::JointDrift(_, i) => posterior.greatest_prior_sigma("joint_drift").hypot(trend(i)),
+            ParameterId::JointTrend(i) => greatest("joint_trend", i),
+            ParameterId::JointDrift(_, i) => {
+                let of_log = greatest("joint_trend", i).hypot(greatest("joint_walk", i));
+                posterior.greatest_prior_sigma("joint_drift").hypot(of_log)
+            }
             id if is_assumed(id) => prior,
             _ => 0.0,
         }

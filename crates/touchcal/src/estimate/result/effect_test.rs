@@ -19,6 +19,8 @@ pub enum OmittedEffect {
     JointHarmonic,
     /// Encoder offsets change over the log.
     JointTrend,
+    /// Encoder offsets change otherwise than linearly over the log.
+    JointWalk,
     /// The tool is not at its exactly declared place.
     ToolPlace,
     /// A fixture is not at its exactly declared place.
@@ -32,7 +34,7 @@ pub enum OmittedEffect {
 
 impl OmittedEffect {
     /// Name in files: `joint_compliance`, `segment_strain`, `joint_origin`, `joint_harmonic`,
-    /// `joint_trend`, `tool`, `fixture.{name}`, `wrench`.
+    /// `joint_trend`, `joint_walk`, `tool`, `fixture.{name}`, `wrench`.
     pub fn name(&self) -> String {
         match self {
             OmittedEffect::JointCompliance => "joint_compliance".to_owned(),
@@ -40,6 +42,7 @@ impl OmittedEffect {
             OmittedEffect::JointOrigin => "joint_origin".to_owned(),
             OmittedEffect::JointHarmonic => "joint_harmonic".to_owned(),
             OmittedEffect::JointTrend => "joint_trend".to_owned(),
+            OmittedEffect::JointWalk => "joint_walk".to_owned(),
             OmittedEffect::ToolPlace => "tool".to_owned(),
             OmittedEffect::FixturePlace { fixture } => format!("fixture.{fixture}"),
             OmittedEffect::Wrench => "wrench".to_owned(),
@@ -54,16 +57,17 @@ impl OmittedEffect {
             OmittedEffect::JointOrigin => "joint origins are displaced".to_owned(),
             OmittedEffect::JointHarmonic => "encoders have an error of once a turn".to_owned(),
             OmittedEffect::JointTrend => "encoder offsets change over the log".to_owned(),
+            OmittedEffect::JointWalk => "encoder offsets wander over the log".to_owned(),
             OmittedEffect::ToolPlace => "the tool is not where it is declared".to_owned(),
             OmittedEffect::FixturePlace { fixture } => format!("fixture `{fixture}` is not where it is declared"),
             OmittedEffect::Wrench => "the measured wrench has a bias or another scale".to_owned(),
         }
     }
 
-    /// Whether it is an error of the arm that is the same in all of the log.
-    pub(crate) fn is_constant_arm_error(&self) -> bool {
-        use OmittedEffect::{JointCompliance, JointHarmonic, JointOrigin, SegmentStrain};
-        matches!(self, JointCompliance | SegmentStrain | JointOrigin | JointHarmonic)
+    /// Whether it is an error of the arm, so that intervals allow for what tests would miss of it.
+    pub(crate) fn is_arm_error(&self) -> bool {
+        use OmittedEffect::{JointCompliance, JointHarmonic, JointOrigin, JointWalk, SegmentStrain};
+        matches!(self, JointCompliance | SegmentStrain | JointOrigin | JointHarmonic | JointWalk)
     }
 
     /// What contacts show, with the corrected `p_value` (0 to 1) that it is chance and how far (m)
@@ -82,6 +86,9 @@ impl OmittedEffect {
             OmittedEffect::JointHarmonic => "no parameter corrects this: mind the scatter of the encoders",
             OmittedEffect::JointTrend => {
                 "estimate `joint_trend`, or record a shorter log with the arm at one temperature"
+            }
+            OmittedEffect::JointWalk => {
+                "estimate `joint_walk`, or record a shorter log with the arm at one temperature"
             }
             OmittedEffect::ToolPlace => "measure the tool's place again, or give it a standard deviation",
             OmittedEffect::FixturePlace { .. } => "measure the fixture's place again, or give it a standard deviation",

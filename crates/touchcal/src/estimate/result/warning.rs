@@ -169,10 +169,12 @@ pub enum Warning {
         usable: bool,
     },
     /// Stretches of the log are farther from what the others predict than their uncertainty
-    /// explains; standard deviations are scaled accordingly.
+    /// explains.
     PredictionContradicted {
         /// Scatter found over scatter predicted (1).
         ratio: f64,
+        /// Factor by which standard deviations are larger for it (1).
+        widening: f64,
         /// Whether the result may be used.
         usable: bool,
     },
@@ -305,9 +307,9 @@ impl Warning {
             }
             Warning::CommonScale { strain, deviations, .. } => scale_message(*strain, *deviations),
             Warning::OmittedEffect { effect, p_value, displacement, .. } => effect.message(*p_value, *displacement),
-            Warning::PredictionContradicted { ratio, .. } => {
-                format!("stretches of the log are {ratio:.1} times farther from what the others predict than expected")
-            }
+            Warning::PredictionContradicted { ratio, widening, .. } => format!(
+                "stretches of the log are {ratio:.1} times farther from what the others predict than expected; standard deviations are {widening:.1} times larger for that"
+            ),
             Warning::ToolNotInRobot { .. } => {
                 "the calibrated robot description does not contain the tool's estimated pose".to_owned()
             }

@@ -105,9 +105,10 @@ fn iterate(search: &mut SearchState<'_>, stride: usize, iteration: usize, observ
     em.change
 }
 
-/// How far stretches of the log are from what the others predict, where no contact is one-sided.
+/// How far stretches of the log are from what the others predict, by the residuals: those of
+/// contacts that are not one-sided, and the least gaps of others that have no marginal likelihood.
 pub(crate) fn residual_prediction(search: &mut SearchState<'_>) -> Option<PredictiveCheck> {
-    if search.model.has_one_sided_contacts() || search.model.problem.has_projection() || search.is_interrupted() {
+    if search.model.problem.has_projection() || search.is_interrupted() {
         return None;
     }
     let (model, theta) = (&search.model, &search.theta);
@@ -126,6 +127,6 @@ pub(crate) fn sandwich(search: &mut SearchState<'_>) -> Option<Sandwich> {
     let known = distance_information(model, theta) + prior_information(model);
     let statistics = contact_mode_statistics(model, theta, (1, Curvature::Observed), &mut search.caches);
     let options = &model.problem.options.contact_mode;
-    let sandwich = sandwich_covariance(&statistics, &known, &search.free, &model.mode_priors, options)?;
+    let sandwich = sandwich_covariance(&statistics, &known, &search.free, &model.mode_priors, options);
     Some(sandwich.with_shape_errors(&statistics, &model.shape_errors()))
 }

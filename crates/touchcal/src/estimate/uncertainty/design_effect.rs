@@ -35,7 +35,14 @@ pub(crate) fn design_effect(
     // Independent normal scores would scatter at least so much.
     let least = 2.0 / (count * directions.len() as f64).max(1.0);
     let chance = (scatter * count / f64::max(count - 1.0, 1.0)).max(least);
-    let excess = (effect - 1.0).max(0.0);
+    shrunk_variance_factor(effect, chance)
+}
+
+/// A factor (≥ 1) of variances that was found to be `found`, where one of 1 would scatter with
+/// variance `chance`: an excess over 1 that is small beside its scatter hardly counts, a large one
+/// counts whole.
+pub(crate) fn shrunk_variance_factor(found: f64, chance: f64) -> f64 {
+    let excess = (found - 1.0).max(0.0);
     1.0 + excess.powi(3) / (excess.powi(2) + chance).max(f64::MIN_POSITIVE)
 }
 

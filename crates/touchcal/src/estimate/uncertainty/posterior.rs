@@ -32,7 +32,8 @@ impl Posterior {
         // What measurements and parts are off by is no question to the data.
         let is_in_question = |id| {
             let of_wrench = matches!(id, ParameterId::WrenchBias(_) | ParameterId::WrenchScale);
-            !(of_wrench || matches!(id, ParameterId::DirectionalGapBias(..) | ParameterId::JointTrend(_)))
+            let of_log = matches!(id, ParameterId::JointTrend(_) | ParameterId::JointWalk(..));
+            !(of_wrench || of_log || matches!(id, ParameterId::DirectionalGapBias(..)))
         };
         let without = |scale: DVector<f64>, is_kept: &dyn Fn(ParameterId) -> bool| {
             scale.map_with_location(|k, _, scale| if is_kept(parameters[k].id) { scale } else { 0.0 })

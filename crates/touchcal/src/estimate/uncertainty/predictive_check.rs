@@ -15,6 +15,7 @@
 use nalgebra::{Cholesky, DMatrix, DVector};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
+use super::design_effect::shrunk_variance_factor;
 use crate::estimate::model::Stretch;
 use crate::estimate::result::PredictiveCheck;
 use crate::solver::FreeParameters;
@@ -23,6 +24,10 @@ use crate::solver::FreeParameters;
 /// others must have: a third of the mean share of one of ten stretches. With a smaller share the
 /// few informative contacts of the stretch give too small a covariance `B`.
 const MIN_SHARE: f64 = 0.03;
+
+/// Standard deviations of a squared ratio above 1 of which half widens the covariance: without
+/// anything missing the mean widening is then about one percent.
+const HALF_COUNTED: f64 = 2.0;
 
 /// How far the `stretches` of a log are from what the others predict; `known` is the information
 /// (inverse SI units) of priors and distances, and the covariances of all scores are multiplied by
@@ -54,11 +59,13 @@ pub(crate) fn predictive_check(
         statistic += squared;
         degrees_of_freedom += rank;
     }
-    let independent = 1.0 - 1.0 / stretches.len() as f64;
-    let distribution = ChiSquared::new(independent * degrees_of_freedom as f64).ok()?;
-    let ratio = (statistic / degrees_of_freedom as f64).sqrt();
-    let p_value = distribution.sf(independent * statistic);
-    ratio.is_finite().then_some(PredictiveCheck { ratio, p_value, stretches: ratios })
+    let share = 1.0 - 1.0 / stretches.len() as f64;
+    let independent = share * degrees_of_freedom as f64;
+    let distribution = ChiSquared::new(independent).ok()?;
+    let (square, p_value) = (statistic / degrees_of_freedom as f64, distribution.sf(share * statistic));
+    let widening = shrunk_variance_factor(square, HALF_COUNTED.powi(2) * 2.0 / independent).sqrt();
+    let check = PredictiveCheck { ratio: square.sqrt(), p_value, widening, stretches: ratios };
+    square.is_finite().then_some(check)
 }
 
 /// `matrix` with ones on the diagonal for fixed parameters, so that it can be factored.

@@ -10,17 +10,20 @@ use crate::estimate::options::ContactModeOptions;
 use crate::estimate::result::PredictiveCheck;
 use crate::solver::FreeParameters;
 
-/// A sandwich covariance.
+/// What the scores of contacts say of the uncertainty.
 pub(crate) struct Sandwich {
-    /// Covariance of the parameters (SI); rows and columns of fixed parameters are zero.
-    pub covariance: DMatrix<f64>,
+    /// Covariance of the parameters (SI); rows and columns of fixed parameters are zero. `None`
+    /// where the cost is not convex in all directions, as it is at a minimum that enough contacts
+    /// determine.
+    pub covariance: Option<DMatrix<f64>>,
     /// Design effect: number of contacts that carry the information of an independent one (1).
     pub design_effect: f64,
     /// How far stretches of the log are from what the others predict, errors as correlated as the
     /// design effect says.
     pub predictive_check: Option<PredictiveCheck>,
-    /// Inverse `(H + Λ)⁻¹` over the parameters and the odds of contact modes.
-    bread: DMatrix<f64>,
+    /// Inverse `(H + Λ)⁻¹` over the parameters and the odds of contact modes, where the cost is
+    /// convex.
+    bread: Option<DMatrix<f64>>,
 }
 
 impl Sandwich {
@@ -31,12 +34,13 @@ impl Sandwich {
     /// Source: the consider covariance of Schmidt, *Application of state-space methods to
     /// navigation problems* (1966).
     pub fn with_shape_errors(mut self, statistics: &ContactModeStatistics, errors: &[DVector<f64>]) -> Self {
-        let (size, parameters) = (self.bread.nrows(), self.covariance.nrows());
+        let (Some(bread), Some(covariance)) = (&self.bread, &mut self.covariance) else { return self };
+        let (size, parameters) = (bread.nrows(), covariance.nrows());
         for error in errors {
             let error = error.clone().resize_vertically(size, 0.0);
-            let motion = &self.bread * (&statistics.derivatives.information * error);
+            let motion = bread * (&statistics.derivatives.information * error);
             let motion = motion.rows(0, parameters);
-            self.covariance += motion * motion.transpose();
+            *covariance += motion * motion.transpose();
         }
         self
     }
@@ -45,8 +49,7 @@ impl Sandwich {
 /// `D (H + Λ)⁻¹ (B + Λ) (H + Λ)⁻¹`, with `H` the observed information, `B` the sum of the outer
 /// products of scores, `Λ` the information of what is known besides (`known`), and `D` the [design
 /// effect](design_effect()). The odds of contact modes were estimated from the same contacts and
-/// count as parameters. None where the cost is not convex in all directions, as it is at a minimum
-/// that enough contacts determine.
+/// count as parameters.
 ///
 /// Source: Huber, *The behavior of maximum likelihood estimates under nonstandard conditions*
 /// (1967), theorem 3.
@@ -56,17 +59,16 @@ pub(crate) fn sandwich_covariance(
     free: &FreeParameters,
     priors: &[Vec<ContactModePrior>],
     options: &ContactModeOptions,
-) -> Option<Sandwich> {
+) -> Sandwich {
     let (parameters, size) = (free.len(), statistics.derivatives.information.nrows());
     let (hessian, squares) = curvature_and_squares(statistics, known, priors, options);
     let all = free.extended(size);
-    Cholesky::new(all.scaled_regular(&hessian))?;
-    let bread = all.covariance(&hessian);
+    let bread = Cholesky::new(all.scaled_regular(&hessian)).map(|_| all.covariance(&hessian));
     let design_effect = design_effect(&statistics.score_outer_product.information, &statistics.block_scores, free);
-    let covariance = &bread * squares * &bread * design_effect;
-    let covariance = covariance.view((0, 0), (parameters, parameters)).into_owned();
+    let covariance = bread.as_ref().map(|bread| bread * squares * bread * design_effect);
+    let covariance = covariance.map(|all| all.view((0, 0), (parameters, parameters)).into_owned());
     let predictive_check = predictive_check(&statistics.stretches, known, free, design_effect);
-    Some(Sandwich { covariance, design_effect, predictive_check, bread })
+    Sandwich { covariance, design_effect, predictive_check, bread }
 }
 
 /// `H + Λ` and `B + Λ` over the parameters and, behind them, the odds of contact modes; `known` is

@@ -213,14 +213,16 @@ pub struct PredictiveCheckEntry {
     pub ratio: f64,
     /// Probability of a ratio as large by chance.
     pub p_value: f64,
+    /// Factor by which standard deviations were multiplied for it.
+    pub widening: f64,
     /// The ratio of each stretch, in the order of the log.
     pub stretches: Vec<f64>,
 }
 
 impl From<&estimate::PredictiveCheck> for PredictiveCheckEntry {
     fn from(check: &estimate::PredictiveCheck) -> Self {
-        let estimate::PredictiveCheck { ratio, p_value, stretches } = check.clone();
-        PredictiveCheckEntry { ratio, p_value, stretches }
+        let estimate::PredictiveCheck { ratio, p_value, widening, stretches } = check.clone();
+        PredictiveCheckEntry { ratio, p_value, widening, stretches }
     }
 }
 

@@ -220,7 +220,7 @@ impl EstimateFile {
             own.into_iter().chain(values).map(move |value| (format!("effect_tests, {}", test.effect), value))
         });
         let predictive_check = self.predictive_check.iter().flat_map(|check| {
-            let all = [check.ratio, check.p_value].into_iter().chain(check.stretches.iter().copied());
+            let all = [check.ratio, check.p_value, check.widening].into_iter().chain(check.stretches.iter().copied());
             all.map(|value| ("predictive_check".to_owned(), value))
         });
         let freed = self.freed_effects.iter().flat_map(|freed| {

@@ -7,7 +7,7 @@ use crate::contact::{ContactLog, Source};
 use crate::estimate::problem::{Fixture, PlacePrior, Problem, ShapeTolerance, Tool, WrenchTolerance};
 use crate::io::urdf::{self, Ends};
 use crate::manifold::BallInSocket;
-use crate::parameter::{joint_compliance, joint_harmonic, joint_offset, joint_trend};
+use crate::parameter::{joint_compliance, joint_harmonic, joint_offset, joint_trend, joint_walk};
 
 /// Five contacts of an arm whose encoders have offsets, trends and harmonics.
 fn problem() -> Problem {
@@ -25,7 +25,8 @@ fn problem() -> Problem {
         tolerance: ShapeTolerance::EXACT,
         placement: String::new(),
     };
-    let parameters = [joint_offset(&robot), joint_trend(&robot), joint_harmonic(&robot)].concat();
+    let of_encoders = [joint_trend(&robot), joint_walk(&robot, 1e-3), joint_harmonic(&robot)].concat();
+    let parameters = [joint_offset(&robot), of_encoders].concat();
     let tool = Tool { tip_from_tool: Pose::translation(0.0, 0.0, 0.1), prior: PlacePrior::Fixed };
     Problem::new(robot, tool, vec![socket], contacts).with_parameters(parameters)
 }

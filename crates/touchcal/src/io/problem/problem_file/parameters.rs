@@ -8,13 +8,13 @@ use crate::estimate::{GradientDescent, Loss, Method, Optimizer, UnseenEffects};
 use crate::io::base::error::{IoError, Place, quoted};
 use crate::io::base::suggest::{did_you_mean, list};
 use crate::parameter::{
-    Block, Parameter, Unit, joint_compliance, joint_harmonic, joint_offset, joint_origin, joint_trend,
-    joint_trend_with_sigma, segment_strain, strain,
+    Block, DEFAULT_WALK_SIGMA, Parameter, Unit, joint_compliance, joint_harmonic, joint_offset, joint_origin,
+    joint_trend, joint_trend_with_sigma, joint_walk, segment_strain, strain,
 };
 use crate::robot::Robot;
 
 /// Blocks that may be listed.
-const BLOCKS: [Block; 9] = [
+const BLOCKS: [Block; 10] = [
     Block::Strain,
     Block::SegmentStrain,
     Block::JointOffset,
@@ -22,6 +22,7 @@ const BLOCKS: [Block; 9] = [
     Block::JointCompliance,
     Block::JointDrift,
     Block::JointTrend,
+    Block::JointWalk,
     Block::Tool,
     Block::Fixture,
 ];
@@ -53,11 +54,19 @@ pub(super) struct Wanted {
     pub(super) unseen_effects: UnseenEffects,
 }
 
-/// What the table asks for, with `trend` (rad) as declared standard deviation of the trends of
-/// encoder offsets.
+/// Declared standard deviations (rad) of changes of the encoder offsets over the log.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Drift {
+    /// Of linear changes.
+    pub(super) trend: Option<f64>,
+    /// Of random walks.
+    pub(super) walk: Option<f64>,
+}
+
+/// What the table asks for, with the declared `drift` of the encoders.
 pub(super) fn wanted(
     estimate: &EstimateToml,
-    trend: Option<f64>,
+    drift: Drift,
     robot: &Robot,
     context: &Context<'_>,
 ) -> Result<Wanted, IoError> {
@@ -82,9 +91,10 @@ pub(super) fn wanted(
             let place = context.place(name.span(), "estimate, parameters");
             return Err(IoError::unexpected(place, "distinct blocks", format!("{} twice", quoted(name.get_ref()))));
         }
-        if block == Block::JointTrend && trend == Some(0.0) {
+        let none = [(Block::JointTrend, drift.trend, "trend"), (Block::JointWalk, drift.walk, "walk")];
+        if let Some((.., kind)) = none.into_iter().find(|(of, sigma, _)| *of == block && *sigma == Some(0.0)) {
             let place = context.place(name.span(), "estimate, parameters");
-            let expected = "no `joint_trend`, as `encoder_trend_deg` is 0";
+            let expected = format!("no `joint_{kind}`, as `encoder_{kind}_deg` is 0");
             return Err(IoError::unexpected(place, expected, quoted(name.get_ref())));
         }
         seen.push(block);
@@ -98,6 +108,7 @@ pub(super) fn wanted(
                 joint_compliance(robot)
             }
             Block::JointTrend => joint_trend(robot),
+            Block::JointWalk => joint_walk(robot, drift.walk.unwrap_or(DEFAULT_WALK_SIGMA)),
             Block::JointHarmonic => joint_harmonic(robot),
             Block::JointDrift | Block::Tool | Block::Fixture | Block::GapBias => Vec::new(),
             Block::WrenchBias | Block::WrenchScale => Vec::new(),
@@ -107,7 +118,10 @@ pub(super) fn wanted(
         wanted.fixtures |= block == Block::Fixture;
         wanted.parameters.extend(parameters.into_iter().map(|parameter| priors.on(parameter)));
     }
-    wanted.add_trend(trend, robot);
+    wanted.add_trend(drift.trend, robot);
+    if let Some(sigma) = drift.walk.filter(|sigma| *sigma > 0.0 && !seen.contains(&Block::JointWalk)) {
+        wanted.parameters.extend(joint_walk(robot, sigma));
+    }
     freeze(&mut wanted.parameters, &estimate.freeze, context)?;
     Ok(wanted)
 }

@@ -224,6 +224,7 @@ pub(crate) struct NoiseToml {
     pub(crate) encoder_deg: Option<Number>,
     pub(crate) contact_mm: Option<Number>,
     pub(crate) encoder_trend_deg: Option<Number>,
+    pub(crate) encoder_walk_deg: Option<Number>,
     /// Whether the noise is estimated too, the values being where that starts.
     pub(crate) estimated: Option<bool>,
     pub(crate) force_bias_n: Option<Number>,

@@ -6,7 +6,7 @@ use serde::Deserialize;
 
 use super::assumptions::Assumptions;
 use super::context::{Allowed, Context, DEG, MAX_BYTES, MM};
-use super::parameters::{self, Wanted};
+use super::parameters::{self, Drift, Wanted};
 use super::schema::{EstimateToml, NoiseToml, Number};
 use super::tolerance::DeclaredPrior;
 use crate::contact::ContactLog;
@@ -64,9 +64,14 @@ impl Settings {
         robot: &Robot,
         context: &Context<'_>,
     ) -> Result<Settings, IoError> {
-        let field = "noise, encoder_trend_deg";
-        let trend = context.number(noise.encoder_trend_deg.as_ref(), DEG, Allowed::NotNegative, field)?;
-        let wanted = parameters::wanted(estimate, trend, robot, context)?;
+        let angle = |value: &Option<Number>, name: &str| {
+            context.number(value.as_ref(), DEG, Allowed::NotNegative, &format!("noise, {name}"))
+        };
+        let drift = Drift {
+            trend: angle(&noise.encoder_trend_deg, "encoder_trend_deg")?,
+            walk: angle(&noise.encoder_walk_deg, "encoder_walk_deg")?,
+        };
+        let wanted = parameters::wanted(estimate, drift, robot, context)?;
         Ok(Settings { noise: self::noise(noise, context)?, wrench: wrench(noise, context)?, wanted })
     }
 

@@ -110,6 +110,7 @@ pub fn problem_text(file: &ScenarioFile) -> Vec<TextFile> {
     line.number("encoder_deg", noise.encoder.to_degrees());
     line.number("contact_mm", 1e3 * noise.contact);
     line.number("encoder_trend_deg", experiment::encoder_trend(&scenario.recorder).to_degrees());
+    line.number("encoder_walk_deg", scenario.recorder.encoder_walk.to_degrees());
     if scenario.errors.joint_compliance > 0.0 {
         let wrench = experiment::wrench(&scenario.recorder);
         line.number("force_bias_n", wrench.force);
