@@ -278,8 +278,8 @@ pub struct WarningThresholds {
     /// much scatter is no noise, but another shape or place.
     pub noise_factor: [f64; 2],
     /// Design effects (1) above which there is a warning `[0]` (standard deviations are doubled at
-    /// 4, five times as large at 25) and from which the result is not usable `[1]`: errors common
-    /// to so many contacts bias the result by an amount that the contacts do not determine.
+    /// 4) and from which the result is not usable `[1]`: errors common to so many contacts bias the
+    /// result by an amount that the contacts do not determine.
     pub design_effect: [f64; 2],
     /// Range of a joint's positions (rad, or m for a prismatic joint) below which its parameters
     /// resemble those of its neighbours and there is a warning.
@@ -329,7 +329,7 @@ impl Default for WarningThresholds {
             rejected_weight: 0.05,
             rejected_share: [0.2, 0.5],
             noise_factor: [1.5, 3.0],
-            design_effect: [4.0, 25.0],
+            design_effect: [4.0, 9.0],
             joint_range: 0.035,
             arm_uncertainty: 0.5,
             implausible_scales: 5.0,
