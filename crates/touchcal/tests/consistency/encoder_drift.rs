@@ -43,7 +43,7 @@ fn trends_of_encoders_are_in_the_intervals() {
 #[test]
 fn random_walks_of_encoders_are_in_the_intervals() {
     let (mut declared, mut undeclared) = (NeesSum::default(), NeesSum::default());
-    for seed in 1..=5 {
+    for seed in 1..=8 {
         let (mut problem, simulated) = trial(|recorder| recorder.encoder_walk = 0.01f64.to_radians(), seed);
         declared.add(&solve(&problem), &simulated.truth);
         problem.parameters.retain(|parameter| !parameter.name.starts_with("joint_walk"));
