@@ -26,7 +26,8 @@ use super::summarize::summarize;
 /// and known distances, for at least the declared noise (Huber, *Robust statistics* (1981), section
 /// 7.6). With one-sided contacts it is the sandwich of their marginal likelihood times the design
 /// effect of correlated contacts; where that is not used, the former one times the square of
-/// [`ContactModeOptions::least_gap_inflation`](super::ContactModeOptions::least_gap_inflation).
+/// [`ContactModeOptions::least_gap_inflation`](super::ContactModeOptions::least_gap_inflation). All
+/// are times the square of [`PredictiveCheck::widening`](super::PredictiveCheck::widening).
 ///
 /// There is no error: an estimate that must not be used has another [`Status`](super::Status) than
 /// converged, and [`Warning`](super::Warning)s with the cause; so has a problem without contacts.

@@ -25,8 +25,8 @@ pub struct EstimatorOptions {
 }
 
 /// What is done about errors of the arm that the model leaves out (joint compliance, segment
-/// strains, joint origins, encoder harmonics), in directions in which contacts would not show them
-/// at a plausible size.
+/// strains, joint origins, encoder harmonics and random walks), in directions in which contacts
+/// would not show them at a plausible size.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum UnseenEffects {
     /// They have a Gaussian prior of their plausible size and widen the covariance by what they

@@ -21,6 +21,8 @@ pub(super) struct FitStatistics {
     /// Number of contacts that carry the information of an independent one; `None` without contact
     /// modes.
     pub design_effect: Option<f64>,
+    /// Whether the covariance is that of least gaps, inflated.
+    pub has_least_gap_inflation: bool,
     /// Uncertainty of distances between tool positions after over before the calibration (1).
     pub arm_uncertainty: f64,
 }
@@ -92,19 +94,16 @@ fn fit_warnings(
         let is_outliers = factor <= thresholds.noise_factor[0];
         warnings.push(Warning::ManyRejected { share, usable: is_outliers && share <= thresholds.rejected_share[1] });
     }
-    match (statistics.design_effect, search.informative_fraction) {
-        (Some(design_effect), _) if design_effect > thresholds.design_effect[0] => {
-            let usable = design_effect < thresholds.design_effect[1];
-            warnings.push(Warning::CorrelatedErrors { design_effect, usable });
-        }
-        (None, Some(informative_fraction)) => {
-            let inflation = problem.options.contact_mode.least_gap_inflation;
-            // Without a likelihood nothing that is declared exact can be tested.
-            let is_enough = informative_fraction > thresholds.informative_fraction;
-            let usable = is_enough && !has_exact_declarations(problem);
-            warnings.push(Warning::FewInformativeContacts { informative_fraction, inflation, usable });
-        }
-        _ => {}
+    if let Some(design_effect) = statistics.design_effect.filter(|found| *found > thresholds.design_effect[0]) {
+        let usable = design_effect < thresholds.design_effect[1];
+        warnings.push(Warning::CorrelatedErrors { design_effect, usable });
+    }
+    if let Some(informative_fraction) = search.informative_fraction.filter(|_| statistics.has_least_gap_inflation) {
+        let inflation = problem.options.contact_mode.least_gap_inflation;
+        // Without a likelihood nothing that is declared exact can be tested.
+        let is_enough = informative_fraction > thresholds.informative_fraction;
+        let usable = is_enough && !has_exact_declarations(problem);
+        warnings.push(Warning::FewInformativeContacts { informative_fraction, inflation, usable });
     }
     if let Some(found) = predictive_check.filter(|found| found.p_value < thresholds.prediction_p_value) {
         let usable = found.ratio < thresholds.prediction_ratio;

@@ -69,40 +69,42 @@ impl PostfitStatistics {
     }
 }
 
-/// The posterior, with the design effect of one-sided contacts and the predictive check, which
-/// widen its covariance.
-fn posterior(
-    search: &mut SearchState<'_>,
-    postfit: &PostfitStatistics,
-) -> (Posterior, Option<f64>, Option<PredictiveCheck>) {
+/// The posterior, and what widened its covariance.
+struct WidenedPosterior {
+    posterior: Posterior,
+    /// Design effect of one-sided contacts (1), if their marginal likelihood was fitted.
+    design_effect: Option<f64>,
+    /// Whether the covariance is that of least gaps, times the square of their inflation.
+    has_least_gap_inflation: bool,
+    predictive_check: Option<PredictiveCheck>,
+}
+
+fn posterior(search: &mut SearchState<'_>, postfit: &PostfitStatistics) -> WidenedPosterior {
     let mut posterior = Posterior::new(&search.model, &postfit.information, &search.free, &search.fixed);
-    let of_least_gaps = search.model.problem.options.contact_mode.least_gap_inflation.powi(2);
-    let (design_effect, predictive_check) = match sandwich(search) {
-        Some(Sandwich { covariance: Some(covariance), design_effect, predictive_check, .. }) => {
-            posterior.covariance = covariance;
-            (Some(design_effect), predictive_check)
+    let (covariance, design_effect, predictive_check) = match sandwich(search) {
+        Some(Sandwich { covariance, design_effect, predictive_check, .. }) => {
+            (covariance, Some(design_effect), predictive_check)
         }
-        Some(Sandwich { design_effect, predictive_check, .. }) => {
-            posterior.covariance *= of_least_gaps.max(design_effect);
-            (None, predictive_check)
-        }
-        None => {
-            if search.informative_fraction.is_some() {
-                posterior.covariance *= of_least_gaps;
-            }
-            (None, residual_prediction(search))
-        }
+        None => (None, None, residual_prediction(search)),
     };
+    let has_least_gap_inflation = covariance.is_none() && search.informative_fraction.is_some();
+    if has_least_gap_inflation {
+        posterior.covariance *= search.model.problem.options.contact_mode.least_gap_inflation.powi(2);
+    }
+    if let Some(covariance) = covariance {
+        posterior.covariance = covariance;
+    }
     if let Some(found) = &predictive_check {
         posterior.covariance *= found.widening.powi(2);
     }
-    (posterior, design_effect, predictive_check)
+    WidenedPosterior { posterior, design_effect, has_least_gap_inflation, predictive_check }
 }
 
 /// The result of a search that has ended.
 pub(super) fn summarize(mut search: SearchState<'_>) -> Estimate {
     let postfit = PostfitStatistics::new(&search.model, &search.theta, &mut search.caches);
-    let (posterior, design_effect, predictive_check) = posterior(&mut search, &postfit);
+    let WidenedPosterior { posterior, design_effect, has_least_gap_inflation, predictive_check } =
+        posterior(&mut search, &postfit);
     let (model, theta, problem) = (&search.model, &search.theta, search.model.problem);
     // The least of several gaps scatters otherwise than each of them.
     let noise_factor = if uses_contact_modes(&search) { model.noise.mode_factor } else { postfit.noise_factor };
@@ -121,6 +123,7 @@ pub(super) fn summarize(mut search: SearchState<'_>) -> Estimate {
         rejected_share: postfit.rejected() as f64 / postfit.verdicts.len().max(1) as f64,
         noise_factor,
         design_effect,
+        has_least_gap_inflation,
         arm_uncertainty: remaining,
     };
     let parameters: Vec<ParameterEstimate> = parameters.collect();

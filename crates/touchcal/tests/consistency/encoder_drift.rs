@@ -38,8 +38,7 @@ fn trends_of_encoders_are_in_the_intervals() {
 }
 
 /// Random walks are drawn from what the problem declares. Where they are not declared, stretches of
-/// the log that contradict each other widen the intervals by as much as is not chance: without that
-/// errors are nearly three times as large (NEES) as reported.
+/// the log that contradict each other widen the intervals by as much as is not chance.
 #[test]
 fn random_walks_of_encoders_are_in_the_intervals() {
     let (mut declared, mut undeclared) = (NeesSum::default(), NeesSum::default());

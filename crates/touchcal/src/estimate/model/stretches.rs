@@ -40,8 +40,8 @@ pub(super) fn stretches(blocks: &[&NormalEquations], count: usize) -> Vec<Stretc
     each.collect()
 }
 
-/// The stretches of a log by the residuals at `theta`, least gaps of one-sided contacts among them,
-/// with `Σ JᵀJ` as covariances; and the factor (1) on these, the mean of `ψ²`, at least that of the
+/// The stretches of a log by the residuals at `theta`, of one-sided contacts their least gaps, with
+/// `Σ JᵀJ` as covariances; and the factor (1) on these, the mean of `ψ²`, at least that of the
 /// declared noise.
 pub(crate) fn residual_stretches(
     model: &CalibrationModel<'_>,

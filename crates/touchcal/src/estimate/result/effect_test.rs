@@ -57,7 +57,7 @@ impl OmittedEffect {
             OmittedEffect::JointOrigin => "joint origins are displaced".to_owned(),
             OmittedEffect::JointHarmonic => "encoders have an error of once a turn".to_owned(),
             OmittedEffect::JointTrend => "encoder offsets change over the log".to_owned(),
-            OmittedEffect::JointWalk => "encoder offsets wander over the log".to_owned(),
+            OmittedEffect::JointWalk => "encoder offsets walk at random over the log".to_owned(),
             OmittedEffect::ToolPlace => "the tool is not where it is declared".to_owned(),
             OmittedEffect::FixturePlace { fixture } => format!("fixture `{fixture}` is not where it is declared"),
             OmittedEffect::Wrench => "the measured wrench has a bias or another scale".to_owned(),

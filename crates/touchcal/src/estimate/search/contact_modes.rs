@@ -108,9 +108,9 @@ fn iterate(search: &mut SearchState<'_>, stride: usize, iteration: usize, observ
 /// How far stretches of the log are from what the others predict, by the residuals: those of
 /// contacts that are not one-sided, and the least gaps of others that have no marginal likelihood.
 pub(crate) fn residual_prediction(search: &mut SearchState<'_>) -> Option<PredictiveCheck> {
-    // A gradient descent is not at a minimum of these.
-    let is_descent = search.model.has_one_sided_contacts() && search.informative_fraction.is_none();
-    if is_descent || search.model.problem.has_projection() || search.is_interrupted() {
+    // A gradient descent, or a search that has not converged, is at no minimum of least gaps.
+    let is_unconverged = search.model.has_one_sided_contacts() && search.informative_fraction.is_none();
+    if is_unconverged || search.model.problem.has_projection() || search.is_interrupted() {
         return None;
     }
     let (model, theta) = (&search.model, &search.theta);

@@ -13,7 +13,7 @@ use crate::solver::FreeParameters;
 /// What the scores of contacts say of the uncertainty.
 pub(crate) struct Sandwich {
     /// Covariance of the parameters (SI); rows and columns of fixed parameters are zero. `None`
-    /// where the cost is not convex in all directions, as it is at a minimum that enough contacts
+    /// unless the cost is convex in all directions, as it is at a minimum that enough contacts
     /// determine.
     pub covariance: Option<DMatrix<f64>>,
     /// Design effect: number of contacts that carry the information of an independent one (1).
