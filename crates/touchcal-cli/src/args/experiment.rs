@@ -52,6 +52,9 @@ pub struct FalsifiedArgs {
     /// Seed of the first trial of each kind; later trials use the following numbers
     #[arg(long, default_value_t = 1)]
     pub seed: u64,
+    /// Estimate what contacts contradict, as `calibrate --free-suspects` does
+    #[arg(long)]
+    pub free_suspects: bool,
     /// Contacts of the peg in each trial; a hundredth of that with each socket
     #[arg(long, value_name = "N", default_value_t = 3000, value_parser = count(20, 1_000_000))]
     pub contacts: usize,

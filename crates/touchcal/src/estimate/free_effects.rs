@@ -1,10 +1,13 @@
 //! Estimation of the effects that a model leaves out and contacts contradict.
 
+use nalgebra::{DMatrix, DVector};
+use statrs::distribution::{ChiSquared, ContinuousCDF};
+
 use super::calibrate::calibrate;
 use super::problem::{PlacePrior, Problem, WrenchTolerance};
-use super::result::{Estimate, FreedEffect, Observer, OmittedEffect};
+use super::result::{Estimate, FreedEffect, Observer, OmittedEffect, Status, Warning};
 use crate::parameter::{
-    DEFAULT_WALK_SIGMA, Parameter, joint_compliance, joint_harmonic, joint_origin, joint_trend, joint_walk,
+    Block, DEFAULT_WALK_SIGMA, Parameter, joint_compliance, joint_harmonic, joint_origin, joint_trend, joint_walk,
     segment_strain,
 };
 use crate::solver::StopReason;
@@ -13,19 +16,38 @@ use crate::solver::StopReason;
 const SEGMENT_STRAIN_SIGMA: f64 = 5e-3;
 const HARMONIC_SIGMA: f64 = 0.05 * std::f64::consts::PI / 180.0;
 
+/// Effects of the arm that are estimated together where none can be tested; errors of joint origins
+/// include those of the segments' lengths.
+const TOGETHER: [OmittedEffect; 5] = [
+    OmittedEffect::JointCompliance,
+    OmittedEffect::JointOrigin,
+    OmittedEffect::JointHarmonic,
+    OmittedEffect::JointTrend,
+    OmittedEffect::JointWalk,
+];
+
 /// Calibrates as [`calibrate`] does. Then lets in all effects that the model leaves out and
 /// contacts contradict, as parameters with priors, and calibrates again, until there are no more.
 ///
 /// All are let in at once: contacts often show one effect as several, and the result then has the
-/// uncertainty of which it is. Returns the problem with these parameters, and its estimate;
-/// [`Estimate::freed_effects`] has the effects, of each round those with the least p-value first.
-/// `observe` is called at each step of all calibrations and may end them.
+/// uncertainty of which it is. Where the first calibration has nothing to test effects with, as
+/// where errors are so much larger than declared that contacts have no likelihood, those of the arm
+/// are estimated together, and let in if they differ from zero (Wald, *Tests of statistical
+/// hypotheses concerning several parameters when the number of observations is large* (1943)).
+///
+/// Returns the problem with these parameters, and its estimate; [`Estimate::freed_effects`] has the
+/// effects, of each round those with the least p-value first. `observe` is called at each step of
+/// all calibrations and may end them.
 pub fn calibrate_with_freed_effects(problem: &Problem, observe: Observer<'_>) -> (Problem, Estimate) {
     let mut problem = problem.clone();
     let mut estimate = calibrate(&problem, observe);
     let mut freed: Vec<FreedEffect> = Vec::new();
     loop {
-        let suspects = suspects(&problem, &estimate, &freed);
+        let suspects = if freed.is_empty() && needs_joint_fit(&estimate) {
+            suspects_of_joint_fit(&problem, &estimate, observe)
+        } else {
+            suspects(&problem, &estimate, &freed)
+        };
         if suspects.is_empty() || estimate.termination.reason == StopReason::Interrupted {
             break;
         }
@@ -49,6 +71,51 @@ fn suspects(problem: &Problem, estimate: &Estimate, freed: &[FreedEffect]) -> Ve
         predictive_ratio: estimate.predictive_check.as_ref().map(|check| check.ratio),
     });
     each.collect()
+}
+
+/// Whether `estimate` must not be used and has no tests of effects that could say why. Mistakes of
+/// kind, such as metres for millimetres, are no effects.
+fn needs_joint_fit(estimate: &Estimate) -> bool {
+    let is_mistaken = estimate.warnings.iter().any(|warning| matches!(warning, Warning::MistakenDeclaration { .. }));
+    estimate.status != Status::Converged && estimate.effect_tests.is_empty() && !is_mistaken
+}
+
+/// The effects of the arm that differ from zero where all that are not estimated yet are estimated
+/// together, the most significant first; none if that calibration must not be used either.
+fn suspects_of_joint_fit(problem: &Problem, without: &Estimate, observe: Observer<'_>) -> Vec<FreedEffect> {
+    let own = problem.parameters.len();
+    let has = |block: Block| problem.parameters.iter().any(|parameter| parameter.id.block() == block);
+    let parameters = |effect: &OmittedEffect| with_effect(problem, effect).parameters.split_off(own);
+    let new = TOGETHER.iter().map(|effect| (effect, parameters(effect)));
+    let effects: Vec<(&OmittedEffect, Vec<Parameter>)> =
+        new.filter(|(_, parameters)| !parameters.iter().any(|parameter| has(parameter.id.block()))).collect();
+    let all = problem.parameters.iter().chain(effects.iter().flat_map(|(_, parameters)| parameters));
+    let together = problem.clone().with_parameters(all.cloned().collect());
+    let estimate = calibrate(&together, observe);
+    if estimate.status != Status::Converged {
+        return Vec::new();
+    }
+    let count = effects.len() as f64;
+    let each = effects.iter().filter_map(|(effect, parameters)| {
+        let statistic = wald_statistic(&estimate, parameters)?;
+        let p_value = ChiSquared::new(parameters.len() as f64).ok()?.sf(statistic) * count;
+        let predictive_ratio = without.predictive_check.as_ref().map(|check| check.ratio);
+        Some(FreedEffect { effect: (*effect).clone(), p_value, gain: 0.5 * statistic, predictive_ratio })
+    });
+    let threshold = problem.options.thresholds.effect_p_value;
+    let mut suspects: Vec<FreedEffect> = each.filter(|suspect| suspect.p_value < threshold).collect();
+    suspects.sort_by(|a, b| a.p_value.total_cmp(&b.p_value));
+    suspects
+}
+
+/// `θᵀ P⁻¹ θ` (1) with the estimates `θ` of `parameters` and their covariance `P`. `None` if `P` is
+/// not positive definite.
+fn wald_statistic(estimate: &Estimate, parameters: &[Parameter]) -> Option<f64> {
+    let index = |parameter: &Parameter| estimate.parameters.iter().position(|entry| entry.parameter.id == parameter.id);
+    let which = parameters.iter().map(index).collect::<Option<Vec<usize>>>()?;
+    let values = DVector::from_iterator(which.len(), which.iter().map(|&k| estimate.parameters[k].value));
+    let covariance = DMatrix::from_fn(which.len(), which.len(), |i, j| estimate.covariance[(which[i], which[j])]);
+    Some(values.dot(&covariance.cholesky()?.solve(&values)))
 }
 
 /// The problem with an effect as parameters.

@@ -106,7 +106,8 @@ fn fit_warnings(
         warnings.push(Warning::FewInformativeContacts { informative_fraction, inflation, usable });
     }
     if let Some(found) = predictive_check.filter(|found| found.p_value < thresholds.prediction_p_value) {
-        let usable = found.ratio < thresholds.prediction_ratio;
+        // Without a likelihood nothing tells what the stretches have in common that is wrong.
+        let usable = found.ratio < thresholds.prediction_ratio && !statistics.has_least_gap_inflation;
         warnings.push(Warning::PredictionContradicted { ratio: found.ratio, widening: found.widening, usable });
     }
     if search.has_competing_minimum {

@@ -95,7 +95,7 @@ pub fn campaign_trial(scenario: &Scenario, first_seed: u64, trial: u64) -> Resul
 
 /// The row with the errors of `estimate`.
 fn compare(row: CampaignRow, problem: &Problem, estimate: &Estimate, truth: &Truth) -> CampaignRow {
-    let errors = ParameterErrors::new(estimate, truth);
+    let errors = ParameterErrors::new(problem, estimate, truth);
     let id = |k: usize| estimate.parameters[k].parameter.id;
     let error = |k: usize| estimate.parameters[k].value - truth.value(id(k));
     let inside = HALF_WIDTHS.map(|half_width| {

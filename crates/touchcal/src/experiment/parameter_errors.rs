@@ -2,12 +2,12 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::estimate::Estimate;
-use crate::parameter::kinematic_part;
+use crate::estimate::{Estimate, Problem};
+use crate::parameter::{ParameterId, kinematic_part};
 use crate::robot::{Robot, calibrated};
 use crate::sim::Truth;
 
-/// Errors of the arm's parameters that have a standard deviation above 0.
+/// Errors of a problem's parameters of the arm that have a standard deviation above 0.
 pub(super) struct ParameterErrors {
     /// Their indices in [`Estimate::parameters`].
     pub which: Vec<usize>,
@@ -16,10 +16,14 @@ pub(super) struct ParameterErrors {
 }
 
 impl ParameterErrors {
-    pub(super) fn new(estimate: &Estimate, truth: &Truth) -> ParameterErrors {
+    /// Those of `estimate`, which may have further parameters ([`Estimate::freed_effects`]): freed
+    /// effects may stand for others, and have no truth.
+    pub(super) fn new(problem: &Problem, estimate: &Estimate, truth: &Truth) -> ParameterErrors {
+        let is_posed = |id: ParameterId| problem.parameters.iter().any(|parameter| parameter.id == id);
         let has_sigma = |k: &usize| {
             let parameter = &estimate.parameters[*k];
-            !parameter.parameter.id.block().is_nuisance() && parameter.sigma.is_some_and(|sigma| sigma > 0.0)
+            let id = parameter.parameter.id;
+            !id.block().is_nuisance() && is_posed(id) && parameter.sigma.is_some_and(|sigma| sigma > 0.0)
         };
         let which: Vec<usize> = (0..estimate.parameters.len()).filter(has_sigma).collect();
         let error = |k: usize| estimate.parameters[k].value - truth.value(estimate.parameters[k].parameter.id);

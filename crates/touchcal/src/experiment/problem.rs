@@ -28,8 +28,8 @@ const SPACING_SIGMA: f64 = 1e-5;
 /// where a fixture is free. The declared noise is that of the encoders with quantisation, at least
 /// 2e-7 rad, and the form errors, at least 1e-6 m. Distances between fixtures that follow each
 /// other on one block are declared with a standard deviation of 1e-5 m. Contacts have their
-/// measured loads where the scenario has a joint compliance; bias and scale of the wrench, and
-/// trends of encoder offsets have the standard deviations from which they are drawn. The arm has no
+/// measured loads; bias and scale of the wrench, and trends of encoder offsets have the standard
+/// deviations from which they are drawn. The arm has no
 /// errors but the estimated ones ([`UnseenEffects::Ignore`]). The loss is Geman–McClure's of scale
 /// 3. Placements are the fixtures' names up to the first `/`.
 pub fn problem(scenario: &Scenario, simulated: &SimulatedTrial) -> Problem {
@@ -40,9 +40,7 @@ pub fn problem(scenario: &Scenario, simulated: &SimulatedTrial) -> Problem {
         contacts.count_rows(log.len() as u64);
         for row in log.contacts() {
             contacts.push(log.q(row), fixture, Source { file, line: row as u64 + 1 });
-            if scenario.errors.joint_compliance > 0.0 {
-                contacts.set_load(log.wrench[row]);
-            }
+            contacts.set_load(log.wrench[row]);
         }
     }
     let tool = Tool { tip_from_tool: scenario.tip_from_tool, prior: place_prior(scenario.tool_error) };

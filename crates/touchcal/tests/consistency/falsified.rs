@@ -3,7 +3,9 @@
 use std::ops::ControlFlow;
 
 use touchcal::estimate::{PlacePrior, Problem, ShapeTolerance, UnseenEffects, WrenchTolerance, calibrate};
-use touchcal::experiment::falsified::{Excitation, Falsification, FalsifiedKind, Quantity, falsified_trial};
+use touchcal::experiment::falsified::{
+    Excitation, Falsification, FalsifiedKind, FalsifiedOptions, Quantity, falsified_trial,
+};
 use touchcal::experiment::problem;
 use touchcal::io::urdf::{self, Ends};
 use touchcal::parameter::{Block, ParameterId};
@@ -19,6 +21,10 @@ fn robot() -> Robot {
 
 fn kind(name: &str) -> FalsifiedKind {
     FalsifiedKind::by_name(name).expect("a kind")
+}
+
+fn options(seed: u64) -> FalsifiedOptions {
+    FalsifiedOptions { seed, free_effects: false }
 }
 
 /// The scenario that is declared, the problem as it should be, and as `name` poses it of a
@@ -225,7 +231,7 @@ fn declarations_are_wrong_in_kind() {
 #[test]
 fn an_arm_described_too_small_is_estimated_as_it_is() {
     let on = &mut || ControlFlow::Continue(());
-    let row = falsified_trial(&kind("other_arm"), (Excitation::Rich, &robot(), 1000), 1, on).expect("a row");
+    let row = falsified_trial(&kind("other_arm"), (Excitation::Rich, &robot(), 1000), options(1), on).expect("a row");
     assert!(row.is_answered() && row.useful && row.tool_error < 1e-3, "{row:?}");
 }
 
@@ -235,7 +241,7 @@ fn an_arm_described_too_small_is_estimated_as_it_is() {
 fn an_error_that_contacts_would_not_show_is_within_the_intervals() {
     for seed in [9002, 9004] {
         let on = &mut || ControlFlow::Continue(());
-        let row = falsified_trial(&kind("encoder_harmonic"), (Excitation::Rich, &robot(), 3000), seed, on);
+        let row = falsified_trial(&kind("encoder_harmonic"), (Excitation::Rich, &robot(), 3000), options(seed), on);
         let row = row.expect("a row");
         assert!(row.useful && row.nees.expect("a NEES") < 8.0, "{row:?}");
 
@@ -313,7 +319,7 @@ fn rich_excitation_moves_the_elbow() {
 fn a_row_says_what_the_answer_was() {
     let run = |name: &str, seed: u64| {
         let on = &mut || ControlFlow::Continue(());
-        falsified_trial(&kind(name), (Excitation::Sockets, &robot(), 1000), seed, on).expect("a row")
+        falsified_trial(&kind(name), (Excitation::Sockets, &robot(), 1000), options(seed), on).expect("a row")
     };
     let row = run("nothing_exact", 1);
     assert_eq!(row, run("nothing_exact", 1));
@@ -321,4 +327,31 @@ fn a_row_says_what_the_answer_was() {
     assert!(row.nees.expect("a NEES") < 3.0 * row.degrees_of_freedom as f64 && row.tool_error > 0.0, "{row:?}");
     let row = run("spacing_2.5_percent", 1);
     assert!(!row.is_answered() && row.honest && !row.useful, "{row:?}");
+}
+
+/// Joints that give way by so much that contacts have no likelihood: there is nothing to test
+/// effects with, and the answer is refused. With all effects of the arm estimated together the
+/// compliances show, and the answer with these is right.
+#[test]
+fn a_compliance_that_leaves_no_likelihood_is_freed() {
+    let on = &mut || ControlFlow::Continue(());
+    let row = |free_effects: bool, on: &mut dyn FnMut() -> ControlFlow<()>| {
+        let options = FalsifiedOptions { seed: 20000, free_effects };
+        falsified_trial(&kind("compliance_2e-5"), (Excitation::Rich, &robot(), 3000), options, on).expect("a row")
+    };
+    let (without, with) = (row(false, on), row(true, on));
+    assert!(!without.is_answered(), "{without:?}");
+    assert!(with.useful && with.degrees_of_freedom == without.degrees_of_freedom, "{with:?}");
+    assert!(with.tool_error < 0.25 * without.tool_error, "{} {}", with.tool_error, without.tool_error);
+}
+
+/// The same joints in a shorter log: stretches that contradict each other refuse an answer that no
+/// likelihood tests, and whose errors are more than three times as large as reported.
+#[test]
+fn without_a_likelihood_contradicted_stretches_refuse_an_answer() {
+    let on = &mut || ControlFlow::Continue(());
+    let row = falsified_trial(&kind("compliance_2e-5"), (Excitation::Paper, &robot(), 1000), options(20000), on);
+    let row = row.expect("a row");
+    assert!(!row.is_answered() && row.nees.expect("a NEES") > 9.0 * row.degrees_of_freedom as f64, "{row:?}");
+    assert_eq!(row.warnings[0], "prediction_contradicted", "{row:?}");
 }

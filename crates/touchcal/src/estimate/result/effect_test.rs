@@ -83,7 +83,7 @@ impl OmittedEffect {
             OmittedEffect::JointCompliance => "estimate `joint_compliance`, with the wrench of the log if it has one",
             OmittedEffect::SegmentStrain => "estimate `segment_strain` instead of `strain`",
             OmittedEffect::JointOrigin => "estimate `joint_origin`",
-            OmittedEffect::JointHarmonic => "no parameter corrects this: mind the scatter of the encoders",
+            OmittedEffect::JointHarmonic => "estimate `joint_harmonic`",
             OmittedEffect::JointTrend => {
                 "estimate `joint_trend`, or record a shorter log with the arm at one temperature"
             }
@@ -97,10 +97,9 @@ impl OmittedEffect {
     }
 
     /// Key and table of a problem file (`problem.toml`) that leave the effect out, such as
-    /// `parameters in [estimate]`; `-` where nothing in it does.
+    /// `parameters in [estimate]`.
     pub fn declared_in(&self) -> String {
         match self {
-            OmittedEffect::JointHarmonic => "-".to_owned(),
             OmittedEffect::ToolPlace => "exact in [tool]".to_owned(),
             OmittedEffect::FixturePlace { fixture } => format!("exact in [[fixture]] {fixture}"),
             _ => "parameters in [estimate]".to_owned(),
@@ -108,7 +107,8 @@ impl OmittedEffect {
     }
 }
 
-/// An effect that was let in as parameters because contacts contradict that it is zero.
+/// An effect that was let in as parameters because contacts contradict that it is zero: by a score
+/// test without it, or, where there is none, by the Wald test of a calibration with all effects.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FreedEffect {
     /// The effect.
@@ -116,7 +116,7 @@ pub struct FreedEffect {
     /// Corrected probability (0 to 1) that what contacts show of it is chance.
     pub p_value: f64,
     /// What the contacts' log-likelihood gains by the effect (1), to second order: half of the
-    /// score statistic.
+    /// statistic of the test.
     pub gain: f64,
     /// [`PredictiveCheck::ratio`](super::PredictiveCheck::ratio) (1) without the effect; `None`
     /// where there is none.

@@ -21,4 +21,4 @@ pub use kind::{Declared, FalsifiedKind};
 pub use quantity::Quantity;
 pub use recorded::{falsified_recorded_trial, has_recorded};
 pub use summary::FalsifiedSummary;
-pub use trial::{FalsifiedError, FalsifiedRow, falsified_trial};
+pub use trial::{FalsifiedError, FalsifiedOptions, FalsifiedRow, falsified_trial};

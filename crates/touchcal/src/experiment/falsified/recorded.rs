@@ -5,7 +5,7 @@ use std::ops::ControlFlow;
 use super::declare::change_parts;
 use super::excitation::Excitation;
 use super::kind::FalsifiedKind;
-use super::trial::{FalsifiedError, FalsifiedRow, answer};
+use super::trial::{FalsifiedError, FalsifiedOptions, FalsifiedRow, answer};
 use crate::estimate::{Loss, Method, Noise, Problem};
 use crate::experiment::problem::LOSS_SCALE;
 use crate::experiment::trial::{Search, Trial};
@@ -34,14 +34,14 @@ pub fn has_recorded(kind: &FalsifiedKind) -> bool {
 pub fn falsified_recorded_trial(
     kind: &FalsifiedKind,
     (name, trial): (&str, &Trial),
-    seed: u64,
+    options: FalsifiedOptions,
     watch: &mut dyn FnMut() -> ControlFlow<()>,
 ) -> Result<FalsifiedRow, FalsifiedError> {
-    let problem = problem(kind, trial, seed)?;
+    let problem = problem(kind, trial, options.seed)?;
     let truth = Truth { errors: trial.truth.clone(), ..Truth::default() };
     let true_arm = Kinematics::new(&trial.true_robot(), &[], trial.tip_from_peg);
     let truth = kind.falsification.relative_truth(&truth);
-    Ok(answer(kind, (name, seed), &problem, (&truth, &true_arm), watch))
+    Ok(answer(kind, (name, options), &problem, (&truth, &true_arm), watch))
 }
 
 fn problem(kind: &FalsifiedKind, trial: &Trial, seed: u64) -> Result<Problem, PartsError> {

@@ -7,7 +7,7 @@ use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use super::excitation::Excitation;
 use super::kind::FalsifiedKind;
-use crate::estimate::{Estimate, Problem, Status, calibrate, tool_uncertainty};
+use crate::estimate::{Estimate, Problem, Progress, Status, calibrate, calibrate_with_freed_effects, tool_uncertainty};
 use crate::experiment::parameter_errors::{ParameterErrors, true_robot};
 use crate::experiment::tool_error::random_positions;
 use crate::robot::{Kinematics, Robot};
@@ -33,8 +33,9 @@ pub struct FalsifiedRow {
     pub contacts: u64,
     /// Name of the estimate's status ([`Status::name`]).
     pub status: String,
-    /// `eᵀ P⁻¹ e` (1) with the errors `e` of the arm's parameters that have a standard deviation
-    /// above 0 and their reported covariance `P`. `None` if `P` is not positive definite.
+    /// `eᵀ P⁻¹ e` (1) with the errors `e` of the problem's parameters of the arm that have a
+    /// standard deviation above 0 and their reported covariance `P`. `None` if `P` is not positive
+    /// definite.
     pub nees: Option<f64>,
     /// Number of these parameters.
     pub degrees_of_freedom: u64,
@@ -61,6 +62,15 @@ impl FalsifiedRow {
     }
 }
 
+/// How a trial is drawn and calibrated.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct FalsifiedOptions {
+    /// Seed of the simulation and of what is false.
+    pub seed: u64,
+    /// Whether effects that contacts contradict are let in ([`calibrate_with_freed_effects`]).
+    pub free_effects: bool,
+}
+
 /// Why there is no row.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[non_exhaustive]
@@ -84,9 +94,10 @@ pub enum FalsifiedError {
 pub fn falsified_trial(
     kind: &FalsifiedKind,
     (excitation, robot, contacts): (Excitation, &Robot, usize),
-    seed: u64,
+    options: FalsifiedOptions,
     watch: &mut dyn FnMut() -> ControlFlow<()>,
 ) -> Result<FalsifiedRow, FalsifiedError> {
+    let seed = options.seed;
     let mut declared = excitation.scenario(robot.clone(), contacts)?;
     kind.falsification.prepare_scenario(&mut declared);
     let mut scenario = declared.clone();
@@ -98,22 +109,27 @@ pub fn falsified_trial(
     let truth = &simulated.truth;
     let true_arm = Kinematics::new(&true_robot(&declared.robot, truth), &[], truth.tip_from_tool(&scenario));
     let truth = kind.falsification.relative_truth(truth);
-    Ok(answer(kind, (excitation.name(), seed), &problem, (&truth, &true_arm), watch))
+    Ok(answer(kind, (excitation.name(), options), &problem, (&truth, &true_arm), watch))
 }
 
 /// The row of the calibration of `problem`, which `kind` falsified, by an excitation of this name;
 /// the truth of the arm's parameters, and the true arm with the tool as it truly is.
 pub(super) fn answer(
     kind: &FalsifiedKind,
-    (excitation, seed): (&str, u64),
+    (excitation, options): (&str, FalsifiedOptions),
     problem: &Problem,
     (truth, true_arm): (&Truth, &Kinematics),
     watch: &mut dyn FnMut() -> ControlFlow<()>,
 ) -> FalsifiedRow {
-    let estimate = calibrate(problem, &mut |_| watch());
-    let row = empty(kind, (excitation, seed), problem);
-    let errors = ParameterErrors::new(&estimate, truth);
-    compare(row, problem, &estimate, (&errors, true_arm))
+    let row = empty(kind, (excitation, options.seed), problem);
+    let observe = &mut |_: &Progress| watch();
+    let (calibrated, estimate) = if options.free_effects {
+        calibrate_with_freed_effects(problem, observe)
+    } else {
+        (problem.clone(), calibrate(problem, observe))
+    };
+    let errors = ParameterErrors::new(problem, &estimate, truth);
+    compare(row, &calibrated, &estimate, (&errors, true_arm))
 }
 
 fn empty(kind: &FalsifiedKind, (excitation, seed): (&str, u64), problem: &Problem) -> FalsifiedRow {

@@ -8,7 +8,8 @@ use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 use touchcal::experiment::Trial;
 use touchcal::experiment::falsified::{
-    Excitation, FalsifiedError, FalsifiedKind, FalsifiedRow, falsified_recorded_trial, falsified_trial,
+    Excitation, FalsifiedError, FalsifiedKind, FalsifiedOptions, FalsifiedRow, falsified_recorded_trial,
+    falsified_trial,
 };
 use touchcal::io::trial_folder;
 use touchcal::io::urdf::{self, Ends};
@@ -86,13 +87,12 @@ impl Job<'_> {
             return Ok(saved.row);
         }
         let mut watch = || if interrupted() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) };
+        let options = FalsifiedOptions { seed: self.seed, free_effects: args.free_suspects };
         let found = match self.contacts {
             Contacts::Simulated(excitation) => {
-                falsified_trial(self.kind, (excitation, robot, args.contacts), self.seed, &mut watch)
+                falsified_trial(self.kind, (excitation, robot, args.contacts), options, &mut watch)
             }
-            Contacts::Recorded(name, trial) => {
-                falsified_recorded_trial(self.kind, (name, trial), self.seed, &mut watch)
-            }
+            Contacts::Recorded(name, trial) => falsified_recorded_trial(self.kind, (name, trial), options, &mut watch),
         };
         // What was broken off is neither an error of the trial nor a row.
         if interrupted() {
@@ -117,7 +117,8 @@ impl Job<'_> {
             Contacts::Simulated(_) => format!("{} contacts", args.contacts),
             Contacts::Recorded(_, trial) => trial.origin.clone(),
         };
-        format!("touchcal {version}, {contacts}, {falsification:?}, {declared:?}")
+        let freed = if args.free_suspects { ", freed suspects" } else { "" };
+        format!("touchcal {version}, {contacts}, {falsification:?}, {declared:?}{freed}")
     }
 
     fn path(&self, args: &FalsifiedArgs) -> PathBuf {
