@@ -34,6 +34,8 @@ const TOGETHER: [OmittedEffect; 5] = [
 /// where errors are so much larger than declared that contacts have no likelihood, those of the arm
 /// are estimated together, and let in if they differ from zero (Wald, *Tests of statistical
 /// hypotheses concerning several parameters when the number of observations is large* (1943)).
+/// Where no effect makes a result usable, the declared noise is estimated. Effects with which a
+/// usable result would not be usable are not let in.
 ///
 /// Returns the problem with these parameters, and its estimate; [`Estimate::freed_effects`] has the
 /// effects, of each round those with the least p-value first. `observe` is called at each step of
@@ -43,17 +45,25 @@ pub fn calibrate_with_freed_effects(problem: &Problem, observe: Observer<'_>) ->
     let mut estimate = calibrate(&problem, observe);
     let mut freed: Vec<FreedEffect> = Vec::new();
     loop {
-        let suspects = if freed.is_empty() && needs_joint_fit(&estimate) {
-            suspects_of_joint_fit(&problem, &estimate, observe)
-        } else {
-            suspects(&problem, &estimate, &freed)
-        };
+        let mut suspects = suspects(&problem, &estimate, &freed);
+        let is_refused = estimate.status != Status::Converged && !is_mistaken(&estimate);
+        if is_refused && freed.is_empty() && estimate.effect_tests.is_empty() {
+            suspects = suspects_of_joint_fit(&problem, &estimate, observe);
+        }
+        if is_refused && suspects.is_empty() {
+            suspects.extend(suspected_noise(&problem, &estimate, observe));
+        }
         if suspects.is_empty() || estimate.termination.reason == StopReason::Interrupted {
             break;
         }
-        problem = suspects.iter().fold(problem, |problem, suspect| with_effect(&problem, &suspect.effect));
+        let extended = suspects.iter().fold(problem.clone(), |problem, suspect| with_effect(&problem, &suspect.effect));
+        let with = calibrate(&extended, observe);
+        // A usable result has intervals that allow for the suspects.
+        if estimate.status == Status::Converged && with.status == Status::NotUsable {
+            break;
+        }
         freed.extend(suspects);
-        estimate = calibrate(&problem, observe);
+        (problem, estimate) = (extended, with);
     }
     estimate.freed_effects = freed;
     (problem, estimate)
@@ -68,16 +78,40 @@ fn suspects(problem: &Problem, estimate: &Estimate, freed: &[FreedEffect]) -> Ve
         effect: test.effect.clone(),
         p_value: test.p_value,
         gain: 0.5 * test.statistic,
-        predictive_ratio: estimate.predictive_check.as_ref().map(|check| check.ratio),
+        predictive_ratio: ratio(estimate),
     });
     each.collect()
 }
 
-/// Whether `estimate` must not be used and has no tests of effects that could say why. Mistakes of
-/// kind, such as metres for millimetres, are no effects.
-fn needs_joint_fit(estimate: &Estimate) -> bool {
-    let is_mistaken = estimate.warnings.iter().any(|warning| matches!(warning, Warning::MistakenDeclaration { .. }));
-    estimate.status != Status::Converged && estimate.effect_tests.is_empty() && !is_mistaken
+/// Whether something is declared in another unit, order or sense, which no effect makes up for.
+fn is_mistaken(estimate: &Estimate) -> bool {
+    estimate.warnings.iter().any(|warning| matches!(warning, Warning::MistakenDeclaration { .. }))
+}
+
+/// Noise that is larger than declared, if that makes the result usable. With a factor `f` on `n`
+/// contacts' standard deviations their log-likelihood gains `n (f² − 1 − ln f²) / 2`.
+fn suspected_noise(problem: &Problem, without: &Estimate, observe: Observer<'_>) -> Option<FreedEffect> {
+    if problem.noise.is_estimated {
+        return None;
+    }
+    let estimate = calibrate(&with_effect(problem, &OmittedEffect::Noise), observe);
+    let squared = (estimate.noise.encoder.hypot(estimate.noise.contact)
+        / problem.noise.encoder.hypot(problem.noise.contact))
+    .powi(2);
+    let gain = 0.5 * estimate.contacts.used as f64 * (squared - 1.0 - squared.ln());
+    let p_value = ChiSquared::new(1.0).ok()?.sf(2.0 * gain);
+    let is_larger = squared > 1.0 && p_value < problem.options.thresholds.effect_p_value;
+    (is_larger && estimate.status == Status::Converged).then(|| FreedEffect {
+        effect: OmittedEffect::Noise,
+        p_value,
+        gain,
+        predictive_ratio: ratio(without),
+    })
+}
+
+/// [`PredictiveCheck::ratio`](super::PredictiveCheck::ratio) of an estimate.
+fn ratio(estimate: &Estimate) -> Option<f64> {
+    estimate.predictive_check.as_ref().map(|check| check.ratio)
 }
 
 /// The effects of the arm that differ from zero where all that are not estimated yet are estimated
@@ -99,8 +133,8 @@ fn suspects_of_joint_fit(problem: &Problem, without: &Estimate, observe: Observe
     let each = effects.iter().filter_map(|(effect, parameters)| {
         let statistic = wald_statistic(&estimate, parameters)?;
         let p_value = ChiSquared::new(parameters.len() as f64).ok()?.sf(statistic) * count;
-        let predictive_ratio = without.predictive_check.as_ref().map(|check| check.ratio);
-        Some(FreedEffect { effect: (*effect).clone(), p_value, gain: 0.5 * statistic, predictive_ratio })
+        let effect = (*effect).clone();
+        Some(FreedEffect { effect, p_value, gain: 0.5 * statistic, predictive_ratio: ratio(without) })
     });
     let threshold = problem.options.thresholds.effect_p_value;
     let mut suspects: Vec<FreedEffect> = each.filter(|suspect| suspect.p_value < threshold).collect();
@@ -135,6 +169,7 @@ fn with_effect(problem: &Problem, effect: &OmittedEffect) -> Problem {
         OmittedEffect::JointTrend => freed.parameters.extend(joint_trend(robot)),
         OmittedEffect::JointWalk => freed.parameters.extend(joint_walk(robot, DEFAULT_WALK_SIGMA)),
         OmittedEffect::Wrench => freed.wrench = WrenchTolerance::DEFAULT,
+        OmittedEffect::Noise => freed.noise.is_estimated = true,
         OmittedEffect::ToolPlace => freed.tool.prior = PlacePrior::DEFAULT_TOOL,
         OmittedEffect::FixturePlace { fixture } => {
             let named = freed.fixtures.iter_mut().filter(|other| other.name == *fixture);

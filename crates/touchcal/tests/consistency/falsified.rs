@@ -4,7 +4,7 @@ use std::ops::ControlFlow;
 
 use touchcal::estimate::{PlacePrior, Problem, ShapeTolerance, UnseenEffects, WrenchTolerance, calibrate};
 use touchcal::experiment::falsified::{
-    Excitation, Falsification, FalsifiedKind, FalsifiedOptions, Quantity, falsified_trial,
+    Excitation, Falsification, FalsifiedKind, FalsifiedOptions, FalsifiedRow, Quantity, falsified_trial,
 };
 use touchcal::experiment::problem;
 use touchcal::io::urdf::{self, Ends};
@@ -334,15 +334,26 @@ fn a_row_says_what_the_answer_was() {
 /// compliances show, and the answer with these is right.
 #[test]
 fn a_compliance_that_leaves_no_likelihood_is_freed() {
-    let on = &mut || ControlFlow::Continue(());
-    let row = |free_effects: bool, on: &mut dyn FnMut() -> ControlFlow<()>| {
-        let options = FalsifiedOptions { seed: 20000, free_effects };
-        falsified_trial(&kind("compliance_2e-5"), (Excitation::Rich, &robot(), 3000), options, on).expect("a row")
-    };
-    let (without, with) = (row(false, on), row(true, on));
+    let (without, with) = without_and_with_freed_effects("compliance_2e-5", 20000);
     assert!(!without.is_answered(), "{without:?}");
     assert!(with.useful && with.degrees_of_freedom == without.degrees_of_freedom, "{with:?}");
     assert!(with.tool_error < 0.25 * without.tool_error, "{} {}", with.tool_error, without.tool_error);
+}
+
+/// Noise that no effect explains is estimated, and the answer has intervals as wide as that noise.
+#[test]
+fn noise_declared_too_small_is_freed() {
+    let (without, with) = without_and_with_freed_effects("encoder_noise", 20001);
+    assert!(!without.is_answered() && without.warnings.contains(&"noise_exceeded".to_owned()), "{without:?}");
+    assert!(with.useful && !with.warnings.contains(&"noise_exceeded".to_owned()), "{with:?}");
+}
+
+fn without_and_with_freed_effects(name: &str, seed: u64) -> (FalsifiedRow, FalsifiedRow) {
+    let [without, with] = [false, true].map(|free_effects| {
+        let (options, on) = (FalsifiedOptions { seed, free_effects }, &mut || ControlFlow::Continue(()));
+        falsified_trial(&kind(name), (Excitation::Rich, &robot(), 3000), options, on).expect("a row")
+    });
+    (without, with)
 }
 
 /// The same joints in a shorter log: stretches that contradict each other refuse an answer that no

@@ -30,11 +30,14 @@ pub enum OmittedEffect {
     },
     /// The measured wrench, declared exact, has a bias or another scale.
     Wrench,
+    /// Contacts scatter more than declared; no score test, see [`FreedEffect`].
+    Noise,
 }
 
 impl OmittedEffect {
     /// Name in files: `joint_compliance`, `segment_strain`, `joint_origin`, `joint_harmonic`,
-    /// `joint_trend`, `joint_walk`, `tool`, `fixture.{name}`, `wrench`.
+    /// `joint_trend`, `joint_walk`, `tool`, `fixture.{name}`, `wrench`,
+    /// `noise`.
     pub fn name(&self) -> String {
         match self {
             OmittedEffect::JointCompliance => "joint_compliance".to_owned(),
@@ -46,6 +49,7 @@ impl OmittedEffect {
             OmittedEffect::ToolPlace => "tool".to_owned(),
             OmittedEffect::FixturePlace { fixture } => format!("fixture.{fixture}"),
             OmittedEffect::Wrench => "wrench".to_owned(),
+            OmittedEffect::Noise => "noise".to_owned(),
         }
     }
 
@@ -61,6 +65,7 @@ impl OmittedEffect {
             OmittedEffect::ToolPlace => "the tool is not where it is declared".to_owned(),
             OmittedEffect::FixturePlace { fixture } => format!("fixture `{fixture}` is not where it is declared"),
             OmittedEffect::Wrench => "the measured wrench has a bias or another scale".to_owned(),
+            OmittedEffect::Noise => "contacts scatter more than declared".to_owned(),
         }
     }
 
@@ -92,6 +97,7 @@ impl OmittedEffect {
             }
             OmittedEffect::ToolPlace => "measure the tool's place again, or give it a standard deviation",
             OmittedEffect::FixturePlace { .. } => "measure the fixture's place again, or give it a standard deviation",
+            OmittedEffect::Noise => "declare a larger noise, or leave out `[noise]` so that it is estimated",
             OmittedEffect::Wrench => "give bias and scale of the wrench a standard deviation",
         }
     }
@@ -101,6 +107,7 @@ impl OmittedEffect {
     pub fn declared_in(&self) -> String {
         match self {
             OmittedEffect::ToolPlace => "exact in [tool]".to_owned(),
+            OmittedEffect::Noise => "[noise]".to_owned(),
             OmittedEffect::FixturePlace { fixture } => format!("exact in [[fixture]] {fixture}"),
             _ => "parameters in [estimate]".to_owned(),
         }
@@ -108,7 +115,8 @@ impl OmittedEffect {
 }
 
 /// An effect that was let in as parameters because contacts contradict that it is zero: by a score
-/// test without it, or, where there is none, by the Wald test of a calibration with all effects.
+/// test without it; where there is none, by the Wald test of a calibration with all effects of the
+/// arm, or, of noise, by what the likelihood gains.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FreedEffect {
     /// The effect.
