@@ -122,7 +122,7 @@ impl Calibration {
     }
 
     /// How far stretches of the log are from what the others predict; None where contacts are too
-    /// few for two stretches, or have no likelihood.
+    /// few for two stretches, of sampled manifolds, or the search has not converged.
     #[getter]
     fn predictive_check(&self) -> Option<PredictiveCheck> {
         self.solved.estimate.predictive_check.as_ref().map(PredictiveCheck::from)
@@ -287,7 +287,8 @@ impl Calibration {
 ///     progress: called with a `Progress` at each step; what it raises ends the work, as Ctrl-C
 ///         does. See `touchcal.bar`.
 ///     free_suspects: estimate what the problem leaves out or declares exact where contacts
-///         contradict it; the result's problem then has these parameters.
+///         contradict it, and noise that is larger than declared; the result's problem then has
+///         these parameters. What would make a usable result unusable is left out.
 ///
 /// Returns:
 ///     The result, which may be not usable: that is no exception, but its `status`.

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use numpy::PyArray2;
 use pyo3::prelude::*;
 use pyo3::types::PyMapping;
-use touchcal::estimate::{self, DEFAULT_DISTANCE_SIGMA, Distance, contact_poses};
+use touchcal::estimate::{self, Acceptance, DEFAULT_DISTANCE_SIGMA, Distance, contact_poses};
 use touchcal::io::mukca::{self, MukcaOptions};
 use touchcal::io::problem_file::{self, Assumptions, EXACT_DISTANCE_SIGMA, Settings};
 use touchcal::io::{Input, IoError, Loaded};
@@ -32,7 +32,8 @@ const KEYS: &str = "sigma, sigma_angle, clearance_sigma, depth_sigma, or exact=T
 ///     fixtures: the fixtures.
 ///     contacts: by name of a fixture, the log of its contacts, or several.
 ///     parameters: blocks to estimate: "strain", "segment_strain", "joint_offset", "joint_origin",
-///         "joint_compliance", "joint_drift", "joint_trend", "joint_walk", "tool", "fixture".
+///         "joint_compliance", "joint_drift", "joint_trend", "joint_walk", "joint_harmonic", "tool",
+///         "fixture".
 ///     distances: known distances between origins of fixtures: (name, name, metres) or (name, name,
 ///         metres, sigma); default of sigma: 0.1 mm. A sigma of 0 is exact.
 ///     noise: the table [noise] of problem.toml: encoder_deg, contact_mm, encoder_trend_deg,
@@ -40,6 +41,9 @@ const KEYS: &str = "sigma, sigma_angle, clearance_sigma, depth_sigma, or exact=T
 ///         learned from the data.
 ///     estimate: other keys of the table [estimate] of problem.toml: loss, loss_scale, freeze,
 ///         prior, method, descent, unseen_effects.
+///     accept: the table [accept] of problem.toml: tolerance_mm, tolerance_deg, confidence, and the
+///         task as postures_deg, joints_deg or region (center_mm, size_mm); default: nothing is
+///         asked for.
 ///
 /// Raises:
 ///     InputError: as for a file.
@@ -131,7 +135,7 @@ fn joined_log(
 #[allow(clippy::too_many_arguments, reason = "most are keywords with a default")]
 impl Problem {
     #[new]
-    #[pyo3(signature = (robot, tool, fixtures, contacts, *, parameters, distances=None, noise=None, estimate=None))]
+    #[pyo3(signature = (robot, tool, fixtures, contacts, *, parameters, distances=None, noise=None, estimate=None, accept=None))]
     fn new(
         py: Python<'_>,
         robot: &Robot,
@@ -142,6 +146,7 @@ impl Problem {
         distances: Option<Vec<KnownDistance>>,
         noise: Option<Bound<'_, PyMapping>>,
         estimate: Option<Bound<'_, PyMapping>>,
+        accept: Option<Bound<'_, PyMapping>>,
     ) -> PyResult<Problem> {
         let arm = &robot.file.robot;
         let settings = Settings::read(&settings_text(parameters, noise, estimate)?, SETTINGS, arm);
@@ -161,8 +166,10 @@ impl Problem {
             known.map(|distance| distance.checked(&names, &mut assumptions)).collect::<PyResult<_>>()?;
         let told = log.notes().len();
         assumptions.notes(KEYS).iter().for_each(|note| log.note(note));
+        let acceptance = accept.map(|accept| acceptance(&accept, (arm, &tool))).transpose()?;
         let problem = settings.problem(arm.clone(), (tool, nominal, distances), log);
-        let problem = problem.map_err(|error| io(without_lines(error)))?;
+        let mut problem = problem.map_err(|error| io(without_lines(error)))?;
+        problem.acceptance = acceptance;
         warn(py, &problem.contacts.notes()[told..])?;
         Problem::of(Loaded { problem, urdf: robot.file.text.clone(), inputs })
     }
@@ -286,6 +293,16 @@ fn settings_text(
     both.insert("noise".to_owned(), table(noise)?.into());
     both.insert("estimate".to_owned(), estimate.into());
     Ok(both.to_string())
+}
+
+/// What the table `[accept]` asks for, as a file would have it.
+fn acceptance(
+    accept: &Bound<'_, PyMapping>,
+    arm_and_tool: (&touchcal::robot::Robot, &touchcal::estimate::Tool),
+) -> PyResult<Acceptance> {
+    let mut text = toml::Table::new();
+    text.insert("accept".to_owned(), as_table(accept)?.into());
+    problem_file::read_acceptance(&text.to_string(), SETTINGS, arm_and_tool).map_err(|error| io(without_lines(error)))
 }
 
 /// The error without line and column, which refer to a generated text.

@@ -53,8 +53,17 @@ def test_finds_the_truth(workcell: Path) -> None:
     assert calibration.postfit.all.rms < 0.1 * calibration.prefit.all.rms
 
 
+TASK = """
+[accept]
+tolerance_mm = 0.5
+joints_deg = [[-20, 20], [20, 60], [-10, 10], [-110, -70], [-10, 10], [30, 70], [-90, 90]]
+"""
+
+
 def test_a_problem_in_code_has_the_bits_of_its_file(workcell: Path) -> None:
-    from_file = touchcal.calibrate(touchcal.Problem.from_toml(workcell / "problem.toml"))
+    accepted = workcell / "accepted.toml"
+    accepted.write_text((workcell / "problem.toml").read_text() + TASK)
+    from_file = touchcal.calibrate(touchcal.Problem.from_toml(accepted))
     robot = touchcal.Robot.from_urdf("iiwa14", base="base_link", tip="flange")
     peg = touchcal.extrusion25()
     hole = touchcal.Manifold.peg_in_hole(
@@ -80,9 +89,13 @@ def test_a_problem_in_code_has_the_bits_of_its_file(workcell: Path) -> None:
         parameters=["joint_offset"],
         noise={"encoder_deg": 0.002, "contact_mm": 0.005, "encoder_trend_deg": 0},
         estimate={"loss": "geman_mcclure", "loss_scale": 3, "unseen_effects": "ignore"},
+        accept=tomllib.loads(TASK)["accept"],
     )
     in_code = touchcal.calibrate(problem)
     assert in_code.parameters == from_file.parameters
+    assert in_code.acceptance is not None and from_file.acceptance is not None
+    assert in_code.acceptance.message == from_file.acceptance.message
+    assert in_code.acceptance.probability == from_file.acceptance.probability
     assert in_code.effect_tests == from_file.effect_tests
     assert np.array_equal(in_code.covariance, from_file.covariance)
     assert in_code.calibrated_urdf() == from_file.calibrated_urdf()
@@ -194,8 +207,7 @@ def test_a_tolerance_is_passed_or_failed(tmp_path: Path) -> None:
     text = problem.read_text()
     assert touchcal.calibrate(touchcal.Problem.from_toml(problem)).acceptance is None
     for tolerance_mm, decision in [(1, "pass"), (0.0001, "fail")]:
-        joints = "joints_deg = [[-20, 20], [20, 60], [-10, 10], [-110, -70], [-10, 10], [30, 70], [-90, 90]]"
-        problem.write_text(f"{text}\n[accept]\ntolerance_mm = {tolerance_mm}\n{joints}\n")
+        problem.write_text(text + TASK.replace("0.5", str(tolerance_mm)))
         found = touchcal.calibrate(touchcal.Problem.from_toml(problem)).acceptance
         assert found is not None and found.decision == decision and found.probability is not None
         assert (found.probability >= 0.95) == (decision == "pass")

@@ -64,6 +64,7 @@ _Block: TypeAlias = Literal[
     "joint_drift",
     "joint_trend",
     "joint_walk",
+    "joint_harmonic",
     "tool",
     "fixture",
 ]
@@ -250,6 +251,7 @@ class Problem:
         distances: Sequence[_Distance] | None = None,
         noise: Mapping[str, float] | None = None,
         estimate: Mapping[str, Any] | None = None,
+        accept: Mapping[str, Any] | None = None,
     ) -> Problem: ...
     @staticmethod
     def from_toml(path: _Path) -> Problem: ...

@@ -11,6 +11,7 @@ from environment import TARGET
 ROOT = Path(__file__).resolve().parent.parent.parent
 DATA = ROOT / "data"
 MARK = "validate: "
+SHOWN = ["--nocapture", "--include-ignored"]
 # The parts' poses, the network and the campaigns of one revision.
 FILES = TARGET / "validation"
 
@@ -79,8 +80,8 @@ class Reports(dict):
 
 @functools.cache
 def test(*arguments):
-    """Runs tests: the figures that they report, by what was measured, and all that they print."""
-    text = run("cargo", "test", "--workspace", *arguments, "--", "--nocapture", may_fail=True)
+    """Runs tests, long forms too: the figures that they report, by what was measured, and all that they print."""
+    text = run("cargo", "test", "--workspace", *arguments, "--", *SHOWN, may_fail=True)
     reports = Reports()
     for line in text.splitlines():
         if MARK in line:
@@ -90,7 +91,7 @@ def test(*arguments):
 
 
 def test_command(*arguments):
-    return f"`cargo test --workspace {' '.join(arguments)} -- --nocapture`"
+    return f"`cargo test --workspace {' '.join(arguments)} -- {' '.join(SHOWN)}`"
 
 
 def passed(text):

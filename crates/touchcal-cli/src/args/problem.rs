@@ -48,7 +48,8 @@ pub struct CalibrateArgs {
     /// Folder to write calibrated.urdf, estimate.json and report.html into
     #[arg(long, value_name = "DIR")]
     pub out: PathBuf,
-    /// Estimate what the problem leaves out or declares exact where contacts contradict it
+    /// Estimate what the problem leaves out or declares exact where contacts contradict it, and
+    /// noise that is larger than declared
     #[arg(long)]
     pub free_suspects: bool,
     /// Also write DIR/driver for drivers that apply encoder offsets: joint_offsets.yaml, and the

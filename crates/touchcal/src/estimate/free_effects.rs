@@ -1,5 +1,7 @@
 //! Estimation of the effects that a model leaves out and contacts contradict.
 
+use std::cell::Cell;
+
 use nalgebra::{DMatrix, DVector};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
@@ -12,9 +14,8 @@ use crate::parameter::{
 };
 use crate::solver::StopReason;
 
-/// Prior standard deviations of what has no prior of its own: 0.5 % of a segment's length, 0.05°.
+/// Prior standard deviation (1) of a segment's strain, which has no prior of its own.
 const SEGMENT_STRAIN_SIGMA: f64 = 5e-3;
-const HARMONIC_SIGMA: f64 = 0.05 * std::f64::consts::PI / 180.0;
 
 /// Effects of the arm that are estimated together where none can be tested; errors of joint origins
 /// include those of the segments' lengths.
@@ -34,43 +35,62 @@ const TOGETHER: [OmittedEffect; 5] = [
 /// where errors are so much larger than declared that contacts have no likelihood, those of the arm
 /// are estimated together, and let in if they differ from zero (Wald, *Tests of statistical
 /// hypotheses concerning several parameters when the number of observations is large* (1943)).
-/// Where no effect makes a result usable, the declared noise is estimated. Effects with which a
-/// usable result would not be usable are not let in.
+/// Where there are no such effects and noise is larger than declared, it is estimated if that makes
+/// the result usable. Effects with which a usable result would not be usable are not let in: its
+/// intervals allow for them.
 ///
 /// Returns the problem with these parameters, and its estimate; [`Estimate::freed_effects`] has the
 /// effects, of each round those with the least p-value first. `observe` is called at each step of
-/// all calibrations and may end them.
+/// all calibrations; if it ends one, the result is the last one before, as interrupted.
 pub fn calibrate_with_freed_effects(problem: &Problem, observe: Observer<'_>) -> (Problem, Estimate) {
+    let is_interrupted = Cell::new(false);
+    let observe: Observer<'_> = &mut |progress| {
+        let flow = observe(progress);
+        is_interrupted.set(is_interrupted.get() || flow.is_break());
+        flow
+    };
     let mut problem = problem.clone();
     let mut estimate = calibrate(&problem, observe);
     let mut freed: Vec<FreedEffect> = Vec::new();
-    loop {
-        let mut suspects = suspects(&problem, &estimate, &freed);
-        let is_refused = estimate.status != Status::Converged && !is_mistaken(&estimate);
-        if is_refused && freed.is_empty() && estimate.effect_tests.is_empty() {
-            suspects = suspects_of_joint_fit(&problem, &estimate, observe);
-        }
-        if is_refused && suspects.is_empty() {
-            suspects.extend(suspected_noise(&problem, &estimate, observe));
-        }
-        if suspects.is_empty() || estimate.termination.reason == StopReason::Interrupted {
+    while !is_interrupted.get() {
+        let suspects = suspects(&problem, &estimate, &freed, observe);
+        if suspects.is_empty() || is_interrupted.get() {
             break;
         }
         let extended = suspects.iter().fold(problem.clone(), |problem, suspect| with_effect(&problem, &suspect.effect));
         let with = calibrate(&extended, observe);
-        // A usable result has intervals that allow for the suspects.
-        if estimate.status == Status::Converged && with.status == Status::NotUsable {
+        // The intervals of a usable result allow for the suspects; a larger noise must explain all.
+        let must_be_usable = estimate.status == Status::Converged || suspects[0].effect == OmittedEffect::Noise;
+        if is_interrupted.get() || (must_be_usable && with.status != Status::Converged) {
             break;
         }
         freed.extend(suspects);
         (problem, estimate) = (extended, with);
     }
+    if is_interrupted.get() {
+        estimate.termination.reason = StopReason::Interrupted;
+        estimate.status = if estimate.status == Status::Converged { Status::NotConverged } else { estimate.status };
+    }
     estimate.freed_effects = freed;
     (problem, estimate)
 }
 
+/// What may explain why contacts contradict the problem: effects that tests show; where nothing can
+/// be tested, effects that a joint fit shows; where these are none, a larger noise.
+fn suspects(problem: &Problem, estimate: &Estimate, freed: &[FreedEffect], observe: Observer<'_>) -> Vec<FreedEffect> {
+    let mut suspects = tested_suspects(problem, estimate, freed);
+    let is_refused = estimate.status != Status::Converged && !is_mistaken(estimate);
+    if is_refused && freed.is_empty() && estimate.effect_tests.is_empty() {
+        suspects = suspects_of_joint_fit(problem, estimate, observe);
+    }
+    if is_refused && suspects.is_empty() {
+        suspects.extend(suspected_noise(problem, estimate));
+    }
+    suspects
+}
+
 /// The effects that contacts contradict and that were not let in yet, the most significant first.
-fn suspects(problem: &Problem, estimate: &Estimate, freed: &[FreedEffect]) -> Vec<FreedEffect> {
+fn tested_suspects(problem: &Problem, estimate: &Estimate, freed: &[FreedEffect]) -> Vec<FreedEffect> {
     let threshold = problem.options.thresholds.effect_p_value;
     let suspects = estimate.effect_tests.iter().filter(|test| test.p_value < threshold);
     let new = suspects.filter(|test| freed.iter().all(|freed| freed.effect != test.effect));
@@ -88,25 +108,19 @@ fn is_mistaken(estimate: &Estimate) -> bool {
     estimate.warnings.iter().any(|warning| matches!(warning, Warning::MistakenDeclaration { .. }))
 }
 
-/// Noise that is larger than declared, if that makes the result usable. With a factor `f` on `n`
-/// contacts' standard deviations their log-likelihood gains `n (f² − 1 − ln f²) / 2`.
-fn suspected_noise(problem: &Problem, without: &Estimate, observe: Observer<'_>) -> Option<FreedEffect> {
-    if problem.noise.is_estimated {
+/// Noise that a warning says is larger than declared. With a factor `f` on the standard deviations
+/// of `n` contacts their log-likelihood gains `n (f² − 1 − ln f²) / 2`.
+fn suspected_noise(problem: &Problem, estimate: &Estimate) -> Option<FreedEffect> {
+    let is_larger = |warning: &Warning| {
+        matches!(warning, Warning::NoiseExceeded { declared: true, .. } | Warning::NoiseContradicted { .. })
+    };
+    if problem.noise.is_estimated || !estimate.warnings.iter().any(is_larger) {
         return None;
     }
-    let estimate = calibrate(&with_effect(problem, &OmittedEffect::Noise), observe);
-    let squared = (estimate.noise.encoder.hypot(estimate.noise.contact)
-        / problem.noise.encoder.hypot(problem.noise.contact))
-    .powi(2);
+    let squared = estimate.noise_factor.powi(2);
     let gain = 0.5 * estimate.contacts.used as f64 * (squared - 1.0 - squared.ln());
     let p_value = ChiSquared::new(1.0).ok()?.sf(2.0 * gain);
-    let is_larger = squared > 1.0 && p_value < problem.options.thresholds.effect_p_value;
-    (is_larger && estimate.status == Status::Converged).then(|| FreedEffect {
-        effect: OmittedEffect::Noise,
-        p_value,
-        gain,
-        predictive_ratio: ratio(without),
-    })
+    Some(FreedEffect { effect: OmittedEffect::Noise, p_value, gain, predictive_ratio: ratio(estimate) })
 }
 
 /// [`PredictiveCheck::ratio`](super::PredictiveCheck::ratio) of an estimate.
@@ -165,7 +179,7 @@ fn with_effect(problem: &Problem, effect: &OmittedEffect) -> Problem {
             freed.parameters.extend(with_sigma(segment_strain(robot), SEGMENT_STRAIN_SIGMA));
         }
         OmittedEffect::JointOrigin => freed.parameters.extend(joint_origin(robot)),
-        OmittedEffect::JointHarmonic => freed.parameters.extend(with_sigma(joint_harmonic(robot), HARMONIC_SIGMA)),
+        OmittedEffect::JointHarmonic => freed.parameters.extend(joint_harmonic(robot)),
         OmittedEffect::JointTrend => freed.parameters.extend(joint_trend(robot)),
         OmittedEffect::JointWalk => freed.parameters.extend(joint_walk(robot, DEFAULT_WALK_SIGMA)),
         OmittedEffect::Wrench => freed.wrench = WrenchTolerance::DEFAULT,

@@ -315,7 +315,8 @@ pub struct WarningThresholds {
     /// warning.
     pub prediction_p_value: f64,
     /// Ratio (1) of the predictive check from which the result is not usable where it is
-    /// significant; where contacts have no likelihood, any that is significant.
+    /// significant; where contacts have no likelihood with a minimum, any that is
+    /// significant.
     pub prediction_ratio: f64,
     /// Share (≥ 0) of the declared distance between two sockets by which the nominal arm may
     /// contradict it; where the contacts with both scatter by more (sum of root mean squares, m),

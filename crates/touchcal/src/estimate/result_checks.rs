@@ -106,7 +106,7 @@ fn fit_warnings(
         warnings.push(Warning::FewInformativeContacts { informative_fraction, inflation, usable });
     }
     if let Some(found) = predictive_check.filter(|found| found.p_value < thresholds.prediction_p_value) {
-        // Without a likelihood nothing tells what the stretches have in common that is wrong.
+        // Without a minimum of the likelihood nothing tells what is wrong in all stretches alike.
         let usable = found.ratio < thresholds.prediction_ratio && !statistics.has_least_gap_inflation;
         warnings.push(Warning::PredictionContradicted { ratio: found.ratio, widening: found.widening, usable });
     }

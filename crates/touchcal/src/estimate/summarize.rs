@@ -89,7 +89,8 @@ fn posterior(search: &mut SearchState<'_>, postfit: &PostfitStatistics) -> Widen
     };
     let has_least_gap_inflation = covariance.is_none() && search.informative_fraction.is_some();
     if has_least_gap_inflation {
-        posterior.covariance *= search.model.problem.options.contact_mode.least_gap_inflation.powi(2);
+        let inflation = search.model.problem.options.contact_mode.least_gap_inflation.powi(2);
+        posterior.covariance *= inflation.max(design_effect.unwrap_or(1.0));
     }
     if let Some(covariance) = covariance {
         posterior.covariance = covariance;

@@ -28,11 +28,16 @@ const SPACING_SIGMA: f64 = 1e-5;
 /// where a fixture is free. The declared noise is that of the encoders with quantisation, at least
 /// 2e-7 rad, and the form errors, at least 1e-6 m. Distances between fixtures that follow each
 /// other on one block are declared with a standard deviation of 1e-5 m. Contacts have their
-/// measured loads; bias and scale of the wrench, and trends of encoder offsets have the standard
-/// deviations from which they are drawn. The arm has no
+/// measured loads where the scenario has a joint compliance; bias and scale of the wrench, and
+/// trends of encoder offsets have the standard deviations from which they are drawn. The arm has no
 /// errors but the estimated ones ([`UnseenEffects::Ignore`]). The loss is Geman–McClure's of scale
 /// 3. Placements are the fixtures' names up to the first `/`.
 pub fn problem(scenario: &Scenario, simulated: &SimulatedTrial) -> Problem {
+    posed(scenario, simulated, scenario.errors.joint_compliance > 0.0)
+}
+
+/// The [`problem`], with the measured loads of its contacts if it `has_loads`.
+pub(super) fn posed(scenario: &Scenario, simulated: &SimulatedTrial, has_loads: bool) -> Problem {
     let robot = &scenario.robot;
     let mut contacts = ContactLog::new(robot.dof());
     for (fixture, (touch, log)) in scenario.touches.iter().zip(&simulated.logs).enumerate() {
@@ -40,7 +45,9 @@ pub fn problem(scenario: &Scenario, simulated: &SimulatedTrial) -> Problem {
         contacts.count_rows(log.len() as u64);
         for row in log.contacts() {
             contacts.push(log.q(row), fixture, Source { file, line: row as u64 + 1 });
-            contacts.set_load(log.wrench[row]);
+            if has_loads {
+                contacts.set_load(log.wrench[row]);
+            }
         }
     }
     let tool = Tool { tip_from_tool: scenario.tip_from_tool, prior: place_prior(scenario.tool_error) };

@@ -80,15 +80,18 @@ pub fn joint_walk(robot: &Robot, sigma: f64) -> Vec<Parameter> {
     each.collect()
 }
 
+/// Prior standard deviation (rad) of each amplitude of an encoder's harmonic.
+const HARMONIC_SIGMA: f64 = 0.05 * std::f64::consts::PI / 180.0;
+
 /// Two amplitudes (rad) of a harmonic of once a turn for the encoder of each revolute or continuous
-/// joint, base first, named `joint_harmonic.{joint}.{sin|cos}`, without prior, see
-/// [`ParameterId::JointHarmonic`].
+/// joint, base first, named `joint_harmonic.{joint}.{sin|cos}`, with a prior
+/// standard deviation of 0.05°, see [`ParameterId::JointHarmonic`].
 pub fn joint_harmonic(robot: &Robot) -> Vec<Parameter> {
     let revolute = robot.moving().enumerate().filter(|(_, joint)| joint.kind != JointKind::Prismatic);
     let each = revolute.flat_map(|(i, joint)| {
         ["sin", "cos"].into_iter().enumerate().map(move |(k, phase)| {
             let name = format!("joint_harmonic.{}.{phase}", joint.name);
-            Parameter::angle(name, ParameterId::JointHarmonic(i, k))
+            Parameter::angle(name, ParameterId::JointHarmonic(i, k)).with_sigma(HARMONIC_SIGMA)
         })
     });
     each.collect()

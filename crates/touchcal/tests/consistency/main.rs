@@ -16,6 +16,7 @@ mod coverage;
 mod encoder_drift;
 mod evaluation;
 mod falsified;
+mod freed_effects;
 mod nees;
 mod simulator;
 mod wrench;

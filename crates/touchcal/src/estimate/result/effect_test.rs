@@ -36,8 +36,7 @@ pub enum OmittedEffect {
 
 impl OmittedEffect {
     /// Name in files: `joint_compliance`, `segment_strain`, `joint_origin`, `joint_harmonic`,
-    /// `joint_trend`, `joint_walk`, `tool`, `fixture.{name}`, `wrench`,
-    /// `noise`.
+    /// `joint_trend`, `joint_walk`, `tool`, `fixture.{name}`, `wrench`, `noise`.
     pub fn name(&self) -> String {
         match self {
             OmittedEffect::JointCompliance => "joint_compliance".to_owned(),
@@ -88,7 +87,9 @@ impl OmittedEffect {
             OmittedEffect::JointCompliance => "estimate `joint_compliance`, with the wrench of the log if it has one",
             OmittedEffect::SegmentStrain => "estimate `segment_strain` instead of `strain`",
             OmittedEffect::JointOrigin => "estimate `joint_origin`",
-            OmittedEffect::JointHarmonic => "estimate `joint_harmonic`",
+            OmittedEffect::JointHarmonic => {
+                "estimate `joint_harmonic`, so that it does not bias the others; a URDF cannot correct it"
+            }
             OmittedEffect::JointTrend => {
                 "estimate `joint_trend`, or record a shorter log with the arm at one temperature"
             }
@@ -107,24 +108,24 @@ impl OmittedEffect {
     pub fn declared_in(&self) -> String {
         match self {
             OmittedEffect::ToolPlace => "exact in [tool]".to_owned(),
-            OmittedEffect::Noise => "[noise]".to_owned(),
+            OmittedEffect::Wrench | OmittedEffect::Noise => "[noise]".to_owned(),
             OmittedEffect::FixturePlace { fixture } => format!("exact in [[fixture]] {fixture}"),
             _ => "parameters in [estimate]".to_owned(),
         }
     }
 }
 
-/// An effect that was let in as parameters because contacts contradict that it is zero: by a score
+/// An effect that was estimated in addition because contacts contradict that it is zero: by a score
 /// test without it; where there is none, by the Wald test of a calibration with all effects of the
-/// arm, or, of noise, by what the likelihood gains.
+/// arm, or, of noise, by the scatter found.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FreedEffect {
     /// The effect.
     pub effect: OmittedEffect,
     /// Corrected probability (0 to 1) that what contacts show of it is chance.
     pub p_value: f64,
-    /// What the contacts' log-likelihood gains by the effect (1), to second order: half of the
-    /// statistic of the test.
+    /// What the contacts' log-likelihood gains by the effect (1): to second order, half of the
+    /// statistic of the test; of noise, with its new standard deviation.
     pub gain: f64,
     /// [`PredictiveCheck::ratio`](super::PredictiveCheck::ratio) (1) without the effect; `None`
     /// where there is none.

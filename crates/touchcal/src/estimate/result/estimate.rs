@@ -123,11 +123,12 @@ pub struct Estimate {
     /// Tests of effects that the model leaves out, the most significant first; empty where the
     /// search did not converge, or contacts have no likelihood.
     pub effect_tests: Vec<EffectTest>,
-    /// Effects that were let in, in the order in which they were tried; empty but for
+    /// Effects that were estimated in addition to the problem's parameters, in the order in which
+    /// they were tried; empty but for
     /// [`calibrate_with_freed_effects`](crate::estimate::calibrate_with_freed_effects).
     pub freed_effects: Vec<FreedEffect>,
     /// How far stretches of the log are from what the others predict; `None` where contacts are too
-    /// few for two stretches, or have no likelihood.
+    /// few for two stretches, of sampled manifolds, or the search has not converged.
     pub predictive_check: Option<PredictiveCheck>,
     /// Whether the calibration reaches what
     /// [`Problem::acceptance`](crate::estimate::Problem::acceptance) asks of it; `None` if nothing

@@ -13,7 +13,7 @@ use super::excitation::Excitation;
 use super::falsification::{Displacement, Falsification};
 use super::quantity::Quantity;
 use crate::estimate::{self, DEFAULT_DISTANCE_SIGMA, PlacePrior, Problem, ShapeTolerance, WrenchTolerance};
-use crate::experiment::problem::problem;
+use crate::experiment::problem::posed;
 use crate::parameter::{Block, joint_trend};
 use crate::sim::{PartsError, Scenario, SimulatedTrial};
 
@@ -132,17 +132,18 @@ impl FalsifiedKind {
         tried(ALL, kind("other_arm", "arm described with 0.9 times its lengths", ArmSize(0.9), Defaults)),
     ];
 
-    /// The problem of a simulated trial: as [`problem`] poses it of `scenario`, with the declared
-    /// standard deviations, and what [`Falsification::falsify_problem`] makes of it with `seed`.
-    /// The trial is that of the scenario after [`Falsification::falsify_scenario`].
+    /// The problem of a simulated trial: as [`experiment::problem`](crate::experiment::problem())
+    /// poses it of `scenario`, with the measured loads, the declared standard deviations, and what
+    /// [`Falsification::falsify_problem`] makes of it with `seed`. The trial is that of the
+    /// scenario after [`Falsification::falsify_scenario`].
     ///
     /// # Errors
     /// If shapes that are to be declared are not valid.
     pub fn problem(&self, scenario: &Scenario, simulated: &SimulatedTrial, seed: u64) -> Result<Problem, PartsError> {
-        let mut posed = problem(scenario, simulated);
-        self.declared.apply(&mut posed);
-        self.falsification.falsify_problem(&mut posed, scenario, seed)?;
-        Ok(posed)
+        let mut problem = posed(scenario, simulated, true);
+        self.declared.apply(&mut problem);
+        self.falsification.falsify_problem(&mut problem, scenario, seed)?;
+        Ok(problem)
     }
 
     /// The kind of this name; `None` if there is none.

@@ -179,7 +179,7 @@ impl From<&estimate::EffectTest> for EffectTestEntry {
     }
 }
 
-/// An effect that was let in as parameters: [`estimate::FreedEffect`] in the file.
+/// An effect that was estimated in addition: [`estimate::FreedEffect`] in the file.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct FreedEffectEntry {

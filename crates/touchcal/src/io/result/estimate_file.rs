@@ -59,12 +59,13 @@ pub struct EstimateFile {
     /// versions have none.
     #[serde(default)]
     pub effect_tests: Vec<EffectTestEntry>,
-    /// Effects that were let in because contacts contradict that they are zero, in the order in
-    /// which they were tried; files of earlier versions have none.
+    /// Effects that were estimated in addition because contacts contradict that they are zero, in
+    /// the order in which they were tried; files of earlier versions have none.
     #[serde(default)]
     pub freed_effects: Vec<FreedEffectEntry>,
     /// How far stretches of the log are from what the others predict; `None` where contacts are too
-    /// few or have no likelihood, and in files of earlier versions.
+    /// few, of sampled manifolds, or the search has not converged, and in files of earlier
+    /// versions.
     #[serde(default)]
     pub predictive_check: Option<PredictiveCheckEntry>,
     /// What is asked of the calibration, and whether it reaches that; `None` if nothing is asked,

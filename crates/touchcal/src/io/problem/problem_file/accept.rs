@@ -1,11 +1,15 @@
 //! What is asked of the calibration: the table `[accept]`.
 
+use std::path::Path;
+
 use nalgebra::Vector3;
+use serde::Deserialize;
 use toml::Spanned;
 
-use super::context::{Allowed, Context, DEG, LARGEST, MM};
+use super::context::{Allowed, Context, DEG, LARGEST, MAX_BYTES, MM};
 use super::schema::{AcceptToml, RegionToml};
 use crate::estimate::{Acceptance, Tool, configurations_within, workspace_configurations};
+use crate::io::base::bytes;
 use crate::io::base::error::IoError;
 use crate::robot::{JointKind, Kinematics, Robot};
 
@@ -18,6 +22,25 @@ const LEAST_POSES: usize = 10;
 /// Most postures in a list.
 const MOST_POSTURES: usize = 1000;
 const DEFAULT_CONFIDENCE: f64 = 0.95;
+
+#[derive(Deserialize)]
+#[serde(deny_unknown_fields)]
+struct AcceptanceToml {
+    accept: Spanned<AcceptToml>,
+}
+
+/// Reads the table `[accept]` of a problem file from a text that holds it alone, for a problem with
+/// this arm and tool. `file` is its name for messages.
+///
+/// # Errors
+/// [`IoError`] if the text is longer than [`MAX_BYTES`], is no TOML or has other tables or keys; a
+/// number is out of range, or not for each moving joint; or the tool does not reach the region.
+pub fn read_acceptance(text: &str, file: &str, (robot, tool): (&Robot, &Tool)) -> Result<Acceptance, IoError> {
+    let context = Context { text, file, folder: Path::new("") };
+    bytes::check_size(text.len() as u64, MAX_BYTES, file)?;
+    let toml: AcceptanceToml = toml::from_str(text).map_err(|error| context.syntax(&error))?;
+    acceptance(&toml.accept, (robot, tool), &context)
+}
 
 /// What a table asks of the calibration of this arm with this tool.
 pub(super) fn acceptance(

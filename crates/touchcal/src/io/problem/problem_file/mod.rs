@@ -40,6 +40,7 @@ use schema::{ContactsToml, FixtureToml, LoadFrameToml, LoadOnToml, ProblemToml, 
 use selection::{fixture_index, selected};
 use touch::Shape;
 
+pub use accept::read_acceptance;
 pub use assumptions::Assumptions;
 pub use context::MAX_BYTES;
 pub use declared::{EXACT_DISTANCE_SIGMA, missing_place};
