@@ -32,8 +32,8 @@ const KEYS: &str = "sigma, sigma_angle, clearance_sigma, depth_sigma, or exact=T
 ///     fixtures: the fixtures.
 ///     contacts: by name of a fixture, the log of its contacts, or several.
 ///     parameters: blocks to estimate: "strain", "segment_strain", "joint_offset", "joint_origin",
-///         "joint_compliance", "joint_drift", "joint_trend", "joint_walk", "joint_harmonic", "tool",
-///         "fixture".
+///         "joint_compliance", "joint_drift", "joint_trend", "joint_walk", "joint_harmonic",
+///         "tool", "fixture".
 ///     distances: known distances between origins of fixtures: (name, name, metres) or (name, name,
 ///         metres, sigma); default of sigma: 0.1 mm. A sigma of 0 is exact.
 ///     noise: the table [noise] of problem.toml: encoder_deg, contact_mm, encoder_trend_deg,
