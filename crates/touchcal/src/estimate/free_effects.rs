@@ -27,16 +27,16 @@ const TOGETHER: [OmittedEffect; 5] = [
     OmittedEffect::JointWalk,
 ];
 
-/// Calibrates as [`calibrate`] does. Then lets in all effects that the model leaves out and
-/// contacts contradict, as parameters with priors, and calibrates again, until there are no more.
+/// Calibrates as [`calibrate`] does. Then adds all effects that the model leaves out and contacts
+/// contradict, as parameters with priors, and calibrates again, until there are no more.
 ///
-/// All are let in at once: contacts often show one effect as several, and the result then has the
+/// All are added at once: contacts often show one effect as several, and the result then has the
 /// uncertainty of which it is. Where the first calibration has nothing to test effects with, as
 /// where errors are so much larger than declared that contacts have no likelihood, those of the arm
-/// are estimated together, and let in if they differ from zero (Wald, *Tests of statistical
+/// are estimated together, and added if they differ from zero (Wald, *Tests of statistical
 /// hypotheses concerning several parameters when the number of observations is large* (1943)).
 /// Where there are no such effects and noise is larger than declared, it is estimated if that makes
-/// the result usable. Effects with which a usable result would not be usable are not let in: its
+/// the result usable. Effects with which a usable result would not be usable are not added: its
 /// intervals allow for them.
 ///
 /// Returns the problem with these parameters, and its estimate; [`Estimate::freed_effects`] has the

@@ -8,6 +8,8 @@ use crate::robot::{JointKind, Robot};
 /// Standard deviation (rad) of the change over a log of an encoder that walks at random, where it
 /// is estimated and none is declared: 0.02°.
 pub const DEFAULT_WALK_SIGMA: f64 = 0.02 * std::f64::consts::PI / 180.0;
+/// Prior standard deviation (rad) of each amplitude of an encoder's harmonic.
+const HARMONIC_SIGMA: f64 = 0.05 * std::f64::consts::PI / 180.0;
 /// Start of the drifts' variance component.
 const DRIFT_SIGMA: f64 = 0.05 * std::f64::consts::PI / 180.0;
 /// Start of the trends' variance component: half of 0.01° over a log.
@@ -80,12 +82,9 @@ pub fn joint_walk(robot: &Robot, sigma: f64) -> Vec<Parameter> {
     each.collect()
 }
 
-/// Prior standard deviation (rad) of each amplitude of an encoder's harmonic.
-const HARMONIC_SIGMA: f64 = 0.05 * std::f64::consts::PI / 180.0;
-
 /// Two amplitudes (rad) of a harmonic of once a turn for the encoder of each revolute or continuous
-/// joint, base first, named `joint_harmonic.{joint}.{sin|cos}`, with a prior
-/// standard deviation of 0.05°, see [`ParameterId::JointHarmonic`].
+/// joint, base first, named `joint_harmonic.{joint}.{sin|cos}`, with a prior standard deviation of
+/// 0.05°, see [`ParameterId::JointHarmonic`].
 pub fn joint_harmonic(robot: &Robot) -> Vec<Parameter> {
     let revolute = robot.moving().enumerate().filter(|(_, joint)| joint.kind != JointKind::Prismatic);
     let each = revolute.flat_map(|(i, joint)| {

@@ -67,7 +67,7 @@ impl FalsifiedRow {
 pub struct FalsifiedOptions {
     /// Seed of the simulation and of what is false.
     pub seed: u64,
-    /// Whether effects that contacts contradict are let in ([`calibrate_with_freed_effects`]).
+    /// Whether effects that contacts contradict are estimated ([`calibrate_with_freed_effects`]).
     pub free_effects: bool,
 }
 
