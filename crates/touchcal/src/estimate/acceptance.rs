@@ -7,7 +7,7 @@ use rand_pcg::Pcg64;
 
 use super::problem::Problem;
 use super::result::{Acceptance, AcceptanceResult, Decision, Estimate, PredictiveCheck, Status, TaskErrors};
-use super::uncertainty::{CalibratedKinematics, calibrated_kinematics};
+use super::uncertainty::CalibratedTool;
 
 /// Draws from the posterior; the probability of an event of 95 % is known to ±0.5 %.
 const DRAWS: usize = 2000;
@@ -16,8 +16,9 @@ const SEED: u64 = 0xACCE_97ED;
 /// Whether `estimate`, one of `problem`, reaches what `asked` asks of it; whatever
 /// [`Problem::acceptance`] asks.
 ///
-/// The error of arm and tool is Gaussian with the covariance of the estimate, and moves the tool as
-/// far as its derivatives say. The largest error over the poses of the task is drawn from it: a
+/// The error of arm and tool is Gaussian with the covariance of the estimate, about the encoder
+/// harmonics that the calibrated arm cannot correct, and moves the tool as far as its derivatives
+/// say. The largest error over the poses of the task is drawn from it: a
 /// pass is one with the confidence asked for after errors are enlarged by the ratio of found to
 /// predicted scatter, a fail has the same confidence without.
 pub fn acceptance(asked: &Acceptance, problem: &Problem, estimate: &Estimate) -> AcceptanceResult {
@@ -25,9 +26,9 @@ pub fn acceptance(asked: &Acceptance, problem: &Problem, estimate: &Estimate) ->
     if estimate.status != Status::Converged || asked.positions.is_empty() {
         return undecided;
     }
-    let known = calibrated_kinematics(problem, estimate).filter(|known| !known.covariance.is_empty());
-    let Some(kinematics) = known else { return undecided };
-    let task = TaskMotion::new(asked, &kinematics);
+    let known = CalibratedTool::new(problem, estimate).filter(|tool| !tool.parameters.is_empty());
+    let Some(tool) = known else { return undecided };
+    let task = TaskMotion::new(asked, &tool);
     let largest = task.largest_errors();
     let within = |ratio: f64| {
         let is_within = |&&(distance, angle): &&(f64, f64)| {
@@ -51,8 +52,7 @@ pub fn acceptance(asked: &Acceptance, problem: &Problem, estimate: &Estimate) ->
         values[((asked.confidence * DRAWS as f64).ceil() as usize).clamp(1, DRAWS) - 1]
     };
     let (worst_pose, column, share) = task.worst(asked);
-    let of_kinematics = estimate.parameters.iter().filter(|entry| entry.parameter.id.kinematic().is_some());
-    let parameter = of_kinematics.map(|entry| entry.parameter.name.clone()).nth(column).unwrap_or_default();
+    let parameter = tool.parameters.get(column).map_or_else(String::new, |entry| entry.parameter.name.clone());
     let errors = TaskErrors {
         probability,
         distance: quantile(|error| error.0),
@@ -68,30 +68,30 @@ pub fn acceptance(asked: &Acceptance, problem: &Problem, estimate: &Estimate) ->
 struct TaskMotion {
     /// Six rows `[v; ω]` (m, rad) for each pose: derivatives of the tool's twist by the parameters.
     derivatives: DMatrix<f64>,
+    /// Mean (SI) of the parameters' errors in the calibrated arm.
+    mean: DVector<f64>,
     /// Covariance of the parameters (SI).
     covariance: DMatrix<f64>,
 }
 
 impl TaskMotion {
-    fn new(asked: &Acceptance, CalibratedKinematics { kinematics, covariance }: &CalibratedKinematics) -> Self {
-        let mut scratch = kinematics.scratch();
-        let mut derivatives = DMatrix::zeros(6 * asked.positions.len(), covariance.nrows());
-        for (pose, q) in asked.positions.iter().enumerate() {
-            kinematics.pose_and_jacobian(q, &mut scratch);
-            for (k, column) in scratch.parameters.iter().enumerate() {
-                derivatives.fixed_view_mut::<6, 1>(6 * pose, k).copy_from(column);
-            }
+    fn new(asked: &Acceptance, tool: &CalibratedTool) -> Self {
+        let mut derivatives = DMatrix::zeros(6 * asked.positions.len(), tool.parameters.len());
+        let jacobians = tool.jacobians(asked.positions.iter().map(Vec::as_slice));
+        for (pose, jacobian) in jacobians.iter().enumerate() {
+            derivatives.rows_mut(6 * pose, 6).copy_from(jacobian);
         }
-        TaskMotion { derivatives, covariance: covariance.clone() }
+        TaskMotion { derivatives, mean: tool.harmonics(), covariance: tool.covariance.clone() }
     }
 
     /// Largest distance (m) and largest angle (rad) over the poses in each draw of the parameters.
     fn largest_errors(&self) -> Vec<(f64, f64)> {
         let motions = &self.derivatives * root(&self.covariance);
+        let mean = &self.derivatives * &self.mean;
         let mut random = Pcg64::seed_from_u64(SEED);
         let mut draw = || {
             let z = DVector::from_fn(motions.ncols(), |_, _| StandardNormal.sample(&mut random));
-            let twists = &motions * z;
+            let twists = &mean + &motions * z;
             let norm = |from: usize| twists.rows(from, 3).norm();
             let poses = (0..twists.nrows()).step_by(6);
             poses.fold((0.0, 0.0), |(distance, angle), row| {

@@ -10,11 +10,10 @@ use super::options::WarningThresholds;
 use super::result::{EffectTest, EffectValue, Estimate, Warning};
 use super::search::{SearchState, uses_contact_modes};
 use super::uncertainty::{
-    Derivatives, ScoreTest, curvature_and_squares, score_test, tool_uncertainty, unseen_changes,
-    workspace_configurations,
+    Derivatives, SAMPLED_POSITIONS, ScoreTest, curvature_and_squares, score_test, tool_displacement, tool_jacobians,
+    tool_uncertainty, unseen_changes, workspace_configurations,
 };
-use crate::parameter::ParameterId;
-use crate::se3::Twist;
+use crate::parameter::{ParameterId, kinematic_part};
 use crate::solver::{FreeParameters, NormalEquations, StopReason};
 
 /// Number of contacts that the tests use, about evenly spread over the log.
@@ -22,8 +21,6 @@ const SUBSAMPLE: usize = 6000;
 /// Largest number of parameters, with those that are left out, up to which there are tests: memory
 /// grows with its square, for each of some dozens of blocks of contacts.
 const MAX_PARAMETERS: usize = 400;
-/// Number of joint positions over the workspace at which the tool's motion is taken.
-const CONFIGURATIONS: usize = 100;
 /// Length (m) by which rotations of the tool count as motion.
 const LEVER: f64 = 0.1;
 /// Root mean square motion (m) up to which the tool does not move.
@@ -82,8 +79,11 @@ pub(super) fn effect_tests(search: &mut SearchState<'_>, estimate: &Estimate) ->
         return EffectTests::default();
     }
     let inverse = free.covariance(&at.curvature);
-    let positions = workspace_configurations(&problem.robot, CONFIGURATIONS);
-    let jacobians = tool_jacobians(&model, &theta, &positions);
+    let positions = workspace_configurations(&problem.robot, SAMPLED_POSITIONS);
+    let ids: Vec<ParameterId> = model.layout.parameters.iter().map(|parameter| parameter.id).collect();
+    let mut kinematics = model.kinematics.clone();
+    kinematics.set(&kinematic_part(ids.iter().copied().zip(theta.iter().copied())).1);
+    let jacobians = tool_jacobians(&kinematics, &ids, positions.iter().map(Vec::as_slice));
     let of_arm = omitted.iter().filter(|omitted| omitted.effect.is_arm_error());
     let changes = of_arm.flat_map(|omitted| unseen_changes(&at, &inverse, (&omitted.indices, &omitted.sizes)));
     let unseen = problem.allows_for_unseen_effects().then(|| second_moment(&jacobians, &changes.collect::<Vec<_>>()));
@@ -180,35 +180,6 @@ fn estimated(search: &SearchState<'_>, model: &CalibrationModel<'_>, size: usize
         _ => 1.0,
     };
     FreeParameters::new(DVector::from_fn(size, |k, _| scale(k)))
-}
-
-/// Derivative of the tool's pose (its local twist, m and rad) by all parameters (SI) at each of the
-/// joint `positions`: 6 rows.
-fn tool_jacobians(model: &CalibrationModel<'_>, theta: &DVector<f64>, positions: &[Vec<f64>]) -> Vec<DMatrix<f64>> {
-    let parameters = &model.layout.parameters;
-    let mut kinematics = model.kinematics.clone();
-    let is_kinematic = |k: &usize| parameters[*k].id.kinematic().is_some();
-    kinematics.set(&(0..theta.len()).filter(is_kinematic).map(|k| theta[k]).collect::<Vec<f64>>());
-    let mut scratch = kinematics.scratch();
-    let mut jacobian = |q: &Vec<f64>| {
-        kinematics.pose_and_jacobian(q, &mut scratch);
-        let columns = (0..parameters.len()).map(|k| match parameters[k].id {
-            ParameterId::Kinematic(_) => scratch.parameters[model.layout.kinematic_index[k]],
-            ParameterId::JointHarmonic(i, phase) => {
-                scratch.joints[i] * -(if phase == 0 { q[i].sin() } else { q[i].cos() })
-            }
-            _ => Twist::zeros(),
-        });
-        let entries: Vec<f64> = columns.flat_map(|twist| twist.iter().copied().collect::<Vec<f64>>()).collect();
-        DMatrix::from_vec(6, parameters.len(), entries)
-    };
-    positions.iter().map(&mut jacobian).collect()
-}
-
-/// Root mean square motion (m) of the tool by a change of the parameters (SI).
-fn tool_displacement(jacobians: &[DMatrix<f64>], change: &DVector<f64>) -> f64 {
-    let square = |jacobian: &DMatrix<f64>| (jacobian.rows(0, 3) * change.rows(0, jacobian.ncols())).norm_squared();
-    (jacobians.iter().map(square).sum::<f64>() / jacobians.len().max(1) as f64).sqrt()
 }
 
 /// Sum of the outer products of `changes` of the parameters (SI), without combinations that move

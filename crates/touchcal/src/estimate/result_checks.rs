@@ -6,6 +6,7 @@ use super::options::WarningThresholds;
 use super::problem::Problem;
 use super::result::{Estimate, ParameterEstimate, PredictiveCheck, Warning};
 use super::search::{SearchState, uses_contact_modes};
+use super::uncertainty::{CalibratedTool, SAMPLED_POSITIONS, tool_displacement, workspace_configurations};
 use crate::parameter::{Parameter, ParameterId};
 use crate::robot::{JointKind, KinematicParameter};
 use crate::se3::Pose;
@@ -51,6 +52,7 @@ pub(super) fn result_warnings(
     if estimate.robot.is_compliant() {
         warnings.push(Warning::ComplianceInRobot);
     }
+    warnings.extend(harmonics(problem, estimate));
     warnings.sort_by_key(Warning::severity);
     warnings
 }
@@ -174,6 +176,16 @@ fn common_scale(problem: &Problem, estimate: &Estimate) -> Option<Warning> {
     let [doubtful, unusable] = problem.options.thresholds.common_scale;
     let (strain, usable) = (along / information, deviations <= unusable);
     (deviations > doubtful).then_some(Warning::CommonScale { strain, deviations, usable })
+}
+
+/// How far estimated harmonics of the encoders move the tool.
+fn harmonics(problem: &Problem, estimate: &Estimate) -> Option<Warning> {
+    let tool = CalibratedTool::new(problem, estimate)?;
+    let change = tool.harmonics();
+    let positions = workspace_configurations(&problem.robot, SAMPLED_POSITIONS);
+    let jacobians = tool.jacobians(positions.iter().map(Vec::as_slice));
+    let displacement = tool_displacement(&jacobians, &change);
+    (displacement > 0.0).then_some(Warning::HarmonicsNotInRobot { displacement })
 }
 
 /// Whether a parameter's value is one that a calibration finds.

@@ -7,14 +7,15 @@ use std::sync::Arc;
 use nalgebra::{DVector, Translation3, UnitQuaternion};
 use touchcal::contact::{ContactLog, Source};
 use touchcal::estimate::{
-    Estimate, Fixture, OmittedEffect, PlacePrior, Problem, ShapeTolerance, Status, Tool, Warning,
-    calibrate_with_freed_effects,
+    Acceptance, Decision, Estimate, Fixture, OmittedEffect, PlacePrior, Problem, ShapeTolerance, Status, Tool, Warning,
+    acceptance, calibrate_with_freed_effects, workspace_configurations,
 };
 use touchcal::experiment::problem;
 use touchcal::geometry::{Polygon, PrismPair};
 use touchcal::io::urdf::{self, Ends};
 use touchcal::manifold::{BallInSocket, PegInHole};
-use touchcal::parameter::{joint_offset, joint_trend};
+use touchcal::parameter::{joint_harmonic, joint_offset, joint_trend};
+use touchcal::robot::Kinematics;
 use touchcal::se3::Pose;
 use touchcal::sim::{self, Preset};
 
@@ -180,6 +181,45 @@ fn with_harmonic(mut problem: Problem, joint: usize, amplitude: f64) -> Problem 
     }
     problem.contacts = contacts;
     problem
+}
+
+/// Harmonics that were estimated are not in the calibrated arm: the warning says how far they move
+/// the tool, and a tolerance below that is not passed.
+#[test]
+fn harmonics_count_as_errors_of_the_calibrated_arm() {
+    let amplitude = 0.05_f64.to_radians();
+    let (problem, truth) = mujoco_trial("extrusion/rich/trial_01");
+    let problem = with_harmonic(problem, 3, amplitude);
+    let harmonics = problem.parameters.iter().cloned().chain(joint_harmonic(&problem.robot)).collect();
+    let problem = problem.with_parameters(harmonics);
+    let estimate = solve(&problem);
+    assert_eq!(estimate.status, Status::Converged, "{:?}", estimate.warnings);
+    assert!(nees(&estimate, &truth) < NEES_LIMIT, "{}", nees(&estimate, &truth));
+
+    let value = |name: String| estimate.parameter(&name).expect("a harmonic").value;
+    let kinematics = Kinematics::new(&estimate.robot, &[], problem.tool.tip_from_tool);
+    let place = |q: &[f64]| kinematics.pose(q).translation.vector;
+    let names: Vec<String> = problem.robot.moving().map(|joint| joint.name.clone()).collect();
+    let displacement = |q: &Vec<f64>| {
+        let error = |(name, q): (&String, f64)| {
+            let of_phase = |phase| value(format!("joint_harmonic.{name}.{phase}"));
+            of_phase("sin") * q.sin() + of_phase("cos") * q.cos()
+        };
+        let corrected: Vec<f64> = names.iter().zip(q).map(|(name, &q)| q - error((name, q))).collect();
+        (place(q) - place(&corrected)).norm()
+    };
+    let positions = workspace_configurations(&problem.robot, 100);
+    let expected = (positions.iter().map(|q| displacement(q).powi(2)).sum::<f64>() / 100.0).sqrt();
+    let found = estimate.warnings.iter().find_map(|warning| match warning {
+        Warning::HarmonicsNotInRobot { displacement } => Some(*displacement),
+        _ => None,
+    });
+    let found = found.expect("a warning");
+    assert!((found / expected - 1.0).abs() < 1e-2, "{found} m, expected {expected} m");
+
+    let asked = Acceptance { distance: found, angle: None, confidence: 0.95, positions };
+    let result = acceptance(&asked, &problem, &estimate);
+    assert_eq!(result.decision, Decision::Fail, "{:?}", result.errors);
 }
 
 /// A drift is freed without being asked for by name, and found; where nothing is false nothing is

@@ -3,7 +3,8 @@
 use super::declaration_mistake::{Agreement, DeclarationMistake};
 use super::effect_test::OmittedEffect;
 use super::warning_text::{
-    distance_message, far_from_prior_advice, not_touching_message, origin_message, scale_message,
+    distance_message, far_from_prior_advice, harmonics_message, not_touching_message, origin_message,
+    prediction_message, scale_message,
 };
 use crate::se3::Pose;
 
@@ -187,6 +188,11 @@ pub enum Warning {
     /// The calibrated arm is compliant, which a URDF reader that ignores compliance cannot
     /// reproduce.
     ComplianceInRobot,
+    /// Harmonics of the encoders were estimated, and the calibrated arm does not contain them.
+    HarmonicsNotInRobot {
+        /// Root mean square motion (m) of the tool by them over the arm's workspace.
+        displacement: f64,
+    },
     /// A declaration is wrong in kind: contacts contradict it, and agree with it but for that
     /// mistake.
     MistakenDeclaration {
@@ -252,6 +258,7 @@ impl Warning {
             Warning::PredictionContradicted { .. } => "prediction_contradicted",
             Warning::ToolNotInRobot { .. } => "tool_not_in_robot",
             Warning::ComplianceInRobot => "compliance_in_robot",
+            Warning::HarmonicsNotInRobot { .. } => "harmonics_not_in_robot",
             Warning::MistakenDeclaration { .. } => "mistaken_declaration",
         }
     }
@@ -307,15 +314,14 @@ impl Warning {
             }
             Warning::CommonScale { strain, deviations, .. } => scale_message(*strain, *deviations),
             Warning::OmittedEffect { effect, p_value, displacement, .. } => effect.message(*p_value, *displacement),
-            Warning::PredictionContradicted { ratio, widening, .. } => format!(
-                "stretches of the log are {ratio:.1} times farther from what the others predict than expected; standard deviations are {widening:.1} times larger for that"
-            ),
+            Warning::PredictionContradicted { ratio, widening, .. } => prediction_message(*ratio, *widening),
             Warning::ToolNotInRobot { .. } => {
                 "the calibrated robot description does not contain the tool's estimated pose".to_owned()
             }
             Warning::ComplianceInRobot => {
                 "only touchcal reads joint compliance from the calibrated robot description".to_owned()
             }
+            Warning::HarmonicsNotInRobot { displacement } => harmonics_message(*displacement),
             Warning::MistakenDeclaration { mistake, declared, corrected } => mistake.message(declared, corrected),
         }
     }
@@ -371,6 +377,9 @@ impl Warning {
             }
             Warning::ComplianceInRobot => {
                 "apply the compliance in the arm's driver, or calibrate without joint compliance"
+            }
+            Warning::HarmonicsNotInRobot { .. } => {
+                "subtract sin(q) and cos(q) times `joint_harmonic` from each measured position q before using it"
             }
             Warning::MistakenDeclaration { mistake, .. } => mistake.remedy(),
         }

@@ -24,6 +24,22 @@ pub(super) fn scale_message(strain: f64, deviations: f64) -> String {
     )
 }
 
+/// Message on stretches of the log that others do not predict: found over predicted scatter, and
+/// factor of the standard deviations (1).
+pub(super) fn prediction_message(ratio: f64, widening: f64) -> String {
+    format!(
+        "stretches of the log are {ratio:.1} times farther from what the others predict than expected; standard deviations are {widening:.1} times larger for that"
+    )
+}
+
+/// Message on harmonics of encoders that move the tool by `displacement` (m).
+pub(super) fn harmonics_message(displacement: f64) -> String {
+    format!(
+        "the calibrated robot description does not contain the encoders' harmonics, which move the tool by {:.3} mm",
+        1e3 * displacement
+    )
+}
+
 /// Advice on an estimate far from what was declared, for the parameter or distance of this name.
 pub(super) fn far_from_prior_advice(name: &str) -> &'static str {
     match name.split('.').next() {

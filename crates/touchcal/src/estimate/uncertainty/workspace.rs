@@ -4,12 +4,14 @@ use nalgebra::{DMatrix, DVector, Vector3};
 
 use crate::estimate::problem::Problem;
 use crate::estimate::result::{Estimate, ParameterEstimate};
-use crate::parameter::Parameter;
-use crate::robot::{JointKind, KinematicParameter, Kinematics, KinematicsScratch, Robot};
-use crate::se3;
+use crate::parameter::{Parameter, ParameterId, kinematic_part};
+use crate::robot::{JointKind, KinematicParameter, Kinematics, Robot};
+use crate::se3::{self, Pose, Twist};
 
 /// Pairs of configurations that the mean is taken over.
 const PAIRS: usize = 100;
+/// Number of joint positions over the workspace at which the motion of the tool is taken.
+pub(crate) const SAMPLED_POSITIONS: usize = 100;
 /// Positions of a prismatic joint without limits are within ± this (m).
 const PRISMATIC_RANGE: f64 = 0.5;
 
@@ -32,7 +34,10 @@ pub(crate) fn arm_uncertainty_ratio(
     let kinematics = Kinematics::new(&problem.robot, &columns, problem.tool.tip_from_tool);
     let mut scratch = kinematics.scratch();
     let limits = workspace_limits(&problem.robot);
-    let mut place = |index: usize| ToolPosition::new(&kinematics, &configuration(&limits, index), &mut scratch);
+    let mut place = |index: usize| {
+        let pose = kinematics.pose_and_jacobian(&configuration(&limits, index), &mut scratch);
+        ToolPosition::new(&pose, scratch.parameters.iter().map(se3::linear))
+    };
     let (mut before, mut after) = (0.0, 0.0);
     for pair in 0..PAIRS {
         let slope = place(2 * pair + 1).distance_gradient(&place(2 * pair + 2));
@@ -53,10 +58,10 @@ struct ToolPosition {
 }
 
 impl ToolPosition {
-    fn new(kinematics: &Kinematics, q: &[f64], scratch: &mut KinematicsScratch) -> Self {
-        let pose = kinematics.pose_and_jacobian(q, scratch);
-        let derivatives = scratch.parameters.iter().map(|column| pose.rotation * se3::linear(column));
-        ToolPosition { position: pose.translation.vector, derivatives: derivatives.collect() }
+    /// The tool at `pose` in base, moved in its own frame by each parameter as `derivatives` say.
+    fn new(pose: &Pose, derivatives: impl Iterator<Item = Vector3<f64>>) -> Self {
+        let derivatives = derivatives.map(|column| pose.rotation * column).collect();
+        ToolPosition { position: pose.translation.vector, derivatives }
     }
 
     /// Derivative of the distance to another position by each parameter.
@@ -78,8 +83,9 @@ pub struct ToolUncertainty {
 
 /// Uncertainty of the calibrated arm's tool, without load, at each of the joint `positions` (rad,
 /// or m for a prismatic joint; one for each moving joint, base first), in their order: of `J Σ Jᵀ`,
-/// with `J` the derivative of the pose `base_from_tool` by the parameters of arm and tool and `Σ`
-/// their part of the estimate's covariance. `estimate` must be one of `problem`. Fixed parameters
+/// with `J` the derivative of the pose `base_from_tool` by the parameters of arm, tool and encoder
+/// harmonics, and `Σ` their part of the estimate's covariance. The harmonics themselves count as
+/// corrected. `estimate` must be one of `problem`. Fixed parameters
 /// have their scale as standard deviation: no datum makes them zero. `None` if the contacts of any
 /// fixture are measured by a projection, from which no uncertainty follows.
 pub fn tool_uncertainty<'q>(
@@ -87,12 +93,9 @@ pub fn tool_uncertainty<'q>(
     estimate: &Estimate,
     positions: impl Iterator<Item = &'q [f64]>,
 ) -> Option<Vec<ToolUncertainty>> {
-    let CalibratedKinematics { kinematics, covariance } = calibrated_kinematics(problem, estimate)?;
-    let mut scratch = kinematics.scratch();
-    let each = positions.map(|q| {
-        kinematics.pose_and_jacobian(q, &mut scratch);
-        let jacobian = DMatrix::from_fn(6, scratch.parameters.len(), |row, k| scratch.parameters[k][row]);
-        let of_tool = &jacobian * &covariance * jacobian.transpose();
+    let tool = CalibratedTool::new(problem, estimate)?;
+    let each = tool.jacobians(positions).into_iter().map(|jacobian| {
+        let of_tool = &jacobian * &tool.covariance * jacobian.transpose();
         let deviation = |from: usize| (from..from + 3).map(|k| of_tool[(k, k)]).sum::<f64>().max(0.0).sqrt();
         ToolUncertainty { position: deviation(0), angle: deviation(3) }
     });
@@ -106,37 +109,100 @@ pub fn tool_uncertainty<'q>(
 /// motion of the whole arm does not count. `None` if the contacts of any fixture are measured by a
 /// projection.
 pub fn distance_uncertainty(problem: &Problem, estimate: &Estimate, positions: &[Vec<f64>]) -> Option<Vec<f64>> {
-    let CalibratedKinematics { kinematics, covariance } = calibrated_kinematics(problem, estimate)?;
-    let mut scratch = kinematics.scratch();
-    let places: Vec<ToolPosition> = positions.iter().map(|q| ToolPosition::new(&kinematics, q, &mut scratch)).collect();
+    let tool = CalibratedTool::new(problem, estimate)?;
+    let mut scratch = tool.kinematics.scratch();
+    let place = |(q, jacobian): (&Vec<f64>, DMatrix<f64>)| {
+        let pose = tool.kinematics.pose_and_jacobian(q, &mut scratch);
+        ToolPosition::new(&pose, jacobian.fixed_rows::<3>(0).column_iter().map(|column| column.into_owned()))
+    };
+    let jacobians = tool.jacobians(positions.iter().map(Vec::as_slice));
+    let places: Vec<ToolPosition> = positions.iter().zip(jacobians).map(place).collect();
     let each = places.windows(2).map(|pair| {
         let slope = DVector::from_vec(pair[0].distance_gradient(&pair[1]));
-        slope.dot(&(&covariance * &slope)).max(0.0).sqrt()
+        slope.dot(&(&tool.covariance * &slope)).max(0.0).sqrt()
     });
     Some(each.collect())
 }
 
-/// The arm at the estimated parameters of its kinematics.
-pub(crate) struct CalibratedKinematics {
-    pub kinematics: Kinematics,
+/// The tool of the arm at its estimated parameters.
+pub(crate) struct CalibratedTool {
+    kinematics: Kinematics,
+    /// The parameters that move the tool: those of the kinematics, and harmonics of the encoders.
+    pub parameters: Vec<ParameterEstimate>,
     /// Of these parameters (SI), in their order.
     pub covariance: DMatrix<f64>,
 }
 
-/// None if the estimate has no uncertainty.
-pub(crate) fn calibrated_kinematics(problem: &Problem, estimate: &Estimate) -> Option<CalibratedKinematics> {
-    let of_kinematics = |(k, entry): (usize, &ParameterEstimate)| Some((k, entry.parameter.id.kinematic()?));
-    let (indices, columns): (Vec<usize>, Vec<KinematicParameter>) =
-        estimate.parameters.iter().enumerate().filter_map(of_kinematics).unzip();
-    let mut kinematics = Kinematics::new(&problem.robot, &columns, problem.tool.tip_from_tool);
-    kinematics.set(&indices.iter().map(|&k| estimate.parameters[k].value).collect::<Vec<f64>>());
-    let mut covariance = estimate.covariance.select_rows(&indices).select_columns(&indices);
-    for (own, &k) in indices.iter().enumerate() {
-        if covariance[(own, own)] == 0.0 {
-            covariance[(own, own)] = estimate.parameters[k].parameter.scale.powi(2);
+impl CalibratedTool {
+    /// None if the estimate has no uncertainty.
+    pub fn new(problem: &Problem, estimate: &Estimate) -> Option<Self> {
+        if problem.has_projection() {
+            return None;
         }
+        let moves_tool = |id| matches!(id, ParameterId::Kinematic(_) | ParameterId::JointHarmonic(..));
+        let indices: Vec<usize> =
+            (0..estimate.parameters.len()).filter(|&k| moves_tool(estimate.parameters[k].parameter.id)).collect();
+        let parameters: Vec<ParameterEstimate> = indices.iter().map(|&k| estimate.parameters[k].clone()).collect();
+        let (columns, values) = kinematic_part(parameters.iter().map(|entry| (entry.parameter.id, entry.value)));
+        let mut kinematics = Kinematics::new(&problem.robot, &columns, problem.tool.tip_from_tool);
+        kinematics.set(&values);
+        let mut covariance = estimate.covariance.select_rows(&indices).select_columns(&indices);
+        for (k, entry) in parameters.iter().enumerate() {
+            if covariance[(k, k)] == 0.0 {
+                covariance[(k, k)] = entry.parameter.scale.powi(2);
+            }
+        }
+        Some(CalibratedTool { kinematics, parameters, covariance })
     }
-    (!problem.has_projection()).then_some(CalibratedKinematics { kinematics, covariance })
+
+    /// Derivative of the tool's pose (its local twist, m and rad) by each parameter (SI) at each of
+    /// the joint `positions`: 6 rows.
+    pub fn jacobians<'q>(&self, positions: impl Iterator<Item = &'q [f64]>) -> Vec<DMatrix<f64>> {
+        let ids: Vec<ParameterId> = self.parameters.iter().map(|entry| entry.parameter.id).collect();
+        tool_jacobians(&self.kinematics, &ids, positions)
+    }
+
+    /// Harmonics of the encoders (rad), 0 for other parameters: a robot description does not
+    /// contain them.
+    pub fn harmonics(&self) -> DVector<f64> {
+        let value = |entry: &ParameterEstimate| match entry.parameter.id {
+            ParameterId::JointHarmonic(..) => entry.value,
+            _ => 0.0,
+        };
+        DVector::from_iterator(self.parameters.len(), self.parameters.iter().map(value))
+    }
+}
+
+/// Derivative of the tool's pose (its local twist, m and rad) by parameters with these `ids` (SI) at
+/// each of the joint `positions`: 6 rows. The parameters of `kinematics` are among them, in their
+/// order; columns of what moves neither arm nor tool are zero.
+pub(crate) fn tool_jacobians<'q>(
+    kinematics: &Kinematics,
+    ids: &[ParameterId],
+    positions: impl Iterator<Item = &'q [f64]>,
+) -> Vec<DMatrix<f64>> {
+    let mut scratch = kinematics.scratch();
+    let mut jacobian = |q: &[f64]| {
+        kinematics.pose_and_jacobian(q, &mut scratch);
+        let mut of_kinematics = scratch.parameters.iter();
+        let columns = ids.iter().map(|id| match id {
+            ParameterId::Kinematic(_) => of_kinematics.next().copied().unwrap_or_default(),
+            ParameterId::JointHarmonic(i, phase) => {
+                scratch.joints[*i] * -(if *phase == 0 { q[*i].sin() } else { q[*i].cos() })
+            }
+            _ => Twist::zeros(),
+        });
+        let entries: Vec<f64> = columns.flat_map(<[f64; 6]>::from).collect();
+        DMatrix::from_vec(6, ids.len(), entries)
+    };
+    positions.map(&mut jacobian).collect()
+}
+
+/// Root mean square motion (m) of the tool by a change of the parameters (SI), the
+/// first of which are those of the `jacobians`.
+pub(crate) fn tool_displacement(jacobians: &[DMatrix<f64>], change: &DVector<f64>) -> f64 {
+    let square = |jacobian: &DMatrix<f64>| (jacobian.rows(0, 3) * change.rows(0, jacobian.ncols())).norm_squared();
+    (jacobians.iter().map(square).sum::<f64>() / jacobians.len().max(1) as f64).sqrt()
 }
 
 /// `count` lists of joint positions (rad, or m for a prismatic joint; one for each moving joint,
