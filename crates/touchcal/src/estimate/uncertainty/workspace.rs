@@ -173,9 +173,9 @@ impl CalibratedTool {
     }
 }
 
-/// Derivative of the tool's pose (its local twist, m and rad) by parameters with these `ids` (SI) at
-/// each of the joint `positions`: 6 rows. The parameters of `kinematics` are among them, in their
-/// order; columns of what moves neither arm nor tool are zero.
+/// Derivative of the tool's pose (its local twist, m and rad) by parameters with these `ids` (SI),
+/// at each of the joint `positions`: 6 rows. The parameters of `kinematics` are among them, in
+/// their order; columns of what moves neither arm nor tool are zero.
 pub(crate) fn tool_jacobians<'q>(
     kinematics: &Kinematics,
     ids: &[ParameterId],
