@@ -8,9 +8,7 @@ use numpy::{PyArray1, PyArray2};
 use pyo3::exceptions::PyKeyError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use touchcal::estimate::{
-    self, Status, Verdict, apply_estimated_places, calibrate_with_freed_effects, contact_distances,
-};
+use touchcal::estimate::{self, Verdict, apply_estimated_places, calibrate_with_freed_effects, contact_distances};
 use touchcal::io::Loaded;
 use touchcal::io::calibration_folder::{self, Solved};
 use touchcal::io::estimate_file::{EstimateFile, ParameterEntry};
@@ -21,7 +19,9 @@ use crate::error::io;
 use crate::frame::Frame;
 use crate::problem::Problem;
 use crate::progress::{Observer, Progress};
-use crate::result::{Acceptance, EffectTest, NullDirection, Parameter, PredictiveCheck, Termination, Warning};
+use crate::result::{
+    Acceptance, EffectTest, NullDirection, Parameter, PredictiveCheck, Termination, Warning, WorkspaceUncertainty,
+};
 use crate::robot::Robot;
 use crate::score::Score;
 
@@ -38,13 +38,14 @@ pub struct Calibration {
 
 #[pymethods]
 impl Calibration {
-    /// Whether the result may be used: the search converged, and no warning forbids it.
+    /// Whether the result may be used, with doubts or without: the search converged, and no warning
+    /// forbids it.
     #[getter]
     fn usable(&self) -> bool {
-        self.solved.estimate.status == Status::Converged
+        self.solved.estimate.status.is_usable()
     }
 
-    /// "converged", "not_converged" or "not_usable".
+    /// "usable"; "doubtful" if contacts contradict something that `warnings` name; or "not_usable".
     #[getter]
     fn status(&self) -> &'static str {
         self.solved.estimate.status.name()
@@ -119,6 +120,13 @@ impl Calibration {
     #[getter]
     fn effect_tests(&self) -> Vec<EffectTest> {
         self.solved.estimate.effect_tests.iter().map(EffectTest::from).collect()
+    }
+
+    /// How well the tool is known across the workspace; None where contacts are measured by a
+    /// projection.
+    #[getter]
+    fn workspace_uncertainty(&self) -> Option<WorkspaceUncertainty> {
+        self.solved.estimate.workspace_uncertainty.map(WorkspaceUncertainty::from)
     }
 
     /// How far stretches of the log are from what the others predict; None where contacts are too

@@ -49,7 +49,9 @@ mod _touchcal {
     #[pymodule_export]
     use crate::progress::Progress;
     #[pymodule_export]
-    use crate::result::{Acceptance, EffectTest, NullDirection, Parameter, PredictiveCheck, Termination, Warning};
+    use crate::result::{
+        Acceptance, EffectTest, NullDirection, Parameter, PredictiveCheck, Termination, Warning, WorkspaceUncertainty,
+    };
     #[pymodule_export]
     use crate::robot::Robot;
     #[pymodule_export]

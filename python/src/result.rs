@@ -80,7 +80,8 @@ impl NullDirection {
 ///
 /// Attributes:
 ///     kind: for programs: "too_few_contacts".
-///     severity: "unusable" if the result must not be used, else "caution".
+///     severity: "unusable" if the result must not be used, "doubtful" if contacts contradict something, else
+///         "caution".
 ///     message: what is wrong.
 ///     advice: what to do about it.
 #[pyclass(frozen, get_all, eq, module = "touchcal")]
@@ -96,6 +97,7 @@ impl From<WarningEntry> for Warning {
     fn from(WarningEntry { kind, severity, message, advice }: WarningEntry) -> Warning {
         let severity = match severity {
             Severity::Unusable => "unusable",
+            Severity::Doubtful => "doubtful",
             Severity::Caution => "caution",
         };
         Warning { kind, severity, message, advice }
@@ -190,6 +192,37 @@ impl From<&estimate::PredictiveCheck> for PredictiveCheck {
 impl PredictiveCheck {
     fn __repr__(&self) -> String {
         format!("PredictiveCheck(ratio={:?}, p_value={:?})", self.ratio, self.p_value)
+    }
+}
+
+/// Standard deviations of the calibrated arm's tool, root mean squares over joint positions spread
+/// evenly over the workspace.
+///
+/// Attributes:
+///     position: of the tool's position in base, all three components together (m).
+///     angle: of the tool's rotation vector in base, all three components together (rad).
+///     distance: of the distance between two positions of the tool, which does not depend on where
+///         the base is (m).
+#[pyclass(frozen, get_all, eq, module = "touchcal")]
+#[derive(Clone, Debug, PartialEq)]
+pub struct WorkspaceUncertainty {
+    position: f64,
+    angle: f64,
+    distance: f64,
+}
+
+impl From<estimate::WorkspaceUncertainty> for WorkspaceUncertainty {
+    fn from(found: estimate::WorkspaceUncertainty) -> Self {
+        let estimate::WorkspaceUncertainty { position, angle, distance } = found;
+        WorkspaceUncertainty { position, angle, distance }
+    }
+}
+
+#[pymethods]
+impl WorkspaceUncertainty {
+    fn __repr__(&self) -> String {
+        let WorkspaceUncertainty { position, angle, distance } = self;
+        format!("WorkspaceUncertainty(position={position:?}, angle={angle:?}, distance={distance:?})")
     }
 }
 

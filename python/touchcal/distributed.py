@@ -102,7 +102,7 @@ def run_fleet(
         progress: called with the number of robots that are done, and of all; what it raises ends the work. See `bar`.
 
     Returns:
-        path of fleet.parquet, a row a robot in the order of ``problems``: name, problem, status ("converged", "not_converged",
+        path of fleet.parquet, a row a robot in the order of ``problems``: name, problem, status ("usable", "doubtful",
         "not_usable", "failed"), message, seconds, contacts, rms_before, rms_after (m), parameters (name, unit, value, sigma,
         identifiable), calibrated_urdf, inputs (path, sha256), version.
     """

@@ -48,7 +48,7 @@ def row(name, found):
     over_bound = max(OVER_BOUND, 1 + 2.6 / (2 * found["trials"]) ** 0.5)
     checks = {
         "trials": (f"{found['trials']}", True),
-        "converged": (f"{100 * found['converged']:.1f} %", found["converged"] == 1),
+        "usable": (f"{100 * found['usable']:.1f} %", found["usable"] == 1),
         "within 50, 90, 99 % intervals": (", ".join(f"{100 * found['coverage'][k]:.1f}" for k in (0, 1, 3)), True),
         "within 95 %, by chance": (
             f"{100 * found['coverage'][2]:.1f} %, {100 * least:.1f} to {100 * most:.1f} %",
@@ -76,7 +76,7 @@ def tables(options):
             "the Cramér–Rao bound for errors (root mean square)"
         )
         line.tolerance = (
-            "all converged; 93 to 97 % within 95 % intervals, or within 99 % of chance where that is wider; "
+            "all usable; 93 to 97 % within 95 % intervals, or within 99 % of chance where that is wider; "
             "NEES within 99 % of chance; errors up to 1.15 times the bound, or 99 % of chance where that is more"
         )
         line.why = "what a reader of error bars takes for granted"

@@ -28,7 +28,7 @@ def row(setting, found):
     figures = dict.fromkeys(
         ("offsets' median error, at the bound (°)", "tool elsewhere (mm)", "within 95 %", "NEES", "error over the bound"), "–"
     )
-    if found["converged"] > 0:
+    if found["usable"] > 0:
         numbers = [
             f"{found['offset_error_deg'][0]:.1e}, {found['offset_cramer_rao_deg']:.1e}",
             f"{found['tool_error_mm']:.2g}",
@@ -37,7 +37,7 @@ def row(setting, found):
             f"{found['error_over_cramer_rao']:.2f}",
         ]
         figures = dict(zip(figures, numbers))
-    return Row(f"`{setting}` = {found['value']:g}", {"converged": f"{100 * found['converged']:.0f} %", **figures})
+    return Row(f"`{setting}` = {found['value']:g}", {"usable": f"{100 * found['usable']:.0f} %", **figures})
 
 
 def tables(options):

@@ -88,7 +88,7 @@
 //!     .with_noise(noise);
 //! let estimate = calibrate(&problem, &mut |_| ControlFlow::Continue(()));
 //!
-//! assert_eq!(estimate.status, Status::Converged);
+//! assert_eq!(estimate.status, Status::Usable);
 //! let strain = estimate.parameter("strain").ok_or("no strain")?;
 //! assert!((strain.value - 0.01).abs() < 1e-3);
 //! let base = estimate.parameter("joint_offset.joint_a1").ok_or("no offset")?;

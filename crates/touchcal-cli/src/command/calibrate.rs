@@ -4,6 +4,7 @@ use std::path::Path;
 
 use touchcal::estimate::{Decision, Estimate, Status};
 use touchcal::io::calibration_folder::{self, Written};
+use touchcal::solver::StopReason;
 
 use crate::args::{CalibrateArgs, Source};
 use crate::failure::{Failure, Outcome};
@@ -44,15 +45,17 @@ pub fn run(args: &CalibrateArgs) -> Result<Outcome, Failure> {
 pub fn outcome(estimate: &Estimate) -> Outcome {
     let decision = estimate.acceptance.as_ref().map(|result| result.decision);
     match estimate.status {
-        Status::Converged => match decision {
+        Status::Usable | Status::Doubtful => match decision {
             None | Some(Decision::Pass) => return Outcome::Done,
             Some(Decision::Fail) => output::diagnostic("FAIL: the tool is not within the tolerance of [accept]"),
             Some(Decision::Undecided) => {
                 output::diagnostic("UNDECIDED: the tool may or may not be within the tolerance of [accept]");
             }
         },
-        Status::NotConverged => output::diagnostic("the estimation did NOT CONVERGE: do not use the result"),
-        Status::NotUsable => output::diagnostic("the result is NOT USABLE: see its warnings"),
+        Status::NotUsable if estimate.termination.reason == StopReason::Converged => {
+            output::diagnostic("the result is NOT USABLE: see its warnings");
+        }
+        Status::NotUsable => output::diagnostic("the result is NOT USABLE: the search did not converge"),
     }
     Outcome::NotUsable
 }

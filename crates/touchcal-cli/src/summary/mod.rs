@@ -10,6 +10,7 @@ use touchcal::estimate::{
 use touchcal::io::Loaded;
 use touchcal::io::calibration_folder::{Solved, Written};
 use touchcal::io::estimate_file::EstimateFile;
+use touchcal::solver::{StopReason, Termination};
 
 use crate::table::{Table, signed};
 
@@ -52,6 +53,7 @@ impl Calibration<'_> {
             format!("Robot     {}\n", robot(self.loaded)),
             format!("Contacts  {} rows read, {} contacts used, {} rejected\n", count.read, count.used, count.rejected),
             format!("Noise     {:.2} times the {source}\n", estimate.noise_factor),
+            self.tool(),
             predictive_check(estimate.predictive_check.as_ref()),
             freed_effects(&estimate.freed_effects),
             self.acceptance(),
@@ -68,16 +70,34 @@ impl Calibration<'_> {
         .concat()
     }
 
+    /// Whether the result may be used.
     fn headline(&self) -> String {
-        let steps = self.solved.estimate.termination.iterations;
+        let Termination { reason, iterations, .. } = self.solved.estimate.termination;
+        let search = format!("converged in {iterations} steps, {:.2} s", self.file.seconds);
         match self.solved.estimate.status {
-            Status::Converged => format!("Calibrated: converged in {steps} steps, {:.2} s.", self.file.seconds),
-            Status::NotConverged => format!(
-                "*** NOT CONVERGED ({}) after {steps} steps: DO NOT USE this result. ***",
-                self.solved.estimate.termination.reason.name().replace('_', " ")
-            ),
-            Status::NotUsable => "*** NOT USABLE (see the warnings): DO NOT USE this result. ***".to_owned(),
+            Status::Usable => format!("Calibrated: usable ({search})."),
+            Status::Doubtful => format!("Calibrated: DOUBTFUL, see the warnings ({search})."),
+            Status::NotUsable if reason == StopReason::Converged => {
+                "*** NOT USABLE (see the warnings): DO NOT USE this result. ***".to_owned()
+            }
+            Status::NotUsable => {
+                let reason = reason.name().replace('_', " ");
+                format!(
+                    "*** NOT USABLE (not converged: {reason} after {iterations} steps): DO NOT USE this result. ***"
+                )
+            }
         }
+    }
+
+    /// How well the tool is known.
+    fn tool(&self) -> String {
+        self.solved.estimate.workspace_uncertainty.map_or_else(String::new, |known| {
+            let [position, distance] = [known.position, known.distance].map(millimetres);
+            let angle = known.angle.to_degrees();
+            format!(
+                "Tool      ± {position} mm and {angle:.3}° in base, ± {distance} mm between two positions (standard deviations)\n"
+            )
+        })
     }
 
     /// Whether the calibration reaches what is asked of it.
@@ -107,8 +127,8 @@ impl Calibration<'_> {
 
     fn next(&self, next: &str) -> String {
         match self.solved.estimate.status {
-            Status::Converged => format!("Next      {next}\n"),
-            Status::NotConverged if self.file.warnings.is_empty() => {
+            Status::Usable | Status::Doubtful => format!("Next      {next}\n"),
+            Status::NotUsable if self.file.warnings.is_empty() => {
                 "Next      estimate fewer parameters or record more contacts, and calibrate again\n".to_owned()
             }
             _ => "Next      follow the advice above, record more contacts, and calibrate again\n".to_owned(),

@@ -6,7 +6,7 @@ use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64;
 
 use super::problem::Problem;
-use super::result::{Acceptance, AcceptanceResult, Decision, Estimate, PredictiveCheck, Status, TaskErrors};
+use super::result::{Acceptance, AcceptanceResult, Decision, Estimate, PredictiveCheck, TaskErrors};
 use super::uncertainty::CalibratedTool;
 
 /// Draws from the posterior; the probability of an event of 95 % is known to ±0.5 %.
@@ -23,7 +23,7 @@ const SEED: u64 = 0xACCE_97ED;
 /// predicted scatter, a fail has the same confidence without.
 pub fn acceptance(asked: &Acceptance, problem: &Problem, estimate: &Estimate) -> AcceptanceResult {
     let undecided = AcceptanceResult { decision: Decision::Undecided, errors: None };
-    if estimate.status != Status::Converged || asked.positions.is_empty() {
+    if !estimate.status.is_usable() || asked.positions.is_empty() {
         return undecided;
     }
     let known = CalibratedTool::new(problem, estimate).filter(|tool| !tool.parameters.is_empty());

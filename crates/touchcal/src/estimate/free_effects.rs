@@ -60,8 +60,8 @@ pub fn calibrate_with_freed_effects(problem: &Problem, observe: Observer<'_>) ->
         let extended = suspects.iter().fold(problem.clone(), |problem, suspect| with_effect(&problem, &suspect.effect));
         let with = calibrate(&extended, observe);
         // The intervals of a usable result allow for the suspects; a larger noise must explain all.
-        let must_be_usable = estimate.status == Status::Converged || suspects[0].effect == OmittedEffect::Noise;
-        if is_interrupted.get() || (must_be_usable && with.status != Status::Converged) {
+        let must_be_usable = estimate.status.is_usable() || suspects[0].effect == OmittedEffect::Noise;
+        if is_interrupted.get() || (must_be_usable && !with.status.is_usable()) {
             break;
         }
         freed.extend(suspects);
@@ -69,7 +69,7 @@ pub fn calibrate_with_freed_effects(problem: &Problem, observe: Observer<'_>) ->
     }
     if is_interrupted.get() {
         estimate.termination.reason = StopReason::Interrupted;
-        estimate.status = if estimate.status == Status::Converged { Status::NotConverged } else { estimate.status };
+        estimate.status = Status::NotUsable;
     }
     estimate.freed_effects = freed;
     (problem, estimate)
@@ -79,7 +79,7 @@ pub fn calibrate_with_freed_effects(problem: &Problem, observe: Observer<'_>) ->
 /// be tested, effects that a joint fit shows; where these are none, a larger noise.
 fn suspects(problem: &Problem, estimate: &Estimate, freed: &[FreedEffect], observe: Observer<'_>) -> Vec<FreedEffect> {
     let mut suspects = tested_suspects(problem, estimate, freed);
-    let is_refused = estimate.status != Status::Converged && !is_mistaken(estimate);
+    let is_refused = !estimate.status.is_usable() && !is_mistaken(estimate);
     if is_refused && freed.is_empty() && estimate.effect_tests.is_empty() {
         suspects = suspects_of_joint_fit(problem, estimate, observe);
     }
@@ -140,7 +140,7 @@ fn suspects_of_joint_fit(problem: &Problem, without: &Estimate, observe: Observe
     let all = problem.parameters.iter().chain(effects.iter().flat_map(|(_, parameters)| parameters));
     let together = problem.clone().with_parameters(all.cloned().collect());
     let estimate = calibrate(&together, observe);
-    if estimate.status != Status::Converged {
+    if !estimate.status.is_usable() {
         return Vec::new();
     }
     let count = effects.len() as f64;

@@ -40,7 +40,7 @@ pub use result::{
     DeclarationMistake, DeclaredLength, DistanceSource, EffectTest, EffectValue, Estimate, Evaluation, FixtureDistance,
     FreedEffect, Identifiability, NoiseSigma, NullDirection, OmittedEffect, ParameterEstimate, ParameterPosterior,
     PosteriorEntry, PredictiveCheck, Progress, Scatter, Score, Severity, Spread, Stage, Status, TaskErrors, Verdict,
-    Warning,
+    Warning, WorkspaceUncertainty,
 };
 pub use uncertainty::{
     ToolUncertainty, configurations_within, cramer_rao, distance_uncertainty, tool_uncertainty,

@@ -12,7 +12,7 @@ use super::result::{
 };
 use super::result_checks::{FitStatistics, result_warnings};
 use super::search::{SearchState, residual_prediction, sandwich, uses_contact_modes};
-use super::uncertainty::{Posterior, Sandwich, arm_uncertainty_ratio};
+use super::uncertainty::{Posterior, Sandwich, arm_uncertainty_ratio, workspace_uncertainty};
 use crate::manifold::ContactCache;
 use crate::parameter::kinematic_part;
 use crate::robot;
@@ -130,8 +130,9 @@ pub(super) fn summarize(mut search: SearchState<'_>) -> Estimate {
     let parameters: Vec<ParameterEstimate> = parameters.collect();
     let (columns, values) = kinematic_part(parameters.iter().map(|entry| (entry.parameter.id, entry.value)));
     let mut estimate = Estimate {
-        status: Status::Converged,
+        status: Status::NotUsable,
         covariance: posterior.covariance,
+        workspace_uncertainty: None,
         identifiability: posterior.identifiability,
         postfit: score(&search.point()),
         contacts: ContactCount {
@@ -157,6 +158,7 @@ pub(super) fn summarize(mut search: SearchState<'_>) -> Estimate {
     let of_effects = apply_effect_tests(&mut estimate, tests, &search.model.problem.options.thresholds);
     estimate.warnings.extend(of_effects);
     estimate.warnings.sort_by_key(Warning::severity);
+    estimate.workspace_uncertainty = workspace_uncertainty(problem, &estimate);
     estimate.status = status(&estimate.termination, &estimate.warnings);
     estimate.acceptance = problem.acceptance.as_ref().map(|asked| acceptance(asked, problem, &estimate));
     estimate
@@ -171,9 +173,10 @@ fn noise(search: &SearchState<'_>) -> NoiseSigma {
 }
 
 fn status(termination: &Termination, warnings: &[Warning]) -> Status {
-    match termination.reason {
-        _ if warnings.iter().any(|warning| warning.severity() == Severity::Unusable) => Status::NotUsable,
-        StopReason::Converged => Status::Converged,
-        _ => Status::NotConverged,
+    match warnings.first().map(Warning::severity) {
+        _ if termination.reason != StopReason::Converged => Status::NotUsable,
+        Some(Severity::Unusable) => Status::NotUsable,
+        Some(Severity::Doubtful) => Status::Doubtful,
+        Some(Severity::Caution) | None => Status::Usable,
     }
 }

@@ -31,7 +31,7 @@ pub struct CampaignRow {
     pub seed: u64,
     /// Number of contacts, with all fixtures.
     pub contacts: u64,
-    /// Status of the estimate ([`Status`]): 0 converged, 1 not converged, 2 not usable.
+    /// Status of the estimate ([`Status`]): 0 usable, 1 doubtful, 2 not usable.
     pub status: u64,
     /// Number of the arm's parameters that have a standard deviation above 0: those that `inside`,
     /// `nees` and `nees_of_bound` are over.
@@ -85,8 +85,8 @@ pub fn campaign_trial(scenario: &Scenario, first_seed: u64, trial: u64) -> Resul
     let problem = problem(scenario, &simulated);
     let estimate = calibrate(&problem, &mut |_| ControlFlow::Continue(()));
     let status = match estimate.status {
-        Status::Converged => 0,
-        Status::NotConverged => 1,
+        Status::Usable => 0,
+        Status::Doubtful => 1,
         Status::NotUsable => 2,
     };
     let row = CampaignRow { trial, seed, contacts: problem.contacts.len() as u64, status, ..CampaignRow::default() };

@@ -3,18 +3,18 @@
 use super::campaign::{CampaignRow, HALF_WIDTHS, LEVELS};
 
 /// Coverage, NEES and errors over the trials of a campaign, summed trial by trial; the default is
-/// empty. Means and quantiles are over the converged trials; without any they are NaN.
+/// empty. Means and quantiles are over the usable trials; without any they are NaN.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CampaignSummary {
     /// Number of trials added.
     pub trials: u64,
-    /// Number of trials whose estimate converged and is usable; everything else is over these.
-    pub converged: u64,
-    /// Number of the arm's parameters ([`CampaignRow::parameters`]), summed over the converged
+    /// Number of trials whose estimate is usable or doubtful; everything else is over these.
+    pub usable: u64,
+    /// Number of the arm's parameters ([`CampaignRow::parameters`]), summed over the usable
     /// trials.
     pub parameters: u64,
     /// Number of true values within their intervals ([`CampaignRow::inside`]), for each of
-    /// [`LEVELS`], over the converged trials.
+    /// [`LEVELS`], over the usable trials.
     pub inside: [u64; 4],
     /// Sums of squares of how many more of a trial's true values are inside than should be.
     scatter: [f64; 4],
@@ -34,7 +34,7 @@ impl Default for CampaignSummary {
     fn default() -> Self {
         CampaignSummary {
             trials: 0,
-            converged: 0,
+            usable: 0,
             parameters: 0,
             inside: [0; 4],
             scatter: [0.0; 4],
@@ -55,14 +55,14 @@ impl Default for CampaignSummary {
 const BOUND: f64 = HALF_WIDTHS[3];
 
 impl CampaignSummary {
-    /// Adds a trial. One that is not converged ([`CampaignRow::status`] other than 0) counts in
+    /// Adds a trial. One that is not usable ([`CampaignRow::status`] 2) counts in
     /// [`CampaignSummary::trials`] only. The order of trials changes rounding only.
     pub fn add(&mut self, row: &CampaignRow) {
         self.trials += 1;
-        if row.status != 0 {
+        if row.status > 1 {
             return;
         }
-        self.converged += 1;
+        self.usable += 1;
         self.parameters += row.parameters;
         for (k, inside) in row.inside.into_iter().enumerate() {
             self.inside[k] += inside;
@@ -117,7 +117,7 @@ impl CampaignSummary {
     /// Means over the trials of [`CampaignRow::tool_distance`] (m) and [`CampaignRow::tool_angle`]
     /// (rad), in this order.
     pub fn tool(&self) -> (f64, f64) {
-        (self.tool_distance / self.converged as f64, self.tool_angle / self.converged as f64)
+        (self.tool_distance / self.usable as f64, self.tool_angle / self.usable as f64)
     }
 
     /// Quantile `share` (above 0, up to 1) of the trials' [`CampaignRow::offset_error`] (rad, or m
@@ -141,12 +141,12 @@ impl CampaignSummary {
 
     /// Mean over the trials of [`CampaignRow::offset_bound`] (rad, or m for prismatic joints).
     pub fn offset_bound(&self) -> f64 {
-        self.offset_bound / self.converged as f64
+        self.offset_bound / self.usable as f64
     }
 
     /// Mean over the trials of [`CampaignRow::strain_bound`] (1).
     pub fn strain_bound(&self) -> f64 {
-        self.strain_bound / self.converged as f64
+        self.strain_bound / self.usable as f64
     }
 }
 
@@ -207,13 +207,13 @@ mod tests {
     }
 
     #[test]
-    fn only_converged_trials_are_averaged() {
+    fn only_usable_trials_are_averaged() {
         let good =
             CampaignRow { parameters: 8, inside: [4, 7, 8, 8], nees: 8.0, nees_of_bound: 32.0, ..Default::default() };
         let mut summary = CampaignSummary::default();
         summary.add(&good);
         summary.add(&CampaignRow { status: 2, nees: 1e9, ..good });
-        assert_eq!((summary.trials, summary.converged), (2, 1));
+        assert_eq!((summary.trials, summary.usable), (2, 1));
         assert_eq!(summary.coverage(), [0.5, 0.875, 1.0, 1.0]);
         assert_eq!(summary.coverage_bounds()[3][1], 1.0);
         assert!((summary.nees().0 - 1.0).abs() < 1e-12 && (summary.error_over_bound() - 2.0).abs() < 1e-12);

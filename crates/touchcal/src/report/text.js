@@ -51,13 +51,15 @@ function verdict() {
   byId("what").textContent = `Calibration of ${robot.name}, ${robot.joints} joints from ${robot.base} to ${robot.tip}`;
   const reason = data.termination.reason.replaceAll("_", " ");
   const texts = {
-    converged: ["✓ Converged: the result may be used", "Residuals at the contacts used for calibration underestimate the error; evaluate the result on other contacts with touchcal evaluate."],
-    not_converged: ["✕ Not converged: do not use the result", `The search ended without reaching a minimum (${reason}). The page shows its last state.`],
-    not_usable: ["✕ Not usable: do not use the result", "The contacts do not determine the arm, or contradict the problem file. The warnings give the reasons."],
+    usable: ["✓ Usable", "Residuals at the contacts used for calibration underestimate the error; evaluate the result on other contacts with touchcal evaluate."],
+    doubtful: ["! Doubtful: use the result with care", "Contacts contradict something that the warnings name. Standard deviations allow for it; evaluate the result on other contacts with touchcal evaluate."],
+    not_usable: ["✕ Not usable: do not use the result", data.termination.reason === "converged"
+      ? "The contacts do not determine the arm, or contradict the problem file. The warnings give the reasons."
+      : `The search ended without reaching a minimum (${reason}). The page shows its last state.`],
   };
   const [headline, next] = texts[status];
-  byId("verdict").className = status === "converged" ? "good" : "bad";
-  const also = status === "converged" && warnings.length ? ` See ${warnings.length === 1 ? "the warning" : `the ${warnings.length} warnings`}.` : "";
+  byId("verdict").className = status;
+  const also = status === "usable" && warnings.length ? ` See ${warnings.length === 1 ? "the warning" : `the ${warnings.length} warnings`}.` : "";
   byId("verdict").append(el("h1", {}, headline), el("p", {}, next + also));
   if (acceptance) byId("verdict").append(el("p", { class: "acceptance" }, el("strong", {}, acceptance.message), ` → ${acceptance.advice}`));
   byId("warnings").append(...warnings.map((warning) => el("li", {}, warning.message, el("span", {}, `→ ${warning.advice}`))));

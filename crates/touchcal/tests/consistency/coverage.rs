@@ -5,7 +5,7 @@ use std::sync::Arc;
 use crate::support::{solve, uniform};
 use nalgebra::{DMatrix, DVector, UnitQuaternion, Vector3};
 use touchcal::contact::{ContactLog, Source};
-use touchcal::estimate::{Estimate, Fixture, Loss, Method, Noise, PlacePrior, Problem, ShapeTolerance, Status, Tool};
+use touchcal::estimate::{Estimate, Fixture, Loss, Method, Noise, PlacePrior, Problem, ShapeTolerance, Tool};
 use touchcal::experiment::{CampaignSummary, Search, Trial, campaign_trial};
 use touchcal::geometry::Parts;
 use touchcal::io::urdf::{self, Ends};
@@ -115,7 +115,7 @@ fn errors(estimate: &Estimate, truth: &[f64]) -> DVector<f64> {
 fn without_noise_the_truth_is_found_to_a_billionth() {
     for seed in 1..6 {
         let estimate = solve(&socket(seed));
-        assert_eq!(estimate.status, Status::Converged, "{:?}", estimate.warnings);
+        assert!(estimate.status.is_usable(), "{:?}", estimate.warnings);
         // The seventh joint turns about an axis near the ball: the rest must be exact.
         let worst = errors(&estimate, &truth(seed)).amax();
         assert!(worst < 1e-9, "seed {seed}: {worst:e}");
@@ -130,7 +130,7 @@ fn intervals_cover_the_truth_as_often_as_they_say() {
     for seed in 1..=TRIALS {
         let (problem, truth) = insertion(seed, 1500, ENCODER);
         let estimate = solve(&problem);
-        assert_eq!(estimate.status, Status::Converged, "seed {seed}: {:?}", estimate.termination);
+        assert!(estimate.status.is_usable(), "seed {seed}: {:?}", estimate.termination);
         let error = errors(&estimate, truth.as_slice());
         let covariance: DMatrix<f64> = estimate.covariance.view((0, 0), (8, 8)).into_owned();
         nees += error.dot(&covariance.clone().cholesky().expect("positive definite").solve(&error)) / TRIALS as f64;
@@ -165,7 +165,7 @@ fn intervals_of_what_only_priors_bound_are_as_wide_as_these() {
     (0..20).for_each(|trial| summary.add(&campaign_trial(&scenario, 1, trial).expect("contacts")));
     let (nees, chance) = summary.nees();
     println!("coverage {:.3?}, NEES {nees:.3}, by chance {chance:.3?}", summary.coverage());
-    assert_eq!(summary.converged, 20);
+    assert_eq!(summary.usable, 20);
     assert!((chance[0]..chance[1]).contains(&nees), "{nees}");
     assert!((summary.coverage()[2] - 0.95).abs() < 0.03, "{:?}", summary.coverage());
 }

@@ -1,6 +1,6 @@
 //! Encoders that drift over the log: are the error bars true?
 
-use touchcal::estimate::{Problem, Status};
+use touchcal::estimate::Problem;
 use touchcal::experiment::problem;
 use touchcal::io::urdf::{self, Ends};
 use touchcal::sim::{self, Preset, Recorder, SimulatedTrial};
@@ -27,7 +27,7 @@ fn trends_of_encoders_are_in_the_intervals() {
         let (mut problem, simulated) = trial(|recorder| recorder.encoder_trend = 0.01f64.to_radians(), seed);
         let estimate = solve(&problem);
         declared.add(&estimate, &simulated.truth);
-        assert_eq!(estimate.status, Status::Converged, "seed {seed}: {:?}", estimate.warnings);
+        assert!(estimate.status.is_usable(), "seed {seed}: {:?}", estimate.warnings);
         problem.parameters.retain(|parameter| !parameter.name.starts_with("joint_trend"));
         undeclared.add(&solve(&problem), &simulated.truth);
     }
@@ -47,7 +47,7 @@ fn random_walks_of_encoders_are_in_the_intervals() {
         declared.add(&solve(&problem), &simulated.truth);
         problem.parameters.retain(|parameter| !parameter.name.starts_with("joint_walk"));
         let estimate = solve(&problem);
-        if estimate.status == Status::Converged {
+        if estimate.status.is_usable() {
             undeclared.add(&estimate, &simulated.truth);
         }
     }

@@ -9,7 +9,7 @@ use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64;
 use touchcal::contact::ContactLog;
 use touchcal::estimate::{
-    Contradiction, Estimate, Evaluation, ParameterPosterior, Problem, Status, apply_estimated_places, evaluate_held_out,
+    Contradiction, Estimate, Evaluation, ParameterPosterior, Problem, apply_estimated_places, evaluate_held_out,
 };
 use touchcal::experiment::problem;
 use touchcal::io::urdf::{self, Ends};
@@ -155,7 +155,7 @@ fn a_false_spacing_of_the_calibration_is_seen() {
         let right = held_out(&declared(2, 0.0), &solve(&declared(1, 0.0)));
         assert_eq!(right.contradictions, [], "{right:?}");
         let estimate = solve(&declared(1, 0.5e-3));
-        assert_eq!(estimate.status, Status::Converged, "{:?}", estimate.warnings);
+        assert!(estimate.status.is_usable(), "{:?}", estimate.warnings);
         let wrong = held_out(&declared(2, 0.0), &estimate);
         assert!(wrong.distances.iter().all(|distance| distance.deviations() > 3.0), "{:?}", wrong.distances);
         let [Contradiction::CommonStrain { strain, .. }] = wrong.contradictions.as_slice() else {

@@ -1,6 +1,6 @@
 //! A force sensor with a bias, where joints deflect under the load: are the error bars true?
 
-use touchcal::estimate::{Status, WrenchTolerance};
+use touchcal::estimate::WrenchTolerance;
 use touchcal::experiment::problem;
 use touchcal::io::urdf::{self, Ends};
 use touchcal::sim::{self, Preset, Scenario};
@@ -36,7 +36,7 @@ fn errors_of_the_wrench_are_in_the_intervals() {
         assert_eq!(problem.wrench, WrenchTolerance::DEFAULT);
         let estimate = solve(&problem);
         declared.add(&estimate, &simulated.truth);
-        assert_eq!(estimate.status, Status::Converged, "seed {seed}: {:?}", estimate.warnings);
+        assert!(estimate.status.is_usable(), "seed {seed}: {:?}", estimate.warnings);
         if seed <= 2 {
             problem.wrench = WrenchTolerance::EXACT;
             exact.add(&solve(&problem), &simulated.truth);

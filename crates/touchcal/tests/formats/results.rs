@@ -4,7 +4,7 @@ use proptest::prelude::*;
 use touchcal::io::estimate_file::{
     AcceptanceEntry, ContactCounts, Decision, EffectTestEntry, EffectValueEntry, EstimateFile, FixtureResidual,
     FreedEffectEntry, NoiseEntry, NullDirection, ParameterEntry, PredictiveCheckEntry, ResidualStats, Residuals,
-    Severity, Status, TaskErrorsEntry, TerminationEntry, WarningEntry,
+    Severity, Status, TaskErrorsEntry, TerminationEntry, WarningEntry, WorkspaceUncertaintyEntry,
 };
 use touchcal::io::{Input, atomic};
 
@@ -21,7 +21,7 @@ fn stats() -> ResidualStats {
 fn estimate() -> EstimateFile {
     EstimateFile {
         schema: 2,
-        status: Status::NotConverged,
+        status: Status::NotUsable,
         parameters: vec![ParameterEntry {
             name: "strain".to_owned(),
             block: "strain".to_owned(),
@@ -32,6 +32,7 @@ fn estimate() -> EstimateFile {
             identifiable: true,
         }],
         covariance: vec![vec![1e-8]],
+        workspace_uncertainty: Some(WorkspaceUncertaintyEntry { position_mm: 0.1, angle_deg: 0.01, distance_mm: 0.05 }),
         rank: 1,
         condition: None,
         null_space: vec![NullDirection {
@@ -116,7 +117,7 @@ fn estimates_survive_json() {
     assert_eq!(EstimateFile::from_json(&text, "e").unwrap(), estimate());
     // Version 0.2.0 wrote no tests of effects, no predictive check and no noise.
     let mut older: serde_json::Value = serde_json::from_str(&text).unwrap();
-    for added in ["acceptance", "effect_tests", "freed_effects", "noise", "predictive_check"] {
+    for added in ["acceptance", "effect_tests", "freed_effects", "noise", "predictive_check", "workspace_uncertainty"] {
         older.as_object_mut().unwrap().remove(added);
     }
     let older = EstimateFile::from_json(&older.to_string(), "e").unwrap();
@@ -127,11 +128,12 @@ fn estimates_survive_json() {
             freed_effects: Vec::new(),
             noise: None,
             predictive_check: None,
+            workspace_uncertainty: None,
             acceptance: None,
             ..estimate()
         }
     );
-    for part in ["\"status\": \"not_converged\"", "\"prior_sigma\": null", "\"condition\": null", "\"rms_mm\": 0.2"] {
+    for part in ["\"status\": \"not_usable\"", "\"prior_sigma\": null", "\"condition\": null", "\"rms_mm\": 0.2"] {
         assert!(text.contains(part), "{part}");
     }
 }
@@ -165,6 +167,12 @@ fn numbers_that_json_cannot_hold_are_not_written() {
     bad.noise = Some(NoiseEntry { encoder: f64::NAN, contact: 0.0 });
     assert!(bad.to_json().unwrap_err().to_string().contains("noise.encoder: expected a finite number"));
     let mut bad = estimate();
+    bad.workspace_uncertainty =
+        Some(WorkspaceUncertaintyEntry { position_mm: 0.0, angle_deg: f64::NAN, distance_mm: 0.0 });
+    assert!(
+        bad.to_json().unwrap_err().to_string().contains("workspace_uncertainty.angle_deg: expected a finite number")
+    );
+    let mut bad = estimate();
     bad.covariance.clear();
     assert!(bad.to_json().unwrap_err().to_string().contains("1 rows of 1 numbers"));
 }
@@ -179,7 +187,7 @@ fn other_json_is_refused() {
         &text.replace("\"schema\": 2", "\"schema\": 7"),
         &["estimate.json, schema: expected schema 1 or 2, found 7"],
     );
-    refused(&text.replace("not_converged", "maybe"), &["estimate.json:3:", "unknown variant `maybe`", "`converged`"]);
+    refused(&text.replace("not_usable", "maybe"), &["estimate.json:3:", "unknown variant `maybe`", "`usable`"]);
     refused(&text.replace("\"rank\"", "\"rnk\""), &["unknown field `rnk`"]);
     refused(&text.replace("\"value\": 0.05", "\"value\": null"), &["invalid type: null"]);
     refused(&"[".repeat(100_000), &["estimate.json:1:"]);
@@ -191,7 +199,7 @@ const SCHEMA_1: &str = include_str!("../../../../fuzz/corpus/estimate/good.json"
 #[test]
 fn a_result_of_version_0_1_is_read() {
     let file = EstimateFile::from_json(SCHEMA_1, "estimate.json").unwrap();
-    assert_eq!((file.schema, file.status, file.parameters.len()), (2, Status::Converged, 20));
+    assert_eq!((file.schema, file.status, file.parameters.len()), (2, Status::Usable, 20));
     let names: Vec<&str> = file.parameters.iter().map(|entry| entry.name.as_str()).collect();
     assert!(names.contains(&"gap_bias.hole") && names.contains(&"gap_bias.hole.-z"), "{names:?}");
     assert!(!names.iter().any(|name| name.contains("interference")), "{names:?}");
@@ -205,7 +213,8 @@ fn a_result_of_version_0_1_is_read() {
     // Numbers are as they were.
     let old: serde_json::Value = serde_json::from_str(SCHEMA_1).unwrap();
     let new: serde_json::Value = serde_json::from_str(&file.to_json().unwrap()).unwrap();
-    for key in ["status", "covariance", "rank", "condition", "residuals", "contacts", "termination", "inputs"] {
+    assert_eq!((&old["status"], &new["status"]), (&"converged".into(), &"usable".into()));
+    for key in ["covariance", "rank", "condition", "residuals", "contacts", "termination", "inputs"] {
         assert_eq!(old[key], new[key], "{key}");
     }
     for (old, new) in old["parameters"].as_array().unwrap().iter().zip(new["parameters"].as_array().unwrap()) {
@@ -213,6 +222,15 @@ fn a_result_of_version_0_1_is_read() {
             assert_eq!(old[key], new[key], "{key}");
         }
     }
+}
+
+/// What a status was called before it said whether a result is doubtful.
+#[test]
+fn earlier_names_of_a_status_are_read() {
+    let text = estimate().to_json().unwrap();
+    let status = |name: &str| EstimateFile::from_json(&text.replace("not_usable", name), "e").unwrap().status;
+    assert_eq!((status("converged"), status("not_converged")), (Status::Usable, Status::NotUsable));
+    assert_eq!((status("usable"), status("doubtful")), (Status::Usable, Status::Doubtful));
 }
 
 #[test]

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use crate::support::solve;
 use nalgebra::{UnitQuaternion, Vector3};
 use touchcal::contact::{ContactLog, Source};
-use touchcal::estimate::{Fixture, Loss, Method, Noise, PlacePrior, Problem, ShapeTolerance, Status, Tool};
+use touchcal::estimate::{Fixture, Loss, Method, Noise, PlacePrior, Problem, ShapeTolerance, Tool};
 use touchcal::io::urdf::{self, Ends};
 use touchcal::manifold::{ContactManifold, Residual};
 use touchcal::parameter::joint_offset;
@@ -92,7 +92,7 @@ fn a_sphere_calibrates_the_joints_that_move_over_it() {
         other_arms: Vec::new(),
     };
     let estimate = solve(&problem);
-    assert_eq!(estimate.status, Status::Converged, "{:?}", estimate.warnings);
+    assert!(estimate.status.is_usable(), "{:?}", estimate.warnings);
     for (estimated, truth) in estimate.parameters.iter().zip(truth) {
         assert!((estimated.value - truth).abs() < 1e-8, "{}: {}", estimated.parameter.name, estimated.value);
     }

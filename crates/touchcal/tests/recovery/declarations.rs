@@ -96,7 +96,7 @@ fn a_hole_beside_its_place_is_found_where_its_place_is_uncertain() {
         for by in [[0.0; 3], [0.3e-3, -0.6e-3, 0.6e-3]] {
             let (problem, truth) = mujoco_trial(trial);
             let estimate = solve(&hole_moved(with_defaults(problem), by, 0.003));
-            assert_eq!(estimate.status, Status::Converged, "{trial}, {by:?}: {:?}", estimate.warnings);
+            assert!(estimate.status.is_usable(), "{trial}, {by:?}: {:?}", estimate.warnings);
             worst = worst.max(nees(&estimate, &truth));
         }
     }
@@ -124,7 +124,7 @@ fn a_clearance_that_is_off_is_within_its_tolerance() {
         for by in [-0.05e-3, 0.05e-3] {
             let (problem, truth) = mujoco_trial(trial);
             let estimate = solve(&hole_wider(with_defaults(problem), by));
-            assert_eq!(estimate.status, Status::Converged, "{trial}, {by}: {:?}", estimate.warnings);
+            assert!(estimate.status.is_usable(), "{trial}, {by}: {:?}", estimate.warnings);
             worst = worst.max(nees(&estimate, &truth));
         }
     }
@@ -159,7 +159,7 @@ fn an_encoder_that_drifts_is_shown_and_found() {
 
         let trends = problem.parameters.iter().cloned().chain(joint_trend(&problem.robot)).collect();
         let with = solve(&problem.clone().with_parameters(trends));
-        assert_eq!(with.status, Status::Converged, "{:?}", with.warnings);
+        assert!(with.status.is_usable(), "{:?}", with.warnings);
         let name = format!("joint_trend.joint_a{}", joint + 1);
         let trend = with.parameter(&name).expect("a trend");
         let deviations = (trend.value - half) / trend.sigma.expect("a standard deviation");
@@ -193,7 +193,7 @@ fn harmonics_count_as_errors_of_the_calibrated_arm() {
     let harmonics = problem.parameters.iter().cloned().chain(joint_harmonic(&problem.robot)).collect();
     let problem = problem.with_parameters(harmonics);
     let estimate = solve(&problem);
-    assert_eq!(estimate.status, Status::Converged, "{:?}", estimate.warnings);
+    assert!(estimate.status.is_usable(), "{:?}", estimate.warnings);
     assert!(nees(&estimate, &truth) < NEES_LIMIT, "{}", nees(&estimate, &truth));
 
     let value = |name: String| estimate.parameter(&name).expect("a harmonic").value;
@@ -236,7 +236,7 @@ fn what_contacts_contradict_is_freed() {
     let effects: Vec<&OmittedEffect> = estimate.freed_effects.iter().map(|freed| &freed.effect).collect();
     assert!(effects.contains(&&OmittedEffect::JointTrend), "{effects:?}");
     assert!(estimate.freed_effects.iter().all(|freed| freed.gain > 10.0 && freed.p_value < 1e-5));
-    assert_eq!(estimate.status, Status::Converged, "{:?}", estimate.warnings);
+    assert!(estimate.status.is_usable(), "{:?}", estimate.warnings);
     assert!(posed.parameters.len() >= problem.parameters.len() + 7);
     assert!(nees(&estimate, &truth) < NEES_LIMIT, "{}", nees(&estimate, &truth));
 
@@ -244,7 +244,7 @@ fn what_contacts_contradict_is_freed() {
         let (problem, truth) = mujoco_trial(trial);
         let (_, estimate) = free(&with_harmonic(problem, 5, 0.05_f64.to_radians()));
         assert!(!estimate.freed_effects.is_empty(), "{trial}");
-        let honest = estimate.status != Status::Converged || nees(&estimate, &truth) < NEES_LIMIT;
+        let honest = !estimate.status.is_usable() || nees(&estimate, &truth) < NEES_LIMIT;
         assert!(honest, "{trial}: {}", nees(&estimate, &truth));
     }
 }

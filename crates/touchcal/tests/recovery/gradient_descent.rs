@@ -22,7 +22,7 @@ fn errors(trial: &str, descent: GradientDescent) -> (f64, f64, Status) {
 #[ignore = "long form: scripts/test long"]
 fn adam_on_exact_gaps_comes_near() {
     let (offset, strain, status) = errors("extrusion/rich/trial_00", GradientDescent::default());
-    assert_eq!(status, Status::Converged);
+    assert!(status.is_usable());
     assert!(offset < 0.05 && strain < 1e-3, "{offset}°, {strain}");
 }
 
@@ -31,5 +31,5 @@ fn plain_descent_comes_nearer_than_it_began() {
     let descent = GradientDescent { optimizer: Optimizer::Plain, rate: 0.3, steps: 1000, ..GradientDescent::default() };
     let (offset, strain, status) = errors("extrusion/rich/trial_00", descent);
     assert!(offset < 2.5 && strain < 0.025, "{offset}°, {strain}");
-    assert_ne!(status, Status::Converged, "it was still on its way");
+    assert!(!status.is_usable(), "it was still on its way");
 }

@@ -4,7 +4,7 @@
 use super::ball_in_sockets::{SOCKETS, ball_in_sockets};
 use crate::support::{report, solve, uniform};
 use nalgebra::{Point3, Vector3};
-use touchcal::estimate::{Estimate, Noise, Problem, Status, evaluate};
+use touchcal::estimate::{Estimate, Noise, Problem, evaluate};
 use touchcal::io::urdf::{self, Ends};
 use touchcal::parameter::{Block, Prior, joint_compliance, joint_origin};
 use touchcal::robot::{JointKind, KinematicParameter, Kinematics, Robot, calibrated};
@@ -232,7 +232,7 @@ fn without_noise_compliances_and_offsets_are_found() {
     // A prior would pull by its share.
     problem.parameters.iter_mut().for_each(|parameter| parameter.prior = Prior::Flat);
     let estimate = solve(&problem);
-    assert_eq!(estimate.status, Status::Converged, "{:?}", estimate.warnings);
+    assert!(estimate.status.is_usable(), "{:?}", estimate.warnings);
     println!("{:?}\n{truth:?}", compliances(&estimate));
     // The first joint's axis is along gravity, the seventh's goes through all that it carries: no
     // torque about either.
@@ -261,7 +261,7 @@ fn a_stiff_arm_is_found_stiff() {
         bending.parameters.extend(rigid.parameters.clone());
         let scored = |problem: &Problem| {
             let estimate = solve(problem);
-            assert_eq!(estimate.status, Status::Converged, "{:?}", estimate.warnings);
+            assert!(estimate.status.is_usable(), "{:?}", estimate.warnings);
             let elsewhere = Problem { robot: estimate.robot.clone(), ..touching(&[], far, &noise) };
             (evaluate(&elsewhere).all.mean, estimate)
         };

@@ -50,7 +50,7 @@ fn joints_that_give_way_are_found_where_the_load_is_known_and_contradict_where_i
     for seed in 1..5 {
         let (mut problem, simulated) = soft_arm(seed);
         let estimate = solve(&problem);
-        assert_eq!(estimate.status, Status::Converged, "{:?}", estimate.warnings);
+        assert!(estimate.status.is_usable(), "{:?}", estimate.warnings);
         let (error, covariance) = errors(&estimate, &simulated);
         squares += error.dot(&(covariance.try_inverse().expect("a covariance") * &error));
         count += error.len();
@@ -173,7 +173,7 @@ fn without_noise_bias_and_scale_of_the_wrench_are_found() {
     let (bias, scale) = ([0.5, -0.8, 0.3, 0.05, -0.03, 0.08], 0.04);
     let problem = held(&bias, scale, 0.0);
     let estimate = solve(&problem);
-    assert_eq!(estimate.status, Status::Converged, "{:?}", estimate.warnings);
+    assert!(estimate.status.is_usable(), "{:?}", estimate.warnings);
     for entry in &estimate.parameters {
         let truth = match (entry.parameter.id, entry.parameter.id.kinematic()) {
             (_, Some(parameter)) => errors.iter().find(|(known, _)| *known == parameter).expect("an error").1,
@@ -206,9 +206,9 @@ fn contacts_contradict_a_wrench_that_is_falsely_exact() {
 
     let none = estimate(0.0, WrenchTolerance::EXACT);
     let test = none.effect_tests.iter().find(|test| test.effect == OmittedEffect::Wrench).expect("a test");
-    assert!(none.status == Status::Converged && test.p_value > 0.01, "{test:?}");
+    assert!(none.status.is_usable() && test.p_value > 0.01, "{test:?}");
 
     let declared = estimate(0.5, WrenchTolerance::DEFAULT);
-    assert_eq!(declared.status, Status::Converged, "{:?}", declared.warnings);
+    assert!(declared.status.is_usable(), "{:?}", declared.warnings);
     assert!(declared.effect_tests.iter().all(|test| test.effect != OmittedEffect::Wrench));
 }

@@ -4,7 +4,7 @@
 use std::ops::ControlFlow;
 
 use crate::support::{mujoco_trial, mujoco_trials, report, solve, spread};
-use touchcal::estimate::{Status, StopReason, calibrate, evaluate};
+use touchcal::estimate::{StopReason, calibrate, evaluate};
 
 /// Mean errors over the trials of one profile.
 struct Errors {
@@ -33,7 +33,7 @@ fn errors(profile: &str, limits: Limits) -> Errors {
     for trial in &trials {
         let (problem, truth) = mujoco_trial(trial);
         let estimate = solve(&problem);
-        assert_eq!(estimate.status, Status::Converged, "{trial}: {:?}", estimate.termination);
+        assert!(estimate.status.is_usable(), "{trial}: {:?}", estimate.termination);
         let truths = std::iter::once(truth.strain).chain(truth.offset.iter().copied());
         for (estimated, truth) in estimate.parameters.iter().zip(truths) {
             assert!(estimated.identifiable, "{trial}: {}", estimated.parameter.name);

@@ -1,7 +1,7 @@
 //! Real arms: contacts of a ball in sockets, scored on placements that the fit never saw.
 
 use crate::support::{data, report, solve};
-use touchcal::estimate::{Status, evaluate};
+use touchcal::estimate::evaluate;
 use touchcal::io::Loaded;
 use touchcal::io::mukca::{self, MukcaOptions};
 use touchcal::io::urdf::{self, Ends};
@@ -40,7 +40,7 @@ impl Arm {
     /// The arm fitted to these placements, with the place of its ball.
     fn fitted(self, train: &[&str]) -> Robot {
         let estimate = solve(&self.load(train).problem);
-        assert_eq!(estimate.status, Status::Converged, "{} {train:?}: {:?}", self.folder, estimate.warnings);
+        assert!(estimate.status.is_usable(), "{} {train:?}: {:?}", self.folder, estimate.warnings);
         let motion = estimate.tool_motion().expect("the ball's place");
         estimate.robot.with_tip_moved(&motion).expect("a fixed tip")
     }

@@ -46,12 +46,10 @@ pub fn run(args: &EvaluateArgs) -> Result<Outcome, Failure> {
 /// A calibration that must not be used is not, however well it does here.
 fn outcome(path: Option<&Path>, estimate: Option<&EstimateFile>) -> Outcome {
     let (Some(path), Some(estimate)) = (path, estimate) else { return Outcome::Done };
-    let reason = match estimate.status {
-        Status::Converged => return Outcome::Done,
-        Status::NotConverged => "did not converge",
-        Status::NotUsable => "is not usable",
-    };
-    output::diagnostic(&format!("the calibration of {} {reason}: do not use it", path.display()));
+    if estimate.status != Status::NotUsable {
+        return Outcome::Done;
+    }
+    output::diagnostic(&format!("the calibration of {} is not usable: do not use it", path.display()));
     Outcome::NotUsable
 }
 

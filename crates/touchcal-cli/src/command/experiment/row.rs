@@ -78,9 +78,9 @@ impl Row {
         }
     }
 
-    /// Whether the estimator reported convergence.
-    pub fn converged(&self) -> bool {
-        self.status == Status::Converged.name()
+    /// Whether the estimate is usable, with doubts or without.
+    pub fn is_usable(&self) -> bool {
+        self.status != Status::NotUsable.name()
     }
 
     /// The row saved at `path`, if it has these settings.

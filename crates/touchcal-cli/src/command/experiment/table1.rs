@@ -196,7 +196,7 @@ struct Summary {
     bias_reduction: f64,
     hole: Tool,
     workspace: Tool,
-    converged: f64,
+    usable: f64,
     seconds: f64,
 }
 
@@ -221,7 +221,7 @@ impl Summary {
             bias_reduction: mean(&|row| row.bias_before_deg) / bias_mae_deg,
             hole: tool(|row| row.hole),
             workspace: tool(|row| row.workspace),
-            converged: mean(&|row| f64::from(u8::from(row.converged()))),
+            usable: mean(&|row| f64::from(u8::from(row.is_usable()))),
             seconds: mean(&|row| row.seconds),
         }
     }
@@ -286,7 +286,7 @@ fn text(args: &Table1Args, trials: usize, summaries: &[Summary]) -> String {
         "95 %",
         "deg",
         "95 %",
-        "converged",
+        "usable",
         "s",
     ]);
     let blank = || "-".to_owned();
@@ -313,7 +313,7 @@ fn text(args: &Table1Args, trials: usize, summaries: &[Summary]) -> String {
             format!("{:.3}", workspace.mm_95),
             format!("{:.4}", workspace.mean_deg),
             format!("{:.4}", workspace.deg_95),
-            format!("{:.0} %", 100.0 * summary.converged),
+            format!("{:.0} %", 100.0 * summary.usable),
             format!("{:.2}", summary.seconds),
         ]);
     }

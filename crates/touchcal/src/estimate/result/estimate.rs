@@ -7,34 +7,13 @@ use super::effect_test::{EffectTest, FreedEffect};
 use super::identifiability::Identifiability;
 use super::predictive_check::PredictiveCheck;
 use super::score::Score;
+use super::status::Status;
 use super::warning::Warning;
+use super::workspace_uncertainty::WorkspaceUncertainty;
 use crate::parameter::{Parameter, ParameterId};
 use crate::robot::{KinematicParameter, Robot};
 use crate::se3::{self, Pose, Twist};
 use crate::solver::Termination;
-
-/// Whether an estimate may be used.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Status {
-    /// The minimization converged and no warning forbids the use: use the estimate.
-    Converged,
-    /// The minimization did not converge: do not use the estimate.
-    NotConverged,
-    /// A warning forbids the use: the data do not determine the arm or contradict what was
-    /// declared. Do not use the estimate, whether or not the minimization converged.
-    NotUsable,
-}
-
-impl Status {
-    /// Name in files: `converged`, `not_converged`, `not_usable`.
-    pub fn name(self) -> &'static str {
-        match self {
-            Status::Converged => "converged",
-            Status::NotConverged => "not_converged",
-            Status::NotUsable => "not_usable",
-        }
-    }
-}
 
 /// Use of one contact in the fit.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -107,6 +86,9 @@ pub struct Estimate {
     /// (i, j) in the product of the units of parameters i and j (SI). Rows and columns of fixed
     /// parameters are zero. Without meaning where contacts are measured by a projection.
     pub covariance: DMatrix<f64>,
+    /// How well the calibrated arm's tool is known; `None` where contacts are measured by a
+    /// projection.
+    pub workspace_uncertainty: Option<WorkspaceUncertainty>,
     /// Directions in parameter space that the data determine, and those that they do not.
     pub identifiability: Identifiability,
     /// Distances (m) of the contacts from their manifolds with the calibrated arm, and tool and

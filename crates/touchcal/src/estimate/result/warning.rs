@@ -2,31 +2,12 @@
 
 use super::declaration_mistake::{Agreement, DeclarationMistake};
 use super::effect_test::OmittedEffect;
+use super::status::Severity;
 use super::warning_text::{
     distance_message, far_from_prior_advice, harmonics_message, not_touching_message, origin_message,
     prediction_message, scale_message,
 };
 use crate::se3::Pose;
-
-/// Consequence of a warning for the use of a result; the graver one is the lesser in their order,
-/// so that it comes first when sorted.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Severity {
-    /// The result must not be used.
-    Unusable,
-    /// The result may be used, with care.
-    Caution,
-}
-
-impl Severity {
-    /// Name in files: `unusable`, `caution`.
-    pub fn name(self) -> &'static str {
-        match self {
-            Severity::Unusable => "unusable",
-            Severity::Caution => "caution",
-        }
-    }
-}
 
 /// A defect of a problem or a result, with the numbers that it is inferred from.
 #[derive(Clone, Debug, PartialEq)]
@@ -206,12 +187,12 @@ pub enum Warning {
 }
 
 impl Warning {
-    /// Whether a result with this warning may be used with care or must not be used; for
-    /// [`Warning::CorrelatedErrors`], [`Warning::ManyRejected`], [`Warning::FarFromPrior`],
-    /// [`Warning::FewInformativeContacts`], [`Warning::CommonScale`], [`Warning::OmittedEffect`]
-    /// and [`Warning::PredictionContradicted`] their `usable` decides.
+    /// What the warning means for the use of the result; for [`Warning::CorrelatedErrors`],
+    /// [`Warning::ManyRejected`], [`Warning::FarFromPrior`], [`Warning::FewInformativeContacts`],
+    /// [`Warning::CommonScale`], [`Warning::OmittedEffect`] and [`Warning::PredictionContradicted`]
+    /// their `usable` decides.
     pub fn severity(&self) -> Severity {
-        let usable = match self {
+        match self {
             Warning::TooFewContacts { .. }
             | Warning::ArmUndetermined { .. }
             | Warning::DistanceContradicted { .. }
@@ -219,17 +200,23 @@ impl Warning {
             | Warning::NoiseContradicted { .. }
             | Warning::NotTouching { .. }
             | Warning::MistakenDeclaration { .. }
-            | Warning::CompetingMinimum => false,
+            | Warning::CompetingMinimum => Severity::Unusable,
             Warning::CorrelatedErrors { usable, .. }
             | Warning::ManyRejected { usable, .. }
             | Warning::FarFromPrior { usable, .. }
             | Warning::FewInformativeContacts { usable, .. }
             | Warning::CommonScale { usable, .. }
             | Warning::OmittedEffect { usable, .. }
-            | Warning::PredictionContradicted { usable, .. } => *usable,
-            _ => true,
-        };
-        if usable { Severity::Caution } else { Severity::Unusable }
+            | Warning::PredictionContradicted { usable, .. } => {
+                if *usable {
+                    Severity::Doubtful
+                } else {
+                    Severity::Unusable
+                }
+            }
+            Warning::NoiseExceeded { .. } | Warning::NoUncertainty => Severity::Doubtful,
+            _ => Severity::Caution,
+        }
     }
 
     /// Name of the variant in files: `too_few_contacts`, `fixture_without_contacts`, … (snake

@@ -3,7 +3,7 @@
 use nalgebra::{DMatrix, DVector, Vector3};
 
 use crate::estimate::problem::Problem;
-use crate::estimate::result::{Estimate, ParameterEstimate};
+use crate::estimate::result::{Estimate, ParameterEstimate, WorkspaceUncertainty};
 use crate::parameter::{Parameter, ParameterId, kinematic_part};
 use crate::robot::{JointKind, KinematicParameter, Kinematics, Robot};
 use crate::se3::{self, Pose, Twist};
@@ -100,6 +100,23 @@ pub fn tool_uncertainty<'q>(
         ToolUncertainty { position: deviation(0), angle: deviation(3) }
     });
     Some(each.collect())
+}
+
+/// Root mean squares of [`tool_uncertainty`] and [`distance_uncertainty`] over positions spread
+/// evenly over the workspace.
+pub(crate) fn workspace_uncertainty(problem: &Problem, estimate: &Estimate) -> Option<WorkspaceUncertainty> {
+    let positions = workspace_configurations(&problem.robot, SAMPLED_POSITIONS);
+    let tool = tool_uncertainty(problem, estimate, positions.iter().map(Vec::as_slice))?;
+    let distances = distance_uncertainty(problem, estimate, &positions)?;
+    let root_mean_square = |squares: &mut dyn ExactSizeIterator<Item = f64>| {
+        let count = squares.len().max(1) as f64;
+        (squares.sum::<f64>() / count).sqrt()
+    };
+    Some(WorkspaceUncertainty {
+        position: root_mean_square(&mut tool.iter().map(|tool| tool.position.powi(2))),
+        angle: root_mean_square(&mut tool.iter().map(|tool| tool.angle.powi(2))),
+        distance: root_mean_square(&mut distances.iter().map(|distance| distance.powi(2))),
+    })
 }
 
 /// Standard deviation (m) of the distance between the tool's positions at every two successive

@@ -1,9 +1,9 @@
 //! Calibrations of problems with false declarations: whether their answers are honest.
 //!
 //! A simulated or recorded arm is calibrated with a problem in which something is declared that is
-//! not so, such as the place of the hole. The answer is *honest* if it is refused (a status other
-//! than converged), or if the errors of the arm's parameters lie within the reported covariance:
-//! their NEES is below the 99.9 % quantile of χ². It is *useful* if it is honest and not refused.
+//! not so, such as the place of the hole. The answer is *honest* if it is refused (its status is
+//! not usable), or if the errors of the arm's parameters lie within the reported covariance: their
+//! NEES is below the 99.9 % quantile of χ². It is *useful* if it is honest and not refused.
 
 mod declare;
 mod draw;

@@ -56,9 +56,9 @@ pub struct FalsifiedRow {
 }
 
 impl FalsifiedRow {
-    /// Whether the answer was not refused: the status is converged.
+    /// Whether the answer was not refused: it is usable or doubtful.
     pub fn is_answered(&self) -> bool {
-        self.status == Status::Converged.name()
+        self.status != Status::NotUsable.name()
     }
 }
 
@@ -158,7 +158,7 @@ fn compare(
     (errors, true_arm): (&ParameterErrors, &Kinematics),
 ) -> FalsifiedRow {
     let nees = errors.nees(&estimate.covariance);
-    let answered = estimate.status == Status::Converged;
+    let answered = estimate.status.is_usable();
     let within = nees.is_some_and(|nees| nees < limit(errors.which.len()));
     let positions = random_positions(&problem.robot, WORKSPACE.0, WORKSPACE.1);
     let found = problem.tool.tip_from_tool * estimate.tool_motion().unwrap_or_else(Pose::identity);

@@ -177,12 +177,13 @@ pub fn estimate_file(loaded: &Loaded, solved: &Solved) -> EstimateFile {
     EstimateFile {
         schema: estimate_file::SCHEMA,
         status: match estimate.status {
-            Status::Converged => estimate_file::Status::Converged,
-            Status::NotConverged => estimate_file::Status::NotConverged,
+            Status::Usable => estimate_file::Status::Usable,
+            Status::Doubtful => estimate_file::Status::Doubtful,
             Status::NotUsable => estimate_file::Status::NotUsable,
         },
         parameters: parameters(estimate),
         covariance: (0..size).map(|i| (0..size).map(|j| estimate.covariance[(i, j)]).collect()).collect(),
+        workspace_uncertainty: estimate.workspace_uncertainty.map(Into::into),
         rank: estimate.identifiability.rank,
         condition: finite(estimate.identifiability.condition),
         null_space: null_space(estimate),

@@ -10,12 +10,37 @@ use crate::estimate;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Status {
-    /// The solver converged and no warning forbids the use: the result may be used.
-    Converged,
-    /// The solver stopped before it converged: the result must not be used.
-    NotConverged,
-    /// A warning forbids the use of the result, whether or not the solver converged.
+    /// The result may be used; `converged` in files of earlier versions.
+    #[serde(alias = "converged")]
+    Usable,
+    /// The result may be used; warnings say what contacts contradict.
+    Doubtful,
+    /// The result must not be used: the solver did not converge (`not_converged` in files of
+    /// earlier versions), or a warning forbids it.
+    #[serde(alias = "not_converged")]
     NotUsable,
+}
+
+/// How well the tool is known: [`estimate::WorkspaceUncertainty`] in the file.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct WorkspaceUncertaintyEntry {
+    /// Standard deviation of the tool's position in base (mm), all three components together.
+    pub position_mm: f64,
+    /// Standard deviation of the tool's rotation vector (°), all three components together.
+    pub angle_deg: f64,
+    /// Standard deviation of the distance between two positions of the tool (mm).
+    pub distance_mm: f64,
+}
+
+impl From<estimate::WorkspaceUncertainty> for WorkspaceUncertaintyEntry {
+    fn from(found: estimate::WorkspaceUncertainty) -> Self {
+        WorkspaceUncertaintyEntry {
+            position_mm: 1e3 * found.position,
+            angle_deg: found.angle.to_degrees(),
+            distance_mm: 1e3 * found.distance,
+        }
+    }
 }
 
 /// An estimated parameter.
@@ -312,7 +337,9 @@ impl AcceptanceEntry {
 pub enum Severity {
     /// The result must not be used.
     Unusable,
-    /// The result may be used, with care.
+    /// Contacts contradict something: the result is doubtful.
+    Doubtful,
+    /// Worth knowing where the result is used; in files of earlier versions also doubts.
     Caution,
 }
 
@@ -338,6 +365,7 @@ impl From<&estimate::Warning> for WarningEntry {
             kind: warning.kind().to_owned(),
             severity: match warning.severity() {
                 estimate::Severity::Unusable => Severity::Unusable,
+                estimate::Severity::Doubtful => Severity::Doubtful,
                 estimate::Severity::Caution => Severity::Caution,
             },
             message: warning.message(),

@@ -14,7 +14,7 @@ use crate::io::base::error::{IoError, Place};
 pub use super::estimate_entries::{
     AcceptanceEntry, ContactCounts, Decision, EffectTestEntry, EffectValueEntry, FixtureResidual, FreedEffectEntry,
     NoiseEntry, NullDirection, ParameterEntry, PredictiveCheckEntry, ResidualStats, Residuals, Severity, Status,
-    TaskErrorsEntry, TerminationEntry, WarningEntry,
+    TaskErrorsEntry, TerminationEntry, WarningEntry, WorkspaceUncertaintyEntry,
 };
 
 /// The schema that this version writes; it reads schema 1 too.
@@ -36,6 +36,10 @@ pub struct EstimateFile {
     /// Covariance matrix of the parameters (n × n), rows and columns in the order of `parameters`,
     /// entry (i, j) in the product of their units; rows and columns of fixed parameters are zero.
     pub covariance: Vec<Vec<f64>>,
+    /// How well the tool is known across the workspace; `None` where contacts are measured by a
+    /// projection, and in files of earlier versions.
+    #[serde(default)]
+    pub workspace_uncertainty: Option<WorkspaceUncertaintyEntry>,
     /// Number of directions of the parameters that the data determine.
     pub rank: usize,
     /// Condition number of the whitened Jacobian in units of the parameters' scales: largest over
@@ -87,6 +91,7 @@ impl From<estimate_schema_1::EstimateFile1> for EstimateFile {
             status: old.status,
             parameters: old.parameters.into_iter().map(estimate_schema_1::parameter).collect(),
             covariance: old.covariance,
+            workspace_uncertainty: None,
             rank: old.rank,
             condition: old.condition,
             null_space: old.null_space.into_iter().map(NullDirection::from).collect(),
@@ -213,6 +218,9 @@ impl EstimateFile {
             ("seconds", Some(self.seconds)),
             ("noise.encoder", self.noise.map(|noise| noise.encoder)),
             ("noise.contact", self.noise.map(|noise| noise.contact)),
+            ("workspace_uncertainty.position_mm", self.workspace_uncertainty.map(|known| known.position_mm)),
+            ("workspace_uncertainty.angle_deg", self.workspace_uncertainty.map(|known| known.angle_deg)),
+            ("workspace_uncertainty.distance_mm", self.workspace_uncertainty.map(|known| known.distance_mm)),
         ];
         let single = single.into_iter().filter_map(|(key, value)| Some((key.to_owned(), value?)));
         let tests = self.effect_tests.iter().flat_map(|test| {

@@ -40,9 +40,9 @@ fn svg(panels: &[&dyn Fn(&Area<'_>) -> DrawingResult]) -> Result<String, String>
 pub fn coverage(statistics: &CampaignStatistics) -> Result<String, String> {
     let [least, most] = statistics.nees_bounds_99;
     let title = format!(
-        "{} trials, {:.1} % converged, NEES {:.2} ({least:.2} to {most:.2}), error {:.2} of the bound",
+        "{} trials, {:.1} % usable, NEES {:.2} ({least:.2} to {most:.2}), error {:.2} of the bound",
         statistics.trials,
-        100.0 * statistics.converged,
+        100.0 * statistics.usable,
         statistics.nees,
         statistics.error_over_cramer_rao
     );

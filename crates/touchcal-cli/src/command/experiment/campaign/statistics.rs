@@ -14,8 +14,8 @@ const SHARES: [f64; 2] = [0.5, 0.95];
 pub struct CampaignStatistics {
     /// Number of trials.
     pub trials: u64,
-    /// Share of trials that converged.
-    pub converged: f64,
+    /// Share of trials whose result is usable or doubtful.
+    pub usable: f64,
     /// Share of true values within the intervals of 50, 90, 95 and 99 %.
     pub coverage: [f64; 4],
     /// Intervals in which `coverage` is by chance in 99 % of campaigns.
@@ -46,7 +46,7 @@ impl CampaignStatistics {
         let (distance, angle) = summary.tool();
         CampaignStatistics {
             trials: summary.trials,
-            converged: summary.converged as f64 / summary.trials as f64,
+            usable: summary.usable as f64 / summary.trials as f64,
             coverage: summary.coverage(),
             coverage_bounds_99: summary.coverage_bounds(),
             nees,
@@ -67,9 +67,9 @@ impl CampaignStatistics {
     pub fn table(&self) -> String {
         let mut table = Table::new(["", "measured", "expected"]);
         let mut row = |name: &str, measured: String, expected: String| table.row([name.to_owned(), measured, expected]);
-        row("converged", format!("{:.1} %", 100.0 * self.converged), "100 %".to_owned());
-        if self.converged == 0.0 {
-            return format!("{} trials, none of which converged\n{table}", self.trials);
+        row("usable", format!("{:.1} %", 100.0 * self.usable), "100 %".to_owned());
+        if self.usable == 0.0 {
+            return format!("{} trials, none of which is usable\n{table}", self.trials);
         }
         for (k, level) in LEVELS.iter().enumerate() {
             let name = format!("true values within {:.0} % intervals", 100.0 * level);

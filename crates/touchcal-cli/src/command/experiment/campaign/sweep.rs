@@ -38,7 +38,7 @@ pub fn output(args: &CampaignArgs, vary: &Vary, statistics: &[CampaignStatistics
 fn text(args: &CampaignArgs, vary: &Vary, statistics: &[CampaignStatistics]) -> String {
     let mut table = Table::new([
         vary.setting.as_str(),
-        "converged",
+        "usable",
         "offset error, deg (95 %)",
         "Cramér-Rao bound",
         "tool error, mm (95 %)",
@@ -50,14 +50,14 @@ fn text(args: &CampaignArgs, vary: &Vary, statistics: &[CampaignStatistics]) -> 
         "s per trial",
     ]);
     for (value, each) in vary.values.iter().zip(statistics) {
-        if each.converged == 0.0 {
+        if each.usable == 0.0 {
             table.row([value.to_string(), "0.0 %".to_owned()]);
             continue;
         }
         let [least, most] = each.coverage_bounds_99[2].map(|bound| 100.0 * bound);
         table.row([
             value.to_string(),
-            format!("{:.1} %", 100.0 * each.converged),
+            format!("{:.1} %", 100.0 * each.usable),
             quantiles(each.offset_error_deg),
             format!("{:.2e}", each.offset_cramer_rao_deg),
             quantiles(each.tool_error_mm_quantiles),
