@@ -23,8 +23,8 @@ pub(super) fn same(path: &Path, text: &str) {
 fn without_seconds(text: &str) -> String {
     let (head, rest) = text.split_once('\n').unwrap();
     let seconds = head.rsplit_once(" steps, ").unwrap().1;
-    assert!(seconds.ends_with(" s."), "{head}");
-    format!("{}\n{rest}", head.replace(seconds, "TIME s."))
+    assert!(seconds.ends_with(" s)."), "{head}");
+    format!("{}\n{rest}", head.replace(seconds, "TIME s)."))
 }
 
 #[test]

@@ -29,8 +29,8 @@ use super::summarize::summarize;
 /// [`ContactModeOptions::least_gap_inflation`](super::ContactModeOptions::least_gap_inflation). All
 /// are times the square of [`PredictiveCheck::widening`](super::PredictiveCheck::widening).
 ///
-/// There is no error: an estimate that must not be used has another [`Status`](super::Status) than
-/// converged, and [`Warning`](super::Warning)s with the cause; so has a problem without contacts.
+/// There is no error: an estimate that must not be used has the [`Status`](super::Status)
+/// not usable, and [`Warning`](super::Warning)s with the cause; so has a problem without contacts.
 /// Panics if a contact or distance has a fixture that is not in [`Problem::fixtures`].
 pub fn calibrate(problem: &Problem, observe: Observer<'_>) -> Estimate {
     let mut search = SearchState::new(problem);
@@ -39,7 +39,7 @@ pub fn calibrate(problem: &Problem, observe: Observer<'_>) -> Estimate {
         Method::LevenbergMarquardt => {
             let after_coarse = coarse_to_fine(&mut search, observe);
             estimate_variance_components(&mut search, observe);
-            search.has_competing_minimum = find_competing_minimum(&mut search, &after_coarse, observe);
+            find_competing_minimum(&mut search, &after_coarse, observe);
             refine(&mut search, observe);
         }
     }

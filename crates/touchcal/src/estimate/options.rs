@@ -44,8 +44,8 @@ pub struct SearchOptions {
     /// Maximum number (> 0) of searches from zero, each fixing the parameters that the one before
     /// found unobservable.
     pub max_restarts: usize,
-    /// Number of contacts that the coarse stage and graduated non-convexity use, about evenly
-    /// spread over the log; 0 panics.
+    /// Number of contacts that the coarse stage and annealing use, about evenly spread over the
+    /// log; 0 panics.
     pub fit_subsample: usize,
     /// Factor between the numbers of contacts of successive stages, from `fit_subsample` to all; at
     /// least 2 (with 1 the search does not end, 0 panics).
@@ -58,19 +58,24 @@ pub struct SearchOptions {
     /// measurements they make parameters of little effect explain them (with a free hole, strains
     /// of −0.4).
     pub coarse_effective_contacts: f64,
-    /// Factor (> 1; else the search does not end) by which the scale of the robust loss shrinks
-    /// from step to step (graduated non-convexity: Yang, Antonante, Tzoumas & Carlone, *Graduated
-    /// non-convexity for robust spatial perception* (2020)).
-    pub gnc_factor: f64,
-    /// Share (0 to below 1) of the contacts that lie within the scale of the first, widest loss;
-    /// with 1 the loss is not widened.
-    pub gnc_initial_inliers: f64,
+    /// Factor (> 1; else the search does not end) by which the scale of the robust loss, or the
+    /// noise of one-sided contacts, shrinks from step to step (graduated non-convexity: Yang,
+    /// Antonante, Tzoumas & Carlone, *Graduated non-convexity for robust spatial perception*
+    /// (2020); deterministic annealing: Ueda & Nakano, *Deterministic annealing EM algorithm*
+    /// (1998)).
+    pub annealing_factor: f64,
+    /// Share (0 to below 1) of the contacts that lie within the scale of the first, widest cost;
+    /// with 1 it is not widened.
+    pub annealing_inliers: f64,
     /// Stopping rule of the coarse stage, which minimizes squared distances of a subsample from the
     /// manifolds' envelopes.
     pub coarse: LevenbergMarquardtOptions,
-    /// Stopping rule of the intermediate steps of graduated non-convexity and subsamples. Its
+    /// Stopping rule of the intermediate steps of annealing and subsamples. Its
     /// decrement is multiplied by the number of contacts for which one of the subsample stands.
     pub anneal: LevenbergMarquardtOptions,
+    /// Stopping rule of each step of annealing with the marginal likelihood of one-sided contacts.
+    /// Its decrement is multiplied like that of `anneal`.
+    pub anneal_contact_modes: LevenbergMarquardtOptions,
     /// Stopping rule of the last step, with all contacts, and after variance components were
     /// estimated.
     pub fine: LevenbergMarquardtOptions,
@@ -91,10 +96,15 @@ impl Default for SearchOptions {
             fit_subsample: 250,
             subsample_growth: 12,
             coarse_effective_contacts: 10.0,
-            gnc_factor: 2.0,
-            gnc_initial_inliers: 0.9,
+            annealing_factor: 2.0,
+            annealing_inliers: 0.9,
             coarse: LevenbergMarquardtOptions { max_iterations: 100, decrement: 1e-3, ..fine },
             anneal: LevenbergMarquardtOptions { decrement: 1e-1, ..fine },
+            anneal_contact_modes: LevenbergMarquardtOptions {
+                max_iterations: 15,
+                decrement: 1e-1,
+                gradient_test_below: 0.1,
+            },
             fine,
             fine_contact_modes: LevenbergMarquardtOptions { gradient_test_below: 0.1, ..fine },
             gap_bias_sigma: 0.1e-3,
@@ -222,14 +232,14 @@ pub struct MultiStartOptions {
     pub starts: u64,
     /// Squared Mahalanobis distance (1) between two minima above which they count as different.
     pub min_squared_distance: f64,
-    /// Ratio of another minimum's cost to that found (1) below which it competes: where minima
-    /// abound, the deepest need not be the right one.
-    pub max_cost_ratio: f64,
+    /// Difference (1) of `−2 ln L` to that of the most likely minimum, for each contact, up to
+    /// which another minimum competes.
+    pub max_cost_difference: f64,
 }
 
 impl Default for MultiStartOptions {
     fn default() -> Self {
-        MultiStartOptions { min_scatter: 0.9, starts: 4, min_squared_distance: 100.0, max_cost_ratio: 4.0 }
+        MultiStartOptions { min_scatter: 0.9, starts: 4, min_squared_distance: 100.0, max_cost_difference: 0.5 }
     }
 }
 
@@ -279,7 +289,10 @@ pub struct WarningThresholds {
     pub noise_factor: [f64; 2],
     /// Design effects (1) above which there is a warning `[0]` (standard deviations are doubled at
     /// 4) and from which the result is not usable `[1]`: errors common to so many contacts bias the
-    /// result by an amount that the contacts do not determine.
+    /// result by an amount that the contacts do not determine. It is not usable above `[0]`
+    /// already where one-sided contacts scatter more than at a right minimum
+    /// ([`MultiStartOptions::min_scatter`]), stretches of the log do not contradict each other, and
+    /// standard deviations do not allow for effects that the model leaves out.
     pub design_effect: [f64; 2],
     /// Range of a joint's positions (rad, or m for a prismatic joint) below which its parameters
     /// resemble those of its neighbours and there is a warning.

@@ -97,7 +97,10 @@ fn fit_warnings(
         warnings.push(Warning::ManyRejected { share, usable: is_outliers && share <= thresholds.rejected_share[1] });
     }
     if let Some(design_effect) = statistics.design_effect.filter(|found| *found > thresholds.design_effect[0]) {
-        let usable = design_effect < thresholds.design_effect[1];
+        // What biases all stretches of the log alike, no stretch shows.
+        let is_measured = predictive_check.is_some_and(|found| found.p_value < thresholds.prediction_p_value);
+        let is_unexplained = search.has_excess_scatter && !problem.allows_for_unseen_effects() && !is_measured;
+        let usable = design_effect < thresholds.design_effect[1] && !is_unexplained;
         warnings.push(Warning::CorrelatedErrors { design_effect, usable });
     }
     if let Some(informative_fraction) = search.informative_fraction.filter(|_| statistics.has_least_gap_inflation) {

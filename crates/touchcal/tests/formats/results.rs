@@ -255,7 +255,7 @@ fn severities_of_version_0_1_follow_from_its_words() {
 #[test]
 fn keys_of_one_schema_are_refused_in_the_other() {
     let new = estimate().to_json().unwrap();
-    refused(&new.replace("\"schema\": 2", "\"schema\": 1"), &["unknown field `description`, expected `words`"]);
+    refused(&new.replace("\"schema\": 2", "\"schema\": 1"), &["unknown field `workspace_uncertainty`"]);
     refused(&SCHEMA_1.replace("\"schema\": 1", "\"schema\": 2"), &["unknown field `words`"]);
     refused(&new.replace("\"caution\"", "\"fatal\""), &["unknown variant `fatal`", "`unusable`"]);
     refused(&new.replace("      \"severity\": \"caution\",\n", ""), &["missing field `severity`"]);

@@ -55,11 +55,11 @@ fn a_hole_declared_too_wide_is_not_touched() {
     assert_eq!(estimate.status, Status::NotUsable);
 }
 
-/// With nothing known of the hole's place, little elbow motion can lead into a wrong minimum: it
-/// must not pass for a result.
+/// With nothing known of the hole's place, little elbow motion can lead into a wrong minimum, as
+/// the least gaps of these contacts do (offsets 6.18° and 0.43° off): the right one is found.
 #[test]
-fn a_wrong_minimum_is_not_called_usable() {
-    for (trial, error) in [("extrusion/paper/trial_25", 6.18), ("square/paper/trial_00", 0.43)] {
+fn a_wrong_minimum_is_avoided() {
+    for (trial, most) in [("extrusion/paper/trial_25", 0.1), ("square/paper/trial_00", 0.1)] {
         let (mut problem, truth) = mujoco_trial(trial);
         problem.fixtures[0].prior = PlacePrior::Flat;
         let estimate = solve(&problem);
@@ -68,8 +68,7 @@ fn a_wrong_minimum_is_not_called_usable() {
         let worst = errors.fold(0.0, f64::max).to_degrees();
         let is_usable = f64::from(u8::from(estimate.status.is_usable()));
         report(&format!("{trial}, hole free"), &[("worst offset error (°)", worst), ("usable", is_usable)]);
-        assert_eq!(estimate.status, Status::NotUsable, "{trial}: {worst}° {:?}", estimate.warnings);
-        assert!((error - 0.05..error + 0.05).contains(&worst), "{trial}: {worst}°");
+        assert!(estimate.status.is_usable() && worst < most, "{trial}: {worst}° {:?}", estimate.warnings);
     }
 }
 

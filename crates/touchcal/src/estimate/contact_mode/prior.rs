@@ -27,4 +27,10 @@ impl ContactModePrior {
             active_share: vec![0.5; surfaces],
         }
     }
+
+    /// The prior for a noise `factor` times as large: with odds (m) in the same ratio to the noise,
+    /// a contact counts as touching nothing from the same number of standard deviations on.
+    pub fn with_noise(&self, factor: f64) -> Self {
+        ContactModePrior { odds: self.odds.iter().map(|odds| factor * odds).collect(), ..self.clone() }
+    }
 }

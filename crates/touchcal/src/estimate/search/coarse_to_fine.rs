@@ -2,7 +2,7 @@
 
 use nalgebra::DVector;
 
-use super::gnc::anneal;
+use super::annealing::anneal;
 use super::state::SearchState;
 use crate::estimate::model::Objective;
 use crate::estimate::result::Observer;

@@ -1,7 +1,7 @@
 //! From the least gap of each contact to the marginal likelihood over its contact modes.
 
+use super::annealing::anneal;
 use super::coarse_to_fine::fine;
-use super::gnc::anneal;
 use super::state::SearchState;
 use crate::estimate::model::{
     Curvature, Objective, contact_mode_statistics, distance_information, em_step, prior_information, residual_stretches,

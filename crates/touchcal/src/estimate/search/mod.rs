@@ -1,8 +1,8 @@
 //! The search for the minimum.
 
+mod annealing;
 mod coarse_to_fine;
 mod contact_modes;
-mod gnc;
 mod gradient_descent;
 mod multi_start;
 mod state;

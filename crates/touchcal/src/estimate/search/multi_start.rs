@@ -1,61 +1,85 @@
-//! Whether the minimum is the only one.
+//! Whether the minimum is the right one, and the only one.
 //!
 //! Gaps have many minima. From contacts that cover the hole well, every search ends in the same
 //! one; from few contacts, or little motion, searches end in different ones, each with small
 //! standard deviations. Where contacts scatter more than at a right minimum, the search is repeated
-//! from other starts, drawn from the posterior of the coarse stage; if one ends elsewhere and fits
-//! about as well, the result is ambiguous.
+//! from other starts, drawn from the posterior of the coarse stage, and goes on from the most
+//! likely end. If contacts still scatter too much there, or another end is about as likely, the
+//! result is ambiguous.
 
 use nalgebra::{Cholesky, DVector};
 use rand::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64;
 
-use super::gnc::anneal;
+use super::annealing::anneal;
 use super::state::SearchState;
 use crate::estimate::model::{Objective, contact_equations};
 use crate::estimate::result::Observer;
+use crate::solver::Termination;
 
-/// Whether other starts lead to another minimum that fits about as well; leaves the search as it
-/// was.
-pub(crate) fn find_competing_minimum(
-    search: &mut SearchState<'_>,
-    after_coarse: &DVector<f64>,
-    observe: Observer<'_>,
-) -> bool {
+/// Where a search ended.
+struct End {
+    theta: DVector<f64>,
+    /// `−2 ln L` and priors (1) of the subsample, by the initial odds of contact modes.
+    cost: f64,
+    termination: Termination,
+}
+
+/// Searches from other starts if the minimum may not be the right one, and goes to the most likely
+/// end; says in `search` whether another end competes with it, and whether contacts still scatter
+/// more than at a right minimum.
+pub(crate) fn find_competing_minimum(search: &mut SearchState<'_>, after_coarse: &DVector<f64>, observe: Observer<'_>) {
     let options = search.model.problem.options.multi_start;
-    let objective = Objective::Residual(search.model.problem.loss);
-    let stride = search.stride();
-    let contacts = contact_equations(&search.model, &search.theta, (objective, stride), &mut search.caches);
-    let scatter = (contacts.squares / contacts.rows.max(f64::MIN_POSITIVE)).sqrt();
     let is_applicable = search.model.has_one_sided_contacts() && !search.model.problem.noise.is_estimated;
-    if !is_applicable || scatter < options.min_scatter {
-        return false;
+    if !is_applicable || scatter(search) < options.min_scatter {
+        return;
     }
-    let Some(starts) = starts(search, after_coarse, options.starts) else { return false };
-    let found = search.theta.clone();
-    let here = search.normal_equations(&found, objective, stride);
-    let (termination, resolution) = (search.termination, search.model.noise.resolution);
-    let mut competes = false;
+    let Some(starts) = starts(search, after_coarse, options.starts) else { return };
+    let resolution = search.model.noise.resolution;
+    let mut ends = vec![end(search)];
     for start in starts {
         search.theta = start;
         anneal(search, observe);
         search.model.noise.resolution = resolution;
-        let end = search.theta.clone();
-        let cost = search.normal_equations(&end, objective, stride).cost;
-        let step = &end - &found;
-        let squared_distance = step.dot(&(&here.information * &step)) / stride as f64;
-        competes |= squared_distance > options.min_squared_distance && cost < options.max_cost_ratio * here.cost;
-        if competes || search.is_interrupted() {
+        if search.is_interrupted() {
             break;
         }
+        ends.push(end(search));
     }
+    let best = (0..ends.len()).fold(0, |best, k| if ends[k].cost < ends[best].cost { k } else { best });
+    let iterations = search.termination.iterations;
+    search.theta = ends[best].theta.clone();
     if !search.is_interrupted() {
-        search.termination = termination;
+        search.termination = Termination { iterations, ..ends[best].termination };
     }
-    search.model.noise.resolution = resolution;
-    search.theta = found;
-    competes
+    let (stride, contacts) = (search.stride(), search.model.problem.contacts.len());
+    let margin = options.max_cost_difference * contacts.div_ceil(stride) as f64;
+    let has_excess_scatter = scatter(search) >= options.min_scatter;
+    let information =
+        search.normal_equations(&ends[best].theta, Objective::Residual(search.model.problem.loss), stride);
+    let competes = |other: &End| {
+        let step = &other.theta - &ends[best].theta;
+        let squared_distance = step.dot(&(&information.information * &step)) / stride as f64;
+        let is_likely = has_excess_scatter || other.cost < ends[best].cost + margin;
+        squared_distance > options.min_squared_distance && is_likely
+    };
+    search.has_competing_minimum = ends.iter().any(competes);
+    search.has_excess_scatter = has_excess_scatter;
+}
+
+/// Root mean square of the whitened least gaps (1), weighted by the loss.
+fn scatter(search: &mut SearchState<'_>) -> f64 {
+    let (objective, stride) = (Objective::Residual(search.model.problem.loss), search.stride());
+    let contacts = contact_equations(&search.model, &search.theta, (objective, stride), &mut search.caches);
+    (contacts.squares / contacts.rows.max(f64::MIN_POSITIVE)).sqrt()
+}
+
+/// The present parameters as the end of a search.
+fn end(search: &mut SearchState<'_>) -> End {
+    let (theta, stride) = (search.theta.clone(), search.stride());
+    let cost = search.normal_equations(&theta, Objective::ContactModes, stride).cost / stride as f64;
+    End { theta, cost, termination: search.termination }
 }
 
 /// Starts drawn from the posterior of the coarse stage.

@@ -29,6 +29,8 @@ pub(crate) struct SearchState<'p> {
     pub informative_fraction: Option<f64>,
     /// Whether another start led to another minimum that fits about as well.
     pub has_competing_minimum: bool,
+    /// Whether one-sided contacts scatter more than at a right minimum with the declared noise.
+    pub has_excess_scatter: bool,
     /// Why the last minimization stopped, with the iterations of all.
     pub termination: Termination,
 }
@@ -46,6 +48,7 @@ impl<'p> SearchState<'p> {
             fixed: GaugeFix::default(),
             informative_fraction: None,
             has_competing_minimum: false,
+            has_excess_scatter: false,
             termination: Termination { reason: StopReason::Converged, measured: 0.0, threshold, iterations: 0 },
             model,
         }

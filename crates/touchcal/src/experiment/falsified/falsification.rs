@@ -20,6 +20,11 @@ const PURPOSE: u64 = 0x5EED_FA15_E000_0001;
 /// Compliance (rad/(N m)) of joints where the wrench is false: of good harmonic drives.
 const WRENCH_COMPLIANCE: f64 = 1e-4;
 
+/// Standard deviation (rad) of joints that are away from contact.
+const AWAY: f64 = 0.3 * std::f64::consts::PI / 180.0;
+/// Size (rad) by which each joint is off where another object is touched.
+const OTHER_OBJECT: f64 = 0.5 * std::f64::consts::PI / 180.0;
+
 /// By how much a pose is declared wrong: norms of the local twist `ξ = [v; ω]` of `true = declared
 /// · Exp(ξ)`, whose directions are uniformly distributed.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -78,6 +83,12 @@ pub enum Falsification {
         /// Standard deviation (rad) by which each joint is away from contact.
         deviation: f64,
     },
+    /// Contacts that are none, of three kinds alike: in free air, halfway between two successive
+    /// contacts; joints away from contact by 0.3° at random; and contacts with another object, all
+    /// joints off by the same 0.5° to one side or the other.
+    FalseContactsOfAllKinds(f64),
+    /// The hole is narrower by this much (m a side), and is declared so.
+    TightHole(f64),
     /// No more contacts than this with each fixture.
     FewContacts(usize),
     /// Columns of two neighbouring joints are exchanged in the log.
@@ -119,16 +130,29 @@ impl Falsification {
                 | Falsification::JointCompliance(_)
                 | Falsification::EncoderNoise(_)
                 | Falsification::FewContacts(_)
+                | Falsification::TightHole(_)
                 | Falsification::WrenchBias { .. }
         )
     }
 
     /// Makes `scenario` the one whose declarations are the problem's: of an arm with compliant
-    /// joints where the wrench is false.
-    pub fn prepare_scenario(&self, scenario: &mut Scenario) {
-        if let Falsification::WrenchBias { .. } = self {
-            scenario.errors.joint_compliance = WRENCH_COMPLIANCE;
+    /// joints where the wrench is false, of other parts where they are tight.
+    ///
+    /// # Errors
+    /// If the parts are not valid.
+    pub fn prepare_scenario(&self, scenario: &mut Scenario) -> Result<(), PartsError> {
+        match *self {
+            Falsification::WrenchBias { .. } => scenario.errors.joint_compliance = WRENCH_COMPLIANCE,
+            Falsification::TightHole(narrower) => {
+                for touch in &mut scenario.touches {
+                    if let Parts::PegInHole(parts) = &touch.parts {
+                        touch.parts = with_hole(parts, -narrower, 0.0)?;
+                    }
+                }
+            }
+            _ => {}
         }
+        Ok(())
     }
 
     /// Makes `scenario`, whose declarations are the problem's, the scenario that is simulated.
@@ -225,6 +249,7 @@ impl Falsification {
                     q.iter_mut().for_each(|q| *q += deviation * normal(random));
                 }
             }),
+            Falsification::FalseContactsOfAllKinds(share) => false_contacts(problem, share, random),
             Falsification::JointsExchanged => {
                 let joint = random.random_range(0..dof - 1);
                 change_positions(problem, |_, q| q.swap(joint, joint + 1));
@@ -250,6 +275,27 @@ impl Displacement {
         let (v, w) = (se3::linear(&direction).normalize(), se3::angular(&direction).normalize());
         se3::twist(&(v * self.length), &(w * self.angle))
     }
+}
+
+/// Replaces a `share` of the contacts by rows that are none, each of one of three kinds.
+fn false_contacts(problem: &mut Problem, share: f64, random: &mut Pcg64) {
+    let contacts = problem.contacts.clone();
+    let dof = contacts.dof();
+    let other_object: Vec<f64> =
+        (0..dof).map(|_| if random.random_bool(0.5) { OTHER_OBJECT } else { -OTHER_OBJECT }).collect();
+    change_positions(problem, |i, q| {
+        if !random.random_bool(share) {
+            return;
+        }
+        match random.random_range(0..3) {
+            0 => {
+                let next = contacts.q((i + 1).min(contacts.len() - 1));
+                q.iter_mut().zip(next).for_each(|(q, next)| *q = 0.5 * (*q + next));
+            }
+            1 => q.iter_mut().for_each(|q| *q += AWAY * normal(random)),
+            _ => q.iter_mut().zip(&other_object).for_each(|(q, off)| *q += off),
+        }
+    });
 }
 
 fn half_turn() -> UnitQuaternion<f64> {

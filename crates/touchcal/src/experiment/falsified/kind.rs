@@ -3,9 +3,9 @@
 use Declared::{AllBut, Defaults, Exact, FixtureFree, FixtureSigma, Only};
 use Falsification::{
     AllDrawn, ArmSize, Clearance, Depth, Drawn, EncoderDrift, EncoderHarmonic, EncoderNoise, EncoderWalk,
-    FalseContacts, FewContacts, FixtureInMetres, FixturesMoved, Friction, JointCompliance, JointSign, JointsExchanged,
-    JointsInDegrees, JointsReversed, Nothing, Outline, Spacing, ToolInMetres, ToolMoved, ToolOpposite, ToolTurned,
-    WrenchBias,
+    FalseContacts, FalseContactsOfAllKinds, FewContacts, FixtureInMetres, FixturesMoved, Friction, JointCompliance,
+    JointSign, JointsExchanged, JointsInDegrees, JointsReversed, Nothing, Outline, Spacing, TightHole, ToolInMetres,
+    ToolMoved, ToolOpposite, ToolTurned, WrenchBias,
 };
 use Quantity::{Distances, FixturePlaces, Shapes, ToolPlace, Trends, UnseenEffects, Wrench};
 
@@ -81,7 +81,7 @@ const FALSE: Falsification = FalseContacts { share: 0.2, deviation: 0.3 * DEG };
 impl FalsifiedKind {
     /// The battery, in the order in which it is shown.
     #[rustfmt::skip]
-    pub const ALL: [FalsifiedKind; 48] = [
+    pub const ALL: [FalsifiedKind; 50] = [
         tried(ALL, kind("nothing_exact", "nothing; tool, hole and shapes declared exact", Nothing, Exact)),
         tried(ALL, kind("nothing", "nothing", Nothing, Defaults)),
         kind("hole_drawn", "hole off by a draw from the default, 1 mm and 0.5°; all else exact", Drawn(FixturePlaces), Only(FixturePlaces)),
@@ -116,6 +116,8 @@ impl FalsifiedKind {
         kind("encoder_harmonic", "one encoder is off by 0.02° once a turn", EncoderHarmonic(0.02 * DEG), Defaults),
         kind("encoder_noise", "encoder noise three times the declared", EncoderNoise(3.0), Defaults),
         kind("false_contacts", "20 % of the contacts are none, joints off by 0.3°", FALSE, Defaults),
+        kind("false_contacts_0.3", "30 % of the contacts are none: in free air, joints off by 0.3°, or with another object", FalseContactsOfAllKinds(0.3), Defaults),
+        kind("clearance_0.25mm", "nothing; clearance of 0.25 mm a side", TightHole(0.25 * MM), Defaults),
         kind("few_contacts", "nothing; 300 contacts only", FewContacts(300), Defaults),
         tried(ALL, kind("joints_exchanged", "two joints exchanged in the log", JointsExchanged, Defaults)),
         tried(SOCKETS, kind("spacing_0.25_percent", "distances of sockets declared 0.25 % too large", Spacing(0.0025), Defaults)),

@@ -99,7 +99,7 @@ pub fn falsified_trial(
 ) -> Result<FalsifiedRow, FalsifiedError> {
     let seed = options.seed;
     let mut declared = excitation.scenario(robot.clone(), contacts)?;
-    kind.falsification.prepare_scenario(&mut declared);
+    kind.falsification.prepare_scenario(&mut declared)?;
     let mut scenario = declared.clone();
     kind.falsification.falsify_scenario(&mut scenario);
     let truth = sim::draw_truth(&scenario, seed);
