@@ -3,9 +3,9 @@
 //! Gaps have many minima. From contacts that cover the hole well, every search ends in the same
 //! one; from few contacts, or little motion, searches end in different ones, each with small
 //! standard deviations. Where contacts scatter more than at a right minimum, the search is repeated
-//! from other starts, drawn from the posterior of the coarse stage, and goes on from the most
-//! likely end. If contacts still scatter too much there, or another end is about as likely, the
-//! result is ambiguous.
+//! from other starts, drawn from the posterior of the coarse stage, and continued from the most
+//! likely minimum. If contacts still scatter too much there, and another minimum was found, or
+//! another minimum is about as likely, the result is ambiguous.
 
 use nalgebra::{Cholesky, DVector};
 use rand::SeedableRng;

@@ -83,9 +83,9 @@ pub enum Falsification {
         /// Standard deviation (rad) by which each joint is away from contact.
         deviation: f64,
     },
-    /// Contacts that are none, of three kinds alike: in free air, halfway between two successive
-    /// contacts; joints away from contact by 0.3° at random; and contacts with another object, all
-    /// joints off by the same 0.5° to one side or the other.
+    /// This share of the rows is no contact, of three kinds alike: in free air, halfway between two
+    /// successive contacts; joints away from contact by 0.3° at random; and contacts with another
+    /// object, all joints off by the same 0.5° to one side or the other.
     FalseContactsOfAllKinds(f64),
     /// The hole is narrower by this much (m a side), and is declared so.
     TightHole(f64),
@@ -277,7 +277,7 @@ impl Displacement {
     }
 }
 
-/// Replaces a `share` of the contacts by rows that are none, each of one of three kinds.
+/// Replaces a `share` of the contacts by rows that are no contacts, each of one of three kinds.
 fn false_contacts(problem: &mut Problem, share: f64, random: &mut Pcg64) {
     let contacts = problem.contacts.clone();
     let dof = contacts.dof();
