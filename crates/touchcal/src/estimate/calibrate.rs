@@ -2,9 +2,7 @@
 
 use super::problem::{Method, Problem};
 use super::result::{Estimate, Observer};
-use super::search::{
-    SearchState, coarse_to_fine, descend, estimate_variance_components, find_competing_minimum, refine,
-};
+use super::search::{SearchState, coarse_to_fine, descend, estimate_variance_components, fit_from_starts, refine};
 use super::summarize::summarize;
 
 /// Estimates the parameters of a problem.
@@ -39,7 +37,7 @@ pub fn calibrate(problem: &Problem, observe: Observer<'_>) -> Estimate {
         Method::LevenbergMarquardt => {
             let after_coarse = coarse_to_fine(&mut search, observe);
             estimate_variance_components(&mut search, observe);
-            find_competing_minimum(&mut search, &after_coarse, observe);
+            fit_from_starts(&mut search, &after_coarse, observe);
             refine(&mut search, observe);
         }
     }

@@ -64,8 +64,7 @@ pub(super) fn effect_tests(search: &mut SearchState<'_>, estimate: &Estimate) ->
     let mut statistics = contact_mode_statistics(&model, &theta, (stride, Curvature::Observed), &mut search.caches);
     statistics.scale(1.0 / stride as f64);
     let known = distance_information(&model, &theta) + prior_information(&model);
-    let options = &problem.options.contact_mode;
-    let (curvature, squares) = curvature_and_squares(&statistics, &known, &model.mode_priors, options);
+    let (curvature, squares) = curvature_and_squares(&statistics, &known, &model.mode_priors);
     let at = Derivatives {
         gradient: gradient(&model, &theta, &statistics.derivatives.gradient),
         curvature,

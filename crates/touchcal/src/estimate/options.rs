@@ -156,7 +156,7 @@ pub struct ContactModeOptions {
     /// probabilities that they touch something, over their number. At or below it the least gap of
     /// each contact is used instead.
     pub min_informative_fraction: f64,
-    /// Weight (> 0) of the mean odds of a region in the odds of each of its surfaces, as a number
+    /// Weight (> 0) of the mean odds of a fixture in the odds of each of its surfaces, as a number
     /// of active candidate contacts.
     pub odds_strength: f64,
     /// Weight (> 0) of the declared noise in the estimated one, as a number of active contacts.
@@ -223,23 +223,22 @@ impl Default for VarianceComponentOptions {
 /// noise.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct MultiStartOptions {
-    /// Root mean square of the whitened least gaps (1), weighted by the loss, from which other
-    /// starts are tried. At the right minimum it is below 1, since soft minima scatter less than
-    /// single gaps.
+    /// Root mean square of the whitened least gaps (1) at their minimum, weighted by the loss, from
+    /// which other starts are tried. At the right minimum it is below 1, since soft minima scatter
+    /// less than single gaps.
     pub min_scatter: f64,
-    /// Number of other starts, drawn from the posterior of the coarse stage with fixed seeds; with
-    /// 0 none is tried.
+    /// Number of other starts, drawn from the posterior of the coarse stage with fixed seeds; two
+    /// searches go from each.
     pub starts: u64,
     /// Squared Mahalanobis distance (1) between two minima above which they count as different.
     pub min_squared_distance: f64,
-    /// Difference (1) of `−2 ln L` to that of the most likely minimum, for each contact, up to
-    /// which another minimum competes.
-    pub max_cost_difference: f64,
+    /// Ratio of another minimum's cost to the least one (1) below which it competes.
+    pub max_cost_ratio: f64,
 }
 
 impl Default for MultiStartOptions {
     fn default() -> Self {
-        MultiStartOptions { min_scatter: 0.9, starts: 4, min_squared_distance: 100.0, max_cost_difference: 0.5 }
+        MultiStartOptions { min_scatter: 0.9, starts: 4, min_squared_distance: 100.0, max_cost_ratio: 1.25 }
     }
 }
 

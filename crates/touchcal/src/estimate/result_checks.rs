@@ -115,7 +115,8 @@ fn fit_warnings(
         let usable = found.ratio < thresholds.prediction_ratio && !statistics.has_least_gap_inflation;
         warnings.push(Warning::PredictionContradicted { ratio: found.ratio, widening: found.widening, usable });
     }
-    if search.has_competing_minimum {
+    // One minimum of several is believed if stretches of the log can tell whether they agree on it.
+    if search.has_competing_minimum || search.is_from_other_start && predictive_check.is_none() {
         warnings.push(Warning::CompetingMinimum);
     }
     warnings

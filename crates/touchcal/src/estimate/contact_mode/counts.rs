@@ -2,7 +2,6 @@
 
 use super::likelihood::MarginalLikelihood;
 use super::prior::ContactModePrior;
-use crate::estimate::options::ContactModeOptions;
 
 /// Fixed-point iterations for the probabilities that surfaces are touched.
 const FIXED_POINT_ITERATIONS: usize = 20;
@@ -11,6 +10,37 @@ const MIN_ODDS: f64 = 1e-8;
 const MAX_ODDS: f64 = 1.0;
 /// Largest probability that a surface is touched.
 const MAX_PROBABILITY: f64 = 0.99;
+/// Power of the ratio of the odds at the maximum to the odds before, by which odds move on beyond
+/// the maximum. Steps of expectation–maximisation are short; with 1 odds that one step determines
+/// would alternate about the maximum.
+const OVER_RELAXATION: f64 = 0.5;
+
+/// What each region of a fixture counts besides its own contacts: the same number of active
+/// candidates for each surface, all else in the ratios of the whole fixture. A region with few
+/// contacts then has the odds of the others.
+#[derive(Clone, Debug)]
+pub(crate) struct PseudoCounts {
+    /// Contacts that touch something.
+    in_contact: f64,
+    /// Active candidates of each surface.
+    active: f64,
+    /// Candidates of each surface that are not active.
+    free: f64,
+}
+
+impl PseudoCounts {
+    /// Of the counts of all `regions` of a fixture, `strength` active candidates for each surface.
+    pub fn new(regions: &[ContactCounts], strength: f64) -> Self {
+        let sum = |of: fn(&ContactCounts) -> f64| regions.iter().map(of).sum::<f64>();
+        let active = sum(|region| region.active.iter().sum()).max(1.0);
+        let surfaces = regions.first().map_or(0, |region| region.active.len()) as f64;
+        PseudoCounts {
+            in_contact: strength * surfaces * sum(|region| region.in_contact) / active,
+            active: strength,
+            free: strength * (sum(ContactCounts::candidates) - active).max(1.0) / active,
+        }
+    }
+}
 
 /// Expected counts of the contacts in one region.
 #[derive(Clone, Debug)]
@@ -73,12 +103,6 @@ impl ContactCounts {
         &self.active
     }
 
-    /// Pseudo-counts of each surface's active and inactive candidates, in the ratio of the region.
-    fn pseudo_counts(&self, strength: f64) -> (f64, f64) {
-        let (candidates, active): (f64, f64) = (self.candidates(), self.active.iter().sum());
-        (strength, strength * (candidates - active).max(1.0) / active.max(1.0))
-    }
-
     /// The maximisation step: the prior with the greatest expected likelihood.
     ///
     /// Candidates within the gate have a mean range of `gate` (m); for each contact that touches
@@ -89,41 +113,40 @@ impl ContactCounts {
     /// With surfaces touched independently of each other with probabilities `q`, contacts are the
     /// poses that touch at least one, a share `z` of all. A free surface is seen only where another
     /// one is touched, or nothing is.
-    fn maximize(&self, gate: f64, no_contact: f64, options: &ContactModeOptions) -> ContactModePrior {
-        if self.in_contact < 1.0 {
-            return ContactModePrior::initial(self.candidates.len(), options);
-        }
-        let contacts = self.in_contact;
+    fn maximize(&self, gate: f64, no_contact: f64, more: &PseudoCounts) -> ContactModePrior {
+        let contacts = self.in_contact + more.in_contact;
         let (mut q, mut z) = (Vec::new(), 1.0);
         for _ in 0..FIXED_POINT_ITERATIONS {
-            q = self.active.iter().map(|active| (z * active / contacts).min(MAX_PROBABILITY)).collect();
+            let touched = |active: &f64| (z * (active + more.active) / contacts).min(MAX_PROBABILITY);
+            q = self.active.iter().map(touched).collect();
             z = 1.0 - q.iter().map(|q: &f64| 1.0 - q).product::<f64>();
         }
-        let (more, free) = self.pseudo_counts(options.odds_strength);
         let of_surface = |((candidates, active), q): ((&f64, &f64), &f64)| {
             let seen = 1.0 - (1.0 - z) / (1.0 - q) + z * no_contact;
-            (seen * gate * (active + more) / ((candidates - active).max(0.0) + free)).clamp(MIN_ODDS, MAX_ODDS)
+            let free = (candidates - active).max(0.0) + more.free;
+            (seen * gate * (active + more.active) / free).clamp(MIN_ODDS, MAX_ODDS)
         };
         let odds = self.candidates.iter().zip(&self.active).zip(&q).map(of_surface).collect();
-        let share = |(candidates, active): (&f64, &f64)| (active + more) / (candidates.max(*active) + more + free);
+        let pseudo_candidates = more.active + more.free;
+        let share =
+            |(candidates, active): (&f64, &f64)| (active + more.active) / (candidates.max(*active) + pseudo_candidates);
         let active_share = self.candidates.iter().zip(&self.active).map(share).collect();
-        ContactModePrior { odds, no_contact: no_contact * z / (1.0 - z), active_share }
+        ContactModePrior { odds, no_contact: no_contact * z / (1.0 - z), active_share, pseudo_candidates }
     }
 
-    /// The maximisation step, over-relaxed: odds move twice as far as from the `before` ones to the
-    /// maximum, because steps of expectation–maximisation are short. Odds of surfaces without
-    /// candidates are those of the maximum.
+    /// The maximisation step, over-relaxed. Odds of surfaces without candidates are those of the
+    /// maximum.
     pub fn m_step(
         &self,
         before: &ContactModePrior,
         gate: f64,
         no_contact: f64,
-        options: &ContactModeOptions,
+        more: &PseudoCounts,
     ) -> ContactModePrior {
-        let mut prior = self.maximize(gate, no_contact, options);
+        let mut prior = self.maximize(gate, no_contact, more);
         for ((odds, before), candidates) in prior.odds.iter_mut().zip(&before.odds).zip(&self.candidates) {
             if *candidates > 0.0 {
-                *odds = (*odds * *odds / before).clamp(MIN_ODDS, MAX_ODDS);
+                *odds = (*odds * (*odds / before).powf(OVER_RELAXATION)).clamp(MIN_ODDS, MAX_ODDS);
             }
         }
         prior
@@ -131,15 +154,11 @@ impl ContactCounts {
 
     /// Complete-data information of each surface's `ln κⱼ`: of the contacts if their active sets
     /// were known, and of the pseudo-counts.
-    pub fn complete_information(
-        &self,
-        prior: &ContactModePrior,
-        options: &ContactModeOptions,
-    ) -> impl Iterator<Item = (f64, f64)> {
-        let (more, free) = self.pseudo_counts(options.odds_strength);
+    pub fn complete_information(&self, prior: &ContactModePrior) -> impl Iterator<Item = (f64, f64)> {
+        let pseudo_candidates = prior.pseudo_candidates;
         self.candidates.iter().zip(&prior.active_share).map(move |(candidates, share)| {
             let of_candidate = share * (1.0 - share);
-            (of_candidate * candidates, of_candidate * (more + free))
+            (of_candidate * candidates, of_candidate * pseudo_candidates)
         })
     }
 }

@@ -13,6 +13,6 @@ mod prior;
 mod soft_gate;
 
 pub(crate) use candidates::{CandidateContacts, CandidateMatrix, CandidateVector};
-pub(crate) use counts::ContactCounts;
+pub(crate) use counts::{ContactCounts, PseudoCounts};
 pub(crate) use likelihood::{MarginalLikelihood, marginal_likelihood};
 pub(crate) use prior::ContactModePrior;

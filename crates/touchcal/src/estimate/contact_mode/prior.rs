@@ -15,6 +15,8 @@ pub(crate) struct ContactModePrior {
     pub no_contact: f64,
     /// Share (0 to 1) of each surface's candidates within the gate that are active.
     pub active_share: Vec<f64>,
+    /// Number of candidates of each surface that were counted besides those of contacts.
+    pub pseudo_candidates: f64,
 }
 
 impl ContactModePrior {
@@ -25,6 +27,7 @@ impl ContactModePrior {
             odds: vec![options.initial_odds; surfaces],
             no_contact: options.initial_no_contact,
             active_share: vec![0.5; surfaces],
+            pseudo_candidates: 2.0 * options.odds_strength,
         }
     }
 

@@ -12,6 +12,7 @@ use crate::robot::Kinematics;
 use crate::se3::Pose;
 
 /// A problem with its parameters in order, and the present estimates of noise and contact modes.
+#[derive(Clone)]
 pub(crate) struct CalibrationModel<'p> {
     /// The problem.
     pub problem: &'p Problem,

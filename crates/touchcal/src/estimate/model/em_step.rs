@@ -8,7 +8,7 @@ use super::layout::PriorGroup;
 use super::linearization::LinearizationPoint;
 use super::mode_statistics::{ContactModeStatistics, Curvature, contact_mode_statistics};
 use super::objective::Objective;
-use crate::estimate::contact_mode::{ContactCounts, ContactModePrior};
+use crate::estimate::contact_mode::{ContactCounts, ContactModePrior, PseudoCounts};
 use crate::manifold::ContactCache;
 use crate::solver::FreeParameters;
 
@@ -72,8 +72,9 @@ fn maximize_priors(model: &CalibrationModel<'_>, statistics: &ContactModeStatist
     let of_fixture = |(counts, before): (&Vec<ContactCounts>, &Vec<ContactModePrior>)| {
         let sum = |of: fn((f64, f64)) -> f64| counts.iter().map(|counts| of(counts.contacts())).sum::<f64>();
         let no_contact = sum(|(_, none)| none).max(1.0) / sum(|(some, _)| some).max(1.0);
+        let more = PseudoCounts::new(counts, options.odds_strength);
         let regions = counts.iter().zip(before);
-        regions.map(|(counts, before)| counts.m_step(before, gate, no_contact, options)).collect()
+        regions.map(|(counts, before)| counts.m_step(before, gate, no_contact, &more)).collect()
     };
     statistics.counts.iter().zip(&model.mode_priors).map(of_fixture).collect()
 }

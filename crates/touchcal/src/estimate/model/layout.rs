@@ -13,6 +13,7 @@ use nalgebra::{DMatrix, DVector};
 const DIRECTIONS: usize = 6;
 
 /// The parameters of a problem in order, and which contacts depend on which.
+#[derive(Clone)]
 pub(crate) struct ParameterLayout {
     /// All parameters: the arm's, drifts, the tool's, each fixture's, each gap bias and the
     /// wrench's.

@@ -93,7 +93,8 @@ pub enum Warning {
         /// would have to be tested.
         usable: bool,
     },
-    /// Searches from other starts ended in another minimum that fits about as well.
+    /// Searches from other starts ended in other minima, and contacts do not tell which one is
+    /// right.
     CompetingMinimum,
     /// Many contacts do not lie on their manifold.
     ManyRejected {
@@ -283,7 +284,9 @@ impl Warning {
                 let share = percent(share);
                 format!("only {share} of the one-sided contacts are informative; intervals are scaled by {inflation}")
             }
-            Warning::CompetingMinimum => "another minimum, from another start, fits about as well".to_owned(),
+            Warning::CompetingMinimum => {
+                "other starts lead to other minima, and contacts do not tell which is right".to_owned()
+            }
             Warning::ManyRejected { share, .. } => {
                 format!("{} of the contacts do not fit and were rejected", percent(share))
             }

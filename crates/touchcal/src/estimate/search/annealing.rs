@@ -13,22 +13,20 @@ use crate::estimate::result::Observer;
 use crate::parameter::ParameterId;
 use crate::solver::Loss;
 
-/// Fits the smallest subsample with a cost whose scale shrinks to the problem's.
+/// Fits the smallest subsample with a cost whose scale shrinks to the problem's: the marginal
+/// likelihood of one-sided contacts, or the residuals of others.
 pub(super) fn anneal(search: &mut SearchState<'_>, observe: Observer<'_>) {
-    let stride = search.stride();
-    search.model.noise.resolution = 0.0;
-    let scale = initial_scale(search, stride);
     if search.model.has_one_sided_contacts() {
-        anneal_noise(search, scale, observe);
-        set_resolution(&mut search.model, &search.theta, stride);
+        anneal_noise(search, observe);
     } else {
-        anneal_loss(search, scale, observe);
+        anneal_loss(search, observe);
     }
 }
 
-/// Fits the residuals with a loss that is `scale` times as wide as the problem's, and shrinks.
-fn anneal_loss(search: &mut SearchState<'_>, mut scale: f64, observe: Observer<'_>) {
+/// Fits the residuals with a loss that is wide at first, and shrinks.
+pub(super) fn anneal_loss(search: &mut SearchState<'_>, observe: Observer<'_>) {
     let (loss, stride, options) = (search.model.problem.loss, search.stride(), search.options());
+    let mut scale = initial_scale(search);
     while scale > 1.0 {
         search.minimize(Objective::Residual(loss.scaled(scale)), stride, options.anneal, observe);
         scale /= options.annealing_factor;
@@ -37,10 +35,10 @@ fn anneal_loss(search: &mut SearchState<'_>, mut scale: f64, observe: Observer<'
     search.minimize(Objective::Residual(loss), stride, options.anneal, observe);
 }
 
-/// Fits the marginal likelihood with a noise that is `scale` times as large as the model's, and
-/// shrinks.
-fn anneal_noise(search: &mut SearchState<'_>, mut scale: f64, observe: Observer<'_>) {
+/// Fits the marginal likelihood with a noise that is large at first, and shrinks.
+pub(super) fn anneal_noise(search: &mut SearchState<'_>, observe: Observer<'_>) {
     let (stride, options) = (search.stride(), search.options());
+    let mut scale = initial_scale(search);
     let noise = search.model.noise.factor;
     let priors = search.model.mode_priors.clone();
     loop {
@@ -61,11 +59,13 @@ fn anneal_noise(search: &mut SearchState<'_>, mut scale: f64, observe: Observer<
             search.theta[k] = 0.0;
         }
     }
+    set_resolution(&mut search.model, &search.theta, stride);
 }
 
 /// Scale of the first cost over that of the problem's, so that most contacts lie within it; at
-/// least 1.
-fn initial_scale(search: &SearchState<'_>, stride: usize) -> f64 {
+/// least 1. Least gaps are not blended any more.
+fn initial_scale(search: &mut SearchState<'_>) -> f64 {
+    search.model.noise.resolution = 0.0;
     let k = match search.model.problem.loss {
         Loss::Squared => return 1.0,
         Loss::Huber(k) | Loss::Cauchy(k) | Loss::GemanMcClure(k) => k,
@@ -76,7 +76,7 @@ fn initial_scale(search: &SearchState<'_>, stride: usize) -> f64 {
         factor.evaluate(&point, i, Objective::Residual(Loss::Squared));
         factor.squared_norm().sqrt()
     };
-    let mut norms: Vec<f64> = (0..search.model.problem.contacts.len()).step_by(stride).map(norm).collect();
+    let mut norms: Vec<f64> = (0..search.model.problem.contacts.len()).step_by(search.stride()).map(norm).collect();
     norms.sort_unstable_by(f64::total_cmp);
     let rank = (search.options().annealing_inliers * norms.len() as f64) as usize;
     (norms.get(rank).copied().unwrap_or(0.0) / k).max(1.0)

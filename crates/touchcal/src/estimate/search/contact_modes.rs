@@ -24,10 +24,9 @@ pub(crate) fn uses_contact_modes(search: &SearchState<'_>) -> bool {
     search.informative_fraction.is_some_and(|fraction| fraction > least)
 }
 
-/// From the minimum of a subsample to that of all contacts, with their marginal likelihood if
+/// From a subsample, its contact modes fitted, to all contacts, with their marginal likelihood if
 /// enough are informative.
 pub(crate) fn refine(search: &mut SearchState<'_>, observe: Observer<'_>) {
-    fit_contact_modes(search, observe);
     if uses_contact_modes(search) {
         let noise = &mut search.model.noise;
         if search.model.problem.noise.is_estimated {
@@ -41,9 +40,10 @@ pub(crate) fn refine(search: &mut SearchState<'_>, observe: Observer<'_>) {
 
 /// Estimates the odds of contact modes by expectation–maximisation and, with subsamples, finds the
 /// parameters where their likelihood is greatest. Does nothing unless the search has converged.
-pub(crate) fn fit_contact_modes(search: &mut SearchState<'_>, observe: Observer<'_>) {
+pub(super) fn fit_contact_modes(search: &mut SearchState<'_>, observe: Observer<'_>) {
     let options = search.model.problem.options.contact_mode;
-    let is_applicable = search.termination.reason == StopReason::Converged && search.model.has_one_sided_contacts();
+    let is_applicable = search.model.has_one_sided_contacts()
+        && matches!(search.termination.reason, StopReason::Converged | StopReason::IterationLimit);
     // Noise estimated from least gaps may be far too small: of many candidates the least hardly
     // scatters.
     search.model.noise.mode_factor = (1.0 / search.model.noise.factor).max(1.0);
@@ -128,7 +128,6 @@ pub(crate) fn sandwich(search: &mut SearchState<'_>) -> Option<Sandwich> {
     let (model, theta) = (&search.model, &search.theta);
     let known = distance_information(model, theta) + prior_information(model);
     let statistics = contact_mode_statistics(model, theta, (1, Curvature::Observed), &mut search.caches);
-    let options = &model.problem.options.contact_mode;
-    let sandwich = sandwich_covariance(&statistics, &known, &search.free, &model.mode_priors, options);
+    let sandwich = sandwich_covariance(&statistics, &known, &search.free, &model.mode_priors);
     Some(sandwich.with_shape_errors(&statistics, &model.shape_errors()))
 }

@@ -11,6 +11,6 @@ mod variance_components;
 pub(crate) use coarse_to_fine::{coarse, coarse_to_fine};
 pub(crate) use contact_modes::{approach_contact_modes, refine, residual_prediction, sandwich, uses_contact_modes};
 pub(crate) use gradient_descent::descend;
-pub(crate) use multi_start::find_competing_minimum;
+pub(crate) use multi_start::fit_from_starts;
 pub(crate) use state::SearchState;
 pub(crate) use variance_components::estimate_variance_components;

@@ -2,17 +2,22 @@
 //!
 //! Gaps have many minima. From contacts that cover the hole well, every search ends in the same
 //! one; from few contacts, or little motion, searches end in different ones, each with small
-//! standard deviations. Where contacts scatter more than at a right minimum, the search is repeated
-//! from other starts, drawn from the posterior of the coarse stage, and continued from the most
-//! likely minimum. If contacts still scatter too much there, and another minimum was found, or
-//! another minimum is about as likely, the result is ambiguous.
+//! standard deviations. Where contacts scatter more than at a right minimum, or touch nothing by
+//! their likelihood, the search is repeated from other starts, drawn from the posterior of the
+//! coarse stage, and continued from the end with the least cost. Annealing the likelihood's noise
+//! finds the right minimum among rows that are no contacts, annealing the loss of least gaps finds
+//! that of pegs at the rim: both are tried.
+//!
+//! If contacts still scatter too much there and another minimum was found, or another one fits
+//! about as well, the result is ambiguous.
 
 use nalgebra::{Cholesky, DVector};
 use rand::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64;
 
-use super::annealing::anneal;
+use super::annealing::{anneal_loss, anneal_noise};
+use super::contact_modes::{fit_contact_modes, uses_contact_modes};
 use super::state::SearchState;
 use crate::estimate::model::{Objective, contact_equations};
 use crate::estimate::result::Observer;
@@ -21,31 +26,64 @@ use crate::solver::Termination;
 /// Where a search ended.
 struct End {
     theta: DVector<f64>,
-    /// `−2 ln L` and priors (1) of the subsample, by the initial odds of contact modes.
-    cost: f64,
     termination: Termination,
+    /// Minimum of the least gaps nearby, by which ends are compared. Likelihoods do not compare:
+    /// that of a contact at the rim, where no surface is known, is as low as that of no contact.
+    minimum: DVector<f64>,
+    /// Cost (1) of that minimum: least gaps of the subsample with the problem's loss, and priors.
+    cost: f64,
+    /// Root mean square of the whitened least gaps (1) there, weighted by the loss.
+    scatter: f64,
 }
 
-/// Searches from other starts if the minimum may not be the right one, and goes to the most likely
-/// end; says in `search` whether another end competes with it, and whether contacts still scatter
-/// more than at a right minimum.
-pub(crate) fn find_competing_minimum(search: &mut SearchState<'_>, after_coarse: &DVector<f64>, observe: Observer<'_>) {
+/// Fits the contact modes of a subsample: if the minimum may not be the right one, from the end
+/// with the least cost of searches from other starts. Says in `search` whether another end competes
+/// with it, and whether contacts scatter more than they would at the right parameters.
+pub(crate) fn fit_from_starts(search: &mut SearchState<'_>, after_coarse: &DVector<f64>, observe: Observer<'_>) {
     let options = search.model.problem.options.multi_start;
-    let is_applicable = search.model.has_one_sided_contacts() && !search.model.problem.noise.is_estimated;
-    if !is_applicable || scatter(search) < options.min_scatter {
-        return;
+    if !search.model.has_one_sided_contacts() || search.model.problem.noise.is_estimated {
+        return fit_contact_modes(search, observe);
     }
+    let first = end(search, observe);
+    search.has_excess_scatter = scatter(search, &first.theta) >= options.min_scatter;
+    let annealed = search.clone();
+    if first.scatter < options.min_scatter {
+        fit_contact_modes(search, observe);
+        if uses_contact_modes(search) || search.is_interrupted() {
+            return;
+        }
+    }
+    let iterations = search.termination.iterations;
+    *search = annealed;
+    search.termination.iterations = iterations;
+    find_competing_minimum(search, first, after_coarse, observe);
+    search.has_excess_scatter = scatter(search, &search.theta.clone()) >= options.min_scatter;
+    fit_contact_modes(search, observe);
+}
+
+/// Searches from other starts, and goes to the end with the least cost, which may be the `first`
+/// one.
+fn find_competing_minimum(
+    search: &mut SearchState<'_>,
+    first: End,
+    after_coarse: &DVector<f64>,
+    observe: Observer<'_>,
+) {
+    let options = search.model.problem.options.multi_start;
+    let mut ends = vec![first];
     let Some(starts) = starts(search, after_coarse, options.starts) else { return };
     let resolution = search.model.noise.resolution;
-    let mut ends = vec![end(search)];
-    for start in starts {
+    let methods = [anneal_loss, anneal_noise];
+    let of_both = |start: DVector<f64>| methods.map(|anneal| (start.clone(), anneal));
+    let others = std::iter::once((after_coarse.clone(), methods[0])).chain(starts.into_iter().flat_map(of_both));
+    for (start, anneal) in others {
         search.theta = start;
         anneal(search, observe);
         search.model.noise.resolution = resolution;
         if search.is_interrupted() {
             break;
         }
-        ends.push(end(search));
+        ends.push(end(search, observe));
     }
     let best = (0..ends.len()).fold(0, |best, k| if ends[k].cost < ends[best].cost { k } else { best });
     let iterations = search.termination.iterations;
@@ -53,33 +91,40 @@ pub(crate) fn find_competing_minimum(search: &mut SearchState<'_>, after_coarse:
     if !search.is_interrupted() {
         search.termination = Termination { iterations, ..ends[best].termination };
     }
-    let (stride, contacts) = (search.stride(), search.model.problem.contacts.len());
-    let margin = options.max_cost_difference * contacts.div_ceil(stride) as f64;
-    let has_excess_scatter = scatter(search) >= options.min_scatter;
+    let stride = search.stride();
+    search.is_from_other_start = best != 0;
+    let is_implausible = ends[best].scatter >= options.min_scatter;
     let information =
-        search.normal_equations(&ends[best].theta, Objective::Residual(search.model.problem.loss), stride);
+        search.normal_equations(&ends[best].minimum, Objective::Residual(search.model.problem.loss), stride);
     let competes = |other: &End| {
-        let step = &other.theta - &ends[best].theta;
+        let step = &other.minimum - &ends[best].minimum;
         let squared_distance = step.dot(&(&information.information * &step)) / stride as f64;
-        let is_likely = has_excess_scatter || other.cost < ends[best].cost + margin;
+        let is_likely = is_implausible || other.cost < options.max_cost_ratio * ends[best].cost;
         squared_distance > options.min_squared_distance && is_likely
     };
     search.has_competing_minimum = ends.iter().any(competes);
-    search.has_excess_scatter = has_excess_scatter;
-}
-
-/// Root mean square of the whitened least gaps (1), weighted by the loss.
-fn scatter(search: &mut SearchState<'_>) -> f64 {
-    let (objective, stride) = (Objective::Residual(search.model.problem.loss), search.stride());
-    let contacts = contact_equations(&search.model, &search.theta, (objective, stride), &mut search.caches);
-    (contacts.squares / contacts.rows.max(f64::MIN_POSITIVE)).sqrt()
 }
 
 /// The present parameters as the end of a search.
-fn end(search: &mut SearchState<'_>) -> End {
-    let (theta, stride) = (search.theta.clone(), search.stride());
-    let cost = search.normal_equations(&theta, Objective::ContactModes, stride).cost / stride as f64;
-    End { theta, cost, termination: search.termination }
+fn end(search: &mut SearchState<'_>, observe: Observer<'_>) -> End {
+    let (theta, termination) = (search.theta.clone(), search.termination);
+    let (objective, stride) = (Objective::Residual(search.model.problem.loss), search.stride());
+    search.minimize(objective, stride, search.options().anneal, observe);
+    let minimum = std::mem::replace(&mut search.theta, theta.clone());
+    let cost = search.normal_equations(&minimum, objective, stride).cost / stride as f64;
+    let scatter = scatter(search, &minimum);
+    if !search.is_interrupted() {
+        search.termination = Termination { iterations: search.termination.iterations, ..termination };
+    }
+    End { theta, termination, minimum, cost, scatter }
+}
+
+/// Root mean square of the whitened least gaps (1) of the subsample at `theta`, weighted by the
+/// loss.
+fn scatter(search: &mut SearchState<'_>, theta: &DVector<f64>) -> f64 {
+    let (objective, stride) = (Objective::Residual(search.model.problem.loss), search.stride());
+    let contacts = contact_equations(&search.model, theta, (objective, stride), &mut search.caches);
+    (contacts.squares / contacts.rows.max(f64::MIN_POSITIVE)).sqrt()
 }
 
 /// Starts drawn from the posterior of the coarse stage.

@@ -13,6 +13,7 @@ use crate::solver::{
 };
 
 /// The state of a search: model, present parameters, and what was fixed or estimated so far.
+#[derive(Clone)]
 pub(crate) struct SearchState<'p> {
     /// The problem with what is estimated of its noise and contact modes.
     pub model: CalibrationModel<'p>,
@@ -29,7 +30,10 @@ pub(crate) struct SearchState<'p> {
     pub informative_fraction: Option<f64>,
     /// Whether another start led to another minimum that fits about as well.
     pub has_competing_minimum: bool,
-    /// Whether one-sided contacts scatter more than at a right minimum with the declared noise.
+    /// Whether the search went on from another start than its first.
+    pub is_from_other_start: bool,
+    /// Whether one-sided contacts scatter more about the annealed parameters than the declared
+    /// noise makes them scatter about the right ones.
     pub has_excess_scatter: bool,
     /// Why the last minimization stopped, with the iterations of all.
     pub termination: Termination,
@@ -48,6 +52,7 @@ impl<'p> SearchState<'p> {
             fixed: GaugeFix::default(),
             informative_fraction: None,
             has_competing_minimum: false,
+            is_from_other_start: false,
             has_excess_scatter: false,
             termination: Termination { reason: StopReason::Converged, measured: 0.0, threshold, iterations: 0 },
             model,

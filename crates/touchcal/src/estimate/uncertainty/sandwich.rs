@@ -6,7 +6,6 @@ use super::design_effect::design_effect;
 use super::predictive_check::predictive_check;
 use crate::estimate::contact_mode::ContactModePrior;
 use crate::estimate::model::ContactModeStatistics;
-use crate::estimate::options::ContactModeOptions;
 use crate::estimate::result::PredictiveCheck;
 use crate::solver::FreeParameters;
 
@@ -58,10 +57,9 @@ pub(crate) fn sandwich_covariance(
     known: &DMatrix<f64>,
     free: &FreeParameters,
     priors: &[Vec<ContactModePrior>],
-    options: &ContactModeOptions,
 ) -> Sandwich {
     let (parameters, size) = (free.len(), statistics.derivatives.information.nrows());
-    let (hessian, squares) = curvature_and_squares(statistics, known, priors, options);
+    let (hessian, squares) = curvature_and_squares(statistics, known, priors);
     let all = free.extended(size);
     let bread = Cholesky::new(all.scaled_regular(&hessian)).map(|_| all.covariance(&hessian));
     let design_effect = design_effect(&statistics.score_outer_product.information, &statistics.block_scores, free);
@@ -77,7 +75,6 @@ pub(crate) fn curvature_and_squares(
     statistics: &ContactModeStatistics,
     known: &DMatrix<f64>,
     priors: &[Vec<ContactModePrior>],
-    options: &ContactModeOptions,
 ) -> (DMatrix<f64>, DMatrix<f64>) {
     let (parameters, size) = (known.nrows(), statistics.derivatives.information.nrows());
     let odds = size - parameters;
@@ -85,7 +82,7 @@ pub(crate) fn curvature_and_squares(
     let mut squares = statistics.score_outer_product.information.clone();
     let counts = statistics.counts.iter().flatten().zip(priors.iter().flatten());
     let (of_contacts, before): (Vec<f64>, Vec<f64>) =
-        counts.flat_map(|(counts, prior)| counts.complete_information(prior, options)).unzip();
+        counts.flat_map(|(counts, prior)| counts.complete_information(prior)).unzip();
     let (of_contacts, before) = (DVector::from_vec(of_contacts), DVector::from_vec(before));
     for sum in [&mut hessian, &mut squares] {
         let mut of_parameters = sum.view_mut((0, 0), (parameters, parameters));
