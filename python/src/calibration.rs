@@ -20,7 +20,8 @@ use crate::frame::Frame;
 use crate::problem::Problem;
 use crate::progress::{Observer, Progress};
 use crate::result::{
-    Acceptance, EffectTest, NullDirection, Parameter, PredictiveCheck, Termination, Warning, WorkspaceUncertainty,
+    Acceptance, CompetingMinimum, EffectTest, NullDirection, Parameter, PredictiveCheck, Termination, Warning,
+    WorkspaceUncertainty,
 };
 use crate::robot::Robot;
 use crate::score::Score;
@@ -127,6 +128,13 @@ impl Calibration {
     #[getter]
     fn workspace_uncertainty(&self) -> Option<WorkspaceUncertainty> {
         self.solved.estimate.workspace_uncertainty.map(WorkspaceUncertainty::from)
+    }
+
+    /// Minima that contacts do not rule out, the one with the least cost first.
+    #[getter]
+    fn competing_minima(&self) -> Vec<CompetingMinimum> {
+        let estimate = &self.solved.estimate;
+        estimate.competing_minima.iter().map(|other| CompetingMinimum::new(other, &estimate.parameters)).collect()
     }
 
     /// How far stretches of the log are from what the others predict; None where contacts are too

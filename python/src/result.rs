@@ -226,6 +226,43 @@ impl WorkspaceUncertainty {
     }
 }
 
+/// A minimum in which a search from another start ended, and which contacts do not rule out.
+///
+/// Attributes:
+///     tool_distance: distance of the tool from where the result has it, root mean square over the
+///         workspace (m).
+///     cost_ratio: cost of the least gaps over that at the result.
+///     parameter: name of the parameter of arm or tool that differs most.
+///     values: values of all parameters by name (SI).
+#[pyclass(frozen, get_all, eq, module = "touchcal")]
+#[derive(Clone, Debug, PartialEq)]
+pub struct CompetingMinimum {
+    tool_distance: f64,
+    cost_ratio: f64,
+    parameter: String,
+    values: BTreeMap<String, f64>,
+}
+
+impl CompetingMinimum {
+    pub fn new(other: &estimate::CompetingMinimum, parameters: &[estimate::ParameterEstimate]) -> Self {
+        let names = parameters.iter().map(|entry| entry.parameter.name.clone());
+        CompetingMinimum {
+            tool_distance: other.tool_distance,
+            cost_ratio: other.cost_ratio,
+            parameter: parameters[other.parameter].parameter.name.clone(),
+            values: names.zip(other.values.iter().copied()).collect(),
+        }
+    }
+}
+
+#[pymethods]
+impl CompetingMinimum {
+    fn __repr__(&self) -> String {
+        let CompetingMinimum { tool_distance, cost_ratio, parameter, .. } = self;
+        format!("CompetingMinimum(tool_distance={tool_distance:?}, cost_ratio={cost_ratio:?}, parameter={parameter:?})")
+    }
+}
+
 /// Whether a calibration reaches what the table [accept] of its problem asks for.
 ///
 /// Attributes:

@@ -180,6 +180,20 @@ def test_too_few_contacts_are_a_status_and_no_exception() -> None:
     assert calibration.null_space and calibration.null_space[0].description
 
 
+def test_minima_that_contacts_do_not_rule_out_are_listed() -> None:
+    calibration = touchcal.calibrate(touchcal.simulate("paper", 5, contacts=150).problem())
+    minima = calibration.competing_minima
+    assert not calibration.usable and len(minima) > 1
+    assert "competing_minimum" in {warning.kind for warning in calibration.warnings}
+    assert [other.cost_ratio for other in minima] == sorted(other.cost_ratio for other in minima)
+    here = {parameter.name: parameter.value for parameter in calibration.parameters}
+    for other in minima:
+        assert other.tool_distance > 0 and other.parameter in here and set(other.values) == set(here)
+        assert abs(other.values[other.parameter] - here[other.parameter]) > 1e-4
+    written = json.loads(calibration.to_json())["competing_minima"]
+    assert [entry["values"] for entry in written] == [list(other.values[name] for name in here) for other in minima]
+
+
 def test_progress_is_told_at_every_step(workcell: Path) -> None:
     seen: list[touchcal.Progress] = []
     calibration = touchcal.calibrate(touchcal.Problem.from_toml(workcell / "problem.toml"), progress=seen.append)

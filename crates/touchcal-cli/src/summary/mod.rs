@@ -5,7 +5,8 @@ mod parameters;
 pub use parameters::{Detail, ParameterRow, in_user_units, parameters};
 
 use touchcal::estimate::{
-    EffectTest, EffectValue, Fixture, FreedEffect, Identifiability, PredictiveCheck, Problem, Score, Spread, Status,
+    EffectTest, EffectValue, Estimate, Fixture, FreedEffect, Identifiability, PredictiveCheck, Problem, Score, Spread,
+    Status,
 };
 use touchcal::io::Loaded;
 use touchcal::io::calibration_folder::{Solved, Written};
@@ -63,6 +64,7 @@ impl Calibration<'_> {
             parameters(&lines, detail),
             identifiability(&estimate.identifiability, detail),
             effect_tests(&estimate.effect_tests, problem),
+            competing_minima(estimate),
             self.warnings(),
             self.paths(),
             self.next(next),
@@ -220,6 +222,36 @@ pub fn effect_tests(tests: &[EffectTest], problem: &Problem) -> String {
         table.row([test.effect.name(), p_value, value, displacement, radius, test.effect.declared_in()]);
     }
     format!("Contacts contradict the model\n{table}\n")
+}
+
+/// Minima that contacts do not rule out.
+fn competing_minima(estimate: &Estimate) -> String {
+    let minima = &estimate.competing_minima;
+    if minima.is_empty() {
+        return String::new();
+    }
+    let mut table = Table::new([
+        "other minimum",
+        "tool elsewhere by (mm)",
+        "cost over that here",
+        "differs most in",
+        "there",
+        "here",
+    ]);
+    for (k, other) in minima.iter().enumerate() {
+        let entry = &estimate.parameters[other.parameter];
+        let (factor, unit, decimals) = in_user_units(entry.parameter.unit);
+        let value = |value: f64| format!("{} {unit}", signed(factor * value, decimals));
+        table.row([
+            format!("{}", k + 1),
+            millimetres(other.tool_distance),
+            format!("{:.2}", other.cost_ratio),
+            entry.parameter.name.clone(),
+            value(other.values[other.parameter]),
+            value(entry.value),
+        ]);
+    }
+    format!("Contacts do not rule out these other minima\n{table}\n")
 }
 
 /// How far stretches of the log are from what the others predict.

@@ -36,11 +36,11 @@ pub use problem::{
     Optimizer, PLAUSIBLE_HARMONIC, PlacePrior, Problem, ShapeTolerance, Tool, WrenchTolerance,
 };
 pub use result::{
-    Acceptance, AcceptanceResult, Agreement, ArmFit, CommonStrain, ContactCount, Contradiction, Decision,
-    DeclarationMistake, DeclaredLength, DistanceSource, EffectTest, EffectValue, Estimate, Evaluation, FixtureDistance,
-    FreedEffect, Identifiability, NoiseSigma, NullDirection, OmittedEffect, ParameterEstimate, ParameterPosterior,
-    PosteriorEntry, PredictiveCheck, Progress, Scatter, Score, Severity, Spread, Stage, Status, TaskErrors, Verdict,
-    Warning, WorkspaceUncertainty,
+    Acceptance, AcceptanceResult, Agreement, ArmFit, CommonStrain, CompetingMinimum, ContactCount, Contradiction,
+    Decision, DeclarationMistake, DeclaredLength, DistanceSource, EffectTest, EffectValue, Estimate, Evaluation,
+    FixtureDistance, FreedEffect, Identifiability, NoiseSigma, NullDirection, OmittedEffect, ParameterEstimate,
+    ParameterPosterior, PosteriorEntry, PredictiveCheck, Progress, Scatter, Score, Severity, Spread, Stage, Status,
+    TaskErrors, Verdict, Warning, WorkspaceUncertainty,
 };
 pub use uncertainty::{
     ToolUncertainty, configurations_within, cramer_rao, distance_uncertainty, tool_uncertainty,

@@ -38,6 +38,13 @@ pub(super) fn result_warnings(
     let mut warnings = input_warnings(&search.model);
     warnings.extend(data_warnings(search, statistics));
     warnings.extend(fit_warnings(search, statistics, estimate.predictive_check.as_ref()));
+    if let Some(other) = estimate.competing_minima.first() {
+        warnings.push(Warning::CompetingMinimum {
+            minima: estimate.competing_minima.len(),
+            tool_distance: other.tool_distance,
+            parameter: estimate.parameters[other.parameter].parameter.name.clone(),
+        });
+    }
     if problem.has_projection() {
         warnings.push(Warning::NoUncertainty);
     }
@@ -114,10 +121,6 @@ fn fit_warnings(
         // Without a minimum of the likelihood nothing tells what is wrong in all stretches alike.
         let usable = found.ratio < thresholds.prediction_ratio && !statistics.has_least_gap_inflation;
         warnings.push(Warning::PredictionContradicted { ratio: found.ratio, widening: found.widening, usable });
-    }
-    // One minimum of several is believed if stretches of the log can tell whether they agree on it.
-    if search.has_competing_minimum || search.is_from_other_start && predictive_check.is_none() {
-        warnings.push(Warning::CompetingMinimum);
     }
     warnings
 }

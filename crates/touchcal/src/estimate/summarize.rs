@@ -8,11 +8,12 @@ use super::effect_tests::{apply_effect_tests, effect_tests};
 use super::evaluate::score;
 use super::model::{CalibrationModel, distance_information, whitened_norms};
 use super::result::{
-    ContactCount, Estimate, NoiseSigma, ParameterEstimate, PredictiveCheck, Severity, Status, Verdict, Warning,
+    CompetingMinimum, ContactCount, Estimate, NoiseSigma, ParameterEstimate, PredictiveCheck, Severity, Status,
+    Verdict, Warning,
 };
 use super::result_checks::{FitStatistics, result_warnings};
 use super::search::{SearchState, residual_prediction, sandwich, uses_contact_modes};
-use super::uncertainty::{Posterior, Sandwich, arm_uncertainty_ratio, workspace_uncertainty};
+use super::uncertainty::{Posterior, Sandwich, arm_uncertainty_ratio, tool_distance, workspace_uncertainty};
 use crate::manifold::ContactCache;
 use crate::parameter::kinematic_part;
 use crate::robot;
@@ -145,6 +146,7 @@ pub(super) fn summarize(mut search: SearchState<'_>) -> Estimate {
         warnings: Vec::new(),
         effect_tests: Vec::new(),
         freed_effects: Vec::new(),
+        competing_minima: competing_minima(&search, predictive_check.is_some()),
         predictive_check,
         acceptance: None,
         noise_factor,
@@ -162,6 +164,22 @@ pub(super) fn summarize(mut search: SearchState<'_>) -> Estimate {
     estimate.status = status(&estimate.termination, &estimate.warnings);
     estimate.acceptance = problem.acceptance.as_ref().map(|asked| acceptance(asked, problem, &estimate));
     estimate
+}
+
+/// Minima that contacts do not rule out, and how far the tool is elsewhere there.
+fn competing_minima(search: &SearchState<'_>, is_predicted: bool) -> Vec<CompetingMinimum> {
+    let (parameters, scales) = (&search.model.layout.parameters, search.model.layout.scale());
+    let each = search.competing_minima(is_predicted).map(|other| {
+        let change = (&other.theta - &search.theta).component_div(&scales);
+        let of_tool = (0..parameters.len()).filter(|&k| parameters[k].id.kinematic().is_some() && scales[k] > 0.0);
+        CompetingMinimum {
+            values: other.theta.clone(),
+            cost_ratio: other.cost_ratio,
+            tool_distance: tool_distance(search.model.problem, parameters, &other.theta, &search.theta),
+            parameter: of_tool.max_by(|&a, &b| change[a].abs().total_cmp(&change[b].abs())).unwrap_or(0),
+        }
+    });
+    each.collect()
 }
 
 /// The noise as declared, or as estimated.

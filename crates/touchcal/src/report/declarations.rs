@@ -2,13 +2,15 @@
 
 use serde::Serialize;
 
-use crate::estimate::{EffectTest, EffectValue, Estimate, Problem};
+use crate::estimate::{CompetingMinimum, EffectTest, EffectValue, Estimate, ParameterEstimate, Problem};
 
 /// The page's data of what is declared and assumed.
 #[derive(Serialize)]
 pub(super) struct Declarations<'a> {
     /// Tests of effects that the model leaves out, the most significant first.
     effects: Vec<EffectEntry<'a>>,
+    /// Minima that contacts do not rule out, the one with the least cost first.
+    minima: Vec<MinimumEntry<'a>>,
     /// Assumptions in words.
     notes: &'a [String],
     /// Whether intervals allow for errors of the arm that contacts would not show.
@@ -32,6 +34,19 @@ struct EffectEntry<'a> {
     radius: f64,
 }
 
+/// A minimum that contacts do not rule out.
+#[derive(Serialize)]
+struct MinimumEntry<'a> {
+    /// Distance of the tool from where the result has it (m).
+    tool_distance: f64,
+    cost_ratio: f64,
+    /// The parameter that differs most, and its values (SI).
+    parameter: &'a str,
+    unit: &'static str,
+    there: f64,
+    here: f64,
+}
+
 /// A value that a parameter of the effect would take (SI).
 #[derive(Serialize)]
 struct ValueEntry<'a> {
@@ -47,9 +62,22 @@ impl<'a> Declarations<'a> {
         let threshold = problem.options.thresholds.effect_p_value;
         Declarations {
             effects: estimate.effect_tests.iter().map(|test| effect_entry(test, threshold)).collect(),
+            minima: estimate.competing_minima.iter().map(|other| minimum_entry(other, estimate)).collect(),
             notes: problem.contacts.notes(),
             allows_for_unseen_effects: problem.allows_for_unseen_effects(),
         }
+    }
+}
+
+fn minimum_entry<'a>(other: &CompetingMinimum, estimate: &'a Estimate) -> MinimumEntry<'a> {
+    let ParameterEstimate { parameter, value, .. } = &estimate.parameters[other.parameter];
+    MinimumEntry {
+        tool_distance: other.tool_distance,
+        cost_ratio: other.cost_ratio,
+        parameter: &parameter.name,
+        unit: parameter.unit.symbol(),
+        there: other.values[other.parameter],
+        here: *value,
     }
 }
 

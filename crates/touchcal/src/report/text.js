@@ -98,7 +98,7 @@ function valueOf({ name, unit, value, sigma }, effect) {
 }
 
 function declarations() {
-  const { effects, notes, allows_for_unseen_effects } = data.declarations;
+  const { effects, minima, notes, allows_for_unseen_effects } = data.declarations;
   const shown = effects.filter((effect) => effect.is_significant);
   const others = effects.filter((effect) => !effect.is_significant).map(({ name }) => name);
   const sentences = effects.length ? [] : ["Effects that the model leaves out were not tested: the search did not converge, or contacts have no likelihood with a minimum here."];
@@ -115,6 +115,12 @@ function declarations() {
   };
   const headings = ["effect that the model leaves out", "#p", "value", "#moves the tool (mm)", "#95 % region (mm)", "problem file"];
   if (shown.length) byId("effect-table").append(table(headings, shown.map(row)));
+  const minimum = ({ tool_distance, cost_ratio, parameter, unit, there, here }) => {
+    const [factor, symbol] = UNITS[unit];
+    return [(1e3 * tool_distance).toFixed(1), cost_ratio.toFixed(2), parameter, ...[there, here].map((value) => `${signed(factor * value, 4)} ${symbol}`)];
+  };
+  const places = ["#tool elsewhere by (mm)", "#cost over that of the result", "differs most in", "#there", "#in the result"];
+  if (minima.length) byId("minima").append(el("p", {}, "Searches from other starts end in other minima, which contacts do not rule out:"), table(places, minima.map(minimum)));
   if (notes.length) byId("assumptions").append(el("p", { class: "note" }, "Assumed in reading the problem file and its logs:"), el("ul", {}, ...notes.map((note) => el("li", {}, note))));
 }
 

@@ -11,8 +11,8 @@ use rand_pcg::Pcg64;
 use serde_json::Value;
 use touchcal::contact::{ContactLog, Source};
 use touchcal::estimate::{
-    Estimate, PlacePrior, Problem, Progress, UnseenEffects, calibrate, distance_uncertainty, evaluate,
-    tool_uncertainty, workspace_configurations,
+    CompetingMinimum, Estimate, PlacePrior, Problem, Progress, UnseenEffects, calibrate, distance_uncertainty,
+    evaluate, tool_uncertainty, workspace_configurations,
 };
 use touchcal::io::mukca::{self, MukcaOptions};
 use touchcal::io::urdf::{self, Ends};
@@ -186,7 +186,10 @@ fn the_page_says_what_contacts_contradict_and_what_is_assumed() {
     let place = problem.fixtures[0].base_from_fixture.as_mut().unwrap();
     *place *= touchcal::se3::Pose::translation(0.3e-3, -0.3e-3, 0.3e-3);
     problem.contacts.note("assumed: the angles are in degrees");
-    let (estimate, _) = solve(&problem);
+    let (mut estimate, _) = solve(&problem);
+    let values = estimate.values() + DVector::repeat(estimate.parameters.len(), 0.5e-3);
+    let parameter = 3;
+    estimate.competing_minima = vec![CompetingMinimum { values, cost_ratio: 1.1, tool_distance: 12.5e-3, parameter }];
     let shown = effects(&estimate, &problem);
     let of_hole = shown.iter().find(|effect| effect["name"] == "fixture.hole").unwrap();
     let test = estimate.effect_tests.iter().find(|test| test.effect.name() == "fixture.hole").unwrap();
@@ -209,6 +212,12 @@ fn the_page_says_what_contacts_contradict_and_what_is_assumed() {
         content["declarations"]["notes"].as_array().unwrap().last().unwrap(),
         "assumed: the angles are in degrees"
     );
+    let other = &content["declarations"]["minima"][0];
+    assert_eq!((other["tool_distance"].as_f64(), other["cost_ratio"].as_f64()), (Some(12.5e-3), Some(1.1)));
+    let entry = &estimate.parameters[parameter];
+    assert_eq!((other["parameter"].as_str(), other["unit"].as_str()), (Some(&*entry.parameter.name), Some("rad")));
+    assert_eq!(other["here"].as_f64(), Some(entry.value));
+    assert_eq!(other["there"].as_f64(), Some(entry.value + 0.5e-3));
 }
 
 #[test]

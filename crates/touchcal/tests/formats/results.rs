@@ -2,9 +2,9 @@
 
 use proptest::prelude::*;
 use touchcal::io::estimate_file::{
-    AcceptanceEntry, ContactCounts, Decision, EffectTestEntry, EffectValueEntry, EstimateFile, FixtureResidual,
-    FreedEffectEntry, NoiseEntry, NullDirection, ParameterEntry, PredictiveCheckEntry, ResidualStats, Residuals,
-    Severity, Status, TaskErrorsEntry, TerminationEntry, WarningEntry, WorkspaceUncertaintyEntry,
+    AcceptanceEntry, CompetingMinimumEntry, ContactCounts, Decision, EffectTestEntry, EffectValueEntry, EstimateFile,
+    FixtureResidual, FreedEffectEntry, NoiseEntry, NullDirection, ParameterEntry, PredictiveCheckEntry, ResidualStats,
+    Residuals, Severity, Status, TaskErrorsEntry, TerminationEntry, WarningEntry, WorkspaceUncertaintyEntry,
 };
 use touchcal::io::{Input, atomic};
 
@@ -54,6 +54,7 @@ fn estimate() -> EstimateFile {
             message: "w".to_owned(),
             advice: "a".to_owned(),
         }],
+        competing_minima: vec![CompetingMinimumEntry { tool_distance_mm: 12.5, cost_ratio: 1.1, values: vec![0.04] }],
         effect_tests: vec![EffectTestEntry {
             effect: "joint_trend".to_owned(),
             description: "d".to_owned(),
@@ -117,13 +118,22 @@ fn estimates_survive_json() {
     assert_eq!(EstimateFile::from_json(&text, "e").unwrap(), estimate());
     // Version 0.2.0 wrote no tests of effects, no predictive check and no noise.
     let mut older: serde_json::Value = serde_json::from_str(&text).unwrap();
-    for added in ["acceptance", "effect_tests", "freed_effects", "noise", "predictive_check", "workspace_uncertainty"] {
+    for added in [
+        "acceptance",
+        "competing_minima",
+        "effect_tests",
+        "freed_effects",
+        "noise",
+        "predictive_check",
+        "workspace_uncertainty",
+    ] {
         older.as_object_mut().unwrap().remove(added);
     }
     let older = EstimateFile::from_json(&older.to_string(), "e").unwrap();
     assert_eq!(
         older,
         EstimateFile {
+            competing_minima: Vec::new(),
             effect_tests: Vec::new(),
             freed_effects: Vec::new(),
             noise: None,

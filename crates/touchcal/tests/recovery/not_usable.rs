@@ -3,11 +3,13 @@
 use std::sync::Arc;
 
 use crate::support::{mujoco_trial, report, solve};
-use touchcal::estimate::{Estimate, Loss, Method, Noise, PlacePrior, Status, Warning};
+use touchcal::estimate::{Estimate, Loss, Method, Noise, PlacePrior, Status, Warning, workspace_configurations};
 use touchcal::experiment::{Search, Trial, problem};
 use touchcal::geometry::{Parts, Polygon, PrismPair};
 use touchcal::io::urdf::{self, Ends};
 use touchcal::manifold::PegInHole;
+use touchcal::parameter::kinematic_part;
+use touchcal::robot::{Kinematics, Robot, calibrated};
 use touchcal::sim::{self, Preset};
 
 fn warned(estimate: &Estimate, kind: &str) -> bool {
@@ -93,6 +95,39 @@ fn a_peg_at_the_rim_is_said_to_tell_little() {
     assert_eq!(share(&wide), None);
     let share = share(&narrow).expect("few tell");
     assert!(share > 0.05 && share < 0.3, "{share}");
+}
+
+/// Contacts of a second and a half leave several minima: each is listed once, with how far the tool
+/// of its arm is from that of the result.
+#[test]
+fn minima_that_contacts_do_not_rule_out_are_listed() {
+    let robot = urdf::read_builtin("iiwa14", Ends::default()).expect("an arm").robot;
+    let mut scenario = Preset::Paper.scenario(robot.clone()).expect("parts");
+    scenario.contacts = 150;
+    let problem = problem(&scenario, &sim::simulate(&scenario, 5).expect("contacts"));
+    let estimate = solve(&problem);
+    let minima = &estimate.competing_minima;
+    assert!(!estimate.status.is_usable() && minima.len() > 1, "{:?}", estimate.warnings);
+    assert!(minima.is_sorted_by(|a, b| a.cost_ratio <= b.cost_ratio) && minima[0].cost_ratio >= 1.0);
+    let warning = estimate.warnings.iter().find_map(|warning| match warning {
+        Warning::CompetingMinimum { minima, tool_distance, parameter } => Some((*minima, *tool_distance, parameter)),
+        _ => None,
+    });
+    let most = &estimate.parameters[minima[0].parameter].parameter.name;
+    assert_eq!(warning, Some((minima.len(), minima[0].tool_distance, most)));
+    // By the robots themselves.
+    let tool = problem.tool.tip_from_tool;
+    let positions = workspace_configurations(&robot, 100);
+    for (k, other) in minima.iter().enumerate() {
+        assert!(minima[..k].iter().all(|before| (&before.values - &other.values).amax() > 1e-4));
+        let entries = estimate.parameters.iter().map(|entry| entry.parameter.id);
+        let (columns, values) = kinematic_part(entries.zip(other.values.iter().copied()));
+        let there = calibrated(&robot, &columns, &values);
+        let place = |robot: &Robot, q: &[f64]| Kinematics::new(robot, &[], tool).pose(q).translation.vector;
+        let squares = positions.iter().map(|q| (place(&there, q) - place(&estimate.robot, q)).norm_squared());
+        let expected = (squares.sum::<f64>() / 100.0).sqrt();
+        assert!((other.tool_distance / expected - 1.0).abs() < 1e-6, "{} {expected}", other.tool_distance);
+    }
 }
 
 /// A second's worth of contacts or two hardly ever determines an arm, and searches from elsewhere

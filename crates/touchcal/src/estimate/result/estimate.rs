@@ -3,6 +3,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use super::acceptance::AcceptanceResult;
+use super::competing_minimum::CompetingMinimum;
 use super::effect_test::{EffectTest, FreedEffect};
 use super::identifiability::Identifiability;
 use super::predictive_check::PredictiveCheck;
@@ -112,6 +113,9 @@ pub struct Estimate {
     /// How far stretches of the log are from what the others predict; `None` where contacts are too
     /// few for two stretches, of sampled manifolds, or the search has not converged.
     pub predictive_check: Option<PredictiveCheck>,
+    /// Minima that contacts do not rule out, the one with the least cost first; empty where the
+    /// minimum is the only one, as far as searches from other starts tell.
+    pub competing_minima: Vec<CompetingMinimum>,
     /// Whether the calibration reaches what
     /// [`Problem::acceptance`](crate::estimate::Problem::acceptance) asks of it; `None` if nothing
     /// is asked.

@@ -2,6 +2,7 @@
 
 mod acceptance;
 mod arm_fit;
+mod competing_minimum;
 mod declaration_mistake;
 mod effect_test;
 mod estimate;
@@ -18,6 +19,7 @@ mod workspace_uncertainty;
 
 pub use acceptance::{Acceptance, AcceptanceResult, Decision, TaskErrors};
 pub use arm_fit::ArmFit;
+pub use competing_minimum::CompetingMinimum;
 pub use declaration_mistake::{Agreement, DeclarationMistake, DeclaredLength};
 pub use effect_test::{EffectTest, EffectValue, FreedEffect, OmittedEffect};
 pub use estimate::{ContactCount, Estimate, NoiseSigma, ParameterEstimate, Verdict};

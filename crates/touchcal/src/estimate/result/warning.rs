@@ -4,8 +4,8 @@ use super::declaration_mistake::{Agreement, DeclarationMistake};
 use super::effect_test::OmittedEffect;
 use super::status::Severity;
 use super::warning_text::{
-    distance_message, far_from_prior_advice, harmonics_message, not_touching_message, origin_message,
-    prediction_message, scale_message,
+    competing_minimum_message, distance_message, far_from_prior_advice, harmonics_message, not_touching_message,
+    origin_message, prediction_message, scale_message,
 };
 use crate::se3::Pose;
 
@@ -95,7 +95,15 @@ pub enum Warning {
     },
     /// Searches from other starts ended in other minima, and contacts do not tell which one is
     /// right.
-    CompetingMinimum,
+    CompetingMinimum {
+        /// Number of other minima.
+        minima: usize,
+        /// Distance (m) of the tool from where it is at the likeliest of these, root mean square
+        /// over the workspace.
+        tool_distance: f64,
+        /// Name of the parameter of arm or tool that differs most there.
+        parameter: String,
+    },
     /// Many contacts do not lie on their manifold.
     ManyRejected {
         /// Share of contacts, 0 to 1.
@@ -201,7 +209,7 @@ impl Warning {
             | Warning::NoiseContradicted { .. }
             | Warning::NotTouching { .. }
             | Warning::MistakenDeclaration { .. }
-            | Warning::CompetingMinimum => Severity::Unusable,
+            | Warning::CompetingMinimum { .. } => Severity::Unusable,
             Warning::CorrelatedErrors { usable, .. }
             | Warning::ManyRejected { usable, .. }
             | Warning::FarFromPrior { usable, .. }
@@ -235,7 +243,7 @@ impl Warning {
             Warning::CorrelatedErrors { .. } => "correlated_errors",
             Warning::NotTouching { .. } => "not_touching",
             Warning::FewInformativeContacts { .. } => "few_informative_contacts",
-            Warning::CompetingMinimum => "competing_minimum",
+            Warning::CompetingMinimum { .. } => "competing_minimum",
             Warning::ManyRejected { .. } => "many_rejected",
             Warning::LittleJointMotion { .. } => "little_joint_motion",
             Warning::Implausible { .. } => "implausible",
@@ -284,8 +292,8 @@ impl Warning {
                 let share = percent(share);
                 format!("only {share} of the one-sided contacts are informative; intervals are scaled by {inflation}")
             }
-            Warning::CompetingMinimum => {
-                "other starts lead to other minima, and contacts do not tell which is right".to_owned()
+            Warning::CompetingMinimum { minima, tool_distance, parameter } => {
+                competing_minimum_message(*minima, *tool_distance, parameter)
             }
             Warning::ManyRejected { share, .. } => {
                 format!("{} of the contacts do not fit and were rejected", percent(share))
@@ -347,7 +355,9 @@ impl Warning {
                 "record longer with the tool inside the hole, and give places that are declared exact a standard deviation"
             }
             Warning::FewInformativeContacts { .. } => "record longer with the tool inside the hole, not at its rim",
-            Warning::CompetingMinimum => "record longer, with more motion of the tool and the elbow, or give priors",
+            Warning::CompetingMinimum { .. } => {
+                "record longer, with more motion of the tool and the elbow, or give priors"
+            }
             Warning::ManyRejected { .. } => {
                 "check the force threshold, the shapes of the parts, and the places of tool and fixtures"
             }

@@ -18,7 +18,7 @@ use rand_pcg::Pcg64;
 
 use super::annealing::{anneal_loss, anneal_noise};
 use super::contact_modes::{fit_contact_modes, uses_contact_modes};
-use super::state::SearchState;
+use super::state::{OtherMinimum, SearchState};
 use crate::estimate::model::{Objective, contact_equations};
 use crate::estimate::result::Observer;
 use crate::solver::Termination;
@@ -37,8 +37,8 @@ struct End {
 }
 
 /// Fits the contact modes of a subsample: if the minimum may not be the right one, from the end
-/// with the least cost of searches from other starts. Says in `search` whether another end competes
-/// with it, and whether contacts scatter more than they would at the right parameters.
+/// with the least cost of searches from other starts. Leaves in `search` the other minima, and
+/// whether contacts scatter more than they would at the right parameters.
 pub(crate) fn fit_from_starts(search: &mut SearchState<'_>, after_coarse: &DVector<f64>, observe: Observer<'_>) {
     let options = search.model.problem.options.multi_start;
     if !search.model.has_one_sided_contacts() || search.model.problem.noise.is_estimated {
@@ -91,18 +91,32 @@ fn find_competing_minimum(
     if !search.is_interrupted() {
         search.termination = Termination { iterations, ..ends[best].termination };
     }
-    let stride = search.stride();
     search.is_from_other_start = best != 0;
-    let is_implausible = ends[best].scatter >= options.min_scatter;
-    let information =
-        search.normal_equations(&ends[best].minimum, Objective::Residual(search.model.problem.loss), stride);
-    let competes = |other: &End| {
-        let step = &other.minimum - &ends[best].minimum;
-        let squared_distance = step.dot(&(&information.information * &step)) / stride as f64;
-        let is_likely = is_implausible || other.cost < options.max_cost_ratio * ends[best].cost;
-        squared_distance > options.min_squared_distance && is_likely
+    search.other_minima = other_minima(search, &mut ends, best);
+}
+
+/// The minima of all `ends` that are not the best one's, each once.
+fn other_minima(search: &mut SearchState<'_>, ends: &mut [End], best: usize) -> Vec<OtherMinimum> {
+    let (options, stride) = (search.model.problem.options.multi_start, search.stride());
+    let (here, cost) = (ends[best].minimum.clone(), ends[best].cost);
+    let objective = Objective::Residual(search.model.problem.loss);
+    let information = search.normal_equations(&here, objective, stride).information;
+    let is_apart = |a: &DVector<f64>, b: &DVector<f64>| {
+        let step = a - b;
+        step.dot(&(&information * &step)) / stride as f64 > options.min_squared_distance
     };
-    search.has_competing_minimum = ends.iter().any(competes);
+    let is_implausible = ends[best].scatter >= options.min_scatter;
+    ends.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+    let mut others: Vec<OtherMinimum> = Vec::new();
+    for end in ends {
+        let mut known = std::iter::once(&here).chain(others.iter().map(|other| &other.theta));
+        if known.all(|minimum| is_apart(&end.minimum, minimum)) {
+            let cost_ratio = (end.cost / cost).min(f64::MAX);
+            let is_likely = is_implausible || cost_ratio < options.max_cost_ratio;
+            others.push(OtherMinimum { theta: end.minimum.clone(), cost_ratio, is_likely });
+        }
+    }
+    others
 }
 
 /// The present parameters as the end of a search.

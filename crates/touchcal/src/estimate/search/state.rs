@@ -12,6 +12,17 @@ use crate::solver::{
     FreeParameters, LevenbergMarquardtOptions, Loss, NormalEquations, StopReason, Termination, minimize,
 };
 
+/// A minimum of the least gaps other than that of the search.
+#[derive(Clone)]
+pub(crate) struct OtherMinimum {
+    /// Parameters there (SI).
+    pub theta: DVector<f64>,
+    /// Its cost over that of the search's minimum (1).
+    pub cost_ratio: f64,
+    /// Whether it fits about as well, or neither fits.
+    pub is_likely: bool,
+}
+
 /// The state of a search: model, present parameters, and what was fixed or estimated so far.
 #[derive(Clone)]
 pub(crate) struct SearchState<'p> {
@@ -28,8 +39,9 @@ pub(crate) struct SearchState<'p> {
     /// Share (0 to 1) of the one-sided contacts that are informative; `None` where no contact modes
     /// were fitted.
     pub informative_fraction: Option<f64>,
-    /// Whether another start led to another minimum that fits about as well.
-    pub has_competing_minimum: bool,
+    /// Minima of the least gaps that searches from other starts found, the one with the least cost
+    /// first.
+    pub other_minima: Vec<OtherMinimum>,
     /// Whether the search went on from another start than its first.
     pub is_from_other_start: bool,
     /// Whether one-sided contacts scatter more about the annealed parameters than the declared
@@ -51,7 +63,7 @@ impl<'p> SearchState<'p> {
             free: FreeParameters::new(scale),
             fixed: GaugeFix::default(),
             informative_fraction: None,
-            has_competing_minimum: false,
+            other_minima: Vec::new(),
             is_from_other_start: false,
             has_excess_scatter: false,
             termination: Termination { reason: StopReason::Converged, measured: 0.0, threshold, iterations: 0 },
@@ -72,6 +84,13 @@ impl<'p> SearchState<'p> {
     /// Whether the observer ended the search.
     pub fn is_interrupted(&self) -> bool {
         self.termination.reason == StopReason::Interrupted
+    }
+
+    /// Minima that contacts do not rule out: the likely ones; of a search that went on from another
+    /// start all, unless stretches of the log, predicted from each other, agree on its minimum.
+    pub fn competing_minima(&self, is_predicted: bool) -> impl Iterator<Item = &OtherMinimum> {
+        let is_unconfirmed = self.is_from_other_start && !is_predicted;
+        self.other_minima.iter().filter(move |other| other.is_likely || is_unconfirmed)
     }
 
     /// The model at the present parameters.

@@ -222,6 +222,21 @@ pub(crate) fn tool_displacement(jacobians: &[DMatrix<f64>], change: &DVector<f64
     (jacobians.iter().map(square).sum::<f64>() / jacobians.len().max(1) as f64).sqrt()
 }
 
+/// Root mean square distance (m) over the workspace between the tool's positions in base of the
+/// problem's arm with the values `a` of the `parameters` (SI) and with `b`.
+pub(crate) fn tool_distance(problem: &Problem, parameters: &[Parameter], a: &DVector<f64>, b: &DVector<f64>) -> f64 {
+    let positions = workspace_configurations(&problem.robot, SAMPLED_POSITIONS);
+    let [a, b] = [a, b].map(|values| {
+        let (columns, values) = kinematic_part(parameters.iter().map(|p| p.id).zip(values.iter().copied()));
+        let mut kinematics = Kinematics::new(&problem.robot, &columns, problem.tool.tip_from_tool);
+        kinematics.set(&values);
+        let position = |q: &Vec<f64>| kinematics.pose(q).translation.vector;
+        positions.iter().map(position).collect::<Vec<Vector3<f64>>>()
+    });
+    let squares: f64 = a.iter().zip(&b).map(|(a, b)| (a - b).norm_squared()).sum();
+    (squares / positions.len().max(1) as f64).sqrt()
+}
+
 /// `count` lists of joint positions (rad, or m for a prismatic joint; one for each moving joint,
 /// base first), spread evenly over the joint limits, or over ±π and ±0.5 m without limits: a Halton
 /// sequence, the same for the same robot, of which a larger `count` continues a smaller one

@@ -9,8 +9,9 @@ use crate::io::base::bytes::Input;
 use crate::io::base::error::{IoError, Place};
 use crate::io::problem::loaded::Loaded;
 use crate::io::result::estimate_file::{
-    self, AcceptanceEntry, ContactCounts, EffectTestEntry, EstimateFile, FixtureResidual, FreedEffectEntry, NoiseEntry,
-    NullDirection, ParameterEntry, PredictiveCheckEntry, ResidualStats, Residuals, TerminationEntry, WarningEntry,
+    self, AcceptanceEntry, CompetingMinimumEntry, ContactCounts, EffectTestEntry, EstimateFile, FixtureResidual,
+    FreedEffectEntry, NoiseEntry, NullDirection, ParameterEntry, PredictiveCheckEntry, ResidualStats, Residuals,
+    TerminationEntry, WarningEntry,
 };
 use crate::io::result::offsets_yaml;
 use crate::io::robot::urdf;
@@ -201,6 +202,7 @@ pub fn estimate_file(loaded: &Loaded, solved: &Solved) -> EstimateFile {
             iterations: estimate.termination.iterations,
         },
         warnings: warnings(estimate),
+        competing_minima: estimate.competing_minima.iter().map(CompetingMinimumEntry::from).collect(),
         effect_tests: estimate.effect_tests.iter().map(EffectTestEntry::from).collect(),
         freed_effects: estimate.freed_effects.iter().map(FreedEffectEntry::from).collect(),
         acceptance: acceptance.map(|(result, asked)| AcceptanceEntry::new(asked, result)),

@@ -21,28 +21,6 @@ pub enum Status {
     NotUsable,
 }
 
-/// How well the tool is known: [`estimate::WorkspaceUncertainty`] in the file.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-pub struct WorkspaceUncertaintyEntry {
-    /// Standard deviation of the tool's position in base (mm), all three components together.
-    pub position_mm: f64,
-    /// Standard deviation of the tool's rotation vector (°), all three components together.
-    pub angle_deg: f64,
-    /// Standard deviation of the distance between two positions of the tool (mm).
-    pub distance_mm: f64,
-}
-
-impl From<estimate::WorkspaceUncertainty> for WorkspaceUncertaintyEntry {
-    fn from(found: estimate::WorkspaceUncertainty) -> Self {
-        WorkspaceUncertaintyEntry {
-            position_mm: 1e3 * found.position,
-            angle_deg: found.angle.to_degrees(),
-            distance_mm: 1e3 * found.distance,
-        }
-    }
-}
-
 /// An estimated parameter.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -242,6 +220,13 @@ pub struct PredictiveCheckEntry {
     pub widening: f64,
     /// The ratio of each stretch, in the order of the log.
     pub stretches: Vec<f64>,
+}
+
+impl PredictiveCheckEntry {
+    /// All numbers of the entry.
+    pub(super) fn numbers(&self) -> impl Iterator<Item = f64> {
+        [self.ratio, self.p_value, self.widening].into_iter().chain(self.stretches.iter().copied())
+    }
 }
 
 impl From<&estimate::PredictiveCheck> for PredictiveCheckEntry {

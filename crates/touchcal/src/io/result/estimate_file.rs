@@ -14,8 +14,9 @@ use crate::io::base::error::{IoError, Place};
 pub use super::estimate_entries::{
     AcceptanceEntry, ContactCounts, Decision, EffectTestEntry, EffectValueEntry, FixtureResidual, FreedEffectEntry,
     NoiseEntry, NullDirection, ParameterEntry, PredictiveCheckEntry, ResidualStats, Residuals, Severity, Status,
-    TaskErrorsEntry, TerminationEntry, WarningEntry, WorkspaceUncertaintyEntry,
+    TaskErrorsEntry, TerminationEntry, WarningEntry,
 };
+pub use super::estimate_tool_entries::{CompetingMinimumEntry, WorkspaceUncertaintyEntry};
 
 /// The schema that this version writes; it reads schema 1 too.
 pub const SCHEMA: u32 = 2;
@@ -59,6 +60,10 @@ pub struct EstimateFile {
     pub termination: TerminationEntry,
     /// Warnings about the result, those that forbid its use first.
     pub warnings: Vec<WarningEntry>,
+    /// Minima that contacts do not rule out, the one with the least cost first; files of earlier
+    /// versions have none.
+    #[serde(default)]
+    pub competing_minima: Vec<CompetingMinimumEntry>,
     /// Tests of effects that the model leaves out, the most significant first; files of earlier
     /// versions have none.
     #[serde(default)]
@@ -100,6 +105,7 @@ impl From<estimate_schema_1::EstimateFile1> for EstimateFile {
             noise: None,
             termination: old.termination,
             warnings: old.warnings.into_iter().map(WarningEntry::from).collect(),
+            competing_minima: Vec::new(),
             effect_tests: Vec::new(),
             freed_effects: Vec::new(),
             predictive_check: None,
@@ -218,20 +224,19 @@ impl EstimateFile {
             ("seconds", Some(self.seconds)),
             ("noise.encoder", self.noise.map(|noise| noise.encoder)),
             ("noise.contact", self.noise.map(|noise| noise.contact)),
-            ("workspace_uncertainty.position_mm", self.workspace_uncertainty.map(|known| known.position_mm)),
-            ("workspace_uncertainty.angle_deg", self.workspace_uncertainty.map(|known| known.angle_deg)),
-            ("workspace_uncertainty.distance_mm", self.workspace_uncertainty.map(|known| known.distance_mm)),
         ];
         let single = single.into_iter().filter_map(|(key, value)| Some((key.to_owned(), value?)));
+        let tool = self.workspace_uncertainty.iter().flat_map(WorkspaceUncertaintyEntry::numbers);
+        let tool = tool.map(|(key, value)| (format!("workspace_uncertainty.{key}"), value));
         let tests = self.effect_tests.iter().flat_map(|test| {
             let own = [test.statistic, test.p_value, test.displacement_mm, test.radius_mm];
             let values = test.values.values().flat_map(|entry| [entry.value, entry.sigma]);
             own.into_iter().chain(values).map(move |value| (format!("effect_tests, {}", test.effect), value))
         });
-        let predictive_check = self.predictive_check.iter().flat_map(|check| {
-            let all = [check.ratio, check.p_value, check.widening].into_iter().chain(check.stretches.iter().copied());
-            all.map(|value| ("predictive_check".to_owned(), value))
-        });
+        let minima = self.competing_minima.iter().flat_map(CompetingMinimumEntry::numbers);
+        let minima = minima.map(|value| ("competing_minima".to_owned(), value));
+        let predictive_check = self.predictive_check.iter().flat_map(PredictiveCheckEntry::numbers);
+        let predictive_check = predictive_check.map(|value| ("predictive_check".to_owned(), value));
         let freed = self.freed_effects.iter().flat_map(|freed| {
             let all = [Some(freed.p_value), Some(freed.gain), freed.predictive_ratio].into_iter().flatten();
             all.map(move |value| (format!("freed_effects, {}", freed.effect), value))
@@ -245,6 +250,8 @@ impl EstimateFile {
         parameters
             .chain(tests)
             .chain(acceptance)
+            .chain(minima)
+            .chain(tool)
             .chain(freed)
             .chain(predictive_check)
             .chain(covariance)

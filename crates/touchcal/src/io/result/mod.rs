@@ -6,4 +6,5 @@ pub mod calibration_mcap;
 mod estimate_entries;
 pub mod estimate_file;
 mod estimate_schema_1;
+mod estimate_tool_entries;
 pub mod offsets_yaml;

@@ -1,0 +1,64 @@
+//! Entries of `estimate.json` on where the tool is: how well that is known, and where else it may
+//! be.
+
+use serde::{Deserialize, Serialize};
+
+use crate::estimate;
+
+/// How well the tool is known: [`estimate::WorkspaceUncertainty`] in the file.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct WorkspaceUncertaintyEntry {
+    /// Standard deviation of the tool's position in base (mm), all three components together.
+    pub position_mm: f64,
+    /// Standard deviation of the tool's rotation vector (°), all three components together.
+    pub angle_deg: f64,
+    /// Standard deviation of the distance between two positions of the tool (mm).
+    pub distance_mm: f64,
+}
+
+impl WorkspaceUncertaintyEntry {
+    /// All numbers of the entry with their names.
+    pub(super) fn numbers(&self) -> [(&'static str, f64); 3] {
+        [("position_mm", self.position_mm), ("angle_deg", self.angle_deg), ("distance_mm", self.distance_mm)]
+    }
+}
+
+impl From<estimate::WorkspaceUncertainty> for WorkspaceUncertaintyEntry {
+    fn from(found: estimate::WorkspaceUncertainty) -> Self {
+        WorkspaceUncertaintyEntry {
+            position_mm: 1e3 * found.position,
+            angle_deg: found.angle.to_degrees(),
+            distance_mm: 1e3 * found.distance,
+        }
+    }
+}
+
+/// A minimum that contacts do not rule out: [`estimate::CompetingMinimum`] in the file.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct CompetingMinimumEntry {
+    /// Root mean square distance of the tool from where the result has it, over the workspace (mm).
+    pub tool_distance_mm: f64,
+    /// Cost of the least gaps over that at the result (1).
+    pub cost_ratio: f64,
+    /// Values of the parameters there (SI), in the order of the file's parameters.
+    pub values: Vec<f64>,
+}
+
+impl CompetingMinimumEntry {
+    /// All numbers of the entry, in the order of its fields.
+    pub(super) fn numbers(&self) -> impl Iterator<Item = f64> {
+        [self.tool_distance_mm, self.cost_ratio].into_iter().chain(self.values.iter().copied())
+    }
+}
+
+impl From<&estimate::CompetingMinimum> for CompetingMinimumEntry {
+    fn from(other: &estimate::CompetingMinimum) -> Self {
+        CompetingMinimumEntry {
+            tool_distance_mm: 1e3 * other.tool_distance,
+            cost_ratio: other.cost_ratio,
+            values: other.values.iter().copied().collect(),
+        }
+    }
+}
