@@ -232,7 +232,7 @@ fn competing_minima(estimate: &Estimate) -> String {
     }
     let mut table = Table::new([
         "other minimum",
-        "tool elsewhere by (mm)",
+        "distance of the tool (mm)",
         "cost over that here",
         "differs most in",
         "there",

@@ -227,8 +227,8 @@ pub struct MultiStartOptions {
     /// which other starts are tried. At the right minimum it is below 1, since soft minima scatter
     /// less than single gaps.
     pub min_scatter: f64,
-    /// Number of other starts, drawn from the posterior of the coarse stage with fixed seeds; two
-    /// searches go from each.
+    /// Number of other starts, drawn from the posterior of the coarse stage with fixed seeds. Two
+    /// searches are made from each, and one from the end of the coarse stage.
     pub starts: u64,
     /// Squared Mahalanobis distance (1) between two minima above which they count as different.
     pub min_squared_distance: f64,

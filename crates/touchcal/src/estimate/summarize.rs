@@ -166,7 +166,7 @@ pub(super) fn summarize(mut search: SearchState<'_>) -> Estimate {
     estimate
 }
 
-/// Minima that contacts do not rule out, and how far the tool is elsewhere there.
+/// Minima that contacts do not rule out, with the distance of the tool there from the result's.
 fn competing_minima(search: &SearchState<'_>, is_predicted: bool) -> Vec<CompetingMinimum> {
     let (parameters, scales) = (&search.model.layout.parameters, search.model.layout.scale());
     let each = search.competing_minima(is_predicted).map(|other| {

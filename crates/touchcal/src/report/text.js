@@ -119,7 +119,7 @@ function declarations() {
     const [factor, symbol] = UNITS[unit];
     return [(1e3 * tool_distance).toFixed(1), cost_ratio.toFixed(2), parameter, ...[there, here].map((value) => `${signed(factor * value, 4)} ${symbol}`)];
   };
-  const places = ["#tool elsewhere by (mm)", "#cost over that of the result", "differs most in", "#there", "#in the result"];
+  const places = ["#distance of the tool (mm)", "#cost over that of the result", "differs most in", "#there", "#in the result"];
   if (minima.length) byId("minima").append(el("p", {}, "Searches from other starts end in other minima, which contacts do not rule out:"), table(places, minima.map(minimum)));
   if (notes.length) byId("assumptions").append(el("p", { class: "note" }, "Assumed in reading the problem file and its logs:"), el("ul", {}, ...notes.map((note) => el("li", {}, note))));
 }

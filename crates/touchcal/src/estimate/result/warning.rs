@@ -98,8 +98,8 @@ pub enum Warning {
     CompetingMinimum {
         /// Number of other minima.
         minima: usize,
-        /// Distance (m) of the tool from where it is at the likeliest of these, root mean square
-        /// over the workspace.
+        /// Distance (m) between the tool's positions in that of least cost and in the result, root
+        /// mean square over the workspace.
         tool_distance: f64,
         /// Name of the parameter of arm or tool that differs most there.
         parameter: String,

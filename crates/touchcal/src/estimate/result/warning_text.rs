@@ -10,13 +10,13 @@ pub(super) fn origin_message([x, y]: [f64; 2]) -> String {
     format!("the tool's outline does not enclose the origin: its middle is at ({x:.1}, {y:.1}) mm")
 }
 
-/// Message on other minima: their number, the tool's distance (m) at the likeliest, and the
+/// Message on other minima: their number, the tool's distance (m) in that of least cost, and the
 /// parameter that differs most there.
 pub(super) fn competing_minimum_message(minima: usize, tool_distance: f64, parameter: &str) -> String {
     let minima = if minima == 1 { "another minimum".to_owned() } else { format!("{minima} other minima") };
     let millimetres = 1e3 * tool_distance;
     format!(
-        "contacts do not rule out {minima}: at the likeliest the tool is {millimetres:.1} mm elsewhere, and `{parameter}` differs most"
+        "contacts do not rule out {minima}: in that of least cost the tool is {millimetres:.1} mm away, and `{parameter}` differs most"
     )
 }
 

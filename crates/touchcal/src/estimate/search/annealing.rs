@@ -4,7 +4,7 @@
 //! Antonante, Tzoumas & Carlone 2020). One-sided contacts have the marginal likelihood with a noise
 //! that shrinks (deterministic annealing: Ueda & Nakano, *Deterministic annealing EM algorithm*
 //! (1998)): at first a contact may touch any surface near it, in the end only those that its noise
-//! allows. The least gap would decide at once, and wrongly.
+//! allows. With a loss of its least gap a contact would touch the nearest surface from the start.
 
 use super::state::SearchState;
 use crate::estimate::contact_mode::ContactModePrior;
@@ -26,6 +26,7 @@ pub(super) fn anneal(search: &mut SearchState<'_>, observe: Observer<'_>) {
 /// Fits the residuals with a loss that is wide at first, and shrinks.
 pub(super) fn anneal_loss(search: &mut SearchState<'_>, observe: Observer<'_>) {
     let (loss, stride, options) = (search.model.problem.loss, search.stride(), search.options());
+    search.model.noise.resolution = 0.0;
     let mut scale = initial_scale(search);
     while scale > 1.0 {
         search.minimize(Objective::Residual(loss.scaled(scale)), stride, options.anneal, observe);
@@ -38,6 +39,7 @@ pub(super) fn anneal_loss(search: &mut SearchState<'_>, observe: Observer<'_>) {
 /// Fits the marginal likelihood with a noise that is large at first, and shrinks.
 pub(super) fn anneal_noise(search: &mut SearchState<'_>, observe: Observer<'_>) {
     let (stride, options) = (search.stride(), search.options());
+    search.model.noise.resolution = 0.0;
     let mut scale = initial_scale(search);
     let noise = search.model.noise.factor;
     let priors = search.model.mode_priors.clone();
@@ -63,9 +65,8 @@ pub(super) fn anneal_noise(search: &mut SearchState<'_>, observe: Observer<'_>) 
 }
 
 /// Scale of the first cost over that of the problem's, so that most contacts lie within it; at
-/// least 1. Least gaps are not blended any more.
-fn initial_scale(search: &mut SearchState<'_>) -> f64 {
-    search.model.noise.resolution = 0.0;
+/// least 1.
+fn initial_scale(search: &SearchState<'_>) -> f64 {
     let k = match search.model.problem.loss {
         Loss::Squared => return 1.0,
         Loss::Huber(k) | Loss::Cauchy(k) | Loss::GemanMcClure(k) => k,

@@ -2,11 +2,11 @@
 //!
 //! Gaps have many minima. From contacts that cover the hole well, every search ends in the same
 //! one; from few contacts, or little motion, searches end in different ones, each with small
-//! standard deviations. Where contacts scatter more than at a right minimum, or touch nothing by
-//! their likelihood, the search is repeated from other starts, drawn from the posterior of the
-//! coarse stage, and continued from the end with the least cost. Annealing the likelihood's noise
-//! finds the right minimum among rows that are no contacts, annealing the loss of least gaps finds
-//! that of pegs at the rim: both are tried.
+//! standard deviations. Where contacts scatter more than at a right minimum, or few are
+//! informative, the search is repeated from other starts, drawn from the posterior of the coarse
+//! stage, and continued from the end with the least cost. Annealing the noise of the likelihood
+//! finds the right minimum among rows that are no contacts; annealing the loss of least gaps finds
+//! that of pegs at the rim. Both are tried.
 //!
 //! If contacts still scatter too much there and another minimum was found, or another one fits
 //! about as well, the result is ambiguous.
@@ -56,14 +56,14 @@ pub(crate) fn fit_from_starts(search: &mut SearchState<'_>, after_coarse: &DVect
     let iterations = search.termination.iterations;
     *search = annealed;
     search.termination.iterations = iterations;
-    find_competing_minimum(search, first, after_coarse, observe);
+    search_from_other_starts(search, first, after_coarse, observe);
     search.has_excess_scatter = scatter(search, &search.theta.clone()) >= options.min_scatter;
     fit_contact_modes(search, observe);
 }
 
-/// Searches from other starts, and goes to the end with the least cost, which may be the `first`
-/// one.
-fn find_competing_minimum(
+/// Searches from other starts, and continues from the end with the least cost, which may be the
+/// `first` one.
+fn search_from_other_starts(
     search: &mut SearchState<'_>,
     first: End,
     after_coarse: &DVector<f64>,

@@ -42,7 +42,7 @@ pub(crate) struct SearchState<'p> {
     /// Minima of the least gaps that searches from other starts found, the one with the least cost
     /// first.
     pub other_minima: Vec<OtherMinimum>,
-    /// Whether the search went on from another start than its first.
+    /// Whether the search continued from the end of a search from another start.
     pub is_from_other_start: bool,
     /// Whether one-sided contacts scatter more about the annealed parameters than the declared
     /// noise makes them scatter about the right ones.
@@ -86,8 +86,9 @@ impl<'p> SearchState<'p> {
         self.termination.reason == StopReason::Interrupted
     }
 
-    /// Minima that contacts do not rule out: the likely ones; of a search that went on from another
-    /// start all, unless stretches of the log, predicted from each other, agree on its minimum.
+    /// Minima that contacts do not rule out: the likely ones; all of them, if the search continued
+    /// from another start and stretches of the log were not predicted from each other
+    /// (`is_predicted`).
     pub fn competing_minima(&self, is_predicted: bool) -> impl Iterator<Item = &OtherMinimum> {
         let is_unconfirmed = self.is_from_other_start && !is_predicted;
         self.other_minima.iter().filter(move |other| other.is_likely || is_unconfirmed)
