@@ -1,5 +1,6 @@
 //! The recipe of a calibration.
 
+use super::declaration_checks::declaration_warning;
 use super::problem::{Method, Problem};
 use super::result::{Estimate, Observer};
 use super::search::{SearchState, coarse_to_fine, descend, estimate_variance_components, fit_from_starts, refine};
@@ -37,7 +38,9 @@ pub fn calibrate(problem: &Problem, observe: Observer<'_>) -> Estimate {
         Method::LevenbergMarquardt => {
             let after_coarse = coarse_to_fine(&mut search, observe);
             estimate_variance_components(&mut search, observe);
-            fit_from_starts(&mut search, &after_coarse, observe);
+            // Of a problem that means something else every minimum is wrong.
+            let is_hopeless = |search: &SearchState<'_>| declaration_warning(search).is_some();
+            fit_from_starts(&mut search, &after_coarse, is_hopeless, observe);
             refine(&mut search, observe);
         }
     }

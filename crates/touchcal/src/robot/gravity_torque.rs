@@ -34,11 +34,6 @@ impl Masses {
         self.mass += other.mass;
         self.moment += other.moment;
     }
-
-    fn remove(&mut self, other: &Masses) {
-        self.mass -= other.mass;
-        self.moment -= other.moment;
-    }
 }
 
 /// Gravity and the masses of an arm.
@@ -91,79 +86,123 @@ fn default_masses(dof: usize) -> Vec<Masses> {
     masses
 }
 
-/// Derivatives of the joints' torques (N m) by the load `[f; τ]` about the tip's origin, in its
-/// frame, at joint positions `q` (rad, m): `visit(i, row)` for every joint but prismatic ones, with
-/// `row · load` the load's part of the torque.
-///
-/// The power of the load is the same in joints and at the tip, so that the row is the twist of the
-/// undeflected tip, in its frame, by the joint's motion.
-pub(super) fn torques_by_load(
-    (stages, tip): (&[JointStage], &JointStage),
-    q: &[f64],
-    mut visit: impl FnMut(usize, &Twist),
-) {
-    let mut end = LinkPose::base();
-    for (stage, &q) in stages.iter().zip(q) {
-        end.advance_to_joint(stage);
-        end.advance_through_joint(stage, q - stage.offset);
-    }
-    end.advance_to_joint(tip);
-    let into_tip = end.rotation.transpose();
-    let mut frame = LinkPose::base();
-    for (i, (stage, &q)) in stages.iter().zip(q).enumerate() {
-        frame.advance_to_joint(stage);
-        if !stage.prismatic {
-            let axis = frame.rotation * stage.axis;
-            visit(i, &se3::twist(&(into_tip * axis.cross(&(end.position - frame.position))), &(into_tip * axis)));
-        }
-        frame.advance_through_joint(stage, q - stage.offset);
-    }
-}
-
-/// The torque recursion along the undeflected arm, from base to tip.
-pub(super) struct TorqueRecursion<'a> {
-    gravity: &'a Gravity,
-    frame: LinkPose,
-    /// What the joints from here on carry.
-    carried: Masses,
-    /// Force (N) at the tip in base, and its moment (N m) about the base's origin.
+/// Torques of gravity and of a load at one posture, in base.
+#[derive(Clone, Debug)]
+pub(super) struct JointTorques {
+    joints: Vec<LoadedJoint>,
+    /// Pose of the tip.
+    tip: LinkPose,
+    gravity: Vector3<f64>,
+    /// Force (N) at the tip's origin, and moment (N m) about it.
     force: Vector3<f64>,
     moment: Vector3<f64>,
-    joint: usize,
 }
 
-impl<'a> TorqueRecursion<'a> {
-    /// Starts at the base, with all masses at joint positions `q` (rad, m), and `load` (N, N m)
-    /// about the tip's origin, in its frame.
-    pub fn new(gravity: &'a Gravity, load: &Wrench, (stages, tip): (&[JointStage], &JointStage), q: &[f64]) -> Self {
-        let mut frame = LinkPose::base();
-        let mut carried = Masses::NONE;
-        for ((stage, &q), masses) in stages.iter().zip(q).zip(&gravity.masses) {
-            frame.advance_to_joint(stage);
-            frame.advance_through_joint(stage, q - stage.offset);
-            carried.add(&masses.seen_from_base(&frame));
-        }
-        frame.advance_to_joint(tip);
-        if let Some(masses) = gravity.masses.last() {
-            carried.add(&masses.seen_from_base(&frame));
-        }
-        let [x, y, z, about_x, about_y, about_z] = *load;
-        let force = frame.rotation * Vector3::new(x, y, z);
-        let moment = frame.rotation * Vector3::new(about_x, about_y, about_z) + frame.position.cross(&force);
-        TorqueRecursion { gravity, frame: LinkPose::base(), carried, force, moment, joint: 0 }
+/// A joint, and what it carries.
+#[derive(Clone, Copy, Debug)]
+struct LoadedJoint {
+    axis: Vector3<f64>,
+    position: Vector3<f64>,
+    prismatic: bool,
+    /// Masses of the links from here on, about the base's origin.
+    carried: Masses,
+}
+
+impl LoadedJoint {
+    /// First moment of what the joint carries about its own origin (kg m).
+    fn lever(&self) -> Vector3<f64> {
+        self.carried.moment - self.position * self.carried.mass
     }
 
-    /// Torque (N m) about the next joint, which moves by `motion`; 0 for a prismatic one.
-    pub fn next(&mut self, stage: &JointStage, motion: f64) -> f64 {
-        self.frame.advance_to_joint(stage);
-        let lever = self.carried.moment - self.frame.position * self.carried.mass;
-        let of_load = self.moment - self.frame.position.cross(&self.force);
-        let torque = (self.frame.rotation * stage.axis).dot(&(lever.cross(&self.gravity.acceleration) + of_load));
-        self.frame.advance_through_joint(stage, motion);
-        if let Some(masses) = self.gravity.masses.get(self.joint) {
-            self.carried.remove(&masses.seen_from_base(&self.frame));
+    /// Velocity of a point that the joint carries, for a unit of the joint's motion.
+    fn velocity(&self, point: &Vector3<f64>) -> Vector3<f64> {
+        if self.prismatic { self.axis } else { self.axis.cross(&(point - self.position)) }
+    }
+}
+
+impl JointTorques {
+    /// Of an arm with so many moving joints; without meaning before [`JointTorques::update`].
+    pub fn new(dof: usize) -> Self {
+        let zero = Vector3::zeros();
+        let joint = LoadedJoint { axis: zero, position: zero, prismatic: false, carried: Masses::NONE };
+        JointTorques { joints: vec![joint; dof], tip: LinkPose::base(), gravity: zero, force: zero, moment: zero }
+    }
+
+    /// Moves the arm to joint positions (rad, m; encoder offsets taken off), with `load` (N, N m)
+    /// about the tip's origin, in its frame.
+    pub fn update(
+        &mut self,
+        gravity: &Gravity,
+        load: &Wrench,
+        (stages, tip): (&[JointStage], &JointStage),
+        positions: &[f64],
+    ) {
+        let mut frame = LinkPose::base();
+        for (((joint, stage), &position), masses) in
+            self.joints.iter_mut().zip(stages).zip(positions).zip(&gravity.masses)
+        {
+            frame.advance_to_joint(stage);
+            joint.axis = frame.rotation * stage.axis;
+            joint.position = frame.position;
+            joint.prismatic = stage.prismatic;
+            frame.advance_through_joint(stage, position);
+            joint.carried = masses.seen_from_base(&frame);
         }
-        self.joint += 1;
-        if stage.prismatic { 0.0 } else { torque }
+        frame.advance_to_joint(tip);
+        let mut carried = gravity.masses.last().map_or(Masses::NONE, |masses| masses.seen_from_base(&frame));
+        for joint in self.joints.iter_mut().rev() {
+            carried.add(&joint.carried);
+            joint.carried = carried;
+        }
+        let [x, y, z, about_x, about_y, about_z] = *load;
+        self.gravity = gravity.acceleration;
+        self.force = frame.rotation * Vector3::new(x, y, z);
+        self.moment = frame.rotation * Vector3::new(about_x, about_y, about_z);
+        self.tip = frame;
+    }
+
+    /// Torque (N m) about joint `i`; 0 for a prismatic one.
+    pub fn torque(&self, i: usize) -> f64 {
+        let joint = &self.joints[i];
+        if joint.prismatic {
+            return 0.0;
+        }
+        let of_load = (self.tip.position - joint.position).cross(&self.force) + self.moment;
+        joint.axis.dot(&(joint.lever().cross(&self.gravity) + of_load))
+    }
+
+    /// Derivative of the torque about joint `i` by the position of joint `j` (N m per rad or m),
+    /// the load being fixed to the tip.
+    pub fn slope(&self, i: usize, j: usize) -> f64 {
+        let (joint, mover) = (&self.joints[i], &self.joints[j]);
+        if joint.prismatic {
+            return 0.0;
+        }
+        if j <= i {
+            // All that bears on the joint moves with it, but for gravity.
+            let turned = if mover.prismatic { Vector3::zeros() } else { mover.axis.cross(&self.gravity) };
+            return -joint.axis.dot(&joint.lever().cross(&turned));
+        }
+        let moved_masses =
+            if mover.prismatic { mover.axis * mover.carried.mass } else { mover.axis.cross(&mover.lever()) };
+        let mut change = moved_masses.cross(&self.gravity) + mover.velocity(&self.tip.position).cross(&self.force);
+        if !mover.prismatic {
+            let lever = self.tip.position - joint.position;
+            change += lever.cross(&mover.axis.cross(&self.force)) + mover.axis.cross(&self.moment);
+        }
+        joint.axis.dot(&change)
+    }
+
+    /// Derivative of the torque about joint `i` by the load (m; 1), zero for a prismatic one.
+    ///
+    /// The power of the load is the same in joints and at the tip, so that it is the twist of the
+    /// tip, in its frame, by the joint's motion.
+    pub fn by_load(&self, i: usize) -> Twist {
+        let joint = &self.joints[i];
+        if joint.prismatic {
+            return Twist::zeros();
+        }
+        let into_tip = self.tip.rotation.transpose();
+        se3::twist(&(into_tip * joint.velocity(&self.tip.position)), &(into_tip * joint.axis))
     }
 }

@@ -4,13 +4,19 @@
 use nalgebra::{Matrix3, Matrix6, Rotation3, UnitQuaternion, Vector3};
 
 use super::chain::{JointKind, Robot};
-use super::gravity_torque::{Gravity, TorqueRecursion, torques_by_load};
+use super::gravity_torque::{Gravity, JointTorques};
 use super::joint_stage::{JointStage, LinkPose};
 use super::kinematic_parameter::KinematicParameter;
 use super::segments::segment_of_each_joint;
 use crate::se3::{self, Pose, Twist, Wrench};
 
 const NO_LOAD: Wrench = [0.0; 6];
+
+/// Iterations by which a deflected arm comes to rest: each shortens what is left by `c ∂τ/∂q`, 1 %
+/// for compliances of 1e-4 rad/(N m). Where that is above 1 there is no rest near by.
+const REST_ITERATIONS: usize = 50;
+/// Motion (rad, m) that is none.
+const AT_REST: f64 = 1e-13;
 
 /// Forward kinematics of one arm with its tool at one value of its parameters.
 ///
@@ -21,12 +27,11 @@ const NO_LOAD: Wrench = [0.0; 6];
 /// a prismatic joint), `bᵢ` the encoder offset, `cᵢ` the compliance (rad/(N m)), and `ξᵢ` the twist
 /// on the origin (m, rad). The translation of the joint origin `Oᵢ(r)` is scaled by
 /// `1 + r + r_segment`. `τᵢ` (N m) is the torque about joint `i` of gravity and of the load at the
-/// tip, on the same arm undeflected, at `q − b`: the change of torques by deflection is of second
-/// order in `c`.
+/// tip, where the deflected joints are: of an arm at rest.
 ///
-/// Derivatives leave out how torques change with positions and with other parameters: relative
-/// errors of about `c ∂τ/∂q`, less than 1 % for compliances of 1e-4 rad/(N m) and loads of tens of
-/// N m.
+/// Derivatives by joint positions, offsets, compliances, tool and load are exact. Those by strains
+/// and joint origins leave out how torques change with them: relative errors of about `c ∂τ/∂q`,
+/// less than 1 % for compliances of 1e-4 rad/(N m) and loads of tens of N m.
 #[derive(Clone, Debug)]
 pub struct Kinematics {
     parameters: Vec<KinematicParameter>,
@@ -50,6 +55,13 @@ pub struct KinematicsScratch {
     position: Vec<Vector3<f64>>,
     /// Rotation of the frame that each stage's translation is given in, the tip's last.
     parent: Vec<Matrix3<f64>>,
+    /// Joint positions of the arm at rest, encoder offsets taken off.
+    positions: Vec<f64>,
+    at_rest: JointTorques,
+    /// Derivatives by joint positions of an arm that does not deflect.
+    rigid: Vec<Twist>,
+    /// Deflection `cᵢ ∂τᵢ/∂qⱼ` of joint `i` by the motion of joint `j`, joint by joint `j`.
+    deflections: Vec<f64>,
     /// Torque (N m) of gravity and load about each moving joint, [`Kinematics::dof`] of them, base
     /// first; zeros for a stiff arm and for prismatic joints.
     pub torques: Vec<f64>,
@@ -149,6 +161,10 @@ impl Kinematics {
             rotation: vec![Matrix3::identity(); n],
             position: vec![Vector3::zeros(); n],
             parent: vec![Matrix3::identity(); n + 1],
+            positions: vec![0.0; n],
+            at_rest: JointTorques::new(n),
+            rigid: vec![Twist::zeros(); n],
+            deflections: vec![0.0; n * n],
             torques: vec![0.0; n],
             joints: vec![Twist::zeros(); n],
             parameters: vec![Twist::zeros(); self.parameters.len()],
@@ -167,7 +183,15 @@ impl Kinematics {
     /// `load`: the wrench `[f; τ]` (N, N m) exerted on the tool about the tip's origin, in the tip
     /// frame. A stiff arm does not depend on it.
     pub fn pose_under(&self, q: &[f64], load: &Wrench) -> Pose {
-        let tool = self.forward(q, load, |_, _, _, _| {});
+        let rigid = self.stages.iter().zip(q).map(|(stage, q)| q - stage.offset);
+        let tool = match &self.gravity {
+            None => self.forward(rigid, |_, _, _| {}),
+            Some(gravity) => {
+                let mut positions = vec![0.0; self.stages.len()];
+                self.come_to_rest(gravity, (q, load), &mut positions, &mut JointTorques::new(self.stages.len()));
+                self.forward(positions.iter().copied(), |_, _, _| {})
+            }
+        };
         to_pose(&tool)
     }
 
@@ -183,12 +207,21 @@ impl Kinematics {
     /// joint positions and parameters are written to `scratch`; `q` is as in
     /// [`Kinematics::pose_and_jacobian`].
     pub fn pose_and_jacobian_under(&self, q: &[f64], load: &Wrench, scratch: &mut KinematicsScratch) -> Pose {
-        let tool = self.forward(q, load, |i, parent, joint, torque| {
+        match &self.gravity {
+            None => {
+                let rigid = self.stages.iter().zip(q).map(|(stage, q)| q - stage.offset);
+                scratch.positions.iter_mut().zip(rigid).for_each(|(position, rigid)| *position = rigid);
+            }
+            Some(gravity) => {
+                self.come_to_rest(gravity, (q, load), &mut scratch.positions, &mut scratch.at_rest);
+                scratch.torques.iter_mut().enumerate().for_each(|(i, torque)| *torque = scratch.at_rest.torque(i));
+            }
+        }
+        let tool = self.forward(scratch.positions.iter().copied(), |i, parent, joint| {
             scratch.parent[i] = parent;
             if i < self.stages.len() {
                 scratch.rotation[i] = joint.rotation;
                 scratch.position[i] = joint.position;
-                scratch.torques[i] = torque;
             }
         });
         let into_tool = tool.rotation.transpose();
@@ -200,61 +233,92 @@ impl Kinematics {
                 se3::twist(&(into_tool * axis.cross(&(tool.position - scratch.position[i]))), &(into_tool * axis))
             };
         }
+        if self.gravity.is_some() {
+            self.follow_deflection(scratch);
+        }
         for (k, &parameter) in self.parameters.iter().enumerate() {
             scratch.parameters[k] = self.derivative(parameter, scratch, &into_tool, &tool.position);
         }
         to_pose(&tool)
     }
 
-    /// Writes the derivative of the tool pose by the load to `scratch`, whose last evaluation was
-    /// at the same joint positions `q`: `Σᵢ Jᵢ cᵢ ∂τᵢ/∂load` with the derivatives `Jᵢ` by the joint
-    /// positions. It is exact, since `τᵢ` is linear in the load; zero for a stiff arm.
-    pub fn differentiate_by_load(&self, q: &[f64], scratch: &mut KinematicsScratch) {
-        let mut load = Matrix6::zeros();
-        torques_by_load((&self.stages, &self.tip), q, |i, torque_by_load| {
-            load += scratch.joints[i] * self.stages[i].compliance * torque_by_load.transpose();
-        });
-        scratch.load = load;
-    }
-
-    /// The recursion from base to tool.
-    /// `visit(i, parent rotation, joint frame before its motion, torque about it)` is called for
-    /// every stage, the tip last.
-    fn forward(&self, q: &[f64], load: &Wrench, visit: impl FnMut(usize, Matrix3<f64>, &LinkPose, f64)) -> LinkPose {
-        // Two loops: a branch at every joint would slow down stiff arms.
-        match &self.gravity {
-            None => self.forward_with(q, |_, motion| (motion, 0.0), visit),
-            Some(gravity) => {
-                let mut torques = TorqueRecursion::new(gravity, load, (&self.stages, &self.tip), q);
-                let deflect = |stage: &JointStage, motion: f64| {
-                    let torque = torques.next(stage, motion);
-                    (motion + stage.compliance * torque, torque)
-                };
-                self.forward_with(q, deflect, visit)
+    /// Writes the derivative of the tool pose by the load to `scratch`, at its last evaluation:
+    /// `Σᵢ Jᵢ cᵢ ∂τᵢ/∂load` with the derivatives `Jᵢ` by the joint positions; zero for a stiff arm.
+    pub fn differentiate_by_load(&self, scratch: &mut KinematicsScratch) {
+        scratch.load = Matrix6::zeros();
+        if self.gravity.is_some() {
+            for (i, stage) in self.stages.iter().enumerate() {
+                scratch.load += scratch.joints[i] * stage.compliance * scratch.at_rest.by_load(i).transpose();
             }
         }
     }
 
-    /// The same recursion; `deflect(stage, motion)` returns the motion of a compliant joint whose
-    /// encoder side moves by `motion`, and the torque about it.
-    #[inline]
-    fn forward_with(
+    /// Joint positions of the arm at rest, `θᵢ = qᵢ − bᵢ + cᵢ τᵢ(θ)`, and the torques there.
+    fn come_to_rest(
         &self,
-        q: &[f64],
-        mut deflect: impl FnMut(&JointStage, f64) -> (f64, f64),
-        mut visit: impl FnMut(usize, Matrix3<f64>, &LinkPose, f64),
+        gravity: &Gravity,
+        (q, load): (&[f64], &Wrench),
+        positions: &mut [f64],
+        torques: &mut JointTorques,
+    ) {
+        for ((position, stage), q) in positions.iter_mut().zip(&self.stages).zip(q) {
+            *position = q - stage.offset;
+        }
+        for _ in 0..REST_ITERATIONS {
+            torques.update(gravity, load, (&self.stages, &self.tip), positions);
+            let mut change = 0.0f64;
+            for (i, (stage, q)) in self.stages.iter().zip(q).enumerate() {
+                let at_rest = q - stage.offset + stage.compliance * torques.torque(i);
+                change = change.max((at_rest - positions[i]).abs());
+                positions[i] = at_rest;
+            }
+            if change <= AT_REST {
+                break;
+            }
+        }
+    }
+
+    /// Makes derivatives by joint positions `Jⱼ` at rest of those of the same motion without
+    /// deflection: `Jⱼ + Σᵢ Jᵢ cᵢ ∂τᵢ/∂qⱼ`, the joints `i` deflecting as joint `j` moves.
+    fn follow_deflection(&self, scratch: &mut KinematicsScratch) {
+        let KinematicsScratch { joints, rigid, deflections, at_rest, .. } = scratch;
+        let n = joints.len();
+        rigid.copy_from_slice(joints);
+        for (k, deflection) in deflections.iter_mut().enumerate() {
+            *deflection = self.stages[k % n].compliance * at_rest.slope(k % n, k / n);
+        }
+        for _ in 0..REST_ITERATIONS {
+            let mut change = 0.0f64;
+            for (j, rigid) in rigid.iter().enumerate() {
+                let following = joints.iter().zip(&deflections[j * n..]).map(|(joint, deflection)| joint * *deflection);
+                let at_rest = rigid + following.sum::<Twist>();
+                change = change.max((at_rest - joints[j]).amax());
+                joints[j] = at_rest;
+            }
+            if change <= AT_REST {
+                break;
+            }
+        }
+    }
+
+    /// The recursion from base to tool, at joint positions without encoder offsets.
+    /// `visit(i, parent rotation, joint frame before its motion)` is called for every stage, the
+    /// tip last.
+    fn forward(
+        &self,
+        positions: impl Iterator<Item = f64>,
+        mut visit: impl FnMut(usize, Matrix3<f64>, &LinkPose),
     ) -> LinkPose {
         let mut frame = LinkPose::base();
-        for (i, (stage, &q)) in self.stages.iter().zip(q).enumerate() {
+        for (i, (stage, position)) in self.stages.iter().zip(positions).enumerate() {
             let parent = frame.rotation;
             frame.advance_to_joint(stage);
-            let (motion, torque) = deflect(stage, q - stage.offset);
-            visit(i, parent, &frame, torque);
-            frame.advance_through_joint(stage, motion);
+            visit(i, parent, &frame);
+            frame.advance_through_joint(stage, position);
         }
         let parent = frame.rotation;
         frame.advance_to_joint(&self.tip);
-        visit(self.stages.len(), parent, &frame, 0.0);
+        visit(self.stages.len(), parent, &frame);
         LinkPose {
             rotation: frame.rotation * self.tool_rotation,
             position: frame.position + frame.rotation * self.tool_translation,

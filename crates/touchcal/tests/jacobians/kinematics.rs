@@ -111,7 +111,7 @@ fn derivative_by_the_load_matches_central_differences() {
         let load: Wrench = [5.0, -20.0, 10.0, 1.0, -2.0, 0.5];
         let mut scratch = kinematics.scratch();
         let pose = kinematics.pose_and_jacobian_under(&q, &load, &mut scratch);
-        kinematics.differentiate_by_load(&q, &mut scratch);
+        kinematics.differentiate_by_load(&mut scratch);
         for k in 0..6 {
             let slope = |h: f64| {
                 let at = |sign: f64| {
@@ -131,13 +131,13 @@ fn derivative_by_the_load_matches_central_differences() {
         let folded = Kinematics::new(&calibrated(&robot, &columns, &theta), &[], tip_from_tool());
         let mut of_folded = folded.scratch();
         folded.pose_and_jacobian_under(&q, &load, &mut of_folded);
-        folded.differentiate_by_load(&q, &mut of_folded);
+        folded.differentiate_by_load(&mut of_folded);
         assert!((of_folded.load - scratch.load).amax() < 1e-14, "{}", robot.name());
         // Nothing deflects a stiff arm.
         let stiff = Kinematics::new(&robot, &[], tip_from_tool());
         let mut of_stiff = stiff.scratch();
         stiff.pose_and_jacobian_under(&q, &load, &mut of_stiff);
-        stiff.differentiate_by_load(&q, &mut of_stiff);
+        stiff.differentiate_by_load(&mut of_stiff);
         assert_eq!(of_stiff.load.amax(), 0.0);
     }
 }

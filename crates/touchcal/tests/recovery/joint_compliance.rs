@@ -65,30 +65,48 @@ fn masses(robot: &Robot, q: &[f64]) -> Vec<(f64, Vector3<f64>)> {
     links.chain(ends.last().map(|tip| (1.0, *tip))).collect()
 }
 
+/// Minus the slope of the potential energy of weights, less the work of `load` on the tip, by the
+/// position of moving joint `i` of a stiff arm; 0 for a prismatic joint.
+fn torque_by_energy(robot: &Robot, q: &[f64], load: &Wrench, i: usize) -> f64 {
+    if robot.moving().nth(i).is_some_and(|joint| joint.kind == JointKind::Prismatic) {
+        return 0.0;
+    }
+    let kinematics = Kinematics::new(robot, &[], Pose::identity());
+    let energy = |q: &[f64]| -> f64 { masses(robot, q).iter().map(|(mass, at)| -mass * robot.gravity().dot(at)).sum() };
+    let at = |h: f64| {
+        let mut moved = q.to_vec();
+        moved[i] += h;
+        let motion = se3::log(&(kinematics.pose(q).inverse() * kinematics.pose(&moved)));
+        energy(&moved) - motion.dot(&Twist::from(*load))
+    };
+    let slope = |h: f64| (at(h) - at(-h)) / (2.0 * h);
+    (slope(2e-3) - 4.0 * slope(1e-3)) / 3.0
+}
+
+/// Torques are the slopes of the energy where the deflected joints are, and the deflections the
+/// compliances times the torques: the arm is at rest.
 #[test]
 fn torque_is_the_slope_of_the_potential_energy_and_the_work_of_the_load() {
     let tilted = Vector3::new(1.0, -3.0, 9.0);
     for robot in [built_in("iiwa14"), built_in("panda"), built_in("panda").with_gravity(tilted), weighed()] {
-        let kinematics = Kinematics::new(&robot, &[KinematicParameter::JointCompliance(0)], Pose::identity());
-        let mut scratch = kinematics.scratch();
-        for seed in 1..10 {
-            let q: Vec<f64> = uniform(robot.dof(), seed).iter().map(|v| 2.0 * v).collect();
-            let load: Wrench = std::array::from_fn(|k| 20.0 * uniform(6, seed + 50)[k]);
-            kinematics.pose_and_jacobian_under(&q, &load, &mut scratch);
-            let energy =
-                |q: &[f64]| -> f64 { masses(&robot, q).iter().map(|(mass, at)| -mass * robot.gravity().dot(at)).sum() };
-            for (i, joint) in robot.moving().enumerate() {
-                let at = |h: f64| {
-                    let mut moved = q.clone();
-                    moved[i] += h;
-                    let motion = se3::log(&(kinematics.pose(&q).inverse() * kinematics.pose(&moved)));
-                    energy(&moved) - motion.dot(&Twist::from(load))
-                };
-                let slope = |h: f64| (at(h) - at(-h)) / (2.0 * h);
-                let torque =
-                    if joint.kind == JointKind::Prismatic { 0.0 } else { (slope(2e-3) - 4.0 * slope(1e-3)) / 3.0 };
-                let found = scratch.torques[i];
-                assert!((found - torque).abs() < 1e-8, "{} {}: {found} {torque}", robot.name(), joint.name);
+        let columns: Vec<KinematicParameter> = (0..robot.dof()).map(KinematicParameter::JointCompliance).collect();
+        let stiff = Kinematics::new(&robot, &[], Pose::identity());
+        for compliance in [0.0, 1e-4, 1e-3] {
+            let mut kinematics = Kinematics::new(&robot, &columns, Pose::identity());
+            kinematics.set(&vec![compliance; columns.len()]);
+            let mut scratch = kinematics.scratch();
+            for seed in 1..10 {
+                let q: Vec<f64> = uniform(robot.dof(), seed).iter().map(|v| 2.0 * v).collect();
+                let load: Wrench = std::array::from_fn(|k| 20.0 * uniform(6, seed + 50)[k]);
+                let pose = kinematics.pose_and_jacobian_under(&q, &load, &mut scratch);
+                let deflected = q.iter().zip(&scratch.torques).map(|(q, torque)| q + compliance * torque);
+                let deflected: Vec<f64> = deflected.collect();
+                let difference = pose.to_homogeneous() - stiff.pose(&deflected).to_homogeneous();
+                assert!(difference.amax() < 1e-12, "{}: {:e}", robot.name(), difference.amax());
+                for (i, found) in scratch.torques.iter().enumerate() {
+                    let torque = torque_by_energy(&robot, &deflected, &load, i);
+                    assert!((found - torque).abs() < 1e-8, "{} joint {i}: {found} {torque}", robot.name());
+                }
             }
         }
     }

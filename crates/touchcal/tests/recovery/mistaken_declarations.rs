@@ -116,6 +116,15 @@ fn mistakes_of_kind_are_named_with_each_excitation() {
     }
 }
 
+/// Where a declaration is wrong in kind no other start is searched from: there is no other minimum
+/// to compete with what was found.
+#[test]
+fn a_problem_with_a_mistake_is_searched_once() {
+    let estimate = solve(&declared("tool_in_metres", Excitation::Rich, 1));
+    assert_eq!(mistakes(&estimate.warnings), [unit(DeclaredLength::Tool, 1e3)]);
+    assert!(estimate.competing_minima.is_empty(), "{:?}", estimate.competing_minima);
+}
+
 #[test]
 fn lengths_in_another_unit() {
     let mut everything = declared("tool_in_metres", Excitation::Paper, 1);

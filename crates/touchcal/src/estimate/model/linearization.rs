@@ -132,7 +132,7 @@ impl<'m> LinearizationPoint<'m> {
         let base_from_tool = self.kinematics.pose_and_jacobian_under(q, &self.load(i), scratch);
         if self.has_wrench {
             match contacts.known_load(i) {
-                Some(_) => self.kinematics.differentiate_by_load(q, scratch),
+                Some(_) => self.kinematics.differentiate_by_load(scratch),
                 None => scratch.load.fill(0.0),
             }
         }

@@ -37,9 +37,14 @@ struct End {
 }
 
 /// Fits the contact modes of a subsample: if the minimum may not be the right one, from the end
-/// with the least cost of searches from other starts. Leaves in `search` the other minima, and
-/// whether contacts scatter more than they would at the right parameters.
-pub(crate) fn fit_from_starts(search: &mut SearchState<'_>, after_coarse: &DVector<f64>, observe: Observer<'_>) {
+/// with the least cost of searches from other starts, unless `is_hopeless`. Leaves in `search` the
+/// other minima, and whether contacts scatter more than they would at the right parameters.
+pub(crate) fn fit_from_starts(
+    search: &mut SearchState<'_>,
+    after_coarse: &DVector<f64>,
+    is_hopeless: impl FnOnce(&SearchState<'_>) -> bool,
+    observe: Observer<'_>,
+) {
     let options = search.model.problem.options.multi_start;
     if !search.model.has_one_sided_contacts() || search.model.problem.noise.is_estimated {
         return fit_contact_modes(search, observe);
@@ -56,7 +61,9 @@ pub(crate) fn fit_from_starts(search: &mut SearchState<'_>, after_coarse: &DVect
     let iterations = search.termination.iterations;
     *search = annealed;
     search.termination.iterations = iterations;
-    search_from_other_starts(search, first, after_coarse, observe);
+    if !is_hopeless(search) {
+        search_from_other_starts(search, first, after_coarse, observe);
+    }
     search.has_excess_scatter = scatter(search, &search.theta.clone()) >= options.min_scatter;
     fit_contact_modes(search, observe);
 }
