@@ -38,9 +38,9 @@ pub fn calibrate(problem: &Problem, observe: Observer<'_>) -> Estimate {
         Method::LevenbergMarquardt => {
             let after_coarse = coarse_to_fine(&mut search, observe);
             estimate_variance_components(&mut search, observe);
-            // Of a problem that means something else every minimum is wrong.
-            let is_hopeless = |search: &SearchState<'_>| declaration_warning(search).is_some();
-            fit_from_starts(&mut search, &after_coarse, is_hopeless, observe);
+            // With a declaration that is wrong in kind every minimum is wrong.
+            let has_mistake = |search: &SearchState<'_>| declaration_warning(search).is_some();
+            fit_from_starts(&mut search, &after_coarse, has_mistake, observe);
             refine(&mut search, observe);
         }
     }

@@ -179,7 +179,7 @@ impl JointTorques {
             return 0.0;
         }
         if j <= i {
-            // All that bears on the joint moves with it, but for gravity.
+            // Masses and load turn with the joint, the direction of gravity does not.
             let turned = if mover.prismatic { Vector3::zeros() } else { mover.axis.cross(&self.gravity) };
             return -joint.axis.dot(&joint.lever().cross(&turned));
         }
@@ -195,8 +195,8 @@ impl JointTorques {
 
     /// Derivative of the torque about joint `i` by the load (m; 1), zero for a prismatic one.
     ///
-    /// The power of the load is the same in joints and at the tip, so that it is the twist of the
-    /// tip, in its frame, by the joint's motion.
+    /// The power of the load is the same in joints and at the tip, so that this derivative is the
+    /// twist of the tip, in the tip's frame, by the joint's motion.
     pub fn by_load(&self, i: usize) -> Twist {
         let joint = &self.joints[i];
         if joint.prismatic {

@@ -12,11 +12,11 @@ use crate::se3::{self, Pose, Twist, Wrench};
 
 const NO_LOAD: Wrench = [0.0; 6];
 
-/// Iterations by which a deflected arm comes to rest: each shortens what is left by `c ∂τ/∂q`, 1 %
-/// for compliances of 1e-4 rad/(N m). Where that is above 1 there is no rest near by.
-const REST_ITERATIONS: usize = 50;
-/// Motion (rad, m) that is none.
-const AT_REST: f64 = 1e-13;
+/// Largest number of fixed-point iterations for the positions of deflected joints. Each reduces
+/// the error by the factor `c ∂τ/∂q`, 1 % for compliances of 1e-4 rad/(N m); they diverge above 1.
+const DEFLECTION_ITERATIONS: usize = 50;
+/// Change of a position (rad, m) or a derivative from which an iteration has converged.
+const CONVERGED: f64 = 1e-13;
 
 /// Forward kinematics of one arm with its tool at one value of its parameters.
 ///
@@ -57,9 +57,10 @@ pub struct KinematicsScratch {
     parent: Vec<Matrix3<f64>>,
     /// Joint positions of the arm at rest, encoder offsets taken off.
     positions: Vec<f64>,
+    /// What the joints carry there, of a compliant arm.
     at_rest: JointTorques,
     /// Derivatives by joint positions of an arm that does not deflect.
-    rigid: Vec<Twist>,
+    stiff_joints: Vec<Twist>,
     /// Deflection `cᵢ ∂τᵢ/∂qⱼ` of joint `i` by the motion of joint `j`, joint by joint `j`.
     deflections: Vec<f64>,
     /// Torque (N m) of gravity and load about each moving joint, [`Kinematics::dof`] of them, base
@@ -163,7 +164,7 @@ impl Kinematics {
             parent: vec![Matrix3::identity(); n + 1],
             positions: vec![0.0; n],
             at_rest: JointTorques::new(n),
-            rigid: vec![Twist::zeros(); n],
+            stiff_joints: vec![Twist::zeros(); n],
             deflections: vec![0.0; n * n],
             torques: vec![0.0; n],
             joints: vec![Twist::zeros(); n],
@@ -183,9 +184,9 @@ impl Kinematics {
     /// `load`: the wrench `[f; τ]` (N, N m) exerted on the tool about the tip's origin, in the tip
     /// frame. A stiff arm does not depend on it.
     pub fn pose_under(&self, q: &[f64], load: &Wrench) -> Pose {
-        let rigid = self.stages.iter().zip(q).map(|(stage, q)| q - stage.offset);
+        let stiff = self.stages.iter().zip(q).map(|(stage, q)| q - stage.offset);
         let tool = match &self.gravity {
-            None => self.forward(rigid, |_, _, _| {}),
+            None => self.forward(stiff, |_, _, _| {}),
             Some(gravity) => {
                 let mut positions = vec![0.0; self.stages.len()];
                 self.come_to_rest(gravity, (q, load), &mut positions, &mut JointTorques::new(self.stages.len()));
@@ -209,8 +210,8 @@ impl Kinematics {
     pub fn pose_and_jacobian_under(&self, q: &[f64], load: &Wrench, scratch: &mut KinematicsScratch) -> Pose {
         match &self.gravity {
             None => {
-                let rigid = self.stages.iter().zip(q).map(|(stage, q)| q - stage.offset);
-                scratch.positions.iter_mut().zip(rigid).for_each(|(position, rigid)| *position = rigid);
+                let stiff = self.stages.iter().zip(q).map(|(stage, q)| q - stage.offset);
+                scratch.positions.iter_mut().zip(stiff).for_each(|(position, stiff)| *position = stiff);
             }
             Some(gravity) => {
                 self.come_to_rest(gravity, (q, load), &mut scratch.positions, &mut scratch.at_rest);
@@ -234,7 +235,7 @@ impl Kinematics {
             };
         }
         if self.gravity.is_some() {
-            self.follow_deflection(scratch);
+            self.add_deflections(scratch);
         }
         for (k, &parameter) in self.parameters.iter().enumerate() {
             scratch.parameters[k] = self.derivative(parameter, scratch, &into_tool, &tool.position);
@@ -264,7 +265,7 @@ impl Kinematics {
         for ((position, stage), q) in positions.iter_mut().zip(&self.stages).zip(q) {
             *position = q - stage.offset;
         }
-        for _ in 0..REST_ITERATIONS {
+        for _ in 0..DEFLECTION_ITERATIONS {
             torques.update(gravity, load, (&self.stages, &self.tip), positions);
             let mut change = 0.0f64;
             for (i, (stage, q)) in self.stages.iter().zip(q).enumerate() {
@@ -272,30 +273,30 @@ impl Kinematics {
                 change = change.max((at_rest - positions[i]).abs());
                 positions[i] = at_rest;
             }
-            if change <= AT_REST {
+            if change <= CONVERGED {
                 break;
             }
         }
     }
 
-    /// Makes derivatives by joint positions `Jⱼ` at rest of those of the same motion without
-    /// deflection: `Jⱼ + Σᵢ Jᵢ cᵢ ∂τᵢ/∂qⱼ`, the joints `i` deflecting as joint `j` moves.
-    fn follow_deflection(&self, scratch: &mut KinematicsScratch) {
-        let KinematicsScratch { joints, rigid, deflections, at_rest, .. } = scratch;
+    /// Adds to the derivatives by joint positions, those of a stiff arm, how the joints deflect:
+    /// `Jⱼ = Jⱼ,stiff + Σᵢ Jᵢ cᵢ ∂τᵢ/∂qⱼ`, by fixed-point iteration.
+    fn add_deflections(&self, scratch: &mut KinematicsScratch) {
+        let KinematicsScratch { joints, stiff_joints, deflections, at_rest, .. } = scratch;
         let n = joints.len();
-        rigid.copy_from_slice(joints);
+        stiff_joints.copy_from_slice(joints);
         for (k, deflection) in deflections.iter_mut().enumerate() {
             *deflection = self.stages[k % n].compliance * at_rest.slope(k % n, k / n);
         }
-        for _ in 0..REST_ITERATIONS {
+        for _ in 0..DEFLECTION_ITERATIONS {
             let mut change = 0.0f64;
-            for (j, rigid) in rigid.iter().enumerate() {
+            for (j, stiff) in stiff_joints.iter().enumerate() {
                 let following = joints.iter().zip(&deflections[j * n..]).map(|(joint, deflection)| joint * *deflection);
-                let at_rest = rigid + following.sum::<Twist>();
-                change = change.max((at_rest - joints[j]).amax());
-                joints[j] = at_rest;
+                let deflected = stiff + following.sum::<Twist>();
+                change = change.max((deflected - joints[j]).amax());
+                joints[j] = deflected;
             }
-            if change <= AT_REST {
+            if change <= CONVERGED {
                 break;
             }
         }

@@ -37,12 +37,13 @@ struct End {
 }
 
 /// Fits the contact modes of a subsample: if the minimum may not be the right one, from the end
-/// with the least cost of searches from other starts, unless `is_hopeless`. Leaves in `search` the
-/// other minima, and whether contacts scatter more than they would at the right parameters.
+/// with the least cost of searches from other starts, unless the problem `has_mistake`: a
+/// declaration of the wrong kind. Leaves in `search` the other minima, and whether contacts scatter
+/// more than they would at the right parameters.
 pub(crate) fn fit_from_starts(
     search: &mut SearchState<'_>,
     after_coarse: &DVector<f64>,
-    is_hopeless: impl FnOnce(&SearchState<'_>) -> bool,
+    has_mistake: impl FnOnce(&SearchState<'_>) -> bool,
     observe: Observer<'_>,
 ) {
     let options = search.model.problem.options.multi_start;
@@ -61,7 +62,7 @@ pub(crate) fn fit_from_starts(
     let iterations = search.termination.iterations;
     *search = annealed;
     search.termination.iterations = iterations;
-    if !is_hopeless(search) {
+    if !has_mistake(search) {
         search_from_other_starts(search, first, after_coarse, observe);
     }
     search.has_excess_scatter = scatter(search, &search.theta.clone()) >= options.min_scatter;
