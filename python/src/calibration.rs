@@ -16,6 +16,7 @@ use touchcal::io::urdf::{self, Ends};
 
 use crate::array::{fixed, fixed_rows, numbers};
 use crate::error::io;
+use crate::evaluation::Evaluation;
 use crate::frame::Frame;
 use crate::problem::Problem;
 use crate::progress::{Observer, Progress};
@@ -142,6 +143,14 @@ impl Calibration {
     #[getter]
     fn predictive_check(&self) -> Option<PredictiveCheck> {
         self.solved.estimate.predictive_check.as_ref().map(PredictiveCheck::from)
+    }
+
+    /// The result on contacts that were held out; None without any, and where contacts are measured
+    /// by a projection.
+    #[getter]
+    fn held_out(&self) -> Option<Evaluation> {
+        let fixtures = &self.problem.get().loaded.problem.fixtures;
+        self.solved.estimate.held_out.clone().map(|evaluation| Evaluation::new(evaluation, fixtures))
     }
 
     /// Whether the calibration reaches what the table [accept] of its problem asks for; None if it

@@ -1,17 +1,10 @@
-//! An arm on contacts, without estimation.
-
-use std::path::PathBuf;
+//! How well an arm explains contacts.
 
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use touchcal::estimate::{self, ParameterPosterior, apply_estimated_places, evaluate_held_out};
-use touchcal::io::calibration_folder::place_written;
-use touchcal::io::estimate_file::{EstimateFile, Severity, WarningEntry};
-use touchcal::io::urdf;
+use touchcal::estimate;
+use touchcal::io::estimate_file::{Severity, WarningEntry};
 
-use crate::calibration::Calibration;
-use crate::error::{io, unexpected};
-use crate::problem::Problem;
 use crate::result::Warning;
 use crate::score::{Score, Spread};
 
@@ -103,6 +96,14 @@ pub struct Evaluation {
     evaluation: estimate::Evaluation,
 }
 
+impl Evaluation {
+    /// An evaluation of contacts with these fixtures.
+    pub fn new(evaluation: estimate::Evaluation, fixtures: &[estimate::Fixture]) -> Self {
+        let names = fixtures.iter().map(|fixture| fixture.name.clone()).collect();
+        Evaluation { score: Score::new(&evaluation.score, fixtures), names, evaluation }
+    }
+}
+
 #[pymethods]
 impl Evaluation {
     /// Distances from contact over all contacts.
@@ -164,51 +165,4 @@ impl Evaluation {
         let shown = self.scatter().map_or_else(|| "None".to_owned(), |scatter| scatter.__repr__());
         format!("Evaluation({}, {shown}, {} warnings)", self.score.all().__repr__(), self.warnings().len())
     }
-}
-
-/// Evaluates an arm on a problem's contacts, without estimation, as `touchcal evaluate` does.
-///
-/// Args:
-///     problem: contacts, best others than those of the fit.
-///     calibration: the calibrated arm, with tool and fixtures where it found them; default:
-///         the problem's arm as it is.
-///     urdf: this URDF's arm instead, as `touchcal evaluate --urdf` does,
-///     estimate: and with it, with tool and fixtures where this estimate.json found them.
-///
-/// Raises:
-///     InputError: if the other arm has other moving joints.
-#[pyfunction]
-#[pyo3(signature = (problem, calibration=None, *, urdf=None, estimate=None))]
-pub fn evaluate(
-    py: Python<'_>,
-    problem: &Problem,
-    calibration: Option<&Calibration>,
-    urdf: Option<PathBuf>,
-    estimate: Option<PathBuf>,
-) -> PyResult<Evaluation> {
-    if calibration.is_some() && (urdf.is_some() || estimate.is_some()) {
-        return Err(unexpected("evaluate", "a calibration, or urdf and estimate", "both"));
-    }
-    let nominal = &problem.loaded.problem;
-    let mut evaluated = nominal.clone();
-    let mut posterior = None;
-    if let Some(calibration) = calibration {
-        let estimate = &calibration.solved.estimate;
-        urdf::check_like(&nominal.robot, &estimate.robot, estimate.robot.name()).map_err(io)?;
-        apply_estimated_places(&mut evaluated, |name| estimate.parameter(name).map(|parameter| parameter.value));
-        evaluated.robot = estimate.robot.clone().with_gravity(*nominal.robot.gravity());
-        posterior = ParameterPosterior::of_estimate(estimate);
-    }
-    let other = urdf.map(|path| urdf::read_like(&nominal.robot, &path)).transpose().map_err(io)?;
-    if let Some(path) = estimate {
-        let file = EstimateFile::read_file(&path).map_err(io)?;
-        place_written(&mut evaluated, &file);
-        posterior = file.posterior();
-    }
-    if let Some(other) = other {
-        evaluated.robot = other.robot;
-    }
-    let evaluation = py.detach(|| evaluate_held_out(nominal, &evaluated, posterior.as_ref()));
-    let names = nominal.fixtures.iter().map(|fixture| fixture.name.clone()).collect();
-    Ok(Evaluation { score: Score::new(&evaluation.score, &nominal.fixtures), names, evaluation })
 }

@@ -8,6 +8,7 @@ mod array;
 mod calibration;
 mod campaign;
 mod error;
+mod evaluate;
 mod evaluation;
 mod frame;
 mod inspection;
@@ -35,7 +36,9 @@ mod _touchcal {
     #[pymodule_export]
     use crate::error::{Error, FileError, InputError, SimulationError};
     #[pymodule_export]
-    use crate::evaluation::{Evaluation, FixtureDistance, Scatter, evaluate};
+    use crate::evaluate::evaluate;
+    #[pymodule_export]
+    use crate::evaluation::{Evaluation, FixtureDistance, Scatter};
     #[pymodule_export]
     use crate::inspection::{Expected, Inspection, JointRange, inspect};
     #[pymodule_export]

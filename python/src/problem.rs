@@ -44,6 +44,7 @@ const KEYS: &str = "sigma, sigma_angle, clearance_sigma, depth_sigma, or exact=T
 ///     accept: the table [accept] of problem.toml: tolerance_mm, tolerance_deg, confidence, and the
 ///         task as postures_deg, joints_deg or region (center_mm, size_mm); default: nothing is
 ///         asked for.
+///     held_out: as contacts; these are not fitted, but test the result (`Calibration.held_out`).
 ///
 /// Raises:
 ///     InputError: as for a file.
@@ -104,9 +105,11 @@ impl FixtureNames {
     }
 }
 
-/// The logs of all fixtures as one, in the order of `contacts`; appends their inputs.
+/// The logs of all fixtures as one, in the order of `contacts`, an argument of the name `field`;
+/// appends their inputs.
 fn joined_log(
     contacts: &Bound<'_, PyMapping>,
+    field: &str,
     names: &FixtureNames,
     dof: usize,
     inputs: &mut Vec<Input>,
@@ -114,7 +117,7 @@ fn joined_log(
     let mut log = touchcal::contact::ContactLog::new(dof);
     for item in contacts.items()?.try_iter()? {
         let (name, logs): (String, Bound<'_, PyAny>) = item?.extract()?;
-        let fixture = names.index(&name, "contacts")?;
+        let fixture = names.index(&name, field)?;
         let logs: Vec<PyRef<'_, ContactLog>> = match logs.cast::<ContactLog>() {
             Ok(one) => vec![one.borrow()],
             Err(_) => logs.extract()?,
@@ -135,7 +138,7 @@ fn joined_log(
 #[allow(clippy::too_many_arguments, reason = "most are keywords with a default")]
 impl Problem {
     #[new]
-    #[pyo3(signature = (robot, tool, fixtures, contacts, *, parameters, distances=None, noise=None, estimate=None, accept=None))]
+    #[pyo3(signature = (robot, tool, fixtures, contacts, *, parameters, distances=None, noise=None, estimate=None, accept=None, held_out=None))]
     fn new(
         py: Python<'_>,
         robot: &Robot,
@@ -147,6 +150,7 @@ impl Problem {
         noise: Option<Bound<'_, PyMapping>>,
         estimate: Option<Bound<'_, PyMapping>>,
         accept: Option<Bound<'_, PyMapping>>,
+        held_out: Option<Bound<'_, PyMapping>>,
     ) -> PyResult<Problem> {
         let arm = &robot.file.robot;
         let settings = Settings::read(&settings_text(parameters, noise, estimate)?, SETTINGS, arm);
@@ -160,7 +164,9 @@ impl Problem {
             nominal.push(given.nominal(&settings, &mut assumptions)?);
             inputs.extend(given.inputs().iter().cloned());
         }
-        let mut log = joined_log(contacts, &names, arm.dof(), &mut inputs)?;
+        let mut log = joined_log(contacts, "contacts", &names, arm.dof(), &mut inputs)?;
+        let held_out =
+            held_out.map(|logs| joined_log(&logs, "held_out", &names, arm.dof(), &mut inputs)).transpose()?;
         let known = distances.unwrap_or_default().into_iter();
         let distances: Vec<Distance> =
             known.map(|distance| distance.checked(&names, &mut assumptions)).collect::<PyResult<_>>()?;
@@ -170,6 +176,7 @@ impl Problem {
         let problem = settings.problem(arm.clone(), (tool, nominal, distances), log);
         let mut problem = problem.map_err(|error| io(without_lines(error)))?;
         problem.acceptance = acceptance;
+        problem.held_out = held_out.unwrap_or_default();
         warn(py, &problem.contacts.notes()[told..])?;
         Problem::of(Loaded { problem, urdf: robot.file.text.clone(), inputs })
     }

@@ -60,9 +60,18 @@ joints_deg = [[-20, 20], [20, 60], [-10, 10], [-110, -70], [-10, 10], [30, 70], 
 """
 
 
+HELD_OUT = """
+[[contacts]]
+file = "hole.csv"
+fixture = "hole"
+force_threshold_n = 3
+held_out = true
+"""
+
+
 def test_a_problem_in_code_has_the_bits_of_its_file(workcell: Path) -> None:
     accepted = workcell / "accepted.toml"
-    accepted.write_text((workcell / "problem.toml").read_text() + TASK)
+    accepted.write_text((workcell / "problem.toml").read_text() + HELD_OUT + TASK)
     from_file = touchcal.calibrate(touchcal.Problem.from_toml(accepted))
     robot = touchcal.Robot.from_urdf("iiwa14", base="base_link", tip="flange")
     peg = touchcal.extrusion25()
@@ -70,6 +79,7 @@ def test_a_problem_in_code_has_the_bits_of_its_file(workcell: Path) -> None:
         peg, touchcal.offset_outline(peg, 0.5 * 1e-3), length=40 * 1e-3, depth=30 * 1e-3
     )
     mm, deg = 1e-3, np.pi / 180
+    log = touchcal.ContactLog.from_file(robot, workcell / "hole.csv", force_threshold=3)
     problem = touchcal.Problem(
         robot,
         touchcal.Tool(touchcal.pose((0, 0, 150 * mm), quat_wxyz=(0, 0, 1, 0)), exact=True),
@@ -85,14 +95,18 @@ def test_a_problem_in_code_has_the_bits_of_its_file(workcell: Path) -> None:
                 exact=["clearance", "depth"],
             )
         ],
-        {"hole": touchcal.ContactLog.from_file(robot, workcell / "hole.csv", force_threshold=3)},
+        {"hole": log},
         parameters=["joint_offset"],
         noise={"encoder_deg": 0.002, "contact_mm": 0.005, "encoder_trend_deg": 0},
         estimate={"loss": "geman_mcclure", "loss_scale": 3, "unseen_effects": "ignore"},
         accept=tomllib.loads(TASK)["accept"],
+        held_out={"hole": log},
     )
     in_code = touchcal.calibrate(problem)
     assert in_code.parameters == from_file.parameters
+    assert in_code.held_out is not None and from_file.held_out is not None
+    assert in_code.held_out.scatter == from_file.held_out.scatter is not None
+    assert in_code.held_out.scatter == touchcal.evaluate(problem, in_code).scatter
     assert in_code.acceptance is not None and from_file.acceptance is not None
     assert in_code.acceptance.message == from_file.acceptance.message
     assert in_code.acceptance.probability == from_file.acceptance.probability

@@ -10,7 +10,7 @@ use touchcal::estimate::{
 };
 use touchcal::io::Loaded;
 use touchcal::io::calibration_folder::{Solved, Written};
-use touchcal::io::estimate_file::EstimateFile;
+use touchcal::io::estimate_file::{EstimateFile, HeldOutEntry, ScatterEntry};
 use touchcal::solver::{StopReason, Termination};
 
 use crate::table::{Table, signed};
@@ -57,6 +57,7 @@ impl Calibration<'_> {
             self.tool(),
             predictive_check(estimate.predictive_check.as_ref()),
             freed_effects(&estimate.freed_effects),
+            self.held_out(),
             self.acceptance(),
             "\n".to_owned(),
             "Distance from touching (mm)\n".to_owned(),
@@ -100,6 +101,18 @@ impl Calibration<'_> {
                 "Tool      ± {position} mm and {angle:.3}° in base, ± {distance} mm between two positions (standard deviations)\n"
             )
         })
+    }
+
+    /// The scatter of contacts that were held out.
+    fn held_out(&self) -> String {
+        let Some(HeldOutEntry { contacts, scatter }) = self.file.held_out else { return String::new() };
+        let scatter = scatter.map_or_else(
+            || "their scatter cannot be predicted".to_owned(),
+            |ScatterEntry { ratio, by_chance, .. }| {
+                format!("{ratio:.2} times the predicted scatter; by chance up to {:.2}", by_chance[1])
+            },
+        );
+        format!("Held out  {contacts} contacts: {scatter}\n")
     }
 
     /// Whether the calibration reaches what is asked of it.

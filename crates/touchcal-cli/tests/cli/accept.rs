@@ -35,3 +35,45 @@ fn a_tolerance_is_passed_or_failed() {
     assert!(stdout(&undecided).contains("Accept    UNDECIDED: "), "{}", stdout(&undecided));
     assert!(stdout(&undecided).contains("-> record contacts that tell `"), "{}", stdout(&undecided));
 }
+
+/// The demo's calibration, asked for 1 mm, with another log of the same arm held out.
+#[test]
+fn contacts_that_are_held_out_confirm_or_contradict() {
+    let folder = tempfile::tempdir().unwrap();
+    touchcal(folder.path(), &["demo", "--contacts", "600", "--out", "demo"]).success();
+    let problem = folder.path().join("demo/problem.toml");
+    let text = std::fs::read_to_string(&problem).unwrap();
+    let region = "region = { center_mm = [500, 0, 400], size_mm = [400, 400, 400] }";
+    let calibrate = |log: &str| {
+        std::fs::write(folder.path().join("demo/check.csv"), log).unwrap();
+        let check = "[[contacts]]\nfile = \"check.csv\"\nfixture = \"hole\"\nforce_threshold_n = 3\nheld_out = true";
+        std::fs::write(&problem, format!("{text}\n{check}\n[accept]\ntolerance_mm = 1\n{region}\n")).unwrap();
+        touchcal(folder.path(), &["calibrate", "demo/problem.toml", "--out", "out"])
+    };
+    let estimate = || json(&folder.path().join("out/estimate.json"));
+    let again = ["simulate", "demo/scenario.toml", "--noise-seed", "7", "--out", "again"];
+    touchcal(folder.path(), &again).success();
+    let again = std::fs::read_to_string(folder.path().join("again/hole.csv")).unwrap();
+
+    let passed = calibrate(&again).success();
+    assert!(stdout(&passed).contains("Held out  600 contacts: "), "{}", stdout(&passed));
+    assert!(stdout(&passed).contains("contacts that were held out agree"), "{}", stdout(&passed));
+    assert_eq!((&estimate()["status"], &estimate()["contacts"]["used"]), (&"usable".into(), &600.into()));
+    let report = std::fs::read_to_string(folder.path().join("out/report.html")).unwrap();
+    assert!(report.contains("\"held_out\":{\"contacts\":600"));
+
+    // The first encoder is 0.1 degrees off in every other row.
+    let shifted = again.lines().enumerate().map(|(i, line)| match line.split(',').collect::<Vec<_>>() {
+        cells if i > 0 && i % 2 == 0 => {
+            let q: f64 = cells[1].parse().unwrap();
+            format!("{},{},{}\n", cells[0], q + 0.1_f64.to_radians(), cells[2..].join(","))
+        }
+        _ => format!("{line}\n"),
+    });
+    let contradicted = calibrate(&shifted.collect::<String>()).code(3);
+    assert!(stdout(&contradicted).contains("UNDECIDED: "), "{}", stdout(&contradicted));
+    assert!(stdout(&contradicted).contains("but contacts that were held out contradict that"));
+    assert_eq!(estimate()["status"], "doubtful");
+    assert_eq!(estimate()["warnings"][0]["kind"], "held_out_contradicted");
+    assert!(estimate()["held_out"]["scatter"]["ratio"].as_f64().unwrap() > 2.0);
+}

@@ -6,7 +6,7 @@ use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64;
 
 use super::problem::Problem;
-use super::result::{Acceptance, AcceptanceResult, Decision, Estimate, PredictiveCheck, TaskErrors};
+use super::result::{Acceptance, AcceptanceResult, Decision, Estimate, Evaluation, PredictiveCheck, TaskErrors};
 use super::uncertainty::CalibratedTool;
 
 /// Draws from the posterior; the probability of an event of 95 % is known to ±0.5 %.
@@ -18,11 +18,13 @@ const SEED: u64 = 0xACCE_97ED;
 ///
 /// The error of arm and tool is Gaussian with the covariance of the estimate, about the encoder
 /// harmonics that the calibrated arm cannot correct, and moves the tool as far as its derivatives
-/// say. The largest error over the poses of the task is drawn from it: a
-/// pass is one with the confidence asked for after errors are enlarged by the ratio of found to
-/// predicted scatter, a fail has the same confidence without.
+/// say. The largest error over the poses of the task is drawn from it: a pass is one with the
+/// confidence asked for after errors are enlarged by the ratio of found to predicted scatter, and
+/// contacts that were held out do not contradict the estimate; a fail has the same confidence
+/// without.
 pub fn acceptance(asked: &Acceptance, problem: &Problem, estimate: &Estimate) -> AcceptanceResult {
-    let undecided = AcceptanceResult { decision: Decision::Undecided, errors: None };
+    let held_out_agrees = estimate.held_out.as_ref().and_then(Evaluation::agrees);
+    let undecided = AcceptanceResult { decision: Decision::Undecided, errors: None, held_out_agrees };
     if !estimate.status.is_usable() || asked.positions.is_empty() {
         return undecided;
     }
@@ -39,7 +41,8 @@ pub fn acceptance(asked: &Acceptance, problem: &Problem, estimate: &Estimate) ->
     // The covariance is wider by the widening already.
     let missing = |check: &PredictiveCheck| (check.ratio / check.widening).max(1.0);
     let probability = within(estimate.predictive_check.as_ref().map_or(1.0, missing));
-    let decision = if probability >= asked.confidence {
+    // Contacts that were held out may show errors that the covariance lacks.
+    let decision = if probability >= asked.confidence && held_out_agrees != Some(false) {
         Decision::Pass
     } else if within(1.0) <= 1.0 - asked.confidence {
         Decision::Fail
@@ -61,7 +64,7 @@ pub fn acceptance(asked: &Acceptance, problem: &Problem, estimate: &Estimate) ->
         parameter,
         share,
     };
-    AcceptanceResult { decision, errors: Some(errors) }
+    AcceptanceResult { decision, errors: Some(errors), held_out_agrees }
 }
 
 /// How errors of the parameters move the tool in the poses of a task.

@@ -209,6 +209,9 @@ pub struct Problem {
     /// Contacts: joint positions measured while the tool touched a fixture, of as many joints as
     /// the arm has moving ones.
     pub contacts: ContactLog,
+    /// Contacts that are not fitted: the result is tested with them
+    /// ([`Estimate::held_out`](super::Estimate::held_out)); may be empty.
+    pub held_out: ContactLog,
     /// Measurement noise of encoders and contacts.
     pub noise: Noise,
     /// Parameters of the arm ([`ParameterId::Kinematic`](crate::parameter::ParameterId::Kinematic))
@@ -248,6 +251,7 @@ impl Problem {
             fixtures,
             distances: Vec::new(),
             contacts,
+            held_out: ContactLog::default(),
             noise: Noise { encoder: DEFAULT_ENCODER, contact: DEFAULT_CONTACT, is_estimated: true },
             parameters: Vec::new(),
             joint_drift: false,

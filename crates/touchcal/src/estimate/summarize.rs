@@ -7,6 +7,7 @@ use super::declaration_checks::declaration_warning;
 use super::effect_tests::{apply_effect_tests, effect_tests};
 use super::evaluate::score;
 use super::model::{CalibrationModel, distance_information, whitened_norms};
+use super::prediction::held_out;
 use super::result::{
     CompetingMinimum, ContactCount, Estimate, NoiseSigma, ParameterEstimate, PredictiveCheck, Severity, Status,
     Verdict, Warning,
@@ -148,6 +149,7 @@ pub(super) fn summarize(mut search: SearchState<'_>) -> Estimate {
         freed_effects: Vec::new(),
         competing_minima: competing_minima(&search, predictive_check.is_some()),
         predictive_check,
+        held_out: None,
         acceptance: None,
         noise_factor,
         noise: noise(&search),
@@ -159,6 +161,9 @@ pub(super) fn summarize(mut search: SearchState<'_>) -> Estimate {
     estimate.warnings.extend(result_warnings(&search, &estimate, &statistics));
     let of_effects = apply_effect_tests(&mut estimate, tests, &search.model.problem.options.thresholds);
     estimate.warnings.extend(of_effects);
+    estimate.held_out = held_out(problem, &estimate);
+    let contradictions = estimate.held_out.iter().flat_map(|found| found.contradictions.clone());
+    estimate.warnings.extend(contradictions.map(Warning::HeldOutContradicted));
     estimate.warnings.sort_by_key(Warning::severity);
     estimate.workspace_uncertainty = workspace_uncertainty(problem, &estimate);
     estimate.status = status(&estimate.termination, &estimate.warnings);

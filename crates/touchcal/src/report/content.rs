@@ -8,7 +8,7 @@ use super::page::page;
 use super::parameters::Parameters;
 use super::scene::Scene;
 use crate::estimate::{
-    Estimate, Problem, Progress, Score, Spread, Stage, Termination, ToolUncertainty, distance_uncertainty,
+    Estimate, Evaluation, Problem, Progress, Score, Spread, Stage, Termination, ToolUncertainty, distance_uncertainty,
     tool_uncertainty, workspace_configurations,
 };
 
@@ -73,6 +73,7 @@ pub(super) struct Content<'a> {
     robot: RobotEntry<'a>,
     status: &'static str,
     acceptance: Option<WarningText>,
+    held_out: Option<HeldOut>,
     warnings: &'a [WarningText],
     inputs: &'a [Input],
     all: Change,
@@ -94,6 +95,15 @@ struct RobotEntry<'a> {
     base: &'a str,
     tip: &'a str,
     joints: usize,
+}
+
+/// Scatter of contacts that were held out.
+#[derive(Serialize)]
+struct HeldOut {
+    contacts: usize,
+    /// Found over predicted, and the most that chance makes of it.
+    ratio: f64,
+    by_chance: f64,
 }
 
 /// Distances from contact (m).
@@ -178,6 +188,7 @@ impl<'a> Content<'a> {
             status: estimate.status.name(),
             acceptance: acceptance
                 .map(|(result, asked)| WarningText { message: result.message(asked), advice: result.advice() }),
+            held_out: estimate.held_out.as_ref().and_then(held_out),
             warnings: report.warnings,
             inputs: report.inputs,
             all: change(Some(&prefit.all), Some(&estimate.postfit.all)),
@@ -193,6 +204,12 @@ impl<'a> Content<'a> {
             scene,
         }
     }
+}
+
+fn held_out(evaluation: &Evaluation) -> Option<HeldOut> {
+    let scatter = evaluation.scatter?;
+    let contacts = evaluation.score.all.count;
+    Some(HeldOut { contacts, ratio: scatter.ratio(), by_chance: scatter.by_chance[1] })
 }
 
 fn change(before: Option<&Spread>, after: Option<&Spread>) -> Change {

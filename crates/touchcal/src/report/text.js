@@ -64,12 +64,14 @@ function verdict() {
   if (acceptance) byId("verdict").append(el("p", { class: "acceptance" }, el("strong", {}, acceptance.message), ` → ${acceptance.advice}`));
   byId("warnings").append(...warnings.map((warning) => el("li", {}, warning.message, el("span", {}, `→ ${warning.advice}`))));
   const figure = (name, value, note) => el("div", {}, el("dt", {}, name), el("dd", {}, value, el("small", {}, note)));
+  const heldOut = data.held_out;
   const between = data.uncertainty && quantile(data.uncertainty.distances, 0.5);
   byId("figures").append(
     figure("Distance from contact", contacts.used + contacts.rejected ? `${significant(1e3 * all.before.rms)} → ${significant(1e3 * all.after.rms, 2)} mm` : "–", "root mean square, before and after"),
     figure("Contacts", `${contacts.used} used`, `${contacts.rejected} rejected, ${count(contacts.read, "row")} read`),
     figure("Identifiable", `${parameters.rank} of ${parameters.singular_values.length}`, "directions, from the contacts alone"),
     figure("Distance between two tool positions", data.uncertainty ? `± ${mm(between, 2)}` : "–", data.uncertainty ? "standard deviation, median over the workspace" : "projections give no uncertainty"),
+    heldOut ? figure("Held-out contacts", `${significant(heldOut.ratio)} times the predicted scatter`, `${count(heldOut.contacts, "contact")}, by chance up to ${significant(heldOut.by_chance)}`) : "",
   );
 }
 

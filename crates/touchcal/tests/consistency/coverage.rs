@@ -49,6 +49,7 @@ fn problem(fixture: Fixture, tip_from_tool: Pose, contacts: ContactLog, noise: N
         method: Method::LevenbergMarquardt,
         loss: Loss::GemanMcClure(3.0),
         options: touchcal::estimate::EstimatorOptions::default(),
+        held_out: ContactLog::default(),
         acceptance: None,
         other_arms: Vec::new(),
     }

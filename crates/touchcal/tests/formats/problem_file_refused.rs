@@ -48,6 +48,8 @@ fn malformed_text_is_refused() {
     refused("length_mm = 40", "length_mm = forty", &["problem.toml:10:"]);
     refused("length_mm = 40", "length_mm = \"40\"", &["problem.toml:10:13", "invalid type"]);
     refused("[[contacts]]", "[[contacts", &["problem.toml:31:"]);
+    let held_out = read(&FULL.replace("[[contacts]]", "[[contacts]]\nheld_out = true")).unwrap_err();
+    assert!(held_out.contains("[[contacts]] table, found `held_out` in all of them"), "{held_out}");
     refused("xyz_mm = [600, 100, 150]", "xyz_mm = [600, 100]", &["problem.toml:17:", "invalid length 2"]);
     refused("[estimate]\n", "", &["problem.toml:", "unknown field", "`encoder_walk_deg`, `estimated`"]);
     assert!(read("").unwrap_err().contains("missing field `robot`"));

@@ -3,8 +3,9 @@
 use proptest::prelude::*;
 use touchcal::io::estimate_file::{
     AcceptanceEntry, CompetingMinimumEntry, ContactCounts, Decision, EffectTestEntry, EffectValueEntry, EstimateFile,
-    FixtureResidual, FreedEffectEntry, NoiseEntry, NullDirection, ParameterEntry, PredictiveCheckEntry, ResidualStats,
-    Residuals, Severity, Status, TaskErrorsEntry, TerminationEntry, WarningEntry, WorkspaceUncertaintyEntry,
+    FixtureResidual, FreedEffectEntry, HeldOutEntry, NoiseEntry, NullDirection, ParameterEntry, PredictiveCheckEntry,
+    ResidualStats, Residuals, ScatterEntry, Severity, Status, TaskErrorsEntry, TerminationEntry, WarningEntry,
+    WorkspaceUncertaintyEntry,
 };
 use touchcal::io::{Input, atomic};
 
@@ -72,6 +73,7 @@ fn estimate() -> EstimateFile {
             predictive_ratio: Some(1.5),
         }],
         predictive_check: Some(predictive_check()),
+        held_out: Some(held_out()),
         acceptance: Some(acceptance()),
         inputs: vec![Input { path: "a".to_owned(), sha256: "0".to_owned() }],
         version: "0.1.0".to_owned(),
@@ -81,6 +83,11 @@ fn estimate() -> EstimateFile {
 
 fn predictive_check() -> PredictiveCheckEntry {
     PredictiveCheckEntry { ratio: 1.1, p_value: 0.2, widening: 1.05, stretches: vec![1.0, 1.2] }
+}
+
+fn held_out() -> HeldOutEntry {
+    let scatter = ScatterEntry { found_mm: 0.21, predicted_mm: 0.2, ratio: 1.05, by_chance: [0.9, 1.1] };
+    HeldOutEntry { contacts: 300, scatter: Some(scatter) }
 }
 
 fn acceptance() -> AcceptanceEntry {
@@ -123,6 +130,7 @@ fn estimates_survive_json() {
         "competing_minima",
         "effect_tests",
         "freed_effects",
+        "held_out",
         "noise",
         "predictive_check",
         "workspace_uncertainty",
@@ -139,6 +147,7 @@ fn estimates_survive_json() {
             noise: None,
             predictive_check: None,
             workspace_uncertainty: None,
+            held_out: None,
             acceptance: None,
             ..estimate()
         }

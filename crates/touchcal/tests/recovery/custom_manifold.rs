@@ -88,6 +88,7 @@ fn a_sphere_calibrates_the_joints_that_move_over_it() {
         method: Method::LevenbergMarquardt,
         loss: Loss::Squared,
         options: touchcal::estimate::EstimatorOptions::default(),
+        held_out: ContactLog::default(),
         acceptance: None,
         other_arms: Vec::new(),
     };

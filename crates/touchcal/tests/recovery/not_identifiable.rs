@@ -109,6 +109,7 @@ fn table(parameters: fn(&robot::Robot) -> Vec<touchcal::parameter::Parameter>) -
         method: Method::LevenbergMarquardt,
         loss: Loss::GemanMcClure(3.0),
         options: touchcal::estimate::EstimatorOptions::default(),
+        held_out: ContactLog::default(),
         acceptance: None,
         other_arms: Vec::new(),
     }

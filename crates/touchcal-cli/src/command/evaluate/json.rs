@@ -4,9 +4,9 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use serde::Serialize;
-use touchcal::estimate::{CommonStrain, Contradiction, Evaluation, Fixture, FixtureDistance, Scatter, Score};
+use touchcal::estimate::{CommonStrain, Contradiction, Evaluation, Fixture, FixtureDistance, Score};
 use touchcal::io::calibration_folder::stats;
-use touchcal::io::estimate_file::{ResidualStats, Severity, WarningEntry};
+use touchcal::io::estimate_file::{ResidualStats, ScatterEntry, Severity, WarningEntry};
 
 /// Scores of the given and the nominal arm, and the given one's beside what is predicted.
 #[derive(Serialize)]
@@ -27,15 +27,6 @@ pub struct EvaluationJson {
 struct ScatterJson {
     all: Option<ScatterEntry>,
     per_fixture: BTreeMap<String, Option<ScatterEntry>>,
-}
-
-/// Root mean square distances.
-#[derive(Serialize)]
-struct ScatterEntry {
-    found_mm: f64,
-    predicted_mm: f64,
-    ratio: f64,
-    by_chance: [f64; 2],
 }
 
 #[derive(Serialize)]
@@ -61,7 +52,8 @@ impl EvaluationJson {
     /// The output of an evaluation.
     pub fn new(urdf: &Path, fixtures: &[Fixture], evaluation: &Evaluation, nominal: &Score) -> Self {
         let names = fixtures.iter().map(|fixture| fixture.name.clone());
-        let per_fixture = names.zip(&evaluation.per_fixture).map(|(name, scatter)| (name, scatter.map(scatter_entry)));
+        let per_fixture =
+            names.zip(&evaluation.per_fixture).map(|(name, scatter)| (name, scatter.map(ScatterEntry::from)));
         let strain = |common: CommonStrain| CommonStrainJson {
             strain: common.strain,
             sigma: common.sigma,
@@ -71,20 +63,14 @@ impl EvaluationJson {
             urdf: urdf.display().to_string(),
             given: stats(&evaluation.score, fixtures),
             nominal: stats(nominal, fixtures),
-            scatter: ScatterJson { all: evaluation.scatter.map(scatter_entry), per_fixture: per_fixture.collect() },
+            scatter: ScatterJson {
+                all: evaluation.scatter.map(ScatterEntry::from),
+                per_fixture: per_fixture.collect(),
+            },
             distances: evaluation.distances.iter().map(distance_entry).collect(),
             common_strain: evaluation.common_strain.map(strain),
             warnings: evaluation.contradictions.iter().map(warning_entry).collect(),
         }
-    }
-}
-
-fn scatter_entry(scatter: Scatter) -> ScatterEntry {
-    ScatterEntry {
-        found_mm: 1e3 * scatter.found,
-        predicted_mm: 1e3 * scatter.predicted,
-        ratio: scatter.ratio(),
-        by_chance: scatter.by_chance,
     }
 }
 

@@ -14,8 +14,7 @@ pub fn evaluation(fixtures: &[Fixture], evaluation: &Evaluation, is_calibrated: 
     };
     let contradictions = &evaluation.contradictions;
     let warnings: String = contradictions.iter().map(|each| warning(&each.message(), each.advice())).collect();
-    let is_scored = evaluation.scatter.is_some() || !evaluation.distances.is_empty();
-    let agreement = match is_calibrated && contradictions.is_empty() && is_scored {
+    let agreement = match is_calibrated && evaluation.agrees() == Some(true) {
         true => "Nothing here contradicts the calibration's covariance beyond chance.\n",
         false => "",
     };

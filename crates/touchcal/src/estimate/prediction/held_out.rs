@@ -5,9 +5,9 @@ use statrs::distribution::{ContinuousCDF, Normal};
 use super::distances::{FixtureDistances, fixture_distances};
 use super::prediction_model::{ArmOf, PredictionModel};
 use super::scatter::{SquaredDistances, TAIL, squared_distances};
-use crate::estimate::evaluate::evaluate;
+use crate::estimate::evaluate::{apply_estimated_places, evaluate};
 use crate::estimate::problem::Problem;
-use crate::estimate::result::{Contradiction, Evaluation, ParameterPosterior, Scatter, Score};
+use crate::estimate::result::{Contradiction, Estimate, Evaluation, ParameterPosterior, Scatter, Score};
 
 /// Evaluates the arm of `evaluated` on its contacts, beside how well it should do: with the noise
 /// of the problem (of the calibration, if the problem declares none), and the errors of arm, tool
@@ -34,6 +34,16 @@ pub fn evaluate_held_out(nominal: &Problem, evaluated: &Problem, posterior: Opti
         Some(_) => Evaluation { contradictions: contradictions(&evaluation, nominal), ..evaluation },
         None => evaluation,
     }
+}
+
+/// Evaluates `estimate`, one of `problem`, on the contacts that are held out from it; `None` if
+/// there are none, or the estimate has no uncertainty. Panics as [`evaluate_held_out`].
+pub(crate) fn held_out(problem: &Problem, estimate: &Estimate) -> Option<Evaluation> {
+    let posterior = ParameterPosterior::of_estimate(estimate).filter(|_| !problem.held_out.is_empty())?;
+    let nominal = Problem { contacts: problem.held_out.clone(), ..problem.clone() };
+    let mut evaluated = Problem { robot: estimate.robot.clone(), ..nominal.clone() };
+    apply_estimated_places(&mut evaluated, |name| Some(estimate.parameter(name)?.value));
+    Some(evaluate_held_out(&nominal, &evaluated, Some(&posterior)))
 }
 
 /// Scatter of all contacts and of those with each fixture.

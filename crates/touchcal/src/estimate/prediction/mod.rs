@@ -23,3 +23,4 @@ mod scatter;
 
 pub use arm_fit::arm_fit;
 pub use held_out::evaluate_held_out;
+pub(super) use held_out::held_out;

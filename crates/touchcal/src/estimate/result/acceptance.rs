@@ -46,6 +46,9 @@ pub struct AcceptanceResult {
     /// uncertainty of the arm: contacts are measured by a projection, or nothing of the arm and of
     /// the tool's pose is estimated.
     pub errors: Option<TaskErrors>,
+    /// Whether contacts that were held out agree with the calibration
+    /// ([`Evaluation::agrees`](super::Evaluation::agrees)): if they do not, it does not pass.
+    pub held_out_agrees: Option<bool>,
 }
 
 /// Errors of the calibrated tool over the poses of a task.
@@ -76,8 +79,13 @@ impl AcceptanceResult {
         };
         let tolerance = in_millimetres(asked.distance, asked.angle);
         let bound = in_millimetres(errors.distance, asked.angle.map(|_| errors.angle));
+        let held_out = match self.held_out_agrees {
+            Some(true) => "; contacts that were held out agree",
+            Some(false) => ", but contacts that were held out contradict that",
+            None => "",
+        };
         format!(
-            "{name}: the tool is within {tolerance} in all {} poses of the task with a probability of {:.1} %; with {:.0} % the largest error is below {bound}",
+            "{name}: the tool is within {tolerance} in all {} poses of the task with a probability of {:.1} %; with {:.0} % the largest error is below {bound}{held_out}",
             asked.positions.len(),
             100.0 * errors.probability,
             100.0 * asked.confidence,
@@ -86,9 +94,16 @@ impl AcceptanceResult {
 
     /// What to do next, as a phrase.
     pub fn advice(&self) -> String {
+        let of_warnings = || "follow the advice of the warnings, and calibrate again".to_owned();
         match (self.decision, &self.errors) {
-            (_, None) => "follow the advice of the warnings, and calibrate again".to_owned(),
-            (Decision::Pass, _) => "confirm it with contacts that were not used: touchcal evaluate".to_owned(),
+            (_, None) => of_warnings(),
+            (Decision::Pass, _) if self.held_out_agrees.is_some() => {
+                "use it until the arm, its tool or the temperature changes".to_owned()
+            }
+            (Decision::Pass, _) => {
+                "confirm it with contacts that were not used: held_out = true in [[contacts]]".to_owned()
+            }
+            (Decision::Undecided, _) if self.held_out_agrees == Some(false) => of_warnings(),
             (_, Some(errors)) => format!(
                 "record contacts that tell `{}`: knowing it would take away {:.0} % of the variance in pose {}, the worst",
                 errors.parameter,

@@ -5,6 +5,7 @@ use nalgebra::{DMatrix, DVector};
 use super::acceptance::AcceptanceResult;
 use super::competing_minimum::CompetingMinimum;
 use super::effect_test::{EffectTest, FreedEffect};
+use super::evaluation::Evaluation;
 use super::identifiability::Identifiability;
 use super::predictive_check::PredictiveCheck;
 use super::score::Score;
@@ -113,6 +114,10 @@ pub struct Estimate {
     /// How far stretches of the log are from what the others predict; `None` where contacts are too
     /// few for two stretches, of sampled manifolds, or the search has not converged.
     pub predictive_check: Option<PredictiveCheck>,
+    /// The result on contacts that were held out; `None` if
+    /// [`Problem::held_out`](crate::estimate::Problem::held_out) is empty, or contacts are measured
+    /// by a projection.
+    pub held_out: Option<Evaluation>,
     /// Minima that contacts do not rule out, the one with the least cost first; empty where the
     /// minimum is the only one, as far as searches from other starts tell.
     pub competing_minima: Vec<CompetingMinimum>,

@@ -23,6 +23,15 @@ pub struct Evaluation {
     pub contradictions: Vec<Contradiction>,
 }
 
+impl Evaluation {
+    /// Whether contacts agree with what is predicted but for chance; `None` if nothing is. Where
+    /// the uncertainty of the arm is not known, nothing disagrees.
+    pub fn agrees(&self) -> Option<bool> {
+        let is_predicted = self.scatter.is_some() || !self.distances.is_empty();
+        is_predicted.then(|| self.contradictions.is_empty())
+    }
+}
+
 /// Scatter of contacts: root mean square distances from their manifolds.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Scatter {

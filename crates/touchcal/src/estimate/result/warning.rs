@@ -2,10 +2,11 @@
 
 use super::declaration_mistake::{Agreement, DeclarationMistake};
 use super::effect_test::OmittedEffect;
+use super::evaluation::Contradiction;
 use super::status::Severity;
 use super::warning_text::{
-    competing_minimum_message, distance_message, far_from_prior_advice, harmonics_message, not_touching_message,
-    origin_message, prediction_message, scale_message,
+    competing_minimum_message, design_effect_message, distance_message, far_from_prior_advice, harmonics_message,
+    noise_message, not_touching_message, origin_message, prediction_message, scale_message,
 };
 use crate::se3::Pose;
 
@@ -169,6 +170,8 @@ pub enum Warning {
         /// Whether the result may be used.
         usable: bool,
     },
+    /// Contacts that were held out contradict the uncertainty that the calibration reports.
+    HeldOutContradicted(Contradiction),
     /// The tool's pose was estimated, but the calibrated chain ends at the tip link and does not
     /// contain it.
     ToolNotInRobot {
@@ -223,7 +226,9 @@ impl Warning {
                     Severity::Unusable
                 }
             }
-            Warning::NoiseExceeded { .. } | Warning::NoUncertainty => Severity::Doubtful,
+            Warning::NoiseExceeded { .. } | Warning::NoUncertainty | Warning::HeldOutContradicted(_) => {
+                Severity::Doubtful
+            }
             _ => Severity::Caution,
         }
     }
@@ -252,6 +257,7 @@ impl Warning {
             Warning::CommonScale { .. } => "common_scale",
             Warning::OmittedEffect { .. } => "omitted_effect",
             Warning::PredictionContradicted { .. } => "prediction_contradicted",
+            Warning::HeldOutContradicted(_) => "held_out_contradicted",
             Warning::ToolNotInRobot { .. } => "tool_not_in_robot",
             Warning::ComplianceInRobot => "compliance_in_robot",
             Warning::HarmonicsNotInRobot { .. } => "harmonics_not_in_robot",
@@ -277,16 +283,11 @@ impl Warning {
                 format!("the data do not determine these parameters, which are fixed at zero: {}", names.join(", "))
             }
             Warning::ArmUndetermined { remaining } => format!("{} of the arm's uncertainty remain", percent(remaining)),
-            Warning::NoiseExceeded { factor, declared } => {
-                let noise = if *declared { "declared" } else { "assumed" };
-                format!("contacts scatter {factor:.1} times more than the {noise} noise, which widens all intervals")
-            }
+            Warning::NoiseExceeded { factor, declared } => noise_message(*factor, *declared),
             Warning::NoiseContradicted { factor } => {
                 format!("contacts scatter {factor:.1} times more than the declared noise")
             }
-            Warning::CorrelatedErrors { design_effect: d, .. } => {
-                format!("contact errors are correlated (design effect {d:.0}: {d:.0} contacts count as one)")
-            }
+            Warning::CorrelatedErrors { design_effect, .. } => design_effect_message(*design_effect),
             Warning::NotTouching { name, gap } => not_touching_message(name, *gap),
             Warning::FewInformativeContacts { informative_fraction: share, inflation, .. } => {
                 let share = percent(share);
@@ -313,6 +314,9 @@ impl Warning {
             Warning::CommonScale { strain, deviations, .. } => scale_message(*strain, *deviations),
             Warning::OmittedEffect { effect, p_value, displacement, .. } => effect.message(*p_value, *displacement),
             Warning::PredictionContradicted { ratio, widening, .. } => prediction_message(*ratio, *widening),
+            Warning::HeldOutContradicted(contradiction) => {
+                format!("contacts that were held out contradict this calibration: {}", contradiction.message())
+            }
             Warning::ToolNotInRobot { .. } => {
                 "the calibrated robot description does not contain the tool's estimated pose".to_owned()
             }
@@ -372,6 +376,7 @@ impl Warning {
             Warning::PredictionContradicted { .. } => {
                 "record again with parts clamped and the arm at one temperature, or estimate what the model leaves out"
             }
+            Warning::HeldOutContradicted(contradiction) => contradiction.advice(),
             Warning::ToolNotInRobot { .. } => {
                 "declare the tool at its estimated pose where the calibrated robot is used"
             }

@@ -20,6 +20,17 @@ pub(super) fn competing_minimum_message(minima: usize, tool_distance: f64, param
     )
 }
 
+/// Message on contacts that scatter `factor` (1) times more than noise that is `declared`, or not.
+pub(super) fn noise_message(factor: f64, declared: bool) -> String {
+    let noise = if declared { "declared" } else { "assumed" };
+    format!("contacts scatter {factor:.1} times more than the {noise} noise, which widens all intervals")
+}
+
+/// Message on correlated contacts with this design effect (1).
+pub(super) fn design_effect_message(d: f64) -> String {
+    format!("contact errors are correlated (design effect {d:.0}: {d:.0} contacts count as one)")
+}
+
 /// Message on a mean gap at contact (m).
 pub(super) fn not_touching_message(name: &str, gap: f64) -> String {
     let verb = if gap > 0.0 { "float" } else { "penetrate" };

@@ -10,8 +10,8 @@ use crate::io::base::error::{IoError, Place};
 use crate::io::problem::loaded::Loaded;
 use crate::io::result::estimate_file::{
     self, AcceptanceEntry, CompetingMinimumEntry, ContactCounts, EffectTestEntry, EstimateFile, FixtureResidual,
-    FreedEffectEntry, NoiseEntry, NullDirection, ParameterEntry, PredictiveCheckEntry, ResidualStats, Residuals,
-    TerminationEntry, WarningEntry,
+    FreedEffectEntry, HeldOutEntry, NoiseEntry, NullDirection, ParameterEntry, PredictiveCheckEntry, ResidualStats,
+    Residuals, TerminationEntry, WarningEntry,
 };
 use crate::io::result::offsets_yaml;
 use crate::io::robot::urdf;
@@ -207,6 +207,10 @@ pub fn estimate_file(loaded: &Loaded, solved: &Solved) -> EstimateFile {
         freed_effects: estimate.freed_effects.iter().map(FreedEffectEntry::from).collect(),
         acceptance: acceptance.map(|(result, asked)| AcceptanceEntry::new(asked, result)),
         predictive_check: estimate.predictive_check.as_ref().map(PredictiveCheckEntry::from),
+        held_out: estimate
+            .held_out
+            .as_ref()
+            .map(|found| HeldOutEntry { contacts: found.score.all.count, scatter: found.scatter.map(Into::into) }),
         inputs: loaded.inputs.clone(),
         version: env!("CARGO_PKG_VERSION").to_owned(),
         seconds: *seconds,

@@ -236,6 +236,44 @@ impl From<&estimate::PredictiveCheck> for PredictiveCheckEntry {
     }
 }
 
+/// Scatter of contacts found and predicted: [`estimate::Scatter`] in the file.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct ScatterEntry {
+    /// Root mean square distance found (mm).
+    pub found_mm: f64,
+    /// Root mean square distance predicted (mm).
+    pub predicted_mm: f64,
+    /// Found over predicted (1).
+    pub ratio: f64,
+    /// Range of the ratio that holds 99.9 % of what chance makes.
+    pub by_chance: [f64; 2],
+}
+
+impl ScatterEntry {
+    /// All numbers of the entry.
+    pub(super) fn numbers(&self) -> impl Iterator<Item = f64> {
+        [self.found_mm, self.predicted_mm, self.ratio].into_iter().chain(self.by_chance)
+    }
+}
+
+impl From<estimate::Scatter> for ScatterEntry {
+    fn from(scatter: estimate::Scatter) -> Self {
+        let estimate::Scatter { found, predicted, by_chance } = scatter;
+        ScatterEntry { found_mm: 1e3 * found, predicted_mm: 1e3 * predicted, ratio: scatter.ratio(), by_chance }
+    }
+}
+
+/// The result on contacts that were held out.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct HeldOutEntry {
+    /// Number of contacts that were held out.
+    pub contacts: usize,
+    /// Their scatter; `None` if it cannot be predicted.
+    pub scatter: Option<ScatterEntry>,
+}
+
 /// Whether a calibration reaches what is asked of it: [`estimate::Decision`] in the file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]

@@ -13,8 +13,8 @@ use crate::io::base::error::{IoError, Place};
 
 pub use super::estimate_entries::{
     AcceptanceEntry, ContactCounts, Decision, EffectTestEntry, EffectValueEntry, FixtureResidual, FreedEffectEntry,
-    NoiseEntry, NullDirection, ParameterEntry, PredictiveCheckEntry, ResidualStats, Residuals, Severity, Status,
-    TaskErrorsEntry, TerminationEntry, WarningEntry,
+    HeldOutEntry, NoiseEntry, NullDirection, ParameterEntry, PredictiveCheckEntry, ResidualStats, Residuals,
+    ScatterEntry, Severity, Status, TaskErrorsEntry, TerminationEntry, WarningEntry,
 };
 pub use super::estimate_tool_entries::{CompetingMinimumEntry, WorkspaceUncertaintyEntry};
 
@@ -77,6 +77,10 @@ pub struct EstimateFile {
     /// versions.
     #[serde(default)]
     pub predictive_check: Option<PredictiveCheckEntry>,
+    /// The result on contacts that were held out; `None` without any, and in files of earlier
+    /// versions.
+    #[serde(default)]
+    pub held_out: Option<HeldOutEntry>,
     /// What is asked of the calibration, and whether it reaches that; `None` if nothing is asked,
     /// and in files of earlier versions.
     #[serde(default)]
@@ -109,6 +113,7 @@ impl From<estimate_schema_1::EstimateFile1> for EstimateFile {
             effect_tests: Vec::new(),
             freed_effects: Vec::new(),
             predictive_check: None,
+            held_out: None,
             acceptance: None,
             inputs: old.inputs,
             version: old.version,
@@ -237,6 +242,11 @@ impl EstimateFile {
         let minima = minima.map(|value| ("competing_minima".to_owned(), value));
         let predictive_check = self.predictive_check.iter().flat_map(PredictiveCheckEntry::numbers);
         let predictive_check = predictive_check.map(|value| ("predictive_check".to_owned(), value));
+        let held_out = self
+            .held_out
+            .iter()
+            .flat_map(|entry| entry.scatter)
+            .flat_map(|scatter| scatter.numbers().map(|value| ("held_out".to_owned(), value)).collect::<Vec<_>>());
         let freed = self.freed_effects.iter().flat_map(|freed| {
             let all = [Some(freed.p_value), Some(freed.gain), freed.predictive_ratio].into_iter().flatten();
             all.map(move |value| (format!("freed_effects, {}", freed.effect), value))
@@ -254,6 +264,7 @@ impl EstimateFile {
             .chain(tool)
             .chain(freed)
             .chain(predictive_check)
+            .chain(held_out)
             .chain(covariance)
             .chain(null)
             .chain(residuals)

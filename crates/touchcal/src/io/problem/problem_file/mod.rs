@@ -127,9 +127,10 @@ fn build(toml: &ProblemToml, selection: &Selection, context: &Context<'_>) -> Re
             distances.push(Distance { between: (first, second), ..distance });
         }
     }
-    let mut contacts = ContactLog::new(robot.dof());
-    if toml.contacts.is_empty() {
-        return Err(IoError::unexpected(Place::file(context.file), "at least one [[contacts]] table", "none"));
+    let (mut contacts, mut held_out) = (ContactLog::new(robot.dof()), ContactLog::new(robot.dof()));
+    if toml.contacts.iter().all(|table| table.get_ref().held_out) {
+        let found = if toml.contacts.is_empty() { "none" } else { "`held_out` in all of them" };
+        return Err(IoError::unexpected(Place::file(context.file), "at least one [[contacts]] table", found));
     }
     let joints = toml.robot.get_ref().joints.as_ref();
     check_joints(joints, &robot, context)?;
@@ -138,12 +139,15 @@ fn build(toml: &ProblemToml, selection: &Selection, context: &Context<'_>) -> Re
         let options = options(table, &names, context)?;
         let Some(fixture) = selected[options.fixture] else { continue };
         let options = Options { joints, fixture, ..options };
-        inputs.push(read_contacts(table, &robot, &options, context, &mut contacts)?);
+        let log = if table.get_ref().held_out { &mut held_out } else { &mut contacts };
+        inputs.push(read_contacts(table, &robot, &options, context, log)?);
     }
+    held_out.notes().iter().for_each(|note| contacts.note(note));
     assumptions.notes(KEYS).iter().for_each(|note| contacts.note(note));
     let acceptance = toml.accept.as_ref().map(|table| acceptance(table, (&robot, &tool), context)).transpose()?;
     let mut problem = settings.problem(robot, (tool, fixtures, distances), contacts)?;
     problem.acceptance = acceptance;
+    problem.held_out = held_out;
     Ok(Loaded { problem, urdf, inputs })
 }
 

@@ -204,6 +204,9 @@ pub(crate) enum LoadFrameToml {
 pub(crate) struct ContactsToml {
     pub(crate) file: Text,
     pub(crate) fixture: Text,
+    /// Whether contacts are not fitted, but test the result.
+    #[serde(default)]
+    pub(crate) held_out: bool,
     pub(crate) force_threshold_n: Option<Number>,
     pub(crate) release_n: Option<Number>,
     pub(crate) debounce: Option<Spanned<i64>>,

@@ -1,0 +1,60 @@
+//! Evaluation of an arm on contacts, without estimation.
+
+use std::path::PathBuf;
+
+use pyo3::prelude::*;
+use touchcal::estimate::{ParameterPosterior, apply_estimated_places, evaluate_held_out};
+use touchcal::io::calibration_folder::place_written;
+use touchcal::io::estimate_file::EstimateFile;
+use touchcal::io::urdf;
+
+use crate::calibration::Calibration;
+use crate::error::{io, unexpected};
+use crate::evaluation::Evaluation;
+use crate::problem::Problem;
+
+/// Evaluates an arm on a problem's contacts, without estimation, as `touchcal evaluate` does.
+///
+/// Args:
+///     problem: contacts, best others than those of the fit.
+///     calibration: the calibrated arm, with tool and fixtures where it found them; default:
+///         the problem's arm as it is.
+///     urdf: this URDF's arm instead, as `touchcal evaluate --urdf` does,
+///     estimate: and with it, with tool and fixtures where this estimate.json found them.
+///
+/// Raises:
+///     InputError: if the other arm has other moving joints.
+#[pyfunction]
+#[pyo3(signature = (problem, calibration=None, *, urdf=None, estimate=None))]
+pub fn evaluate(
+    py: Python<'_>,
+    problem: &Problem,
+    calibration: Option<&Calibration>,
+    urdf: Option<PathBuf>,
+    estimate: Option<PathBuf>,
+) -> PyResult<Evaluation> {
+    if calibration.is_some() && (urdf.is_some() || estimate.is_some()) {
+        return Err(unexpected("evaluate", "a calibration, or urdf and estimate", "both"));
+    }
+    let nominal = &problem.loaded.problem;
+    let mut evaluated = nominal.clone();
+    let mut posterior = None;
+    if let Some(calibration) = calibration {
+        let estimate = &calibration.solved.estimate;
+        urdf::check_like(&nominal.robot, &estimate.robot, estimate.robot.name()).map_err(io)?;
+        apply_estimated_places(&mut evaluated, |name| estimate.parameter(name).map(|parameter| parameter.value));
+        evaluated.robot = estimate.robot.clone().with_gravity(*nominal.robot.gravity());
+        posterior = ParameterPosterior::of_estimate(estimate);
+    }
+    let other = urdf.map(|path| urdf::read_like(&nominal.robot, &path)).transpose().map_err(io)?;
+    if let Some(path) = estimate {
+        let file = EstimateFile::read_file(&path).map_err(io)?;
+        place_written(&mut evaluated, &file);
+        posterior = file.posterior();
+    }
+    if let Some(other) = other {
+        evaluated.robot = other.robot;
+    }
+    let evaluation = py.detach(|| evaluate_held_out(nominal, &evaluated, posterior.as_ref()));
+    Ok(Evaluation::new(evaluation, &nominal.fixtures))
+}
