@@ -152,10 +152,10 @@ pub struct ContactModeOptions {
     /// Newton decrement `gᵀH⁻¹g` (1) below which the parameters' step of an iteration is taken
     /// without a line search; 1 is a step of one standard deviation.
     pub em_step_decrement: f64,
-    /// Share (0 to 1) of the one-sided contacts that must be informative: the sum of the
-    /// probabilities that they touch something, over their number. At or below it the least gap of
-    /// each contact is used instead.
-    pub min_informative_fraction: f64,
+    /// Shares (0 to 1) of one-sided contacts that must be informative: the sum of the probabilities
+    /// that they touch something, over the number of all, and over that of those whose surfaces can
+    /// be distinguished. At or below either the least gap of each contact is used instead.
+    pub min_informative_share: [f64; 2],
     /// Weight (> 0) of the mean odds of a fixture in the odds of each of its surfaces, as a number
     /// of active candidate contacts.
     pub odds_strength: f64,
@@ -186,7 +186,7 @@ impl Default for ContactModeOptions {
             em_tolerance: 0.04,
             em_initial_inflation: 3.0,
             em_step_decrement: 1.0,
-            min_informative_fraction: 0.3,
+            min_informative_share: [0.05, 0.3],
             odds_strength: 5.0,
             noise_strength: 100.0,
             directional_bias_sigma: 1e-6,

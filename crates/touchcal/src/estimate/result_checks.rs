@@ -110,7 +110,8 @@ fn fit_warnings(
         let usable = design_effect < thresholds.design_effect[1] && !is_unexplained;
         warnings.push(Warning::CorrelatedErrors { design_effect, usable });
     }
-    if let Some(informative_fraction) = search.informative_fraction.filter(|_| statistics.has_least_gap_inflation) {
+    let informative = search.informative_share.filter(|_| statistics.has_least_gap_inflation);
+    if let Some(informative_fraction) = informative.map(|share| share.of_all) {
         let inflation = problem.options.contact_mode.least_gap_inflation;
         // Without a likelihood nothing that is declared exact can be tested.
         let is_enough = informative_fraction > thresholds.informative_fraction;

@@ -89,7 +89,7 @@ fn posterior(search: &mut SearchState<'_>, postfit: &PostfitStatistics) -> Widen
         }
         None => (None, None, residual_prediction(search)),
     };
-    let has_least_gap_inflation = covariance.is_none() && search.informative_fraction.is_some();
+    let has_least_gap_inflation = covariance.is_none() && search.informative_share.is_some();
     if has_least_gap_inflation {
         let inflation = search.model.problem.options.contact_mode.least_gap_inflation.powi(2);
         posterior.covariance *= inflation.max(design_effect.unwrap_or(1.0));
@@ -156,19 +156,24 @@ pub(super) fn summarize(mut search: SearchState<'_>) -> Estimate {
         robot: robot::calibrated(&problem.robot, &columns, &values),
         parameters,
     };
-    let tests = effect_tests(&mut search, &estimate);
-    estimate.warnings.extend(declaration_warning(&search));
-    estimate.warnings.extend(result_warnings(&search, &estimate, &statistics));
-    let of_effects = apply_effect_tests(&mut estimate, tests, &search.model.problem.options.thresholds);
-    estimate.warnings.extend(of_effects);
-    estimate.held_out = held_out(problem, &estimate);
-    let contradictions = estimate.held_out.iter().flat_map(|found| found.contradictions.clone());
-    estimate.warnings.extend(contradictions.map(Warning::HeldOutContradicted));
-    estimate.warnings.sort_by_key(Warning::severity);
+    check(&mut estimate, &mut search, &statistics);
     estimate.workspace_uncertainty = workspace_uncertainty(problem, &estimate);
     estimate.status = status(&estimate.termination, &estimate.warnings);
     estimate.acceptance = problem.acceptance.as_ref().map(|asked| acceptance(asked, problem, &estimate));
     estimate
+}
+
+/// Tests the estimate, and adds the warnings that follow.
+fn check(estimate: &mut Estimate, search: &mut SearchState<'_>, statistics: &FitStatistics) {
+    let tests = effect_tests(search, estimate);
+    estimate.warnings.extend(declaration_warning(search));
+    estimate.warnings.extend(result_warnings(search, estimate, statistics));
+    let of_effects = apply_effect_tests(estimate, tests, &search.model.problem.options.thresholds);
+    estimate.warnings.extend(of_effects);
+    estimate.held_out = held_out(search.model.problem, estimate);
+    let contradictions = estimate.held_out.iter().flat_map(|found| found.contradictions.clone());
+    estimate.warnings.extend(contradictions.map(Warning::HeldOutContradicted));
+    estimate.warnings.sort_by_key(Warning::severity);
 }
 
 /// Minima that contacts do not rule out, with the distance of the tool there from the result's.

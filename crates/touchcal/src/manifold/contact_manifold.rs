@@ -98,9 +98,9 @@ pub trait ContactManifold: Send + Sync + std::fmt::Debug {
     ///
     /// A candidate contact is a surface that can push in one direction, that of the linear part of
     /// its row's derivative; the gaps of all that are touched at once are zero, on average over the
-    /// pose's noise. Nothing is appended where the surfaces cannot be distinguished or all are too
-    /// far. The default is the rows of the residual that `gate` accepts, which suits a manifold of
-    /// one surface.
+    /// pose's noise. Returns whether the surfaces can be distinguished at this pose; where they
+    /// cannot, nothing is appended, and the contact says nothing. The default is the rows of the
+    /// residual that `gate` accepts, which suits a manifold of one surface.
     ///
     /// `cache` belongs to the contact, which is evaluated many times at nearby poses; the result
     /// does not depend on it.
@@ -110,10 +110,11 @@ pub trait ContactManifold: Send + Sync + std::fmt::Debug {
         gate: &Gate,
         cache: &mut ContactCache,
         candidates: &mut Residual,
-    ) {
+    ) -> bool {
         let _ = cache;
         self.residual(fixture_from_tool, 0.0, candidates);
         candidates.retain(|gap, gradient| gate.accepts(gap, gradient.dot(&(gate.covariance * gradient))));
+        true
     }
 
     /// Number of regions and of surfaces in each, by which candidate contacts are numbered: the

@@ -74,27 +74,36 @@ fn a_wrong_minimum_is_avoided() {
     }
 }
 
-/// With a quarter of a millimetre of clearance the peg hardly gets in: at the rim edges take turns,
-/// and only the nearest is known.
+/// With little clearance the peg hardly gets in, and contacts at the rim, where edges take turns,
+/// say nothing. A tenth in the hole is enough; fewer are said to be few.
 #[test]
 fn a_peg_at_the_rim_is_said_to_tell_little() {
     let robot = urdf::read_builtin("iiwa14", Ends::default()).expect("an arm").robot;
-    let mut scenario = Preset::Paper.scenario(robot).expect("parts");
-    let wide = solve(&problem(&scenario, &sim::simulate(&scenario, 5001).expect("contacts")));
-    let peg = Polygon::extrusion25();
-    let hole = peg.offset_mitred(0.25e-3).expect("an outline");
-    let parts = PrismPair::new(peg, 0.04, hole, 0.03).expect("parts");
-    scenario.touches[0].parts = Parts::PegInHole(Box::new(parts));
-    let narrow = solve(&problem(&scenario, &sim::simulate(&scenario, 5001).expect("contacts")));
+    let with_clearance = |clearance: f64| {
+        let mut scenario = Preset::Paper.scenario(robot.clone()).expect("parts");
+        let peg = Polygon::extrusion25();
+        let hole = peg.offset_mitred(clearance).expect("an outline");
+        let parts = PrismPair::new(peg, 0.04, hole, 0.03).expect("parts");
+        scenario.touches[0].parts = Parts::PegInHole(Box::new(parts));
+        let simulated = sim::simulate(&scenario, 5001).expect("contacts");
+        solve(&problem(&scenario, &simulated))
+    };
     let share = |estimate: &Estimate| {
         estimate.warnings.iter().find_map(|warning| match warning {
             Warning::FewInformativeContacts { informative_fraction: share, .. } => Some(*share),
             _ => None,
         })
     };
-    assert_eq!(share(&wide), None);
-    let share = share(&narrow).expect("few tell");
-    assert!(share > 0.05 && share < 0.3, "{share}");
+    let narrow = with_clearance(0.2e-3);
+    assert_eq!((share(&narrow), narrow.status.is_usable()), (None, true), "{:?}", narrow.warnings);
+    // Truth is the same as in every trial of `paper` but for signs: 5 % and 5 degrees.
+    for entry in narrow.parameters.iter().filter(|entry| entry.parameter.id.kinematic().is_some()) {
+        let size = if entry.parameter.name == "strain" { 0.05 } else { 5.0_f64.to_radians() };
+        let deviations = (entry.value.abs() - size) / entry.sigma.expect("one-sided contacts have an uncertainty");
+        assert!(deviations.abs() < 4.0, "{}: {deviations}", entry.parameter.name);
+    }
+    let share = share(&with_clearance(0.03e-3)).expect("few tell");
+    assert!(share < 0.05, "{share}");
 }
 
 /// Contacts of a second and a half leave several minima: each is listed once, with how far the tool

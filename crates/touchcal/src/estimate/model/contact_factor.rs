@@ -24,6 +24,8 @@ pub(crate) struct ContactFactor {
     /// Standard deviation (m) of the first row before whitening.
     sigma: f64,
     likelihood: Option<MarginalLikelihood>,
+    /// Whether the surfaces of the candidate contacts can be distinguished.
+    is_distinct: bool,
     /// Whether derivatives by the odds of contact modes are needed.
     with_odds_derivatives: bool,
 }
@@ -40,6 +42,7 @@ impl ContactFactor {
             residual: [0.0; MAX_ROWS],
             sigma: 0.0,
             likelihood: None,
+            is_distinct: true,
             with_odds_derivatives,
         }
     }
@@ -69,6 +72,11 @@ impl ContactFactor {
     /// evaluation of a residual.
     pub fn likelihood(&self) -> Option<(&MarginalLikelihood, &Residual)> {
         self.likelihood.as_ref().map(|likelihood| (likelihood, &self.rows))
+    }
+
+    /// Whether the surfaces of the candidate contacts that were evaluated can be distinguished.
+    pub fn is_distinct(&self) -> bool {
+        self.is_distinct
     }
 
     /// Scratch for joint positions (rad, or m for a prismatic joint).
@@ -161,7 +169,8 @@ impl ContactFactor {
             deviations: model.problem.options.contact_mode.gate,
         };
         self.rows.clear();
-        model.problem.fixtures[f].manifold.candidate_contacts(&pose, &gate, cache, &mut self.rows);
+        let manifold = &model.problem.fixtures[f].manifold;
+        self.is_distinct = manifold.candidate_contacts(&pose, &gate, cache, &mut self.rows);
         self.subtract_gap_biases(point, i, &pose);
         self.likelihood = None;
         self.candidates(point, f, &gate)

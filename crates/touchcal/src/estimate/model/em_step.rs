@@ -6,7 +6,7 @@ use super::calibration_model::CalibrationModel;
 use super::declared_factors::{add_distances, add_priors, prior_information};
 use super::layout::PriorGroup;
 use super::linearization::LinearizationPoint;
-use super::mode_statistics::{ContactModeStatistics, Curvature, contact_mode_statistics};
+use super::mode_statistics::{ContactModeStatistics, Curvature, InformativeShare, contact_mode_statistics};
 use super::objective::Objective;
 use crate::estimate::contact_mode::{ContactCounts, ContactModePrior, PseudoCounts};
 use crate::manifold::ContactCache;
@@ -18,8 +18,8 @@ const WIDTH_ITERATIONS: usize = 20;
 
 /// The outcome of an iteration.
 pub(crate) struct EmStep {
-    /// Share (0 to 1) of the one-sided contacts that are informative.
-    pub informative_fraction: f64,
+    /// How many one-sided contacts are informative.
+    pub informative_share: InformativeShare,
     /// Mean relative change of the odds (1), or that of the noise or of a width if it is larger.
     pub change: f64,
     /// Cost (1) before the iteration.
@@ -39,7 +39,7 @@ pub(crate) fn em_step(
 ) -> EmStep {
     let options = &model.problem.options;
     let mut statistics = contact_mode_statistics(model, theta, (stride, Curvature::Complete), caches);
-    let informative_fraction = statistics.informative_fraction(model);
+    let informative_share = statistics.informative_share(model);
     let priors = maximize_priors(model, &statistics);
     let noise = maximize_noise(model, &statistics);
     let mut change =
@@ -61,7 +61,7 @@ pub(crate) fn em_step(
             }
         }
     }
-    EmStep { informative_fraction, change, cost: normal.cost, step }
+    EmStep { informative_share, change, cost: normal.cost, step }
 }
 
 /// The contact mode priors with the greatest expected likelihood, over-relaxed.

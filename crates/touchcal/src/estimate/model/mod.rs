@@ -23,7 +23,7 @@ pub(crate) use declared_factors::{add_distances, add_priors, distance_informatio
 pub(crate) use em_step::em_step;
 pub(crate) use layout::PriorGroup;
 pub(crate) use linearization::LinearizationPoint;
-pub(crate) use mode_statistics::{ContactModeStatistics, Curvature, contact_mode_statistics};
+pub(crate) use mode_statistics::{ContactModeStatistics, Curvature, InformativeShare, contact_mode_statistics};
 pub(crate) use objective::Objective;
 pub(crate) use omitted_effects::{OmittedParameters, has_exact_declarations, with_omitted_effects};
 pub(crate) use resolution::set_resolution;

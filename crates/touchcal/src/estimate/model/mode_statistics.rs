@@ -23,6 +23,15 @@ pub(crate) enum Curvature {
     Observed,
 }
 
+/// Share (0 to 1) of the one-sided contacts that are informative.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct InformativeShare {
+    /// Of all.
+    pub of_all: f64,
+    /// Of those whose surfaces can be distinguished.
+    pub of_distinct: f64,
+}
+
 /// Least number of contacts in a stretch, whose scores' covariance is that of a sample.
 const CONTACTS_PER_STRETCH: usize = 250;
 
@@ -44,6 +53,8 @@ pub(crate) struct ContactModeStatistics {
     pub squared_distance: f64,
     /// Sum of the standard deviations (m) of all candidates.
     pub sigma_sum: f64,
+    /// Number of one-sided contacts whose surfaces cannot be distinguished.
+    pub indistinct: f64,
     /// Expected counts of contacts, for each fixture and each region of its manifold.
     pub counts: Vec<Vec<ContactCounts>>,
 }
@@ -65,6 +76,7 @@ impl ContactModeStatistics {
             stretches: Vec::new(),
             squared_distance: 0.0,
             sigma_sum: 0.0,
+            indistinct: 0.0,
             counts: priors.iter().map(|regions| regions.iter().map(counts).collect()).collect(),
         }
     }
@@ -76,6 +88,7 @@ impl ContactModeStatistics {
         self.block_scores.push(other.score_outer_product.gradient.clone());
         self.squared_distance += other.squared_distance;
         self.sigma_sum += other.sigma_sum;
+        self.indistinct += other.indistinct;
         for (counts, more) in self.counts.iter_mut().flatten().zip(other.counts.iter().flatten()) {
             counts.add(more);
         }
@@ -92,15 +105,16 @@ impl ContactModeStatistics {
         }
         self.squared_distance *= factor;
         self.sigma_sum *= factor;
+        self.indistinct *= factor;
         self.counts.iter_mut().flatten().for_each(|counts| counts.scale(factor));
     }
 
-    /// Share (0 to 1) of the one-sided contacts that are informative: the expected number of those
-    /// in contact over all.
-    pub fn informative_fraction(&self, model: &CalibrationModel<'_>) -> f64 {
-        let one_sided = (0..model.problem.contacts.len()).filter(|&i| model.is_one_sided(i)).count();
+    /// How many one-sided contacts are informative: the expected number of those in contact.
+    pub fn informative_share(&self, model: &CalibrationModel<'_>) -> InformativeShare {
+        let one_sided = (0..model.problem.contacts.len()).filter(|&i| model.is_one_sided(i)).count() as f64;
         let in_contact: f64 = self.counts.iter().flatten().map(|counts| counts.contacts().0).sum();
-        in_contact / one_sided.max(1) as f64
+        let share = |of: f64| in_contact / of.max(1.0);
+        InformativeShare { of_all: share(one_sided), of_distinct: share(one_sided - self.indistinct) }
     }
 
     /// Adds the likelihood of a one-sided contact with fixture `f`.
@@ -204,6 +218,7 @@ pub(crate) fn contact_mode_statistics(
             let f = model.problem.contacts.fixture(i);
             if model.is_one_sided(i) {
                 factor.evaluate_modes(&point, i, caches.of(i));
+                statistics.indistinct += f64::from(u8::from(!factor.is_distinct()));
             } else {
                 factor.evaluate(&point, i, Objective::ContactModes);
             }

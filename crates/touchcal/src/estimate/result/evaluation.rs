@@ -28,7 +28,7 @@ impl Evaluation {
     /// the uncertainty of the arm is not known, nothing disagrees.
     pub fn agrees(&self) -> Option<bool> {
         let is_predicted = self.scatter.is_some() || !self.distances.is_empty();
-        is_predicted.then(|| self.contradictions.is_empty())
+        is_predicted.then_some(self.contradictions.is_empty())
     }
 }
 

@@ -20,8 +20,8 @@ pub(crate) fn approach_contact_modes(search: &mut SearchState<'_>, observe: Obse
 
 /// Whether enough contacts are informative for the marginal likelihood to be used.
 pub(crate) fn uses_contact_modes(search: &SearchState<'_>) -> bool {
-    let least = search.model.problem.options.contact_mode.min_informative_fraction;
-    search.informative_fraction.is_some_and(|fraction| fraction > least)
+    let [of_all, of_distinct] = search.model.problem.options.contact_mode.min_informative_share;
+    search.informative_share.is_some_and(|share| share.of_all > of_all && share.of_distinct > of_distinct)
 }
 
 /// From a subsample, its contact modes fitted, to all contacts, with their marginal likelihood if
@@ -47,10 +47,10 @@ pub(super) fn fit_contact_modes(search: &mut SearchState<'_>, observe: Observer<
     // Noise estimated from least gaps may be far too small: of many candidates the least hardly
     // scatters.
     search.model.noise.mode_factor = (1.0 / search.model.noise.factor).max(1.0);
-    search.informative_fraction = is_applicable.then(|| {
+    search.informative_share = is_applicable.then(|| {
         let subsample = (search.model.stride(options.em_subsample[0]), Curvature::Complete);
         let statistics = contact_mode_statistics(&search.model, &search.theta, subsample, &mut search.caches);
-        statistics.informative_fraction(&search.model)
+        statistics.informative_share(&search.model)
     });
     if !uses_contact_modes(search) {
         return;
@@ -82,7 +82,7 @@ pub(super) fn fit_contact_modes(search: &mut SearchState<'_>, observe: Observer<
 /// the odds.
 fn iterate(search: &mut SearchState<'_>, stride: usize, iteration: usize, observe: Observer<'_>) -> f64 {
     let em = em_step(&mut search.model, &search.theta, &search.free, stride, &mut search.caches);
-    search.informative_fraction = Some(em.informative_fraction);
+    search.informative_share = Some(em.informative_share);
     if !uses_contact_modes(search) {
         return em.change;
     }
@@ -109,7 +109,7 @@ fn iterate(search: &mut SearchState<'_>, stride: usize, iteration: usize, observ
 /// contacts that are not one-sided, and the least gaps of others that have no marginal likelihood.
 pub(crate) fn residual_prediction(search: &mut SearchState<'_>) -> Option<PredictiveCheck> {
     // A gradient descent, or a search that has not converged, is at no minimum of least gaps.
-    let is_unconverged = search.model.has_one_sided_contacts() && search.informative_fraction.is_none();
+    let is_unconverged = search.model.has_one_sided_contacts() && search.informative_share.is_none();
     if is_unconverged || search.model.problem.has_projection() || search.is_interrupted() {
         return None;
     }

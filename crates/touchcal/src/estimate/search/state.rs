@@ -2,7 +2,9 @@
 
 use nalgebra::DVector;
 
-use crate::estimate::model::{CalibrationModel, LinearizationPoint, Objective, contact_caches, normal_equations};
+use crate::estimate::model::{
+    CalibrationModel, InformativeShare, LinearizationPoint, Objective, contact_caches, normal_equations,
+};
 use crate::estimate::options::SearchOptions;
 use crate::estimate::problem::Problem;
 use crate::estimate::result::{Observer, Progress, Stage};
@@ -36,9 +38,8 @@ pub(crate) struct SearchState<'p> {
     pub free: FreeParameters,
     /// Parameters that were fixed because nothing determines them.
     pub fixed: GaugeFix,
-    /// Share (0 to 1) of the one-sided contacts that are informative; `None` where no contact modes
-    /// were fitted.
-    pub informative_fraction: Option<f64>,
+    /// How many one-sided contacts are informative; `None` where no contact modes were fitted.
+    pub informative_share: Option<InformativeShare>,
     /// Minima of the least gaps that searches from other starts found, the one with the least cost
     /// first.
     pub other_minima: Vec<OtherMinimum>,
@@ -62,7 +63,7 @@ impl<'p> SearchState<'p> {
             theta: DVector::zeros(scale.len()),
             free: FreeParameters::new(scale),
             fixed: GaugeFix::default(),
-            informative_fraction: None,
+            informative_share: None,
             other_minima: Vec::new(),
             is_from_other_start: false,
             has_excess_scatter: false,

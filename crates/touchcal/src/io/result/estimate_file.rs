@@ -11,10 +11,12 @@ use crate::estimate::{NoiseSigma, ParameterPosterior, PosteriorEntry};
 use crate::io::base::bytes::{self, Input};
 use crate::io::base::error::{IoError, Place};
 
+pub use super::estimate_check_entries::{
+    AcceptanceEntry, Decision, HeldOutEntry, PredictiveCheckEntry, ScatterEntry, TaskErrorsEntry,
+};
 pub use super::estimate_entries::{
-    AcceptanceEntry, ContactCounts, Decision, EffectTestEntry, EffectValueEntry, FixtureResidual, FreedEffectEntry,
-    HeldOutEntry, NoiseEntry, NullDirection, ParameterEntry, PredictiveCheckEntry, ResidualStats, Residuals,
-    ScatterEntry, Severity, Status, TaskErrorsEntry, TerminationEntry, WarningEntry,
+    ContactCounts, EffectTestEntry, EffectValueEntry, FixtureResidual, FreedEffectEntry, NoiseEntry, NullDirection,
+    ParameterEntry, ResidualStats, Residuals, Severity, Status, TerminationEntry, WarningEntry,
 };
 pub use super::estimate_tool_entries::{CompetingMinimumEntry, WorkspaceUncertaintyEntry};
 
@@ -242,21 +244,14 @@ impl EstimateFile {
         let minima = minima.map(|value| ("competing_minima".to_owned(), value));
         let predictive_check = self.predictive_check.iter().flat_map(PredictiveCheckEntry::numbers);
         let predictive_check = predictive_check.map(|value| ("predictive_check".to_owned(), value));
-        let held_out = self
-            .held_out
-            .iter()
-            .flat_map(|entry| entry.scatter)
-            .flat_map(|scatter| scatter.numbers().map(|value| ("held_out".to_owned(), value)).collect::<Vec<_>>());
+        let held_out = self.held_out.iter().flat_map(HeldOutEntry::numbers);
+        let held_out = held_out.map(|value| ("held_out".to_owned(), value));
         let freed = self.freed_effects.iter().flat_map(|freed| {
             let all = [Some(freed.p_value), Some(freed.gain), freed.predictive_ratio].into_iter().flatten();
             all.map(move |value| (format!("freed_effects, {}", freed.effect), value))
         });
-        let acceptance = self.acceptance.iter().flat_map(|entry| {
-            let asked = [Some(entry.tolerance_mm), entry.tolerance_deg, Some(entry.confidence)];
-            let errors = entry.errors.iter();
-            let found = errors.flat_map(|e| [e.probability, e.distance_mm, e.angle_deg, e.share]);
-            asked.into_iter().flatten().chain(found).map(|value| ("acceptance".to_owned(), value))
-        });
+        let acceptance = self.acceptance.iter().flat_map(AcceptanceEntry::numbers);
+        let acceptance = acceptance.map(|value| ("acceptance".to_owned(), value));
         parameters
             .chain(tests)
             .chain(acceptance)

@@ -3,6 +3,7 @@
 pub mod calibration_folder;
 #[cfg(feature = "mcap")]
 pub mod calibration_mcap;
+mod estimate_check_entries;
 mod estimate_entries;
 pub mod estimate_file;
 mod estimate_schema_1;

@@ -4,7 +4,7 @@
 use nalgebra::Matrix6;
 
 use super::hole::Hole;
-use super::surfaces::{is_at_rim, is_near_rim, surface_of};
+use super::surfaces::{is_near_rim, surface_of};
 use crate::geometry::SignedGap;
 use crate::manifold::gate::Gate;
 use crate::manifold::residual::{MAX_ROWS, Residual};
@@ -43,9 +43,6 @@ pub(super) fn push_candidates(
     visit_below: impl FnOnce(f64, &mut dyn FnMut(&SignedGap)),
     rows: &mut Residual,
 ) {
-    if is_at_rim(hole, hole_from_peg) {
-        return;
-    }
     let mut features: Vec<NearFeature> = Vec::with_capacity(EXPECTED);
     visit_below(gate.cutoff(hole.peg_radius.hypot(hole.depth)), &mut |gap| {
         let covariance_gradient = gate.covariance * gap.gradient;

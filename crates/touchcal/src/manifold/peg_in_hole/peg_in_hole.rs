@@ -3,7 +3,7 @@
 use super::candidates::push_candidates;
 use super::hole::{Hole, ROTATION_SCALE, TRANSLATION_SCALE};
 use super::shapes::PegInHoleShapes;
-use super::surfaces::SURFACE_COUNTS;
+use super::surfaces::{SURFACE_COUNTS, is_at_rim};
 use crate::geometry::PrismPair;
 use crate::manifold::cache::ContactCache;
 use crate::manifold::contact_manifold::{ContactManifold, ResidualKind, SurfaceCounts};
@@ -79,14 +79,18 @@ impl<G: PegInHoleShapes + Send + Sync + std::fmt::Debug> ContactManifold for Peg
         gate: &Gate,
         cache: &mut ContactCache,
         candidates: &mut Residual,
-    ) {
-        push_candidates(
-            &self.hole,
-            hole_from_peg,
-            gate,
-            |cutoff, visit| self.shapes.visit_below(hole_from_peg, cutoff, &mut cache.neighbors, visit),
-            candidates,
-        );
+    ) -> bool {
+        let is_distinct = !is_at_rim(&self.hole, hole_from_peg);
+        if is_distinct {
+            push_candidates(
+                &self.hole,
+                hole_from_peg,
+                gate,
+                |cutoff, visit| self.shapes.visit_below(hole_from_peg, cutoff, &mut cache.neighbors, visit),
+                candidates,
+            );
+        }
+        is_distinct
     }
 
     fn surface_counts(&self) -> SurfaceCounts {
