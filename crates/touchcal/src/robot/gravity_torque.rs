@@ -92,6 +92,8 @@ pub(super) struct JointTorques {
     joints: Vec<LoadedJoint>,
     /// Pose of the tip.
     tip: LinkPose,
+    /// Masses at the tip, about the base's origin.
+    tip_masses: Masses,
     gravity: Vector3<f64>,
     /// Force (N) at the tip's origin, and moment (N m) about it.
     force: Vector3<f64>,
@@ -125,7 +127,14 @@ impl JointTorques {
     pub fn new(dof: usize) -> Self {
         let zero = Vector3::zeros();
         let joint = LoadedJoint { axis: zero, position: zero, prismatic: false, carried: Masses::NONE };
-        JointTorques { joints: vec![joint; dof], tip: LinkPose::base(), gravity: zero, force: zero, moment: zero }
+        JointTorques {
+            joints: vec![joint; dof],
+            tip: LinkPose::base(),
+            tip_masses: Masses::NONE,
+            gravity: zero,
+            force: zero,
+            moment: zero,
+        }
     }
 
     /// Moves the arm to joint positions (rad, m; encoder offsets taken off), with `load` (N, N m)
@@ -149,7 +158,8 @@ impl JointTorques {
             joint.carried = masses.seen_from_base(&frame);
         }
         frame.advance_to_joint(tip);
-        let mut carried = gravity.masses.last().map_or(Masses::NONE, |masses| masses.seen_from_base(&frame));
+        self.tip_masses = gravity.masses.last().map_or(Masses::NONE, |masses| masses.seen_from_base(&frame));
+        let mut carried = self.tip_masses;
         for joint in self.joints.iter_mut().rev() {
             carried.add(&joint.carried);
             joint.carried = carried;
@@ -174,22 +184,33 @@ impl JointTorques {
     /// Derivative of the torque about joint `i` by the position of joint `j` (N m per rad or m),
     /// the load being fixed to the tip.
     pub fn slope(&self, i: usize, j: usize) -> f64 {
-        let (joint, mover) = (&self.joints[i], &self.joints[j]);
+        let (axis, zero) = (self.joints[j].axis, Vector3::zeros());
+        let (velocity, rotation) = if self.joints[j].prismatic { (axis, zero) } else { (zero, axis) };
+        self.slope_by_origin(i, j, &velocity, &rotation)
+    }
+
+    /// Derivative of the torque about joint `i` (N m) by a motion of the origin of joint `j` and of
+    /// all that follows, the tip for `j` beyond the joints: the origin's `velocity` (m) and the
+    /// `rotation` (rad) about it. The load is fixed to the tip.
+    pub fn slope_by_origin(&self, i: usize, j: usize, velocity: &Vector3<f64>, rotation: &Vector3<f64>) -> f64 {
+        let joint = &self.joints[i];
         if joint.prismatic {
             return 0.0;
         }
         if j <= i {
             // Masses and load turn with the joint, the direction of gravity does not.
-            let turned = if mover.prismatic { Vector3::zeros() } else { mover.axis.cross(&self.gravity) };
-            return -joint.axis.dot(&joint.lever().cross(&turned));
+            return -joint.axis.dot(&joint.lever().cross(&rotation.cross(&self.gravity)));
         }
-        let moved_masses =
-            if mover.prismatic { mover.axis * mover.carried.mass } else { mover.axis.cross(&mover.lever()) };
-        let mut change = moved_masses.cross(&self.gravity) + mover.velocity(&self.tip.position).cross(&self.force);
-        if !mover.prismatic {
-            let lever = self.tip.position - joint.position;
-            change += lever.cross(&mover.axis.cross(&self.force)) + mover.axis.cross(&self.moment);
-        }
+        let (position, carried) = match self.joints.get(j) {
+            Some(mover) => (mover.position, mover.carried),
+            None => (self.tip.position, self.tip_masses),
+        };
+        let moved_masses = velocity * carried.mass + rotation.cross(&(carried.moment - position * carried.mass));
+        let tip_velocity = velocity + rotation.cross(&(self.tip.position - position));
+        let change = moved_masses.cross(&self.gravity)
+            + tip_velocity.cross(&self.force)
+            + (self.tip.position - joint.position).cross(&rotation.cross(&self.force))
+            + rotation.cross(&self.moment);
         joint.axis.dot(&change)
     }
 
