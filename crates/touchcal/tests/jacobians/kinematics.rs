@@ -94,42 +94,6 @@ fn jacobian_matches_central_differences() {
     }
 }
 
-/// Derivatives by strains, offsets and joint origins where joints deflect by degrees under gravity
-/// and a load. That by an offset is the one by the origin's rotation about the axis: else contacts
-/// would seem to tell the two apart.
-#[test]
-fn derivatives_of_a_compliant_arm_match_central_differences() {
-    let load: Wrench = [5.0, -20.0, 10.0, 1.0, -2.0, 0.5];
-    for robot in robots() {
-        let mut columns = all_columns(&robot);
-        let stiff = columns.len();
-        columns.extend(touchcal::parameter::joint_compliance(&robot).iter().filter_map(|p| p.id.kinematic()));
-        let values = spread(columns.len(), 5);
-        let value = |(k, v): (usize, &f64)| if k < stiff { 0.05 * v } else { 2e-3 * (1.5 + v) };
-        let theta: Vec<f64> = values.iter().enumerate().map(value).collect();
-        let q: Vec<f64> = spread(robot.dof(), 6).iter().map(|v| v * 2.0).collect();
-        let mut kinematics = Kinematics::new(&robot, &columns, tip_from_tool());
-        kinematics.set(&theta);
-        let mut scratch = kinematics.scratch();
-        let pose = kinematics.pose_and_jacobian_under(&q, &load, &mut scratch);
-        for (k, column) in columns.iter().enumerate() {
-            let mut slope = |h: f64| {
-                let mut at = |sign: f64| {
-                    let mut moved = theta.clone();
-                    moved[k] += sign * h;
-                    kinematics.set(&moved);
-                    se3::log(&(pose.inverse() * kinematics.pose_under(&q, &load)))
-                };
-                (at(1.0) - at(-1.0)) / (2.0 * h)
-            };
-            let h = if k < stiff { 1e-3 } else { 1e-5 };
-            let richardson = (slope(h) * 4.0 - slope(2.0 * h)) / 3.0;
-            let found = scratch.parameters[k];
-            assert!((richardson - found).amax() < 1e-8 * found.amax().max(1.0), "{} {column:?}", robot.name());
-        }
-    }
-}
-
 /// The derivative by the load is exact, also where joints deflect by degrees; the error of central
 /// differences must fall as h². It is the same for compliances that the arm declares.
 #[test]

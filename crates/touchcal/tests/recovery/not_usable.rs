@@ -75,7 +75,8 @@ fn a_wrong_minimum_is_avoided() {
 }
 
 /// With little clearance the peg hardly gets in, and contacts at the rim, where edges take turns,
-/// say nothing. A tenth in the hole is enough; fewer are said to be few.
+/// say nothing. One contact in ten inside the hole determines the arm; where it is less than one in
+/// twenty, a warning says so.
 #[test]
 fn a_peg_at_the_rim_is_said_to_tell_little() {
     let robot = urdf::read_builtin("iiwa14", Ends::default()).expect("an arm").robot;
