@@ -3,7 +3,7 @@
 use nalgebra::{Cholesky, DVector, Matrix6};
 
 use crate::robot::{Kinematics, KinematicsScratch};
-use crate::se3::{self, Pose, Twist};
+use crate::se3::{self, Pose, Twist, Wrench};
 
 /// Newton steps before a pose counts as out of reach.
 const STEPS: usize = 200;
@@ -29,7 +29,7 @@ const POSTURE_MET: f64 = 1e-3;
 /// last of 200 steps.
 pub fn follow(kinematics: &Kinematics, base_from_tool: &Pose, q: &[f64], posture: &[f64]) -> Option<Vec<f64>> {
     let mut q = q.to_vec();
-    Follower::new(kinematics).follow(base_from_tool, &mut q, posture).then_some(q)
+    Follower::new(kinematics).follow((base_from_tool, &[0.0; 6]), &mut q, posture).then_some(q)
 }
 
 /// An arm that follows poses.
@@ -47,12 +47,14 @@ impl<'a> Follower<'a> {
         Follower { kinematics, scratch: kinematics.scratch(), towards: zeros(), step: zeros() }
     }
 
-    /// Moves `q` as [`follow`] does, which says what lengths `q` and `posture` have. False if the
-    /// pose is not reached: `q` then holds the positions of the last step.
-    pub fn follow(&mut self, base_from_tool: &Pose, q: &mut [f64], posture: &[f64]) -> bool {
+    /// Moves `q` as [`follow`] does, which says what lengths `q` and `posture` have, to where the
+    /// arm reaches the pose under `load`: the wrench `[f; τ]` (N, N m) exerted on the tool about
+    /// the tip's origin, in the tip frame. False if the pose is not reached: `q` then holds the
+    /// positions of the last step.
+    pub fn follow(&mut self, (base_from_tool, load): (&Pose, &Wrench), q: &mut [f64], posture: &[f64]) -> bool {
         let mut pulled = true;
         for step in 0..STEPS {
-            let pose = self.kinematics.pose_and_jacobian(q, &mut self.scratch);
+            let pose = self.kinematics.pose_and_jacobian_under(q, load, &mut self.scratch);
             let error = se3::log(&(pose.inverse() * base_from_tool));
             if !pulled && error.amax() < 1e-12 {
                 return true;
@@ -77,13 +79,7 @@ impl<'a> Follower<'a> {
             q.iter_mut().zip(self.step.iter()).for_each(|(q, by)| *q += share * by);
             pulled = pulled && longest > POSTURE_MET;
         }
-        let error = se3::log(&(self.kinematics.pose(q).inverse() * base_from_tool));
+        let error = se3::log(&(self.kinematics.pose_under(q, load).inverse() * base_from_tool));
         error.amax() < 1e-10
-    }
-
-    /// Torque (N m), or force (N) for a prismatic joint, that the `wrench` (N, N m) on the tool
-    /// exerts on joint `i` at the last positions; tool frame, about its origin.
-    pub fn torque(&self, i: usize, wrench: &Twist) -> f64 {
-        self.scratch.joints[i].dot(wrench)
     }
 }

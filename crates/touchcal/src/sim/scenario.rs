@@ -160,8 +160,7 @@ pub struct ArmErrors {
     /// axis.
     pub origin_zero: f64,
     /// Compliance of each revolute or continuous joint (rad/(N m)) under gravity and the contact's
-    /// load; the same for all and not drawn. For arms without prismatic joints: under load it moves
-    /// those too, by this number times the force.
+    /// load; the same for all and not drawn.
     pub joint_compliance: f64,
 }
 

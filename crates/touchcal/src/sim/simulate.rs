@@ -186,10 +186,9 @@ pub fn draw_truth(scenario: &Scenario, seed: u64) -> Truth {
 /// the scenario's order. `watch` receives the number of contacts so far, with all fixtures, after
 /// each contact; if it breaks, the run ends with [`SimulationError::Interrupted`].
 ///
-/// Joints give way to gravity by the compliances of arm and `truth` together, to the contact's load
-/// by [`ArmErrors::joint_compliance`](super::ArmErrors::joint_compliance). Panics if `truth` names
-/// a joint that the arm does not have, or a posture has fewer positions than the arm has moving
-/// joints.
+/// Joints give way to gravity and to the contact's load by the compliances of arm and `truth`
+/// together. Panics if `truth` names a joint that the arm does not have, or a posture has fewer
+/// positions than the arm has moving joints.
 ///
 /// # Errors
 /// If the arm cannot reach a fixture, touches too rarely, or finds no rest; if a hole cannot be as
@@ -317,30 +316,28 @@ impl Run<'_> {
         let recorder = &self.scenario.recorder;
         let mut truth =
             TrueRow { fixture_from_tool: placed, force: se3::linear(&rest.wrench).norm(), touching: rest.touching };
-        let mut load = rest.wrench;
+        let mut load = at_tip(&self.tip_from_tool, &rest.wrench);
         let [missed, spurious]: [f64; 2] = std::array::from_fn(|_| self.chance.random());
-        let mut wrench = recorder.wrench(at_tip(&self.tip_from_tool, &load), &self.wrench_errors, &mut self.chance);
+        let mut wrench = recorder.wrench(load, &self.wrench_errors, &mut self.chance);
         let seen = force(&wrench) > recorder.force_threshold;
         if seen && spurious < recorder.spurious {
-            load = Twist::zeros();
+            load = [0.0; 6];
             truth = TrueRow { fixture_from_tool: self.free_pose(&rest.fixture_from_tool), force: 0.0, touching: false };
             wrench = recorder.pretend(true, wrench, &mut self.chance);
         } else if seen && missed < recorder.missed {
             wrench = recorder.pretend(false, wrench, &mut self.chance);
         }
         let target = self.base_from_fixture * truth.fixture_from_tool;
-        if !self.follower.follow(&target, joints, posture) {
+        // Encoders sit on the motor's side of joints that give way to gravity and load.
+        if !self.follower.follow((&target, &load), joints, posture) {
             // A far jump: there may be a way from the posture itself.
             joints.copy_from_slice(posture);
-            if !self.follower.follow(&target, joints, posture) {
+            // Encoders sit on the motor's side of joints that give way to gravity and load.
+            if !self.follower.follow((&target, &load), joints, posture) {
                 return false;
             }
         }
-        let bent = self.scenario.errors.joint_compliance;
         for (i, &q) in joints.iter().enumerate() {
-            // The encoder sits on the motor's side of a joint that gives way to the load by
-            // compliance × torque.
-            let q = if bent == 0.0 { q } else { q - bent * self.follower.torque(i, &load) };
             let change = self.encoder_changes.at(self.before + found, i);
             self.log.q.push(recorder.encoder(q + change, &mut self.chance));
         }
