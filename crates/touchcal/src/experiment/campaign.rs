@@ -6,7 +6,7 @@ use super::parameter_errors::{ParameterErrors, true_robot};
 use super::problem::problem;
 use super::tool_error::{random_positions, tool_error};
 use crate::estimate::{Estimate, Problem, Status, calibrate, cramer_rao};
-use crate::parameter::Block;
+use crate::parameter::{Block, ParameterId};
 use crate::sim::{self, Scenario, SimulationError, Truth};
 
 /// Nominal probabilities (1) of the two-sided intervals whose coverage is counted: 50, 90, 95 and
@@ -93,6 +93,17 @@ pub fn campaign_trial(scenario: &Scenario, first_seed: u64, trial: u64) -> Resul
     Ok(compare(row, &problem, &estimate, &simulated.truth))
 }
 
+/// True value (SI) of a parameter. Contacts with the walls of a hole that is wider than its nominal
+/// outline penetrate that by as much; those with its floor and rim do not.
+fn true_value(truth: &Truth, id: ParameterId) -> f64 {
+    match id {
+        ParameterId::DirectionalGapBias(f, direction) if direction < 4 => {
+            -truth.clearance.get(f).copied().unwrap_or(0.0)
+        }
+        _ => truth.value(id),
+    }
+}
+
 /// The row with the errors of `estimate`.
 fn compare(row: CampaignRow, problem: &Problem, estimate: &Estimate, truth: &Truth) -> CampaignRow {
     let errors = ParameterErrors::new(problem, estimate, truth);
@@ -102,7 +113,7 @@ fn compare(row: CampaignRow, problem: &Problem, estimate: &Estimate, truth: &Tru
         let within = |k: &&usize| error(**k).abs() < half_width * estimate.parameters[**k].sigma.unwrap_or(0.0);
         errors.which.iter().filter(within).count() as u64
     });
-    let bound = cramer_rao(problem, |id| truth.value(id));
+    let bound = cramer_rao(problem, |id| true_value(truth, id));
     let is_strain = |k: &usize| matches!(id(*k).block(), Block::Strain | Block::SegmentStrain);
     let (strains, others): (Vec<usize>, Vec<usize>) = (0..estimate.parameters.len()).partition(is_strain);
     let offsets: Vec<usize> = others.into_iter().filter(|&k| id(k).block() == Block::JointOffset).collect();
