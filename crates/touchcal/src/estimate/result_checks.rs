@@ -1,5 +1,7 @@
 //! Warnings about a result.
 
+use std::f64::consts::TAU;
+
 use super::input_checks::input_warnings;
 use super::model::has_exact_declarations;
 use super::options::WarningThresholds;
@@ -10,6 +12,9 @@ use super::uncertainty::{CalibratedTool, SAMPLED_POSITIONS, tool_displacement, w
 use crate::parameter::{Parameter, ParameterId};
 use crate::robot::{JointKind, KinematicParameter};
 use crate::se3::Pose;
+
+/// Prior standard deviations beyond which no rotation of a part is looked for.
+const SYMMETRY_DEVIATIONS: f64 = 5.0;
 
 /// Numbers by which warnings about a result are decided.
 pub(super) struct FitStatistics {
@@ -51,6 +56,7 @@ pub(super) fn result_warnings(
     warnings.extend(joint_warnings(problem));
     let of_value = |entry: &ParameterEstimate| value_warning(entry, search);
     warnings.extend(estimate.parameters.iter().filter_map(of_value));
+    warnings.extend(symmetric_parts(problem, estimate));
     warnings.extend(distance_warnings(search));
     warnings.extend(common_scale(problem, estimate));
     if let Some(motion) = estimate.tool_motion().filter(|_| !problem.tool_is_tip()) {
@@ -184,6 +190,23 @@ fn common_scale(problem: &Problem, estimate: &Estimate) -> Option<Warning> {
     let [doubtful, unusable] = problem.options.thresholds.common_scale;
     let (strain, usable) = (along / information, deviations <= unusable);
     (deviations > doubtful).then_some(Warning::CommonScale { strain, deviations, usable })
+}
+
+/// Rotations of tool and fixtures after which contacts are the same, if these are not more than
+/// `SYMMETRY_DEVIATIONS` standard deviations from what is declared.
+fn symmetric_parts(problem: &Problem, estimate: &Estimate) -> impl Iterator<Item = Warning> {
+    let orders = |f: usize| problem.fixtures[f].manifold.rotational_orders();
+    let of_tool = (0..problem.fixtures.len()).map(|f| orders(f).tool).reduce(|a, b| a.min(b)).unwrap_or(1);
+    estimate.parameters.iter().filter_map(move |entry| {
+        let order = match entry.parameter.id {
+            ParameterId::Fixture(f, 5) => orders(f).fixture,
+            ParameterId::Kinematic(KinematicParameter::Tool(5)) => of_tool,
+            _ => 1,
+        };
+        let angle = TAU / order as f64;
+        let is_possible = entry.parameter.prior_sigma().is_none_or(|sigma| angle < SYMMETRY_DEVIATIONS * sigma);
+        (order > 1 && is_possible).then(|| Warning::SymmetricPart { name: entry.parameter.name.clone(), angle })
+    })
 }
 
 /// How far estimated harmonics of the encoders move the tool.

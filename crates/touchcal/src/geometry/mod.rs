@@ -23,4 +23,4 @@ pub use mesh_gap::{MeshPair, NeighborList};
 pub use parts::Parts;
 pub use polygon::{MAX_POLYGON_VERTICES, Polygon, PolygonError};
 pub use prism_gap::{Feature, PrismPair, PrismPairError, nearest_feature, visit_features_below, visit_features_within};
-pub use recognize::{AxialSymmetry, is_surface_of_revolution, prisms_of};
+pub use recognize::{AxialSymmetry, is_surface_of_revolution, prisms_of, rotational_order};

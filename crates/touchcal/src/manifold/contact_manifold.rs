@@ -56,6 +56,17 @@ pub struct SurfaceCounts {
     pub per_region: usize,
 }
 
+/// How often tool and fixture look the same in a whole turn about z of their own frame: the number
+/// of rotations by equal angles that change no residual. 1 for a part that has to be turned round,
+/// and for a round one, whose rotation no contact measures.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct RotationalOrders {
+    /// Of the tool.
+    pub tool: usize,
+    /// Of the fixture.
+    pub fixture: usize,
+}
+
 /// Poses at which a tool and a fixture can touch, as a residual and its derivatives.
 ///
 /// Poses are `fixture_from_tool`, the tool's pose in the fixture's frame (m). Derivatives are by
@@ -156,6 +167,12 @@ pub trait ContactManifold: Send + Sync + std::fmt::Debug {
     /// own frame that change the residual; 0–2 for a ball about the tool's origin. Components that
     /// no fixture's manifold lists are not estimated.
     fn tool_directions(&self) -> &'static [usize];
+
+    /// Rotations by which the contacts cannot tell tool or fixture from what they are; none unless
+    /// overridden.
+    fn rotational_orders(&self) -> RotationalOrders {
+        RotationalOrders { tool: 1, fixture: 1 }
+    }
 
     /// Shapes of tool and fixture for a picture, each in its own frame (m); two points unless
     /// overridden.

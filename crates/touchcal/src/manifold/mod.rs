@@ -25,7 +25,7 @@ mod unmodeled;
 
 pub use ball_in_socket::BallInSocket;
 pub use cache::ContactCache;
-pub use contact_manifold::{ContactManifold, Cotangent, ResidualKind, SurfaceCounts};
+pub use contact_manifold::{ContactManifold, Cotangent, ResidualKind, RotationalOrders, SurfaceCounts};
 pub use exact::{FITTING, Misfit, check_fit, exact_manifold, peg_in_hole};
 pub use gate::Gate;
 pub use peg_in_hole::{PegInHole, PegInHoleShapes};

@@ -51,8 +51,8 @@ pub enum Preset {
     /// encoder biases within ±0.02°, both uniform.
     LeoCfrp,
     /// A cell in a hall: no strain, encoder biases within ±0.3°, uniform; the hole's pose known to
-    /// 1 mm and 0.2°, its clearance to 0.03 mm a side, form errors of 0.02 mm (standard deviations);
-    /// friction of 0.25.
+    /// 1 mm and 0.2°, its clearance to 0.03 mm a side, form errors of 0.02 mm (standard
+    /// deviations); friction of 0.25.
     Workcell,
     /// The set-up of the MUKCa project (arXiv 2503.12584): a ball in two sockets 50 mm apart, three
     /// placements of their block, poses unknown, 30 contacts with each socket at 2 Hz; joint

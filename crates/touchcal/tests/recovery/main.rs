@@ -22,3 +22,4 @@ mod not_identifiable;
 mod not_usable;
 mod recorded_logs;
 mod round_parts;
+mod square_parts;

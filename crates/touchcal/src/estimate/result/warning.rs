@@ -5,8 +5,10 @@ use super::effect_test::OmittedEffect;
 use super::evaluation::Contradiction;
 use super::status::Severity;
 use super::warning_text::{
-    competing_minimum_message, design_effect_message, distance_message, far_from_prior_advice, harmonics_message,
-    noise_message, not_touching_message, origin_message, prediction_message, scale_message,
+    competing_minimum_message, design_effect_message, distance_message, far_from_prior_advice, far_from_prior_message,
+    few_informative_message, harmonics_message, implausible_message, little_motion_message, noise_contradicted_message,
+    noise_message, not_touching_message, origin_message, prediction_message, scale_message, symmetric_part_message,
+    too_few_contacts_message, unobservable_message,
 };
 use crate::se3::Pose;
 
@@ -125,6 +127,13 @@ pub enum Warning {
         name: String,
         /// Estimate in the parameter's unit (SI).
         value: f64,
+    },
+    /// Turned by an angle, a part looks the same, and the declared place does not rule that out.
+    SymmetricPart {
+        /// Name of the parameter: rotation of tool or fixture about its z axis.
+        name: String,
+        /// The angle (rad).
+        angle: f64,
     },
     /// Contacts were measured by their distance from a projection, from which no uncertainty
     /// follows.
@@ -252,6 +261,7 @@ impl Warning {
             Warning::ManyRejected { .. } => "many_rejected",
             Warning::LittleJointMotion { .. } => "little_joint_motion",
             Warning::Implausible { .. } => "implausible",
+            Warning::SymmetricPart { .. } => "symmetric_part",
             Warning::NoUncertainty => "no_uncertainty",
             Warning::FarFromPrior { .. } => "far_from_prior",
             Warning::CommonScale { .. } => "common_scale",
@@ -271,27 +281,20 @@ impl Warning {
         let percent = |share: &f64| format!("{:.0} %", 100.0 * share);
         let mm = |metres: &f64| 1e3 * metres;
         match self {
-            Warning::TooFewContacts { rows, parameters } => {
-                format!("{rows} measured rows cannot determine {parameters} parameters")
-            }
+            Warning::TooFewContacts { rows, parameters } => too_few_contacts_message(*rows, *parameters),
             Warning::FixtureWithoutContacts { fixture } => format!("fixture `{fixture}` has no contacts"),
             Warning::OriginOutsideTool { middle } => origin_message(middle.map(|x| mm(&x))),
             Warning::DistanceContradicted { between, declared, measured } => {
                 distance_message(between, mm(declared), mm(measured))
             }
-            Warning::Unobservable { names } => {
-                format!("the data do not determine these parameters, which are fixed at zero: {}", names.join(", "))
-            }
+            Warning::Unobservable { names } => unobservable_message(names),
             Warning::ArmUndetermined { remaining } => format!("{} of the arm's uncertainty remain", percent(remaining)),
             Warning::NoiseExceeded { factor, declared } => noise_message(*factor, *declared),
-            Warning::NoiseContradicted { factor } => {
-                format!("contacts scatter {factor:.1} times more than the declared noise")
-            }
+            Warning::NoiseContradicted { factor } => noise_contradicted_message(*factor),
             Warning::CorrelatedErrors { design_effect, .. } => design_effect_message(*design_effect),
             Warning::NotTouching { name, gap } => not_touching_message(name, *gap),
-            Warning::FewInformativeContacts { informative_fraction: share, inflation, .. } => {
-                let share = percent(share);
-                format!("only {share} of the one-sided contacts are informative; intervals are scaled by {inflation}")
+            Warning::FewInformativeContacts { informative_fraction, inflation, .. } => {
+                few_informative_message(*informative_fraction, *inflation)
             }
             Warning::CompetingMinimum { minima, tool_distance, parameter } => {
                 competing_minimum_message(*minima, *tool_distance, parameter)
@@ -299,18 +302,13 @@ impl Warning {
             Warning::ManyRejected { share, .. } => {
                 format!("{} of the contacts do not fit and were rejected", percent(share))
             }
-            Warning::LittleJointMotion { joint, range } => {
-                format!("joint `{joint}` moved only {:.2}° in all contacts", range.to_degrees())
-            }
-            Warning::Implausible { name, value } => {
-                format!("`{name}` ended at {value:.3}, too large for a calibration")
-            }
+            Warning::LittleJointMotion { joint, range } => little_motion_message(joint, *range),
+            Warning::Implausible { name, value } => implausible_message(name, *value),
+            Warning::SymmetricPart { name, angle } => symmetric_part_message(name, *angle),
             Warning::NoUncertainty => {
                 "the distance from a projection has no known distribution: there are no standard deviations".to_owned()
             }
-            Warning::FarFromPrior { name, deviations, .. } => {
-                format!("`{name}` ended {deviations:.1} standard deviations from what was declared")
-            }
+            Warning::FarFromPrior { name, deviations, .. } => far_from_prior_message(name, *deviations),
             Warning::CommonScale { strain, deviations, .. } => scale_message(*strain, *deviations),
             Warning::OmittedEffect { effect, p_value, displacement, .. } => effect.message(*p_value, *displacement),
             Warning::PredictionContradicted { ratio, widening, .. } => prediction_message(*ratio, *widening),
@@ -367,6 +365,9 @@ impl Warning {
             }
             Warning::LittleJointMotion { .. } => "move it more, to separate its errors from its neighbours'",
             Warning::Implausible { .. } => "check units, the robot description, and where the fixtures are",
+            Warning::SymmetricPart { .. } => {
+                "if it matters which of these is right, give the rotation a standard deviation"
+            }
             Warning::NoUncertainty => "use the exact shapes of the parts to get standard deviations",
             Warning::FarFromPrior { name, .. } => far_from_prior_advice(name),
             Warning::CommonScale { .. } => {

@@ -21,6 +21,42 @@ pub(super) fn competing_minimum_message(minima: usize, tool_distance: f64, param
 }
 
 /// Message on contacts that scatter `factor` (1) times more than noise that is `declared`, or not.
+pub(super) fn too_few_contacts_message(rows: usize, parameters: usize) -> String {
+    format!("{rows} measured rows cannot determine {parameters} parameters")
+}
+
+pub(super) fn unobservable_message(names: &[String]) -> String {
+    format!("the data do not determine these parameters, which are fixed at zero: {}", names.join(", "))
+}
+
+pub(super) fn few_informative_message(informative_fraction: f64, inflation: f64) -> String {
+    let share = 100.0 * informative_fraction;
+    format!("only {share:.0} % of the one-sided contacts are informative; intervals are scaled by {inflation}")
+}
+
+pub(super) fn noise_contradicted_message(factor: f64) -> String {
+    format!("contacts scatter {factor:.1} times more than the declared noise")
+}
+
+pub(super) fn little_motion_message(joint: &str, range: f64) -> String {
+    format!("joint `{joint}` moved only {:.2}° in all contacts", range.to_degrees())
+}
+
+pub(super) fn implausible_message(name: &str, value: f64) -> String {
+    format!("`{name}` ended at {value:.3}, too large for a calibration")
+}
+
+pub(super) fn symmetric_part_message(name: &str, angle: f64) -> String {
+    format!(
+        "contacts do not tell `{name}` from turns by multiples of {:.0}°, the part looks the same",
+        angle.to_degrees()
+    )
+}
+
+pub(super) fn far_from_prior_message(name: &str, deviations: f64) -> String {
+    format!("`{name}` ended {deviations:.1} standard deviations from what was declared")
+}
+
 pub(super) fn noise_message(factor: f64, declared: bool) -> String {
     let noise = if declared { "declared" } else { "assumed" };
     format!("contacts scatter {factor:.1} times more than the {noise} noise, which widens all intervals")

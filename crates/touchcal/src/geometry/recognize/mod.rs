@@ -5,4 +5,4 @@ mod revolution;
 
 pub use extrusion::prisms_of;
 pub(super) use revolution::is_circle;
-pub use revolution::{AxialSymmetry, is_surface_of_revolution};
+pub use revolution::{AxialSymmetry, is_surface_of_revolution, rotational_order};

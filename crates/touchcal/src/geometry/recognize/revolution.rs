@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use nalgebra::{Point2, Point3};
+use nalgebra::{Point2, Point3, Rotation2};
 
 use crate::geometry::mesh::TriangleMesh;
 use crate::geometry::polygon::{Polygon, foot_on_segment};
@@ -33,6 +33,8 @@ const DIGITS: f64 = 1e-5;
 /// Widest turn (rad) of a facet that stands for a piece of a circle: sixteen do, the twelve of a
 /// prism do not.
 const WIDEST: f64 = TAU / 15.0;
+/// Largest rotational order that is looked for: parts with more teeth are round to a contact.
+const MOST_ROTATIONS: usize = 12;
 /// Widest turn over that of most facets: a flat is wider.
 const WIDER: f64 = 2.5;
 
@@ -43,6 +45,22 @@ pub(crate) fn is_circle(outline: &Polygon) -> bool {
     let is_on_circle = |p: &Point2<f64>| (p.coords.norm() - mean).abs() < TOLERANCE * mean;
     let next = vertices.iter().cycle().skip(1);
     vertices.iter().all(is_on_circle) && are_facets(vertices.iter().zip(next).map(|(a, b)| turn(a, b)).collect())
+}
+
+/// Number of rotations about the origin by equal angles, a whole turn included, after which the
+/// outline is the same up to 0.1 % of its radius: 4 for a square, 1 for an outline that is not the
+/// same before a whole turn, and for a circle, which is the same after any rotation. At most 12.
+pub fn rotational_order(outline: &Polygon) -> usize {
+    let tolerance = TOLERANCE * outline.bounding_radius();
+    let is_on_outline = |p: Point2<f64>| {
+        (0..outline.len()).any(|edge| (foot_on_segment(&p, outline.edge(edge)) - p).norm() < tolerance)
+    };
+    let is_same = |order: &usize| {
+        let turned = Rotation2::new(TAU / *order as f64);
+        outline.vertices().iter().all(|p| is_on_outline(turned * p))
+    };
+    let order = (2..=MOST_ROTATIONS).rev().find(is_same).filter(|_| !is_circle(outline));
+    order.unwrap_or(1)
 }
 
 /// Whether a body's surface within `reach` (m, positive; infinite for all of it) of the z axis of
@@ -126,6 +144,26 @@ mod tests {
             sides.into_iter().chain([[next, k, n], [above + k, above + next, above + n]])
         });
         TriangleMesh::new(&vertices, &triangles.collect::<Vec<_>>()).unwrap()
+    }
+
+    #[test]
+    fn outlines_are_the_same_after_rotations() {
+        let regular = |corners: usize| outline(corners, |_| RADIUS);
+        let rectangle = outline(4, |angle| RADIUS * (1.0 + 0.1 * (2.0 * angle).cos()));
+        let three_teeth = outline(120, |angle| RADIUS * (1.0 + 0.1 * (3.0 * angle).cos()));
+        let slotted = outline(64, |angle| if angle.cos() > 0.9 { 0.8 * RADIUS } else { RADIUS });
+        for (name, outline, order) in [
+            ("triangle", regular(3), 3),
+            ("square", regular(4), 4),
+            ("hexagon", regular(6), 6),
+            ("T-slot extrusion", Polygon::extrusion25(), 4),
+            ("rhombus", rectangle, 2),
+            ("three teeth", three_teeth, 3),
+            ("slotted", slotted, 1),
+            ("circle", regular(64), 1),
+        ] {
+            assert_eq!(rotational_order(&outline), order, "{name}");
+        }
     }
 
     #[test]

@@ -6,7 +6,7 @@ use super::shapes::PegInHoleShapes;
 use super::surfaces::{SURFACE_COUNTS, is_at_rim};
 use crate::geometry::PrismPair;
 use crate::manifold::cache::ContactCache;
-use crate::manifold::contact_manifold::{ContactManifold, ResidualKind, SurfaceCounts};
+use crate::manifold::contact_manifold::{ContactManifold, ResidualKind, RotationalOrders, SurfaceCounts};
 use crate::manifold::gate::Gate;
 use crate::manifold::residual::Residual;
 use crate::manifold::sketch::Sketch;
@@ -91,6 +91,10 @@ impl<G: PegInHoleShapes + Send + Sync + std::fmt::Debug> ContactManifold for Peg
             );
         }
         is_distinct
+    }
+
+    fn rotational_orders(&self) -> RotationalOrders {
+        self.shapes.rotational_orders()
     }
 
     fn surface_counts(&self) -> SurfaceCounts {

@@ -1,6 +1,9 @@
 //! The shapes that a peg and a hole may have.
 
-use crate::geometry::{AxialSymmetry, GapQuery, MeshPair, Polygon, PrismPair, is_surface_of_revolution};
+use crate::geometry::{
+    AxialSymmetry, GapQuery, MeshPair, Polygon, PrismPair, is_surface_of_revolution, rotational_order,
+};
+use crate::manifold::contact_manifold::RotationalOrders;
 use crate::manifold::sketch::{Shape, Sketch};
 
 /// Surfaces farther from the axis than this multiple of the peg's radius are not of the hole.
@@ -22,6 +25,12 @@ pub trait PegInHoleShapes: GapQuery {
     /// leaves out rotations about that axis.
     fn symmetry(&self) -> AxialSymmetry;
 
+    /// How often peg (the tool) and hole look the same in a whole turn about the z axis of their
+    /// frame; taken as once where that is not known.
+    fn rotational_orders(&self) -> RotationalOrders {
+        RotationalOrders { tool: 1, fixture: 1 }
+    }
+
     /// Outlines of peg (the tool) and hole (the fixture) as prisms for a picture, each in its frame
     /// (m), with the hole from z = −`depth` (m, positive) to 0.
     fn sketch(&self, depth: f64) -> Sketch;
@@ -36,6 +45,10 @@ impl PegInHoleShapes for PrismPair {
 
     fn symmetry(&self) -> AxialSymmetry {
         PrismPair::symmetry(self)
+    }
+
+    fn rotational_orders(&self) -> RotationalOrders {
+        RotationalOrders { tool: rotational_order(self.peg()), fixture: rotational_order(self.hole()) }
     }
 
     fn sketch(&self, depth: f64) -> Sketch {

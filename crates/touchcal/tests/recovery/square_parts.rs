@@ -1,0 +1,34 @@
+//! A square peg fits its hole after a quarter turn, too.
+
+use crate::support::solve;
+use touchcal::estimate::Warning;
+use touchcal::experiment;
+use touchcal::io::urdf::{self, Ends};
+use touchcal::sim::{self, Preset};
+
+/// Contacts with a hole in an unknown place fit four rotations of it as well. A place known to some
+/// degrees rules the other three out.
+#[test]
+fn a_free_hole_may_be_turned_by_quarters() {
+    let robot = urdf::read_builtin("iiwa14", Ends::default()).expect("built in").robot;
+    let mut scenario = Preset::Workcell.scenario(robot).expect("parts");
+    scenario.contacts = 300;
+    for free in [true, false] {
+        scenario.touches[0].free = free;
+        let simulated = sim::simulate(&scenario, 1).expect("contacts");
+        let estimate = solve(&experiment::problem(&scenario, &simulated));
+        let turns: Vec<(&str, f64)> = estimate.warnings.iter().filter_map(symmetric_part).collect();
+        if free {
+            assert_eq!(turns, [("fixture.hole.rz", std::f64::consts::FRAC_PI_2)]);
+        } else {
+            assert_eq!(turns, []);
+        }
+    }
+}
+
+fn symmetric_part(warning: &Warning) -> Option<(&str, f64)> {
+    match warning {
+        Warning::SymmetricPart { name, angle } => Some((name, *angle)),
+        _ => None,
+    }
+}
