@@ -365,9 +365,7 @@ impl Warning {
             }
             Warning::LittleJointMotion { .. } => "move it more, to separate its errors from its neighbours'",
             Warning::Implausible { .. } => "check units, the robot description, and where the fixtures are",
-            Warning::SymmetricPart { .. } => {
-                "if it matters which of these is right, give the rotation a standard deviation"
-            }
+            Warning::SymmetricPart { .. } => "give it a standard deviation if it matters which of these is right",
             Warning::NoUncertainty => "use the exact shapes of the parts to get standard deviations",
             Warning::FarFromPrior { name, .. } => far_from_prior_advice(name),
             Warning::CommonScale { .. } => {
