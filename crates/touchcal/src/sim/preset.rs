@@ -17,8 +17,6 @@ const POSTURE: [f64; 7] = [0.0, 0.73, 0.26, -1.56, -0.23, 0.87, -0.02];
 /// Coefficients of expansion (1/K) of an aluminium alloy and of a laminate of carbon fibre.
 const ALUMINIUM: f64 = 23e-6;
 const CFRP: f64 = 2e-6;
-/// Coefficient of friction (1) of metal parts.
-const FRICTION: f64 = 0.25;
 /// Distance of two sockets of a block (m).
 const SPACING: f64 = 50.0 * MM;
 
@@ -36,9 +34,6 @@ pub enum PartsError {
 /// A built-in scenario. All are of an iiwa 14, and differ in its possible errors and in what it
 /// touches: a 25 mm T-slot extrusion explores a hole of 1.0 mm clearance, 30 mm deep, at a known
 /// pose, recorded at 300 Hz until it has 3000 contacts, where nothing else is said.
-///
-/// Form errors are of 5 µm, parts are without friction and holes of their nominal width, where
-/// nothing else is said.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Preset {
     /// The experiment of Negi, Manyar & Gupta (2025, arXiv 2506.17458): strain ±0.05, encoder
@@ -51,13 +46,12 @@ pub enum Preset {
     /// encoder biases within ±0.02°, both uniform.
     LeoCfrp,
     /// A cell in a hall: no strain, encoder biases within ±0.3°, uniform; the hole's pose known to
-    /// 1 mm and 0.2°, its clearance to 0.03 mm a side, form errors of 0.02 mm (standard
-    /// deviations); friction of 0.25.
+    /// 1 mm and 0.2° (standard deviations).
     Workcell,
     /// The set-up of the MUKCa project (arXiv 2503.12584): a ball in two sockets 50 mm apart, three
     /// placements of their block, poses unknown, 30 contacts with each socket at 2 Hz; joint
-    /// origins off by 0.5 mm and 0.1°, encoder zeros by 0.5°, the ball's place by 2 mm, form errors
-    /// of 0.05 mm (standard deviations); friction of 0.25.
+    /// origins off by 0.5 mm and 0.1°, encoder zeros by 0.5°, the ball's place by 2 mm (standard
+    /// deviations).
     Mukca,
 }
 
@@ -112,9 +106,6 @@ impl Preset {
             Preset::LeoAluminium => scenario.thermal = thermal(ALUMINIUM),
             Preset::LeoCfrp => scenario.thermal = thermal(CFRP),
             Preset::Workcell => {
-                scenario.friction = FRICTION;
-                scenario.contact_sigma = 0.02 * MM;
-                scenario.touches[0].clearance_sigma = 0.03 * MM;
                 scenario.touches[0].place_error = PlaceError { length: 1.0 * MM, angle: 0.2 * DEG };
             }
             Preset::Mukca => in_sockets(&mut scenario),
@@ -188,7 +179,6 @@ fn in_sockets(scenario: &mut Scenario) {
             });
         }
     }
-    scenario.friction = FRICTION;
     scenario.tool_error = PlaceError { length: 2.0 * MM, angle: 0.0 };
     scenario.contacts = 30;
     scenario.contact_sigma = 0.05 * MM;
