@@ -13,6 +13,7 @@ mod support;
 mod ball_in_sockets;
 mod custom_manifold;
 mod declarations;
+mod friction;
 mod gradient_descent;
 mod joint_compliance;
 mod load;

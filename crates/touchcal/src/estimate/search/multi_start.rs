@@ -25,6 +25,7 @@ use crate::solver::Termination;
 
 /// Where a search ended.
 struct End {
+    /// Parameters (SI): annealed, or those of `minimum` where least gaps fit much better there.
     theta: DVector<f64>,
     termination: Termination,
     /// Minimum of the least gaps nearby, by which ends are compared. Likelihoods do not compare:
@@ -127,14 +128,23 @@ fn other_minima(search: &mut SearchState<'_>, ends: &mut [End], best: usize) -> 
     others
 }
 
-/// The present parameters as the end of a search.
+/// The end of a search at the present parameters, or at the minimum of least gaps nearby: contacts
+/// at the rim have no likelihood, and annealing may leave them far off the rim where a peg seems to
+/// touch the floor instead. The search is then at that minimum.
 fn end(search: &mut SearchState<'_>, observe: Observer<'_>) -> End {
-    let (theta, termination) = (search.theta.clone(), search.termination);
+    let (annealed, termination) = (search.theta.clone(), search.termination);
     let (objective, stride) = (Objective::Residual(search.model.problem.loss), search.stride());
+    let cost_at = |search: &mut SearchState<'_>, theta: &DVector<f64>| {
+        search.normal_equations(theta, objective, stride).cost / stride as f64
+    };
+    let annealed_cost = cost_at(search, &annealed);
     search.minimize(objective, stride, search.options().anneal, observe);
-    let minimum = std::mem::replace(&mut search.theta, theta.clone());
-    let cost = search.normal_equations(&minimum, objective, stride).cost / stride as f64;
+    let minimum = search.theta.clone();
+    let cost = cost_at(search, &minimum);
     let scatter = scatter(search, &minimum);
+    let max_annealed_cost = search.model.problem.options.multi_start.max_annealed_cost;
+    let theta = if annealed_cost > max_annealed_cost * cost { minimum.clone() } else { annealed };
+    search.theta.copy_from(&theta);
     if !search.is_interrupted() {
         search.termination = Termination { iterations: search.termination.iterations, ..termination };
     }
