@@ -234,21 +234,11 @@ pub struct MultiStartOptions {
     pub min_squared_distance: f64,
     /// Ratio of another minimum's cost to the least one (1) below which it competes.
     pub max_cost_ratio: f64,
-    /// Cost of the least gaps at annealed parameters over that of the minimum nearby, above which
-    /// the search continues from that minimum; of 500 contacts or more at the right one it is about
-    /// 1.2.
-    pub max_annealed_cost: f64,
 }
 
 impl Default for MultiStartOptions {
     fn default() -> Self {
-        MultiStartOptions {
-            min_scatter: 0.9,
-            starts: 4,
-            min_squared_distance: 100.0,
-            max_cost_ratio: 1.25,
-            max_annealed_cost: 2.0,
-        }
+        MultiStartOptions { min_scatter: 0.9, starts: 4, min_squared_distance: 100.0, max_cost_ratio: 1.25 }
     }
 }
 

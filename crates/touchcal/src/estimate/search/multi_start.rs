@@ -23,6 +23,10 @@ use crate::estimate::model::{Objective, contact_equations};
 use crate::estimate::result::Observer;
 use crate::solver::Termination;
 
+/// Cost of the least gaps at annealed parameters over that of the minimum nearby, above which a
+/// search continues from that minimum. At the right one it is about 1.2.
+const MAX_ANNEALED_COST: f64 = 2.0;
+
 /// Where a search ended.
 struct End {
     /// Parameters (SI): annealed, or those of `minimum` where least gaps fit much better there.
@@ -142,8 +146,7 @@ fn end(search: &mut SearchState<'_>, observe: Observer<'_>) -> End {
     let minimum = search.theta.clone();
     let cost = cost_at(search, &minimum);
     let scatter = scatter(search, &minimum);
-    let max_annealed_cost = search.model.problem.options.multi_start.max_annealed_cost;
-    let theta = if annealed_cost > max_annealed_cost * cost { minimum.clone() } else { annealed };
+    let theta = if annealed_cost > MAX_ANNEALED_COST * cost { minimum.clone() } else { annealed };
     search.theta.copy_from(&theta);
     if !search.is_interrupted() {
         search.termination = Termination { iterations: search.termination.iterations, ..termination };
