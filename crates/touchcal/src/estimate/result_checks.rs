@@ -13,7 +13,7 @@ use crate::parameter::{Parameter, ParameterId};
 use crate::robot::{JointKind, KinematicParameter};
 use crate::se3::Pose;
 
-/// Prior standard deviations beyond which no rotation of a part is looked for.
+/// Prior standard deviations from which a rotation of a part is ruled out.
 const SYMMETRY_DEVIATIONS: f64 = 5.0;
 
 /// Numbers by which warnings about a result are decided.
@@ -192,15 +192,14 @@ fn common_scale(problem: &Problem, estimate: &Estimate) -> Option<Warning> {
     (deviations > doubtful).then_some(Warning::CommonScale { strain, deviations, usable })
 }
 
-/// Rotations of tool and fixtures after which contacts are the same, if these are not more than
-/// `SYMMETRY_DEVIATIONS` standard deviations from what is declared.
+/// Rotations of tool and fixtures by which no gap changes, and that their priors do not rule out.
 fn symmetric_parts(problem: &Problem, estimate: &Estimate) -> impl Iterator<Item = Warning> {
     let orders = |f: usize| problem.fixtures[f].manifold.rotational_orders();
-    let of_tool = (0..problem.fixtures.len()).map(|f| orders(f).tool).reduce(|a, b| a.min(b)).unwrap_or(1);
+    let of_tool = move || (0..problem.fixtures.len()).map(|f| orders(f).tool).min().unwrap_or(1);
     estimate.parameters.iter().filter_map(move |entry| {
         let order = match entry.parameter.id {
             ParameterId::Fixture(f, 5) => orders(f).fixture,
-            ParameterId::Kinematic(KinematicParameter::Tool(5)) => of_tool,
+            ParameterId::Kinematic(KinematicParameter::Tool(5)) => of_tool(),
             _ => 1,
         };
         let angle = TAU / order as f64;

@@ -93,8 +93,8 @@ pub fn campaign_trial(scenario: &Scenario, first_seed: u64, trial: u64) -> Resul
     Ok(compare(row, &problem, &estimate, &simulated.truth))
 }
 
-/// True value (SI) of a parameter. Contacts with the walls of a hole that is wider than its nominal
-/// outline penetrate that by as much; those with its floor and rim do not.
+/// True value (SI) of a parameter. Where a hole is wider than its nominal outline, contacts with
+/// its walls penetrate the outline by the difference; contacts with floor and rim do not.
 fn true_value(truth: &Truth, id: ParameterId) -> f64 {
     match id {
         ParameterId::DirectionalGapBias(f, direction) if direction < 4 => {

@@ -56,9 +56,9 @@ pub struct SurfaceCounts {
     pub per_region: usize,
 }
 
-/// How often tool and fixture look the same in a whole turn about z of their own frame: the number
-/// of rotations by equal angles that change no residual. 1 for a part that has to be turned round,
-/// and for a round one, whose rotation no contact measures.
+/// Orders of the discrete rotational symmetry of tool and fixture, each about z of its own frame:
+/// rotation by a whole turn over the order changes no residual. 1 for a part without such a
+/// symmetry, and for a round part, whose rotation no contact measures.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct RotationalOrders {
     /// Of the tool.
@@ -168,8 +168,7 @@ pub trait ContactManifold: Send + Sync + std::fmt::Debug {
     /// no fixture's manifold lists are not estimated.
     fn tool_directions(&self) -> &'static [usize];
 
-    /// Rotations by which the contacts cannot tell tool or fixture from what they are; none unless
-    /// overridden.
+    /// Discrete rotational symmetry of tool and fixture; none unless overridden.
     fn rotational_orders(&self) -> RotationalOrders {
         RotationalOrders { tool: 1, fixture: 1 }
     }

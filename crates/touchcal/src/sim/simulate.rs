@@ -186,7 +186,7 @@ pub fn draw_truth(scenario: &Scenario, seed: u64) -> Truth {
 /// the scenario's order. `watch` receives the number of contacts so far, with all fixtures, after
 /// each contact; if it breaks, the run ends with [`SimulationError::Interrupted`].
 ///
-/// Joints give way to gravity and to the contact's load by the compliances of arm and `truth`
+/// Joints deflect under gravity and the contact's load by the compliances of arm and `truth`
 /// together. Panics if `truth` names a joint that the arm does not have, or a posture has fewer
 /// positions than the arm has moving joints.
 ///
@@ -328,11 +328,10 @@ impl Run<'_> {
             wrench = recorder.pretend(false, wrench, &mut self.chance);
         }
         let target = self.base_from_fixture * truth.fixture_from_tool;
-        // Encoders sit on the motor's side of joints that give way to gravity and load.
+        // Encoders are on the motor's side of joints that deflect under gravity and load.
         if !self.follower.follow((&target, &load), joints, posture) {
             // A far jump: there may be a way from the posture itself.
             joints.copy_from_slice(posture);
-            // Encoders sit on the motor's side of joints that give way to gravity and load.
             if !self.follower.follow((&target, &load), joints, posture) {
                 return false;
             }

@@ -5,8 +5,8 @@ use touchcal::experiment;
 use touchcal::io::urdf::{self, Ends};
 use touchcal::sim::{self, Preset};
 
-/// Friction stops the peg 2 mm above the floor of its hole, where a quarter of the contacts are.
-/// Only contacts at the rim, which have no likelihood, tell that this is not the floor.
+/// Friction stops the peg 2 mm above the floor of its hole and keeps it near that depth for most of
+/// the contacts. Only contacts at the rim, which have no likelihood, show that the floor is deeper.
 #[test]
 fn where_a_peg_sticks_there_is_no_floor() {
     let robot = urdf::read_builtin("iiwa14", Ends::default()).expect("built in").robot;

@@ -1,4 +1,4 @@
-//! A square peg fits its hole after a quarter turn, too.
+//! Pegs and holes with a discrete rotational symmetry.
 
 use crate::support::solve;
 use touchcal::estimate::Warning;
@@ -6,8 +6,8 @@ use touchcal::experiment;
 use touchcal::io::urdf::{self, Ends};
 use touchcal::sim::{self, Preset};
 
-/// Contacts with a hole in an unknown place fit four rotations of it as well. A place known to some
-/// degrees rules the other three out.
+/// A square peg fits a square hole in four ways, and contacts with a hole in an unknown place leave
+/// all four possible. A rotation known to some degrees rules three of them out.
 #[test]
 fn a_free_hole_may_be_turned_by_quarters() {
     let robot = urdf::read_builtin("iiwa14", Ends::default()).expect("built in").robot;

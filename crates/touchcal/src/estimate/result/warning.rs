@@ -128,7 +128,7 @@ pub enum Warning {
         /// Estimate in the parameter's unit (SI).
         value: f64,
     },
-    /// Turned by an angle, a part looks the same, and the declared place does not rule that out.
+    /// Rotated by an angle, a part has the same shape, and no prior rules that rotation out.
     SymmetricPart {
         /// Name of the parameter: rotation of tool or fixture about its z axis.
         name: String,
@@ -365,7 +365,7 @@ impl Warning {
             }
             Warning::LittleJointMotion { .. } => "move it more, to separate its errors from its neighbours'",
             Warning::Implausible { .. } => "check units, the robot description, and where the fixtures are",
-            Warning::SymmetricPart { .. } => "give it a standard deviation if it matters which of these is right",
+            Warning::SymmetricPart { .. } => "if the choice matters, declare a standard deviation of this rotation",
             Warning::NoUncertainty => "use the exact shapes of the parts to get standard deviations",
             Warning::FarFromPrior { name, .. } => far_from_prior_advice(name),
             Warning::CommonScale { .. } => {

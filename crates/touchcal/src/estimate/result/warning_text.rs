@@ -47,10 +47,7 @@ pub(super) fn implausible_message(name: &str, value: f64) -> String {
 }
 
 pub(super) fn symmetric_part_message(name: &str, angle: f64) -> String {
-    format!(
-        "contacts do not tell `{name}` from turns by multiples of {:.0}°, the part looks the same",
-        angle.to_degrees()
-    )
+    format!("`{name}` is ambiguous: rotated by multiples of {:.0}° the part has the same shape", angle.to_degrees())
 }
 
 pub(super) fn far_from_prior_message(name: &str, deviations: f64) -> String {

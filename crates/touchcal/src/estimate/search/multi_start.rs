@@ -24,12 +24,13 @@ use crate::estimate::result::Observer;
 use crate::solver::Termination;
 
 /// Cost of the least gaps at annealed parameters over that of the minimum nearby, above which a
-/// search continues from that minimum. At the right one it is about 1.2.
+/// search continues from that minimum. With the right minimum the ratio is about 1.2.
 const MAX_ANNEALED_COST: f64 = 2.0;
 
 /// Where a search ended.
 struct End {
-    /// Parameters (SI): annealed, or those of `minimum` where least gaps fit much better there.
+    /// Parameters (SI) from which the search continues: annealed, or those of `minimum` where the
+    /// least gaps cost much less.
     theta: DVector<f64>,
     termination: Termination,
     /// Minimum of the least gaps nearby, by which ends are compared. Likelihoods do not compare:
@@ -132,9 +133,10 @@ fn other_minima(search: &mut SearchState<'_>, ends: &mut [End], best: usize) -> 
     others
 }
 
-/// The end of a search at the present parameters, or at the minimum of least gaps nearby: contacts
-/// at the rim have no likelihood, and annealing may leave them far off the rim where a peg seems to
-/// touch the floor instead. The search is then at that minimum.
+/// The end of a search whose present parameters are annealed. Contacts at the rim have no
+/// likelihood: annealing may leave the peg far off the rim there, for instance where the peg sticks
+/// above the floor and seems to touch the floor. The search then continues from the minimum of the
+/// least gaps nearby, which `search` has afterwards.
 fn end(search: &mut SearchState<'_>, observe: Observer<'_>) -> End {
     let (annealed, termination) = (search.theta.clone(), search.termination);
     let (objective, stride) = (Objective::Residual(search.model.problem.loss), search.stride());

@@ -47,9 +47,9 @@ pub(crate) fn is_circle(outline: &Polygon) -> bool {
     vertices.iter().all(is_on_circle) && are_facets(vertices.iter().zip(next).map(|(a, b)| turn(a, b)).collect())
 }
 
-/// Number of rotations about the origin by equal angles, a whole turn included, after which the
-/// outline is the same up to 0.1 % of its radius: 4 for a square, 1 for an outline that is not the
-/// same before a whole turn, and for a circle, which is the same after any rotation. At most 12.
+/// Order (1 to 12) of the discrete rotational symmetry of an outline about the origin: rotated by a
+/// whole turn over the order, the outline is the same up to 0.1 % of its radius. 4 for a square; 1
+/// for an outline without such a symmetry, and for a circle, which any rotation leaves the same.
 pub fn rotational_order(outline: &Polygon) -> usize {
     let tolerance = TOLERANCE * outline.bounding_radius();
     let is_on_outline = |p: Point2<f64>| {

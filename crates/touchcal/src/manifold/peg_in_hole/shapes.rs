@@ -25,8 +25,8 @@ pub trait PegInHoleShapes: GapQuery {
     /// leaves out rotations about that axis.
     fn symmetry(&self) -> AxialSymmetry;
 
-    /// How often peg (the tool) and hole look the same in a whole turn about the z axis of their
-    /// frame; taken as once where that is not known.
+    /// Discrete rotational symmetry of peg (the tool) and hole; none where the symmetry is not
+    /// known.
     fn rotational_orders(&self) -> RotationalOrders {
         RotationalOrders { tool: 1, fixture: 1 }
     }
