@@ -1,10 +1,17 @@
 //! The recipe of a calibration.
 
+use std::borrow::Cow;
+
 use super::declaration_checks::declaration_warning;
-use super::problem::{Method, Problem};
-use super::result::{Estimate, Observer};
+use super::problem::{Method, Noise, Problem};
+use super::result::{Estimate, NoiseSigma, Observer};
 use super::search::{SearchState, coarse_to_fine, descend, estimate_variance_components, fit_from_starts, refine};
-use super::summarize::summarize;
+use super::summarize::{noise, summarize};
+
+/// Largest number of searches that start from the noise that the one before found.
+const MAX_NOISE_RESTARTS: usize = 3;
+/// Estimated noise over its start (1) above which the search is repeated.
+const MIN_NOISE_RATIO: f64 = 1.25;
 
 /// Estimates the parameters of a problem.
 ///
@@ -17,7 +24,8 @@ use super::summarize::summarize;
 /// likelihood over their contact modes. Parameters without prior that nothing determines are fixed
 /// at zero. `observe` is called at each step and may end the estimation: the result is then that of
 /// the parameters reached. [`Method::GradientDescent`] has its own search; [`Method`] names the
-/// sources.
+/// sources. Noise that is estimated is the start of a second search where it is larger than the
+/// start of the first: with a noise too small one-sided contacts lead to another minimum.
 ///
 /// The covariance of two-sided contacts is that of an M-estimator, `(A²/B · Σ JᵀJ + Λ)⁻¹`, with `J`
 /// the derivative of the whitened residual by the parameters, `A` the mean of ψ′ (at least 0.05)
@@ -32,17 +40,40 @@ use super::summarize::summarize;
 /// not usable, and [`Warning`](super::Warning)s with the cause; so has a problem without contacts.
 /// Panics if a contact or distance has a fixture that is not in [`Problem::fixtures`].
 pub fn calibrate(problem: &Problem, observe: Observer<'_>) -> Estimate {
-    let mut search = SearchState::new(problem);
-    match &problem.method {
-        Method::GradientDescent(options) => descend(&mut search, options, observe),
+    let mut start = Cow::Borrowed(problem);
+    let mut restarts = 0;
+    loop {
+        let mut search = SearchState::new(&start);
+        minimize(&mut search, observe);
+        let Some(noise) = larger_noise(&search).filter(|_| restarts < MAX_NOISE_RESTARTS) else {
+            return summarize(search);
+        };
+        drop(search);
+        start = Cow::Owned(problem.clone().with_noise(noise));
+        restarts += 1;
+    }
+}
+
+/// Leaves the parameters of the minimum in `search`.
+fn minimize(search: &mut SearchState<'_>, observe: Observer<'_>) {
+    match &search.model.problem.method {
+        Method::GradientDescent(options) => descend(search, options, observe),
         Method::LevenbergMarquardt => {
-            let after_coarse = coarse_to_fine(&mut search, observe);
-            estimate_variance_components(&mut search, observe);
+            let after_coarse = coarse_to_fine(search, observe);
+            estimate_variance_components(search, observe);
             // With a declaration that is wrong in kind every minimum is wrong.
             let has_mistake = |search: &SearchState<'_>| declaration_warning(search).is_some();
-            fit_from_starts(&mut search, &after_coarse, has_mistake, observe);
-            refine(&mut search, observe);
+            fit_from_starts(search, &after_coarse, has_mistake, observe);
+            refine(search, observe);
         }
     }
-    summarize(search)
+}
+
+/// The noise that was estimated, where it is so much larger than its start that one-sided contacts
+/// may have led to another minimum.
+fn larger_noise(search: &SearchState<'_>) -> Option<Noise> {
+    let (start, NoiseSigma { encoder, contact }) = (search.model.problem.noise, noise(search));
+    let is_larger = start.is_estimated && encoder.is_finite() && encoder > MIN_NOISE_RATIO * start.encoder;
+    let is_restart = is_larger && search.model.has_one_sided_contacts() && !search.is_interrupted();
+    is_restart.then_some(Noise { encoder, contact, ..start })
 }

@@ -35,9 +35,9 @@ const TOGETHER: [OmittedEffect; 5] = [
 /// where errors are so much larger than declared that contacts have no likelihood, those of the arm
 /// are estimated together, and added if they differ from zero (Wald, *Tests of statistical
 /// hypotheses concerning several parameters when the number of observations is large* (1943)).
-/// Where there are no such effects and noise is larger than declared, it is estimated if that makes
-/// the result usable. Effects with which a usable result would not be usable are not added: its
-/// intervals allow for them.
+/// Where there are no such effects, or the result with them must not be used, and noise is larger
+/// than declared, noise is estimated instead if that makes the result usable. Effects with which a
+/// usable result would not be usable are not added: its intervals allow for them.
 ///
 /// Returns the problem with these parameters, and its estimate; [`Estimate::freed_effects`] has the
 /// effects, of each round those with the least p-value first. `observe` is called at each step of
@@ -53,19 +53,16 @@ pub fn calibrate_with_freed_effects(problem: &Problem, observe: Observer<'_>) ->
     let mut estimate = calibrate(&problem, observe);
     let mut freed: Vec<FreedEffect> = Vec::new();
     while !is_interrupted.get() {
-        let suspects = suspects(&problem, &estimate, &freed, observe);
-        if suspects.is_empty() || is_interrupted.get() {
+        let alternatives = alternatives(&problem, &estimate, &freed, observe);
+        if is_interrupted.get() {
             break;
         }
-        let extended = suspects.iter().fold(problem.clone(), |problem, suspect| with_effect(&problem, &suspect.effect));
-        let with = calibrate(&extended, observe);
-        // The intervals of a usable result allow for the suspects; a larger noise must explain all.
-        let must_be_usable = estimate.status.is_usable() || suspects[0].effect == OmittedEffect::Noise;
-        if is_interrupted.get() || (must_be_usable && !with.status.is_usable()) {
+        let Some(extended) = first_usable(&problem, &estimate, alternatives, observe) else { break };
+        if is_interrupted.get() {
             break;
         }
-        freed.extend(suspects);
-        (problem, estimate) = (extended, with);
+        freed.extend(extended.effects);
+        (problem, estimate) = (extended.problem, extended.estimate);
     }
     if is_interrupted.get() {
         estimate.termination.reason = StopReason::Interrupted;
@@ -75,18 +72,55 @@ pub fn calibrate_with_freed_effects(problem: &Problem, observe: Observer<'_>) ->
     (problem, estimate)
 }
 
-/// What may explain why contacts contradict the problem: effects that tests show; where nothing can
-/// be tested, effects that a joint fit shows; where these are none, a larger noise.
-fn suspects(problem: &Problem, estimate: &Estimate, freed: &[FreedEffect], observe: Observer<'_>) -> Vec<FreedEffect> {
+/// A problem with effects that it left out before, and its estimate.
+struct ExtendedProblem {
+    effects: Vec<FreedEffect>,
+    problem: Problem,
+    estimate: Estimate,
+}
+
+/// What may explain why contacts contradict the problem: effects that tests show, or, where nothing
+/// can be tested, effects that a joint fit shows; instead of these, where the result must not be
+/// used, a larger noise.
+fn alternatives(
+    problem: &Problem,
+    estimate: &Estimate,
+    freed: &[FreedEffect],
+    observe: Observer<'_>,
+) -> Vec<Vec<FreedEffect>> {
     let mut suspects = tested_suspects(problem, estimate, freed);
     let is_refused = !estimate.status.is_usable() && !is_mistaken(estimate);
     if is_refused && freed.is_empty() && estimate.effect_tests.is_empty() {
         suspects = suspects_of_joint_fit(problem, estimate, observe);
     }
-    if is_refused && suspects.is_empty() {
-        suspects.extend(suspected_noise(problem, estimate));
+    let noise = suspected_noise(problem, estimate).filter(|_| is_refused);
+    let alternatives = [suspects, Vec::from_iter(noise)];
+    alternatives.into_iter().filter(|effects| !effects.is_empty()).collect()
+}
+
+/// The problem extended by the first of the alternatives with which its result is usable. Where
+/// none is, and neither is `estimate`, by the first one, unless that is a larger noise, which must
+/// explain all. If `observe` ends a calibration, by the alternative of that one.
+fn first_usable(
+    problem: &Problem,
+    estimate: &Estimate,
+    alternatives: Vec<Vec<FreedEffect>>,
+    observe: Observer<'_>,
+) -> Option<ExtendedProblem> {
+    let mut refused = None;
+    for effects in alternatives {
+        let problem = effects.iter().fold(problem.clone(), |problem, freed| with_effect(&problem, &freed.effect));
+        let with = ExtendedProblem { estimate: calibrate(&problem, observe), effects, problem };
+        let is_interrupted = with.estimate.termination.reason == StopReason::Interrupted;
+        if with.estimate.status.is_usable() || is_interrupted {
+            return Some(with);
+        }
+        if with.effects[0].effect != OmittedEffect::Noise {
+            refused.get_or_insert(with);
+        }
     }
-    suspects
+    // The intervals of a usable result allow for what could be added.
+    refused.filter(|_| !estimate.status.is_usable())
 }
 
 /// The effects that contacts contradict and that were not let in yet, the most significant first.

@@ -193,7 +193,7 @@ fn competing_minima(search: &SearchState<'_>, is_predicted: bool) -> Vec<Competi
 }
 
 /// The noise as declared, or as estimated.
-fn noise(search: &SearchState<'_>) -> NoiseSigma {
+pub(super) fn noise(search: &SearchState<'_>) -> NoiseSigma {
     let (declared, model) = (search.model.problem.noise, &search.model.noise);
     let of_modes = if uses_contact_modes(search) { model.mode_factor } else { 1.0 };
     let factor = if declared.is_estimated { model.factor * of_modes } else { 1.0 };
