@@ -1,12 +1,10 @@
 //! The recipe of a calibration.
 
-use std::borrow::Cow;
-
 use super::declaration_checks::declaration_warning;
-use super::problem::{Method, Noise, Problem};
-use super::result::{Estimate, NoiseSigma, Observer};
+use super::problem::{Method, Problem};
+use super::result::{Estimate, Observer};
 use super::search::{SearchState, coarse_to_fine, descend, estimate_variance_components, fit_from_starts, refine};
-use super::summarize::{noise, summarize};
+use super::summarize::{estimated_noise_factor, summarize};
 
 /// Largest number of searches that start from the noise that the one before found.
 const MAX_NOISE_RESTARTS: usize = 3;
@@ -24,8 +22,9 @@ const MIN_NOISE_RATIO: f64 = 1.25;
 /// likelihood over their contact modes. Parameters without prior that nothing determines are fixed
 /// at zero. `observe` is called at each step and may end the estimation: the result is then that of
 /// the parameters reached. [`Method::GradientDescent`] has its own search; [`Method`] names the
-/// sources. Noise that is estimated is the start of a second search where it is larger than the
-/// start of the first: with a noise too small one-sided contacts lead to another minimum.
+/// sources. With one-sided contacts, noise that is estimated and ends more than a quarter above its
+/// start is the start of another search, at most three times: too small a noise leads to another
+/// minimum.
 ///
 /// The covariance of two-sided contacts is that of an M-estimator, `(A²/B · Σ JᵀJ + Λ)⁻¹`, with `J`
 /// the derivative of the whitened residual by the parameters, `A` the mean of ψ′ (at least 0.05)
@@ -40,18 +39,22 @@ const MIN_NOISE_RATIO: f64 = 1.25;
 /// not usable, and [`Warning`](super::Warning)s with the cause; so has a problem without contacts.
 /// Panics if a contact or distance has a fixture that is not in [`Problem::fixtures`].
 pub fn calibrate(problem: &Problem, observe: Observer<'_>) -> Estimate {
-    let mut start = Cow::Borrowed(problem);
-    let mut restarts = 0;
-    loop {
-        let mut search = SearchState::new(&start);
+    let mut search = SearchState::new(problem);
+    minimize(&mut search, observe);
+    let mut start = 1.0;
+    for _ in 0..MAX_NOISE_RESTARTS {
+        let factor = estimated_noise_factor(&search);
+        let is_larger = factor.is_finite() && factor > MIN_NOISE_RATIO * start;
+        if !is_larger || !search.model.has_one_sided_contacts() || search.is_interrupted() {
+            break;
+        }
+        let iterations = search.termination.iterations;
+        search = SearchState::new(problem);
+        (search.model.noise.factor, search.termination.iterations) = (factor, iterations);
         minimize(&mut search, observe);
-        let Some(noise) = larger_noise(&search).filter(|_| restarts < MAX_NOISE_RESTARTS) else {
-            return summarize(search);
-        };
-        drop(search);
-        start = Cow::Owned(problem.clone().with_noise(noise));
-        restarts += 1;
+        start = factor;
     }
+    summarize(search)
 }
 
 /// Leaves the parameters of the minimum in `search`.
@@ -67,13 +70,4 @@ fn minimize(search: &mut SearchState<'_>, observe: Observer<'_>) {
             refine(search, observe);
         }
     }
-}
-
-/// The noise that was estimated, where it is so much larger than its start that one-sided contacts
-/// may have led to another minimum.
-fn larger_noise(search: &SearchState<'_>) -> Option<Noise> {
-    let (start, NoiseSigma { encoder, contact }) = (search.model.problem.noise, noise(search));
-    let is_larger = start.is_estimated && encoder.is_finite() && encoder > MIN_NOISE_RATIO * start.encoder;
-    let is_restart = is_larger && search.model.has_one_sided_contacts() && !search.is_interrupted();
-    is_restart.then_some(Noise { encoder, contact, ..start })
 }

@@ -35,9 +35,9 @@ const TOGETHER: [OmittedEffect; 5] = [
 /// where errors are so much larger than declared that contacts have no likelihood, those of the arm
 /// are estimated together, and added if they differ from zero (Wald, *Tests of statistical
 /// hypotheses concerning several parameters when the number of observations is large* (1943)).
-/// Where there are no such effects, or the result with them must not be used, and noise is larger
-/// than declared, noise is estimated instead if that makes the result usable. Effects with which a
-/// usable result would not be usable are not added: its intervals allow for them.
+/// Where there are no such effects, or the result with these effects is not usable, and noise is
+/// larger than declared, noise is estimated instead if that makes the result usable. Effects that
+/// would make a usable result not usable are not added: its intervals allow for these effects.
 ///
 /// Returns the problem with these parameters, and its estimate; [`Estimate::freed_effects`] has the
 /// effects, of each round those with the least p-value first. `observe` is called at each step of
@@ -79,9 +79,10 @@ struct ExtendedProblem {
     estimate: Estimate,
 }
 
-/// What may explain why contacts contradict the problem: effects that tests show, or, where nothing
-/// can be tested, effects that a joint fit shows; instead of these, where the result must not be
-/// used, a larger noise.
+/// What may explain that contacts contradict the problem, in the order in which it is tried:
+///
+/// 1. effects that tests show, or, where nothing can be tested, effects that a joint fit shows;
+/// 2. where the result is not usable, a larger noise.
 fn alternatives(
     problem: &Problem,
     estimate: &Estimate,
@@ -98,9 +99,9 @@ fn alternatives(
     alternatives.into_iter().filter(|effects| !effects.is_empty()).collect()
 }
 
-/// The problem extended by the first of the alternatives with which its result is usable. Where
-/// none is, and neither is `estimate`, by the first one, unless that is a larger noise, which must
-/// explain all. If `observe` ends a calibration, by the alternative of that one.
+/// The problem extended by the first of the alternatives whose result is usable. If there is none:
+/// by the effects of the arm and of places, if `estimate` is not usable either; never by a larger
+/// noise, which must explain everything. If `observe` ends a calibration: by its alternative.
 fn first_usable(
     problem: &Problem,
     estimate: &Estimate,

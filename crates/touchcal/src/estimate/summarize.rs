@@ -193,11 +193,16 @@ fn competing_minima(search: &SearchState<'_>, is_predicted: bool) -> Vec<Competi
 }
 
 /// The noise as declared, or as estimated.
-pub(super) fn noise(search: &SearchState<'_>) -> NoiseSigma {
-    let (declared, model) = (search.model.problem.noise, &search.model.noise);
-    let of_modes = if uses_contact_modes(search) { model.mode_factor } else { 1.0 };
-    let factor = if declared.is_estimated { model.factor * of_modes } else { 1.0 };
+fn noise(search: &SearchState<'_>) -> NoiseSigma {
+    let (declared, factor) = (search.model.problem.noise, estimated_noise_factor(search));
     NoiseSigma { encoder: factor * declared.encoder, contact: factor * declared.contact }
+}
+
+/// Estimated over declared standard deviation of the noise (1); 1 where it is not estimated.
+pub(super) fn estimated_noise_factor(search: &SearchState<'_>) -> f64 {
+    let noise = &search.model.noise;
+    let of_modes = if uses_contact_modes(search) { noise.mode_factor } else { 1.0 };
+    if search.model.problem.noise.is_estimated { noise.factor * of_modes } else { 1.0 }
 }
 
 fn status(termination: &Termination, warnings: &[Warning]) -> Status {
