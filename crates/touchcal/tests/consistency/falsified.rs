@@ -274,6 +274,19 @@ fn a_fifth_of_the_contacts_is_false() {
     assert!((square - 1.0).abs() < 4.0 * (2.0 / changes.len() as f64).sqrt(), "{square}");
 }
 
+/// Rows that are no contacts leave the likelihood of the others as it is. In these trials nearly
+/// all contacts counted as touching nothing once some rows did, and errors were five standard
+/// deviations.
+#[test]
+fn false_rows_leave_contacts_their_likelihood() {
+    for (name, seed) in [("false_contacts_0.3", 20006), ("false_contacts", 20023)] {
+        let on = &mut || ControlFlow::Continue(());
+        let row = falsified_trial(&kind(name), (Excitation::Rich, &robot(), 3000), options(seed), on).expect("a row");
+        assert!(row.useful && row.nees.expect("a NEES") < 8.0, "{row:?}");
+        assert!(!row.warnings.iter().any(|warning| warning == "few_informative_contacts"), "{row:?}");
+    }
+}
+
 #[test]
 fn distances_are_too_large_by_the_share() {
     let (_, right, wrong) = falsified("spacing_2.5_percent", Excitation::Sockets);

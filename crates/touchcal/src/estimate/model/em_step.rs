@@ -29,18 +29,19 @@ pub(crate) struct EmStep {
 }
 
 /// Updates the model's contact odds, noise of candidate contacts and prior widths of groups of
-/// parameters from every `stride`-th contact at `theta`.
+/// parameters from every `stride`-th contact at `theta`; `no_contact_bounds` are those of
+/// [`no_contact_bounds`](super::no_contact_bounds).
 pub(crate) fn em_step(
     model: &mut CalibrationModel<'_>,
     theta: &DVector<f64>,
     free: &FreeParameters,
-    stride: usize,
+    (stride, no_contact_bounds): (usize, &[f64]),
     caches: &mut [ContactCache],
 ) -> EmStep {
     let options = &model.problem.options;
     let mut statistics = contact_mode_statistics(model, theta, (stride, Curvature::Complete), caches);
     let informative_share = statistics.informative_share(model);
-    let priors = maximize_priors(model, &statistics);
+    let priors = maximize_priors(model, &statistics, no_contact_bounds);
     let noise = maximize_noise(model, &statistics);
     let mut change =
         mean_change(&statistics, &model.mode_priors, &priors).max((noise / model.noise.mode_factor).ln().abs());
@@ -64,19 +65,25 @@ pub(crate) fn em_step(
     EmStep { informative_share, change, cost: normal.cost, step }
 }
 
-/// The contact mode priors with the greatest expected likelihood, over-relaxed.
-fn maximize_priors(model: &CalibrationModel<'_>, statistics: &ContactModeStatistics) -> Vec<Vec<ContactModePrior>> {
+/// The contact mode priors with the greatest expected likelihood, over-relaxed. Without the bounds
+/// rows that are no contacts, far from any surface, let more and more contacts count as touching
+/// nothing.
+fn maximize_priors(
+    model: &CalibrationModel<'_>,
+    statistics: &ContactModeStatistics,
+    no_contact_bounds: &[f64],
+) -> Vec<Vec<ContactModePrior>> {
     let options = &model.problem.options.contact_mode;
     let candidates: f64 = statistics.counts.iter().flatten().map(ContactCounts::candidates).sum();
     let gate = (options.gate * statistics.sigma_sum / candidates.max(1.0)).max(f64::MIN_POSITIVE);
-    let of_fixture = |(counts, before): (&Vec<ContactCounts>, &Vec<ContactModePrior>)| {
+    let of_fixture = |((counts, before), bound): ((&Vec<ContactCounts>, &Vec<ContactModePrior>), &f64)| {
         let sum = |of: fn((f64, f64)) -> f64| counts.iter().map(|counts| of(counts.contacts())).sum::<f64>();
-        let no_contact = sum(|(_, none)| none).max(1.0) / sum(|(some, _)| some).max(1.0);
+        let no_contact = (sum(|(_, none)| none).max(1.0) / sum(|(some, _)| some).max(1.0)).min(*bound);
         let more = PseudoCounts::new(counts, options.odds_strength);
         let regions = counts.iter().zip(before);
         regions.map(|(counts, before)| counts.m_step(before, gate, no_contact, &more)).collect()
     };
-    statistics.counts.iter().zip(&model.mode_priors).map(of_fixture).collect()
+    statistics.counts.iter().zip(&model.mode_priors).zip(no_contact_bounds).map(of_fixture).collect()
 }
 
 /// The noise factor of candidate contacts with the greatest expected likelihood.

@@ -4,7 +4,8 @@ use super::annealing::anneal;
 use super::coarse_to_fine::fine;
 use super::state::SearchState;
 use crate::estimate::model::{
-    Curvature, Objective, contact_mode_statistics, distance_information, em_step, prior_information, residual_stretches,
+    Curvature, Objective, contact_mode_statistics, distance_information, em_step, no_contact_bounds, prior_information,
+    residual_stretches,
 };
 use crate::estimate::result::{Observer, PredictiveCheck, Progress, Stage};
 use crate::estimate::uncertainty::{Sandwich, predictive_check, sandwich_covariance};
@@ -57,11 +58,12 @@ pub(super) fn fit_contact_modes(search: &mut SearchState<'_>, observe: Observer<
     }
     search.model.noise.mode_factor *= options.em_initial_inflation;
     let of_least_gaps = search.theta.clone();
+    let bounds = no_contact_bounds(&search.model, &search.theta, search.model.stride(options.em_subsample[0]));
     for subsample in options.em_subsample {
         // Fewer contacts determine the odds less.
         let tolerance = options.em_tolerance * options.em_subsample[1] as f64 / subsample as f64;
         for iteration in 1..=options.em_max_iterations {
-            let change = iterate(search, search.model.stride(subsample), iteration, observe);
+            let change = iterate(search, (search.model.stride(subsample), &bounds), iteration, observe);
             if !uses_contact_modes(search) {
                 // With noise declared much too small, touching nothing is more likely than any
                 // contact.
@@ -80,8 +82,14 @@ pub(super) fn fit_contact_modes(search: &mut SearchState<'_>, observe: Observer<
 
 /// One iteration of expectation–maximisation: the odds, then the parameters; returns the change of
 /// the odds.
-fn iterate(search: &mut SearchState<'_>, stride: usize, iteration: usize, observe: Observer<'_>) -> f64 {
-    let em = em_step(&mut search.model, &search.theta, &search.free, stride, &mut search.caches);
+fn iterate(
+    search: &mut SearchState<'_>,
+    (stride, no_contact_bounds): (usize, &[f64]),
+    iteration: usize,
+    observe: Observer<'_>,
+) -> f64 {
+    let subsample = (stride, no_contact_bounds);
+    let em = em_step(&mut search.model, &search.theta, &search.free, subsample, &mut search.caches);
     search.informative_share = Some(em.informative_share);
     if !uses_contact_modes(search) {
         return em.change;

@@ -4,7 +4,7 @@ use nalgebra::{DMatrix, DVector};
 
 use crate::estimate::model::{
     CalibrationModel, Curvature, contact_caches, contact_mode_statistics, distance_information, em_step,
-    prior_information, set_resolution, whitened_norms,
+    no_contact_bounds, prior_information, set_resolution, whitened_norms,
 };
 use crate::estimate::problem::Problem;
 use crate::parameter::ParameterId;
@@ -39,8 +39,9 @@ pub fn cramer_rao(problem: &Problem, truth: impl Fn(ParameterId) -> f64) -> DMat
     let contacts = if model.has_one_sided_contacts() {
         set_resolution(&mut model, &theta, 1);
         let stride = model.stride(EM_SUBSAMPLE);
+        let bounds = no_contact_bounds(&model, &theta, stride);
         for _ in 0..EM_ITERATIONS {
-            if em_step(&mut model, &theta, &free, stride, &mut caches).change < EM_TOLERANCE {
+            if em_step(&mut model, &theta, &free, (stride, &bounds), &mut caches).change < EM_TOLERANCE {
                 break;
             }
         }
