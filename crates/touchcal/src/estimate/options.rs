@@ -227,9 +227,10 @@ pub struct MultiStartOptions {
     /// which other starts are tried. At the right minimum it is below 1, since soft minima scatter
     /// less than single gaps.
     pub min_scatter: f64,
-    /// Number of other starts, drawn from the posterior of the coarse stage with fixed seeds. Two
-    /// searches are made from each, and one from the end of the coarse stage.
-    pub starts: u64,
+    /// Numbers of other starts, drawn from the posterior of the coarse stage with fixed seeds: at
+    /// least `[0]`; up to `[1]` while contacts scatter too much at the best minimum, and only one
+    /// search ended there. Two searches are made from each, and one from the end of that stage.
+    pub starts: [u64; 2],
     /// Squared Mahalanobis distance (1) between two minima above which they count as different.
     pub min_squared_distance: f64,
     /// Ratio of another minimum's cost to the least one (1) below which it competes.
@@ -238,7 +239,7 @@ pub struct MultiStartOptions {
 
 impl Default for MultiStartOptions {
     fn default() -> Self {
-        MultiStartOptions { min_scatter: 0.9, starts: 4, min_squared_distance: 100.0, max_cost_ratio: 1.25 }
+        MultiStartOptions { min_scatter: 0.9, starts: [4, 12], min_squared_distance: 100.0, max_cost_ratio: 1.25 }
     }
 }
 

@@ -2,7 +2,9 @@
 
 use std::ops::ControlFlow;
 
-use touchcal::estimate::{PlacePrior, Problem, ShapeTolerance, UnseenEffects, WrenchTolerance, calibrate};
+use touchcal::estimate::{
+    PlacePrior, Problem, Severity, ShapeTolerance, UnseenEffects, Warning, WrenchTolerance, calibrate,
+};
 use touchcal::experiment::falsified::{
     Excitation, Falsification, FalsifiedKind, FalsifiedOptions, Quantity, falsified_trial,
 };
@@ -287,6 +289,16 @@ fn false_rows_leave_contacts_their_likelihood() {
     }
 }
 
+/// With a wide hole most contacts are at the rim, and searches end in many minima: here none of the
+/// first ten in the right one.
+#[test]
+fn a_search_goes_on_until_its_end_is_plausible() {
+    let on = &mut || ControlFlow::Continue(());
+    let row = falsified_trial(&kind("clearance_0.25mm"), (Excitation::Paper, &robot(), 3000), options(20025), on);
+    let row = row.expect("a row");
+    assert!(row.useful && row.nees.expect("a NEES") < 16.0, "{row:?}");
+}
+
 #[test]
 fn distances_are_too_large_by_the_share() {
     let (_, right, wrong) = falsified("spacing_2.5_percent", Excitation::Sockets);
@@ -348,9 +360,18 @@ fn a_row_says_what_the_answer_was() {
 /// answer that no likelihood tests, and whose errors are beyond the 99.9 % quantile of χ².
 #[test]
 fn without_a_likelihood_contradicted_stretches_refuse_an_answer() {
+    let (name, seed) = ("compliance_2e-5", 20018);
     let on = &mut || ControlFlow::Continue(());
-    let row = falsified_trial(&kind("compliance_2e-5"), (Excitation::Paper, &robot(), 1000), options(20000), on);
-    let row = row.expect("a row");
+    let row = falsified_trial(&kind(name), (Excitation::Paper, &robot(), 1000), options(seed), on).expect("a row");
     assert!(!row.is_answered() && row.nees.expect("a NEES") > 26.12, "{row:?}");
-    assert_eq!(row.warnings[0], "prediction_contradicted", "{row:?}");
+
+    let declared = Excitation::Paper.scenario(robot(), 1000).expect("a scenario");
+    let mut scenario = declared.clone();
+    kind(name).falsification.falsify_scenario(&mut scenario);
+    let simulated = sim::simulate(&scenario, seed).expect("contacts");
+    let problem = kind(name).problem(&declared, &simulated, seed).expect("a problem");
+    let estimate = calibrate(&problem, &mut |_| ControlFlow::Continue(()));
+    assert!(estimate.warnings.iter().any(|warning| warning.kind() == "few_informative_contacts"));
+    let contradicted = estimate.warnings.iter().find(|warning| warning.kind() == "prediction_contradicted");
+    assert_eq!(contradicted.map(Warning::severity), Some(Severity::Unusable), "{:?}", estimate.warnings);
 }

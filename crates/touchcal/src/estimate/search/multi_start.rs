@@ -6,7 +6,8 @@
 //! informative, the search is repeated from other starts, drawn from the posterior of the coarse
 //! stage, and continued from the end with the least cost. Annealing the noise of the likelihood
 //! finds the right minimum among rows that are no contacts; annealing the loss of least gaps finds
-//! that of pegs at the rim. Both are tried.
+//! that of pegs at the rim. Both are tried. While contacts scatter too much at the best minimum and
+//! only one search ended there, there are more searches.
 //!
 //! If contacts still scatter too much there and another minimum was found, or another one fits
 //! about as well, the result is ambiguous.
@@ -85,12 +86,16 @@ fn search_from_other_starts(
 ) {
     let options = search.model.problem.options.multi_start;
     let mut ends = vec![first];
-    let Some(starts) = starts(search, after_coarse, options.starts) else { return };
+    let Some(starts) = starts(search, after_coarse, options.starts[1]) else { return };
     let resolution = search.model.noise.resolution;
     let methods = [anneal_loss, anneal_noise];
     let of_both = |start: DVector<f64>| methods.map(|anneal| (start.clone(), anneal));
     let others = std::iter::once((after_coarse.clone(), methods[0])).chain(starts.into_iter().flat_map(of_both));
+    let least = 1 + methods.len() * options.starts[0] as usize;
     for (start, anneal) in others {
+        if ends.len() > least && is_found(search, &ends) {
+            break;
+        }
         search.theta = start;
         anneal(search, observe);
         search.model.noise.resolution = resolution;
@@ -99,7 +104,7 @@ fn search_from_other_starts(
         }
         ends.push(end(search, observe));
     }
-    let best = (0..ends.len()).fold(0, |best, k| if ends[k].cost < ends[best].cost { k } else { best });
+    let best = best(&ends);
     let iterations = search.termination.iterations;
     search.theta = ends[best].theta.clone();
     if !search.is_interrupted() {
@@ -109,16 +114,34 @@ fn search_from_other_starts(
     search.other_minima = other_minima(search, &mut ends, best);
 }
 
+/// Index of the end with the least cost.
+fn best(ends: &[End]) -> usize {
+    (0..ends.len()).fold(0, |best, k| if ends[k].cost < ends[best].cost { k } else { best })
+}
+
+/// Whether more searches would hardly find a better minimum: contacts scatter no more at the best
+/// one than at the right one, or two searches ended there.
+fn is_found(search: &mut SearchState<'_>, ends: &[End]) -> bool {
+    let best = best(ends);
+    let is_plausible = ends[best].scatter < search.model.problem.options.multi_start.min_scatter;
+    let is_apart = apart(search, &ends[best].minimum);
+    let others = ends.iter().enumerate().filter(|(k, _)| *k != best);
+    is_plausible || others.map(|(_, end)| &end.minimum).any(|minimum| !is_apart(minimum, &ends[best].minimum))
+}
+
+/// Whether two minima differ, by the information of least gaps at `theta`.
+fn apart(search: &mut SearchState<'_>, theta: &DVector<f64>) -> impl Fn(&DVector<f64>, &DVector<f64>) -> bool + use<> {
+    let (objective, stride) = (Objective::Residual(search.model.problem.loss), search.stride());
+    let information = search.normal_equations(theta, objective, stride).information / stride as f64;
+    let threshold = search.model.problem.options.multi_start.min_squared_distance;
+    move |a, b| (a - b).dot(&(&information * (a - b))) > threshold
+}
+
 /// The minima of all `ends` that are not the best one's, each once.
 fn other_minima(search: &mut SearchState<'_>, ends: &mut [End], best: usize) -> Vec<OtherMinimum> {
-    let (options, stride) = (search.model.problem.options.multi_start, search.stride());
+    let options = search.model.problem.options.multi_start;
     let (here, cost) = (ends[best].minimum.clone(), ends[best].cost);
-    let objective = Objective::Residual(search.model.problem.loss);
-    let information = search.normal_equations(&here, objective, stride).information;
-    let is_apart = |a: &DVector<f64>, b: &DVector<f64>| {
-        let step = a - b;
-        step.dot(&(&information * &step)) / stride as f64 > options.min_squared_distance
-    };
+    let is_apart = apart(search, &here);
     let is_implausible = ends[best].scatter >= options.min_scatter;
     ends.sort_by(|a, b| a.cost.total_cmp(&b.cost));
     let mut others: Vec<OtherMinimum> = Vec::new();
