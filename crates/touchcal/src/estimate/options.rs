@@ -186,7 +186,7 @@ impl Default for ContactModeOptions {
             em_tolerance: 0.04,
             em_initial_inflation: 3.0,
             em_step_decrement: 1.0,
-            min_informative_share: [0.05, 0.3],
+            min_informative_share: [0.05, 0.5],
             odds_strength: 5.0,
             noise_strength: 100.0,
             directional_bias_sigma: 1e-6,

@@ -11,6 +11,10 @@ use crate::estimate::result::{Observer, PredictiveCheck, Progress, Stage};
 use crate::estimate::uncertainty::{Sandwich, predictive_check, sandwich_covariance};
 use crate::solver::{LevenbergMarquardtOptions, StopReason};
 
+/// Informative share during the steps of expectation–maximisation, over that required at their end.
+/// In early steps, with inflated noise and the odds of their start, fewer contacts are informative.
+const EARLY_SHARE: f64 = 0.6;
+
 /// From the coarse stage to the contact modes of a subsample, where contacts are one-sided.
 pub(crate) fn approach_contact_modes(search: &mut SearchState<'_>, observe: Observer<'_>) {
     if search.model.has_one_sided_contacts() {
@@ -21,7 +25,12 @@ pub(crate) fn approach_contact_modes(search: &mut SearchState<'_>, observe: Obse
 
 /// Whether enough contacts are informative for the marginal likelihood to be used.
 pub(crate) fn uses_contact_modes(search: &SearchState<'_>) -> bool {
-    let [of_all, of_distinct] = search.model.problem.options.contact_mode.min_informative_share;
+    is_informative(search, 1.0)
+}
+
+/// Whether more contacts are informative than `factor` times the shares required.
+fn is_informative(search: &SearchState<'_>, factor: f64) -> bool {
+    let [of_all, of_distinct] = search.model.problem.options.contact_mode.min_informative_share.map(|min| factor * min);
     search.informative_share.is_some_and(|share| share.of_all > of_all && share.of_distinct > of_distinct)
 }
 
@@ -53,24 +62,29 @@ pub(super) fn fit_contact_modes(search: &mut SearchState<'_>, observe: Observer<
         let statistics = contact_mode_statistics(&search.model, &search.theta, subsample, &mut search.caches);
         statistics.informative_share(&search.model)
     });
-    if !uses_contact_modes(search) {
+    if !is_informative(search, EARLY_SHARE) {
         return;
     }
     search.model.noise.mode_factor *= options.em_initial_inflation;
     let of_least_gaps = search.theta.clone();
+    maximize_expectation(search, observe);
+    if !uses_contact_modes(search) {
+        // With noise declared much too small, touching nothing is more likely than any contact.
+        search.theta = of_least_gaps;
+    }
+}
+
+/// Expectation–maximisation, until the odds of the larger subsample change little, or too few
+/// contacts are informative.
+fn maximize_expectation(search: &mut SearchState<'_>, observe: Observer<'_>) {
+    let options = search.model.problem.options.contact_mode;
     let bounds = no_contact_bounds(&search.model, &search.theta, search.model.stride(options.em_subsample[0]));
     for subsample in options.em_subsample {
         // Fewer contacts determine the odds less.
         let tolerance = options.em_tolerance * options.em_subsample[1] as f64 / subsample as f64;
         for iteration in 1..=options.em_max_iterations {
             let change = iterate(search, (search.model.stride(subsample), &bounds), iteration, observe);
-            if !uses_contact_modes(search) {
-                // With noise declared much too small, touching nothing is more likely than any
-                // contact.
-                search.theta = of_least_gaps;
-                return;
-            }
-            if search.is_interrupted() {
+            if search.is_interrupted() || !is_informative(search, EARLY_SHARE) {
                 return;
             }
             if change < tolerance {
@@ -91,7 +105,7 @@ fn iterate(
     let subsample = (stride, no_contact_bounds);
     let em = em_step(&mut search.model, &search.theta, &search.free, subsample, &mut search.caches);
     search.informative_share = Some(em.informative_share);
-    if !uses_contact_modes(search) {
+    if !is_informative(search, EARLY_SHARE) {
         return em.change;
     }
     // Short steps of expectation–maximisation descend; longer ones are searched for, because
