@@ -65,8 +65,8 @@ impl Case {
         }
     }
 
-    /// Seconds of one of `count` repetitions; of training steps on a GPU without the weights' way to
-    /// the processor at the end.
+    /// Seconds of one of `count` repetitions; of training steps on a GPU without the weights' way
+    /// back to the processor.
     fn time(&mut self, count: u64) -> f64 {
         let start = Instant::now();
         match self {

@@ -44,16 +44,21 @@ fn check_outputs<'a>(
     Ok(())
 }
 
-/// Reads the selected placements of a problem.
+/// Reads the selected placements of a problem; notes go to stderr.
 fn load(source: &Source) -> Result<Loaded, Failure> {
+    let loaded = read(source)?;
+    crate::output::notes(loaded.problem.contacts.notes());
+    Ok(loaded)
+}
+
+/// Reads the selected placements of a problem.
+fn read(source: &Source) -> Result<Loaded, Failure> {
     let Some(problem) = &source.problem else {
         // clap requires a problem file or --mukca, which `refuse_replaced` has refused.
         return Err(Failure::Usage("expected a problem file, found none".to_owned()));
     };
     let selection = Selection { only: source.only.clone(), except: source.except.clone() };
-    let loaded = problem_file::read_selected(problem, &selection)?;
-    crate::output::notes(loaded.problem.contacts.notes());
-    Ok(loaded.with_known_shapes()?)
+    Ok(problem_file::read_selected(problem, &selection)?.with_known_shapes()?)
 }
 
 /// Refuses `--mukca` and its companions, and shows the commands that replace them; `command` is the

@@ -59,6 +59,7 @@ impl Calibration<'_> {
             freed_effects(&estimate.freed_effects),
             self.held_out(),
             self.acceptance(),
+            self.notes(),
             "\n".to_owned(),
             "Distance from touching (mm)\n".to_owned(),
             residuals(&problem.fixtures, &scores),
@@ -120,6 +121,11 @@ impl Calibration<'_> {
         self.file.acceptance.as_ref().map_or_else(String::new, |entry| {
             format!("Accept    {}\n{INDENT}-> {}\n", wrapped(&entry.message), entry.advice)
         })
+    }
+
+    /// What is assumed where the problem declares nothing, and other notes on its files.
+    fn notes(&self) -> String {
+        self.file.notes.iter().map(|note| format!("Note      {}\n", wrapped(note))).collect()
     }
 
     fn paths(&self) -> String {
@@ -275,12 +281,12 @@ fn predictive_check(check: Option<&PredictiveCheck>) -> String {
     })
 }
 
-/// Effects that were let in, and what each is worth.
+/// Effects that were freed, and what each is worth.
 fn freed_effects(freed: &[FreedEffect]) -> String {
     let line = |FreedEffect { effect, p_value, gain, predictive_ratio }: &FreedEffect| {
-        let before =
-            predictive_ratio.map_or_else(String::new, |ratio| format!(", predicted scatter {ratio:.2} before"));
-        format!("Freed     {}: {gain:+.1} in the log-likelihood (p = {p_value:.0e}){before}\n", effect.name())
+        let without =
+            predictive_ratio.map_or_else(String::new, |ratio| format!(", predicted scatter {ratio:.2} without it"));
+        format!("Freed     {}: {gain:+.1} in the log-likelihood (p = {p_value:.0e}){without}\n", effect.name())
     };
     freed.iter().map(line).collect()
 }

@@ -1,6 +1,7 @@
 //! Estimation of the effects that a model leaves out and contacts contradict.
 
 use std::cell::Cell;
+use std::ops::ControlFlow;
 
 use nalgebra::{DMatrix, DVector};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
@@ -36,33 +37,32 @@ const TOGETHER: [OmittedEffect; 5] = [
 /// are estimated together, and added if they differ from zero (Wald, *Tests of statistical
 /// hypotheses concerning several parameters when the number of observations is large* (1943)).
 /// Where there are no such effects, or the result with these effects is not usable, and noise is
-/// larger than declared, noise is estimated instead if that makes the result usable. Effects that
-/// would make a usable result not usable are not added: its intervals allow for these effects.
+/// larger than declared, noise is estimated instead if that makes the result usable. Where that
+/// does not help either, those of the arm are estimated together after all: the first calibration
+/// may have ended beside the right minimum, where tests show nothing. Effects that would make a
+/// usable result not usable are not added: its intervals allow for these effects.
 ///
 /// Returns the problem with these parameters, and its estimate; [`Estimate::freed_effects`] has the
-/// effects, of each round those with the least p-value first. `observe` is called at each step of
-/// all calibrations; if it ends one, the result is the last one before, as interrupted.
+/// effects, of each round those with the least p-value first, each with the prediction of a
+/// calibration that has all but this one. `observe` is called at each step of all calibrations; if
+/// it ends one, the result is the last one before, as interrupted.
 pub fn calibrate_with_freed_effects(problem: &Problem, observe: Observer<'_>) -> (Problem, Estimate) {
     let is_interrupted = Cell::new(false);
     let observe: Observer<'_> = &mut |progress| {
-        let flow = observe(progress);
-        is_interrupted.set(is_interrupted.get() || flow.is_break());
+        let flow = if is_interrupted.get() { ControlFlow::Break(()) } else { observe(progress) };
+        is_interrupted.set(flow.is_break());
         flow
     };
-    let mut problem = problem.clone();
-    let mut estimate = calibrate(&problem, observe);
+    let declared = problem;
+    let mut problem = declared.clone();
+    let mut estimate = calibrate(declared, observe);
     let mut freed: Vec<FreedEffect> = Vec::new();
-    while !is_interrupted.get() {
-        let alternatives = alternatives(&problem, &estimate, &freed, observe);
-        if is_interrupted.get() {
-            break;
-        }
-        let Some(extended) = first_usable(&problem, &estimate, alternatives, observe) else { break };
-        if is_interrupted.get() {
-            break;
-        }
+    while let Some(extended) = first_usable(&problem, &estimate, &freed, observe).filter(|_| !is_interrupted.get()) {
         freed.extend(extended.effects);
         (problem, estimate) = (extended.problem, extended.estimate);
+    }
+    if freed.len() > 1 {
+        predict_without_each(declared, &mut freed, observe);
     }
     if is_interrupted.get() {
         estimate.termination.reason = StopReason::Interrupted;
@@ -72,6 +72,14 @@ pub fn calibrate_with_freed_effects(problem: &Problem, observe: Observer<'_>) ->
     (problem, estimate)
 }
 
+/// Sets the predictive ratio of each effect to that of a calibration with all the others.
+fn predict_without_each(declared: &Problem, freed: &mut [FreedEffect], observe: Observer<'_>) {
+    for k in 0..freed.len() {
+        let others = freed.iter().enumerate().filter(|(other, _)| *other != k).map(|(_, freed)| freed);
+        freed[k].predictive_ratio = ratio(&calibrate(&with_effects(declared, others), observe));
+    }
+}
+
 /// A problem with effects that it left out before, and its estimate.
 struct ExtendedProblem {
     effects: Vec<FreedEffect>,
@@ -79,44 +87,62 @@ struct ExtendedProblem {
     estimate: Estimate,
 }
 
-/// What may explain that contacts contradict the problem, in the order in which it is tried:
-///
-/// 1. effects that tests show, or, where nothing can be tested, effects that a joint fit shows;
-/// 2. where the result is not usable, a larger noise.
-fn alternatives(
+/// Where effects that a problem leaves out may show.
+#[derive(Clone, Copy)]
+enum Evidence {
+    /// Score tests.
+    Tests,
+    /// A warning that noise is larger than declared.
+    Noise,
+    /// An estimate of all effects of the arm together.
+    JointFit,
+}
+
+impl Evidence {
+    /// The effects that it shows; of tests those that are not `freed`. None of noise, or in a joint
+    /// fit, where the result is usable, or a declaration is mistaken.
+    fn effects(
+        self,
+        problem: &Problem,
+        estimate: &Estimate,
+        freed: &[FreedEffect],
+        observe: Observer<'_>,
+    ) -> Vec<FreedEffect> {
+        let is_refused = !estimate.status.is_usable() && !is_mistaken(estimate);
+        match self {
+            Evidence::Tests => tested_suspects(problem, estimate, freed),
+            Evidence::Noise if is_refused => Vec::from_iter(suspected_noise(problem, estimate)),
+            Evidence::JointFit if is_refused && freed.is_empty() => suspects_of_joint_fit(problem, estimate, observe),
+            Evidence::Noise | Evidence::JointFit => Vec::new(),
+        }
+    }
+}
+
+/// The problem extended by the first of the sets of effects, in the order in which they are likely,
+/// whose result is usable. If there is none: by the first effects of the arm and of places, if
+/// `estimate` is not usable either; never by a larger noise, which must explain everything.
+fn first_usable(
     problem: &Problem,
     estimate: &Estimate,
     freed: &[FreedEffect],
     observe: Observer<'_>,
-) -> Vec<Vec<FreedEffect>> {
-    let mut suspects = tested_suspects(problem, estimate, freed);
-    let is_refused = !estimate.status.is_usable() && !is_mistaken(estimate);
-    if is_refused && freed.is_empty() && estimate.effect_tests.is_empty() {
-        suspects = suspects_of_joint_fit(problem, estimate, observe);
-    }
-    let noise = suspected_noise(problem, estimate).filter(|_| is_refused);
-    let alternatives = [suspects, Vec::from_iter(noise)];
-    alternatives.into_iter().filter(|effects| !effects.is_empty()).collect()
-}
-
-/// The problem extended by the first of the alternatives whose result is usable. If there is none:
-/// by the effects of the arm and of places, if `estimate` is not usable either; never by a larger
-/// noise, which must explain everything. If `observe` ends a calibration: by its alternative.
-fn first_usable(
-    problem: &Problem,
-    estimate: &Estimate,
-    alternatives: Vec<Vec<FreedEffect>>,
-    observe: Observer<'_>,
 ) -> Option<ExtendedProblem> {
+    let order = if estimate.effect_tests.is_empty() {
+        [Evidence::Tests, Evidence::JointFit, Evidence::Noise]
+    } else {
+        [Evidence::Tests, Evidence::Noise, Evidence::JointFit]
+    };
     let mut refused = None;
-    for effects in alternatives {
-        let problem = effects.iter().fold(problem.clone(), |problem, freed| with_effect(&problem, &freed.effect));
+    for evidence in order {
+        let effects = evidence.effects(problem, estimate, freed, observe);
+        let Some(first) = effects.first() else { continue };
+        let is_noise = first.effect == OmittedEffect::Noise;
+        let problem = with_effects(problem, &effects);
         let with = ExtendedProblem { estimate: calibrate(&problem, observe), effects, problem };
-        let is_interrupted = with.estimate.termination.reason == StopReason::Interrupted;
-        if with.estimate.status.is_usable() || is_interrupted {
+        if with.estimate.status.is_usable() {
             return Some(with);
         }
-        if with.effects[0].effect != OmittedEffect::Noise {
+        if !is_noise {
             refused.get_or_insert(with);
         }
     }
@@ -199,6 +225,11 @@ fn wald_statistic(estimate: &Estimate, parameters: &[Parameter]) -> Option<f64> 
     let values = DVector::from_iterator(which.len(), which.iter().map(|&k| estimate.parameters[k].value));
     let covariance = DMatrix::from_fn(which.len(), which.len(), |i, j| estimate.covariance[(which[i], which[j])]);
     Some(values.dot(&covariance.cholesky()?.solve(&values)))
+}
+
+/// The problem with effects as parameters.
+fn with_effects<'a>(problem: &Problem, effects: impl IntoIterator<Item = &'a FreedEffect>) -> Problem {
+    effects.into_iter().fold(problem.clone(), |problem, freed| with_effect(&problem, &freed.effect))
 }
 
 /// The problem with an effect as parameters.

@@ -46,6 +46,36 @@ fn a_compliance_that_leaves_no_likelihood_is_freed() {
     assert!(compliance.value > 1e-5, "{}", compliance.value);
 }
 
+/// The same compliance, with a search that ends beside the right minimum: tests show nothing of the
+/// compliance there, and a larger noise does not help.
+#[test]
+fn a_compliance_is_freed_where_tests_show_nothing() {
+    let (problem, truth) = posed("compliance_2e-5", 20024);
+    let without = calibrate(&problem, &mut |_| ControlFlow::Continue(()));
+    let tests = &without.effect_tests;
+    let threshold = problem.options.thresholds.effect_p_value;
+    assert!(!without.status.is_usable() && !tests.is_empty(), "{:?}", without.warnings);
+    assert!(tests.iter().all(|test| test.p_value > threshold), "{tests:?}");
+    let (_, with) = calibrate_with_freed_effects(&problem, &mut |_| ControlFlow::Continue(()));
+    assert_eq!(freed_effects(&with), [&OmittedEffect::JointCompliance]);
+    assert!(with.status.is_usable(), "{:?}", with.warnings);
+    assert_right(&with, &truth);
+}
+
+/// A hole that is declared exact, 1 mm off: each freed effect has the prediction of a calibration
+/// with the others.
+#[test]
+fn each_freed_effect_says_what_it_bought() {
+    let (problem, _) = posed("hole_exact_1mm", 20000);
+    let (freed, with) = calibrate_with_freed_effects(&problem, &mut |_| ControlFlow::Continue(()));
+    assert!(with.freed_effects.len() > 1, "{:?}", with.freed_effects);
+    let place = with.freed_effects.iter().find(|freed| matches!(freed.effect, OmittedEffect::FixturePlace { .. }));
+    let mut without_place = freed;
+    without_place.fixtures[0].prior = problem.fixtures[0].prior;
+    let check = calibrate(&without_place, &mut |_| ControlFlow::Continue(())).predictive_check.expect("a prediction");
+    assert_eq!(place.expect("the hole").predictive_ratio, Some(check.ratio));
+}
+
 /// Noise that no effect explains is estimated: here three times the declared one.
 #[test]
 fn noise_declared_too_small_is_freed() {

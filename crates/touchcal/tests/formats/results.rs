@@ -75,6 +75,7 @@ fn estimate() -> EstimateFile {
         predictive_check: Some(predictive_check()),
         held_out: Some(held_out()),
         acceptance: Some(acceptance()),
+        notes: vec!["n".to_owned()],
         inputs: vec![Input { path: "a".to_owned(), sha256: "0".to_owned() }],
         version: "0.1.0".to_owned(),
         seconds: 0.5,
@@ -132,6 +133,7 @@ fn estimates_survive_json() {
         "freed_effects",
         "held_out",
         "noise",
+        "notes",
         "predictive_check",
         "workspace_uncertainty",
     ] {
@@ -144,6 +146,7 @@ fn estimates_survive_json() {
             competing_minima: Vec::new(),
             effect_tests: Vec::new(),
             freed_effects: Vec::new(),
+            notes: Vec::new(),
             noise: None,
             predictive_check: None,
             workspace_uncertainty: None,

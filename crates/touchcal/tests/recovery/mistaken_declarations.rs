@@ -1,7 +1,9 @@
 //! Declarations that are wrong in kind are named, and true ones are not.
 
+use std::f64::consts::FRAC_PI_2;
 use std::ops::ControlFlow;
 
+use nalgebra::{UnitQuaternion, Vector3};
 use touchcal::contact::ContactLog;
 use touchcal::estimate::{DeclarationMistake, DeclaredLength, Problem, Status, Warning, inspect};
 use touchcal::experiment::falsified::{Excitation, FalsifiedKind};
@@ -9,6 +11,7 @@ use touchcal::experiment::problem;
 use touchcal::io::mukca::{self, MukcaOptions};
 use touchcal::io::urdf::{self, Ends};
 use touchcal::robot::{KinematicParameter, Robot, calibrated};
+use touchcal::se3::Pose;
 use touchcal::sim::{self, Preset};
 
 use crate::support::{data, mujoco_trial, mujoco_trials, solve};
@@ -196,6 +199,42 @@ fn another_arm_by_name() {
         let name = "iiwa14".to_owned();
         assert_eq!(inspected(&wrong), [DeclarationMistake::OtherArm { name }], "{excitation:?}");
     }
+}
+
+/// Recorded logs with the robot description of another arm, whose tip is a ball at another place.
+#[test]
+fn another_arm_of_recorded_logs() {
+    let folder = data().join("mukca");
+    for (logs, file, name) in [("kuka_14", "panda.urdf", "iiwa14"), ("panda_3", "iiwa14.urdf", "panda")] {
+        let urdf = urdf::read_file(&folder.join(file), Ends::default()).expect("a URDF");
+        let problem = mukca::read(&folder.join(logs), urdf, &MukcaOptions::default()).expect("placements").problem;
+        let name = name.to_owned();
+        assert_eq!(inspected(&problem), [DeclarationMistake::OtherArm { name }], "{logs}");
+    }
+}
+
+/// A hole turned by 110°, and a tool by 180°, declared in radians where degrees are asked for.
+#[test]
+fn rotations_in_radians() {
+    let in_radians = |place: &mut Pose| {
+        let (roll, pitch, yaw) = place.rotation.euler_angles();
+        let [roll, pitch, yaw] = [roll, pitch, yaw].map(f64::to_radians);
+        place.rotation = UnitQuaternion::from_euler_angles(roll, pitch, yaw);
+    };
+    let mut scenario = Excitation::Rich.scenario(arm("iiwa14"), 1000).expect("a scenario");
+    let hole = scenario.touches[0].base_from_fixture;
+    scenario.touches[0].base_from_fixture.rotation =
+        UnitQuaternion::from_axis_angle(&Vector3::z_axis(), FRAC_PI_2) * hole.rotation;
+    let right = problem(&scenario, &sim::simulate(&scenario, 1).expect("contacts"));
+
+    let mut wrong = right.clone();
+    in_radians(wrong.fixtures[0].base_from_fixture.as_mut().expect("a place"));
+    let fixture = "hole".to_owned();
+    assert_eq!(inspected(&wrong), [DeclarationMistake::FixtureRotationInRadians { fixture }]);
+
+    let mut wrong = right.clone();
+    in_radians(&mut wrong.tool.tip_from_tool);
+    assert_eq!(inspected(&wrong), [DeclarationMistake::ToolRotationInRadians]);
 }
 
 #[test]

@@ -15,6 +15,8 @@ const UNIT_FACTORS: [f64; 4] = [1e3, 1e-3, 25.4, 1.0 / 25.4];
 const MIN_TOOL: f64 = 1e-3;
 const MIN_DISTANCE: f64 = 1e-3;
 const MIN_PLACE: f64 = 0.05;
+/// Least angle (rad) of a rotation whose unit may be wrong.
+const MIN_ANGLE: f64 = 0.05;
 /// Share of contacts with a joint beyond a turn from which positions may be degrees.
 const BEYOND_A_TURN: f64 = 0.05;
 
@@ -23,6 +25,7 @@ const BEYOND_A_TURN: f64 = 0.05;
 pub(super) fn possible_mistakes(problem: &Problem) -> Vec<DeclarationMistake> {
     let mut mistakes = length_units(problem);
     mistakes.extend(tool_mistakes(problem));
+    mistakes.extend(rotation_units(problem));
     mistakes.extend(angle_units(problem));
     mistakes.extend(joint_mistakes(&problem.robot));
     mistakes
@@ -97,6 +100,38 @@ fn tool_mistakes(problem: &Problem) -> Vec<DeclarationMistake> {
     mistakes
 }
 
+/// Rotations of tool and fixtures whose angles would be possible as radians.
+fn rotation_units(problem: &Problem) -> Vec<DeclarationMistake> {
+    let of_tool =
+        is_possible_in_radians(&problem.tool.tip_from_tool).then_some(DeclarationMistake::ToolRotationInRadians);
+    let placed = problem
+        .fixtures
+        .iter()
+        .filter(|fixture| fixture.base_from_fixture.as_ref().is_some_and(is_possible_in_radians));
+    let of_fixtures =
+        placed.map(|fixture| DeclarationMistake::FixtureRotationInRadians { fixture: fixture.name.clone() });
+    of_tool.into_iter().chain(of_fixtures).collect()
+}
+
+/// Whether the roll, pitch and yaw of a pose, taken as degrees, may be radians: of half a turn at
+/// most, and not all zero.
+fn is_possible_in_radians(pose: &Pose) -> bool {
+    let largest = roll_pitch_yaw_in_radians(pose).into_iter().fold(0.0, |most: f64, angle| most.max(angle.abs()));
+    (MIN_ANGLE..=1.01 * std::f64::consts::PI).contains(&largest)
+}
+
+/// The angles that were meant (rad) where they were given in radians and taken as degrees.
+fn roll_pitch_yaw_in_radians(pose: &Pose) -> [f64; 3] {
+    let (roll, pitch, yaw) = pose.rotation.euler_angles();
+    [roll, pitch, yaw].map(f64::to_degrees)
+}
+
+/// The pose with the rotation that was meant.
+fn turned_in_radians(pose: &Pose) -> Pose {
+    let [roll, pitch, yaw] = roll_pitch_yaw_in_radians(pose);
+    Pose::from_parts(pose.translation, UnitQuaternion::from_euler_angles(roll, pitch, yaw))
+}
+
 /// A wrong unit of the joint positions. Positions that are too small fit anything, and so the unit
 /// is in doubt only where positions are impossible as they are, or are so in no other unit.
 fn angle_units(problem: &Problem) -> Vec<DeclarationMistake> {
@@ -144,6 +179,12 @@ pub(super) fn without_mistake(problem: &Problem, mistake: &DeclarationMistake) -
             let axis = [Vector3::x_axis(), Vector3::y_axis(), Vector3::z_axis()][*axis];
             let angle = f64::from(*quarters) * std::f64::consts::FRAC_PI_2;
             tool.rotation *= UnitQuaternion::from_axis_angle(&axis, angle);
+        }
+        DeclarationMistake::ToolRotationInRadians => *tool = turned_in_radians(tool),
+        DeclarationMistake::FixtureRotationInRadians { fixture } => {
+            places(&mut corrected)
+                .filter(|(name, _)| name == fixture)
+                .for_each(|(_, place)| *place = turned_in_radians(place));
         }
         DeclarationMistake::ToolInverted => *tool = tool.inverse(),
         DeclarationMistake::FixturesInverted => places(&mut corrected).for_each(|(_, place)| *place = place.inverse()),

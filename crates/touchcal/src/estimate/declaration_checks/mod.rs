@@ -17,7 +17,7 @@ use super::result::{DeclarationMistake, Warning};
 use super::search::SearchState;
 use alternatives::{possible_mistakes, without_mistake};
 use coarse_fit::CoarseFit;
-use other_arms::other_arms;
+use other_arms::{other_arms, other_arms_with_another_tip};
 
 /// Standard deviations (m, rad) of fixtures' places that are not declared.
 const UNKNOWN: PlacePrior = PlacePrior::Gaussian { sigma: 1.0, sigma_angle: std::f64::consts::PI };
@@ -50,7 +50,14 @@ pub(super) fn declaration_warning(search: &SearchState<'_>) -> Option<Warning> {
     });
     let mut candidates: Vec<(DeclarationMistake, CoarseFit)> = corrected.collect();
     candidates.extend(other_arms(&few));
-    candidates.retain(|(_, fit)| fit.is_plausible(options) && fit.is_far_better_than(declared.cost, options));
+    let explains = |(_, fit): &(DeclarationMistake, CoarseFit)| {
+        fit.is_plausible(options) && fit.is_far_better_than(declared.cost, options)
+    };
+    candidates.retain(explains);
+    if candidates.is_empty() {
+        candidates = other_arms_with_another_tip(&few);
+        candidates.retain(explains);
+    }
     let (mistake, corrected) = candidates.into_iter().min_by(|(_, one), (_, other)| one.cost.total_cmp(&other.cost))?;
     Some(Warning::MistakenDeclaration { mistake, declared: declared.agreement(), corrected: corrected.agreement() })
 }

@@ -24,6 +24,13 @@ pub enum DeclarationMistake {
         /// Number of quarter turns, 1 to 3, from the declared frame to the true one.
         quarters: u8,
     },
+    /// The rotation of the tool on the tip link is in radians that were taken as degrees.
+    ToolRotationInRadians,
+    /// The rotation of a fixture in base is in radians that were taken as degrees.
+    FixtureRotationInRadians {
+        /// Name of the fixture.
+        fixture: String,
+    },
     /// The pose of the tip link in the tool's frame was declared as that of the tool on the tip.
     ToolInverted,
     /// Poses of base in the fixtures' frames were declared as those of the fixtures in base.
@@ -93,6 +100,8 @@ impl DeclarationMistake {
             DeclarationMistake::LengthUnit { .. } => "length_unit",
             DeclarationMistake::ToolOpposite => "tool_opposite",
             DeclarationMistake::ToolTurned { .. } => "tool_turned",
+            DeclarationMistake::ToolRotationInRadians => "tool_rotation_in_radians",
+            DeclarationMistake::FixtureRotationInRadians { .. } => "fixture_rotation_in_radians",
             DeclarationMistake::ToolInverted => "tool_inverted",
             DeclarationMistake::FixturesInverted => "fixtures_inverted",
             DeclarationMistake::DegreesAsRadians => "degrees_as_radians",
@@ -118,6 +127,12 @@ impl DeclarationMistake {
                 let (axis, angle) = (["x", "y", "z"][(*axis).min(2)], 90 * i32::from(*quarters));
                 let angle = if angle > 180 { angle - 360 } else { angle };
                 format!("the tool's frame, or that of the fixture, is turned by {angle}° about its {axis} axis")
+            }
+            DeclarationMistake::ToolRotationInRadians => {
+                "the tool's rotation is in radians that were taken as degrees".to_owned()
+            }
+            DeclarationMistake::FixtureRotationInRadians { fixture } => {
+                format!("the rotation of fixture `{fixture}` is in radians that were taken as degrees")
             }
             DeclarationMistake::ToolInverted => {
                 "the tool's pose was declared the other way round, as that of the tip in the tool's frame".to_owned()
@@ -145,6 +160,9 @@ impl DeclarationMistake {
             DeclarationMistake::ToolOpposite => "measure from the tip link to the tool, along the axes of the tip link",
             DeclarationMistake::ToolTurned { .. } => {
                 "check the rotation of the tool on the tip link, and that of the fixture in base"
+            }
+            DeclarationMistake::ToolRotationInRadians | DeclarationMistake::FixtureRotationInRadians { .. } => {
+                "declare this rotation in degrees"
             }
             DeclarationMistake::ToolInverted => "declare the pose of the tool's frame in that of the tip link",
             DeclarationMistake::FixturesInverted => "declare the poses of the fixtures' frames in that of base",

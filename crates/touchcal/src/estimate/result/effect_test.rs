@@ -127,8 +127,8 @@ pub struct FreedEffect {
     /// What the contacts' log-likelihood gains by the effect (1): to second order, half of the
     /// statistic of the test; of noise, with its new standard deviation.
     pub gain: f64,
-    /// [`PredictiveCheck::ratio`](super::PredictiveCheck::ratio) (1) without the effect; `None`
-    /// where there is none.
+    /// [`PredictiveCheck::ratio`](super::PredictiveCheck::ratio) (1) without the effect, with all
+    /// others that are freed; `None` where there is none.
     pub predictive_ratio: Option<f64>,
 }
 

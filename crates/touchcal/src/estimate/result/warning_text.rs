@@ -101,6 +101,12 @@ pub(super) fn far_from_prior_advice(name: &str) -> &'static str {
         Some("fixture") => "measure the fixture's pose again, and check its unit and axes",
         Some("gap_bias") => "measure the clearance and the depth again, and check the outlines and their unit",
         Some("distance") => "measure the distance again, and check its unit and which log belongs to which fixture",
+        Some("joint_trend") => {
+            "encoders drift more than declared (encoder_trend_deg): let the arm warm up, or declare a larger drift"
+        }
+        Some("joint_walk") => {
+            "encoders drift more than declared (encoder_walk_deg): let the arm warm up, or declare a larger drift"
+        }
         _ => "check the nominal robot description, or give the parameter a larger standard deviation",
     }
 }

@@ -211,6 +211,7 @@ pub fn estimate_file(loaded: &Loaded, solved: &Solved) -> EstimateFile {
             .held_out
             .as_ref()
             .map(|found| HeldOutEntry { contacts: found.score.all.count, scatter: found.scatter.map(Into::into) }),
+        notes: loaded.problem.contacts.notes().to_vec(),
         inputs: loaded.inputs.clone(),
         version: env!("CARGO_PKG_VERSION").to_owned(),
         seconds: *seconds,

@@ -192,7 +192,8 @@ pub struct FreedEffectEntry {
     pub p_value: f64,
     /// What the log-likelihood gains by the effect, to second order.
     pub gain: f64,
-    /// Ratio of the predictive check without the effect; `None` where there is none.
+    /// Ratio of the predictive check without the effect, with all others that are freed; `None`
+    /// where there is none.
     pub predictive_ratio: Option<f64>,
 }
 

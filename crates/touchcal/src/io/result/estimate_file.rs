@@ -87,6 +87,10 @@ pub struct EstimateFile {
     /// and in files of earlier versions.
     #[serde(default)]
     pub acceptance: Option<AcceptanceEntry>,
+    /// What is assumed where the problem declares nothing, and other notes on its files; files of
+    /// earlier versions have none.
+    #[serde(default)]
+    pub notes: Vec<String>,
     /// Path and fingerprint of each file that was read, in the order of reading.
     pub inputs: Vec<Input>,
     /// Version of this crate that wrote the file.
@@ -117,6 +121,7 @@ impl From<estimate_schema_1::EstimateFile1> for EstimateFile {
             predictive_check: None,
             held_out: None,
             acceptance: None,
+            notes: Vec::new(),
             inputs: old.inputs,
             version: old.version,
             seconds: old.seconds,
