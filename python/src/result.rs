@@ -50,11 +50,13 @@ impl Parameter {
 ///
 /// Attributes:
 ///     description: what cannot be determined.
+///     remedy: what would determine it.
 ///     direction: parts of the parameters by name, in units of their scales; the largest is 1.
 #[pyclass(frozen, get_all, eq, module = "touchcal")]
 #[derive(Clone, Debug, PartialEq)]
 pub struct NullDirection {
     description: String,
+    remedy: String,
     direction: BTreeMap<String, f64>,
 }
 
@@ -63,6 +65,7 @@ impl NullDirection {
     pub fn each(found: &Identifiability, name: impl Fn(usize) -> String) -> Vec<NullDirection> {
         let each = found.null_space.iter().map(|null| NullDirection {
             description: null.description.clone(),
+            remedy: null.remedy.clone(),
             direction: null.direction.iter().map(|&(k, part)| (name(k), part)).collect(),
         });
         each.collect()

@@ -315,7 +315,8 @@ pub fn identifiability(identifiability: &Identifiability, detail: Detail) -> Str
         return head + "\n";
     }
     let shown = if detail == Detail::Every { null.len() } else { MOST_DIRECTIONS.min(null.len()) };
-    let each: String = null[..shown].iter().map(|null| format!("  - {}\n", null.description)).collect();
+    let each: String =
+        null[..shown].iter().map(|null| format!("  - {}\n    -> {}\n", null.description, null.remedy)).collect();
     let more = match null.len() - shown {
         0 => String::new(),
         more => format!("  … and {more} more (--all lists them)\n"),

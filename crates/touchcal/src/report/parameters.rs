@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use crate::estimate::{Estimate, ParameterEstimate, Warning};
+use crate::estimate::{Estimate, NullDirection, ParameterEstimate, Warning};
 use crate::parameter::{Block, Parameter, ParameterId};
 
 /// Largest number of parameters in the correlation matrix.
@@ -20,7 +20,7 @@ pub(super) struct Parameters<'a> {
     singular_values: &'a [f64],
     rank: usize,
     condition: f64,
-    null_space: Vec<&'a str>,
+    null_space: Vec<String>,
 }
 
 #[derive(Serialize)]
@@ -69,9 +69,14 @@ impl<'a> Parameters<'a> {
             singular_values: &identifiability.singular_values,
             rank: identifiability.rank,
             condition: identifiability.condition,
-            null_space: identifiability.null_space.iter().map(|null| null.description.as_str()).collect(),
+            null_space: identifiability.null_space.iter().map(in_words).collect(),
         }
     }
+}
+
+/// A direction that is not identifiable, and what would determine it.
+fn in_words(null: &NullDirection) -> String {
+    format!("{} → {}", null.description, null.remedy)
 }
 
 /// To hundredths.

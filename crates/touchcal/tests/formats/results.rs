@@ -38,6 +38,7 @@ fn estimate() -> EstimateFile {
         condition: None,
         null_space: vec![NullDirection {
             description: "a and b".to_owned(),
+            remedy: "c".to_owned(),
             direction: [("strain".to_owned(), 1.0)].into(),
         }],
         residuals: Residuals { prefit: stats(), postfit: stats() },

@@ -8,7 +8,7 @@ use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
 use crate::estimate::options::IdentifiabilityOptions;
 use crate::estimate::result::{Identifiability, NullDirection};
-use crate::parameter::Parameter;
+use crate::parameter::{Block, Parameter};
 use crate::solver::FreeParameters;
 
 /// Singular values are square roots of eigenvalues: below this share of the largest they are
@@ -157,7 +157,8 @@ fn describe(part: &ReducedDirection, indices: &[usize], parameters: &[Parameter]
     let vector = &part.vector / part.vector.amax().max(f64::MIN_POSITIVE);
     let mut rows: Vec<usize> = (0..vector.len()).filter(|&row| vector[row].abs() > MIN_COMPONENT).collect();
     rows.sort_by(|&a, &b| vector[b].abs().total_cmp(&vector[a].abs()));
-    let large = rows.iter().filter(|&&row| vector[row].abs() >= MIN_NAMED_COMPONENT && row != part.pivot);
+    let is_large = |row: usize| vector[row].abs() >= MIN_NAMED_COMPONENT;
+    let large = rows.iter().filter(|&&row| is_large(row) && row != part.pivot);
     let others: Vec<String> = large.map(|&row| parameters[indices[row]].description()).collect();
     let first = parameters[indices[part.pivot]].description();
     let description = match others.len() {
@@ -167,7 +168,32 @@ fn describe(part: &ReducedDirection, indices: &[usize], parameters: &[Parameter]
         }
         _ => format!("{first} cannot be told from {}", joined(&others)),
     };
-    NullDirection { description, direction: rows.iter().map(|&row| (indices[row], vector[row])).collect() }
+    let named = rows.iter().filter(|&&row| is_large(row) || row == part.pivot);
+    let remedy = remedy(named.map(|&row| &parameters[indices[row]]));
+    NullDirection { description, remedy, direction: rows.iter().map(|&row| (indices[row], vector[row])).collect() }
+}
+
+/// What would determine a direction in which these parameters take part.
+fn remedy<'a>(parameters: impl Iterator<Item = &'a Parameter>) -> String {
+    let mut declared: Vec<String> = Vec::new();
+    for parameter in parameters {
+        let of = match parameter.id.block() {
+            Block::Tool => "the tool's place".to_owned(),
+            Block::Fixture => format!("the place of fixture {}", parameter.name.split('.').nth(1).unwrap_or_default()),
+            Block::GapBias => "clearance and depth".to_owned(),
+            _ => continue,
+        };
+        if !declared.contains(&of) {
+            declared.push(of);
+        }
+    }
+    match declared.len() {
+        0 => "contacts with other fixtures or in other postures, or a prior".to_owned(),
+        _ => format!(
+            "smaller standard deviations of {}, or contacts with other fixtures or in other postures",
+            joined(&declared)
+        ),
+    }
 }
 
 fn joined(names: &[String]) -> String {

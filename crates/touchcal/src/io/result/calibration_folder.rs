@@ -235,6 +235,7 @@ fn null_space(estimate: &Estimate) -> Vec<NullDirection> {
     let name = |k: usize| estimate.parameters[k].parameter.name.clone();
     let each = estimate.identifiability.null_space.iter().map(|null| NullDirection {
         description: null.description.clone(),
+        remedy: null.remedy.clone(),
         direction: null.direction.iter().map(|&(k, part)| (name(k), part)).collect(),
     });
     each.collect()

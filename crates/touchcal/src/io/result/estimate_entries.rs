@@ -50,6 +50,9 @@ pub struct ParameterEntry {
 pub struct NullDirection {
     /// The direction as a phrase.
     pub description: String,
+    /// What would determine it; empty in files of earlier versions.
+    #[serde(default)]
+    pub remedy: String,
     /// Components by parameter name, in units of the parameters' scales, the largest ±1; those
     /// below a thousandth are left out.
     pub direction: BTreeMap<String, f64>,
