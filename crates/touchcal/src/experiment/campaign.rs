@@ -94,11 +94,12 @@ pub fn campaign_trial(scenario: &Scenario, first_seed: u64, trial: u64) -> Resul
 }
 
 /// True value (SI) of a parameter. Where a hole is wider than its nominal outline, contacts with
-/// its walls penetrate the outline by the difference; contacts with floor and rim do not.
+/// its walls penetrate the outline by the difference; where it is deeper, contacts with its floor.
 fn true_value(truth: &Truth, id: ParameterId) -> f64 {
     match id {
-        ParameterId::DirectionalGapBias(f, direction) if direction < 4 => {
-            -truth.clearance.get(f).copied().unwrap_or(0.0)
+        ParameterId::DirectionalGapBias(f, direction @ 0..=4) => {
+            let errors = if direction < 4 { &truth.clearance } else { &truth.depth };
+            -errors.get(f).copied().unwrap_or(0.0)
         }
         _ => truth.value(id),
     }

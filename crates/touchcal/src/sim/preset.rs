@@ -134,6 +134,7 @@ fn in_hole(robot: Robot) -> Result<Scenario, PartsError> {
             free: false,
             parts: Parts::PegInHole(Box::new(PrismPair::new(peg, 40.0 * MM, hole, 30.0 * MM)?)),
             clearance_sigma: 0.0,
+            depth_sigma: 0.0,
             postures: vec![POSTURE.to_vec()],
             exploration: Exploration {
                 radius: 4.0 * MM,

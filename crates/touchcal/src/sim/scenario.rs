@@ -60,6 +60,9 @@ pub struct Touch {
     /// Standard deviation of how much wider the true hole is than its nominal outline (m per side,
     /// ≥ 0); without effect on parts other than a peg in a hole.
     pub clearance_sigma: f64,
+    /// Standard deviation of how much deeper the true hole is than its nominal depth (m, ≥ 0);
+    /// without effect on parts other than a peg in a hole.
+    pub depth_sigma: f64,
     /// Postures near which to work, each in turn: lists of joint positions (rad, or m for a
     /// prismatic joint; exactly one for each moving joint, base first). Without a posture the log
     /// is empty.

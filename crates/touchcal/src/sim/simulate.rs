@@ -144,13 +144,17 @@ pub enum SimulationError {
     /// The observer of [`run`] ended the simulation.
     #[error("the simulation was broken off")]
     Interrupted,
-    /// A hole whose outline is not valid after the change of width drawn for it.
-    #[error("`{fixture}` cannot be {wider_mm:+.3} mm wider: lower its clearance_sigma")]
-    Clearance {
+    /// A hole that is not valid after the changes of width and depth drawn for it.
+    #[error(
+        "`{fixture}` cannot be {wider_mm:+.3} mm wider and {deeper_mm:+.3} mm deeper: lower its clearance_sigma or depth_sigma"
+    )]
+    Shape {
         /// Name of the fixture.
         fixture: String,
         /// How much wider the hole was to be (mm per side), negative for a narrower one.
         wider_mm: f64,
+        /// How much deeper (mm), negative for a shallower one.
+        deeper_mm: f64,
     },
 }
 
@@ -214,9 +218,9 @@ pub fn run(
         EncoderChanges::new(contacts, &truth.encoder_changes(scenario), &mut chance(seed, 1 + touches as u64));
     let mut logs: Vec<Log> = Vec::with_capacity(touches);
     for (f, touch) in scenario.touches.iter().enumerate() {
-        let parts = truth.parts(scenario, f).ok_or_else(|| SimulationError::Clearance {
-            fixture: touch.name.clone(),
-            wider_mm: 1e3 * truth.clearance.get(f).copied().unwrap_or(0.0),
+        let parts = truth.parts(scenario, f).ok_or_else(|| {
+            let [wider_mm, deeper_mm] = truth.shape_errors(f).map(|error| 1e3 * error);
+            SimulationError::Shape { fixture: touch.name.clone(), wider_mm, deeper_mm }
         })?;
         let mut chance = chance(seed, 1 + f as u64);
         // Six numbers go unused, so that the log of a seed stays what it was when biases were drawn

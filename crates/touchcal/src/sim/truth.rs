@@ -25,6 +25,8 @@ pub struct Truth {
     /// one number for each touch of the scenario; missing ones count as 0, those of other parts
     /// have no effect.
     pub clearance: Vec<f64>,
+    /// How much deeper each hole is than its nominal depth (m; negative for shallower), likewise.
+    pub depth: Vec<f64>,
 }
 
 impl Truth {
@@ -56,7 +58,8 @@ impl Truth {
         let turning = turning_joints(&scenario.robot);
         errors.extend(turning.map(|i| (ParameterId::JointTrend(i), scenario.recorder.encoder_trend * normal(chance))));
         errors.retain(|(_, value)| *value != 0.0);
-        Truth { errors, clearance }
+        let depth = scenario.touches.iter().map(|touch| touch.depth_sigma * normal(chance)).collect();
+        Truth { errors, clearance, depth }
     }
 
     /// Value (SI) of the parameter `column`; 0 if it is not among the errors.
@@ -105,13 +108,18 @@ impl Truth {
         changes
     }
 
-    /// What tool and fixture `f` truly are. None if the outline does not survive its change.
+    /// How much wider (m per side) and deeper (m) the hole of touch `f` is than it is nominally.
+    pub(super) fn shape_errors(&self, f: usize) -> [f64; 2] {
+        [&self.clearance, &self.depth].map(|errors| errors.get(f).copied().unwrap_or(0.0))
+    }
+
+    /// What tool and fixture `f` truly are. None if the hole does not survive its change.
     pub(super) fn parts(&self, scenario: &Scenario, f: usize) -> Option<Parts> {
-        let wider = self.clearance.get(f).copied().unwrap_or(0.0);
+        let [wider, deeper] = self.shape_errors(f);
         match &scenario.touches[f].parts {
-            Parts::PegInHole(parts) if wider != 0.0 => {
+            Parts::PegInHole(parts) if wider != 0.0 || deeper != 0.0 => {
                 let hole = parts.hole().offset_mitred(wider).ok()?;
-                let parts = PrismPair::new(parts.peg().clone(), parts.length(), hole, parts.depth()).ok()?;
+                let parts = PrismPair::new(parts.peg().clone(), parts.length(), hole, parts.depth() + deeper).ok()?;
                 Some(Parts::PegInHole(Box::new(parts)))
             }
             parts => Some(parts.clone()),

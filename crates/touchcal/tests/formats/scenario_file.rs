@@ -45,6 +45,7 @@ outline_offset_mm = 0.5
 depth_mm = 30
 sigma_mm = 0.3
 clearance_sigma_mm = 0.01
+depth_sigma_mm = 0.02
 postures_deg = [[0, 42, 15, -89, -13, 50, -1], [10, 45, -10, -85, 10, 48, 0]]
 [[fixture]]
 name = "table top"
@@ -101,6 +102,7 @@ fn every_key_is_read() {
     let [left, table] = &scenario.touches[..] else { panic!("two fixtures") };
     near(left.place_error.length, 0.3e-3);
     near(left.clearance_sigma, 0.01e-3);
+    near(left.depth_sigma, 0.02e-3);
     // The file's own exploration for all, the preset's where it says nothing.
     near(left.exploration.press, 5e-3);
     near(left.exploration.tilt, 5f64.to_radians());

@@ -339,17 +339,22 @@ fn temperatures_tell_the_strain() {
 }
 
 #[test]
-fn a_wider_hole_is_felt_as_drawn() {
+fn a_wider_and_deeper_hole_is_felt_as_drawn() {
     let mut scenario = Scenario { contact_sigma: 0.0, ..paper(300) };
     scenario.touches[0].clearance_sigma = 0.05e-3;
+    scenario.touches[0].depth_sigma = 0.2e-3;
     let simulated = sim::simulate(&scenario, 6).unwrap();
-    let Truth { clearance, .. } = &simulated.truth;
+    let Truth { clearance, depth, .. } = &simulated.truth;
     let wider = hole(&scenario).hole().offset_mitred(clearance[0]).unwrap();
     let believed = hole(&scenario);
-    let parts = touchcal::geometry::PrismPair::new(believed.peg().clone(), believed.length(), wider, believed.depth());
-    let parts = parts.unwrap();
+    let deep = believed.depth() + depth[0];
+    let parts = touchcal::geometry::PrismPair::new(believed.peg().clone(), believed.length(), wider, deep).unwrap();
     for row in simulated.logs[0].truth.iter().filter(|row| row.force > 1.0) {
         assert!(parts.gap(&row.fixture_from_tool).value.abs() < 1e-6);
     }
-    assert!(clearance[0].abs() > 1e-6);
+    assert!(clearance[0].abs() > 1e-6 && depth[0].abs() > 1e-5);
+    // What is drawn of the rest is the same without.
+    let exact = sim::simulate(&Scenario { contact_sigma: 0.0, ..paper(300) }, 6).unwrap();
+    assert_eq!(exact.truth.errors, simulated.truth.errors);
+    assert_eq!((exact.truth.clearance[0], exact.truth.depth[0]), (0.0, 0.0));
 }

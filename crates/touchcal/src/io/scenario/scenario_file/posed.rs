@@ -9,7 +9,7 @@ use serde::Serialize;
 
 use super::read::ScenarioFile;
 use super::write::{Lines, TextFile, file_name, fixture_text, robot_text, scenario_text, tool_text};
-use crate::estimate::Distance;
+use crate::estimate::{Distance, ShapeTolerance};
 use crate::experiment;
 use crate::geometry::Parts;
 use crate::io::base::atomic;
@@ -75,18 +75,18 @@ pub fn problem_text(file: &ScenarioFile) -> Vec<TextFile> {
     );
     text.push_str(&robot_text(file, &mut files));
     text.push_str(&tool_text(scenario, &mut files));
-    Lines(&mut text).prior(scenario.tool_error, None);
+    Lines(&mut text).tolerances(Some(scenario.tool_error), None);
     for touch in &scenario.touches {
         text.push_str(&fixture_text(scenario, touch, &mut files));
         let mut line = Lines(&mut text);
-        let clearance = matches!(touch.parts, Parts::PegInHole(_)).then_some(touch.clearance_sigma);
         if touch.free {
             line.raw("free", "true");
-            line.shape(clearance);
         } else {
             line.place(touch);
-            line.prior(touch.place_error, clearance);
         }
+        let is_hole = matches!(touch.parts, Parts::PegInHole(_));
+        let shape = is_hole.then_some(ShapeTolerance { clearance: touch.clearance_sigma, depth: touch.depth_sigma });
+        line.tolerances((!touch.free).then_some(touch.place_error), shape);
     }
     let mut line = Lines(&mut text);
     for Distance { between: (first, second), distance, sigma } in experiment::distances(scenario) {
@@ -177,6 +177,7 @@ struct TruthJson<'a> {
     /// By name as in estimate.json, in SI units; what is right is left out.
     parameters: BTreeMap<String, f64>,
     clearance_mm: BTreeMap<&'a str, f64>,
+    depth_mm: BTreeMap<&'a str, f64>,
     rows: BTreeMap<&'a str, RowsJson>,
 }
 
@@ -192,8 +193,8 @@ struct RowsJson {
 
 /// The text of `truth.json`: the true errors of arm, tool and fixtures, by the names that
 /// `estimate.json` has for them (SI units, rad; those that were not drawn are left out), each
-/// fixture's true clearance error (mm per side), the seeds, and how many rows of each log are
-/// contacts, missed or spurious.
+/// fixture's true errors of clearance (mm per side) and depth (mm), the seeds, and how many rows of
+/// each log are contacts, missed or spurious.
 ///
 /// # Errors
 /// [`IoError::Syntax`] if serialization fails, which does not happen.
@@ -221,6 +222,7 @@ pub fn truth_text(
         noise_seed: Some(noise).filter(|noise| *noise != errors),
         parameters: named.map(|(parameter, value)| (parameter.name, value)).collect(),
         clearance_mm: names().zip(simulated.truth.clearance.iter().map(|wider| 1e3 * wider)).collect(),
+        depth_mm: names().zip(simulated.truth.depth.iter().map(|deeper| 1e3 * deeper)).collect(),
         rows: names().zip(simulated.logs.iter().map(rows)).collect(),
     };
     let json =

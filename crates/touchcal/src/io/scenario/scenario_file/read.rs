@@ -277,6 +277,7 @@ fn touches(scenario: &mut Scenario, toml: &ScenarioToml, context: &Context<'_>) 
             free: touch.free,
             parts,
             clearance_sigma: 0.0,
+            depth_sigma: 0.0,
             postures: postures(touch, &scenario.robot, &field, context)?,
             exploration: usual,
         };
@@ -284,6 +285,7 @@ fn touches(scenario: &mut Scenario, toml: &ScenarioToml, context: &Context<'_>) 
         set(&mut described.place_error.length, &touch.sigma_mm, MM, &of("sigma_mm"), context)?;
         set(&mut described.place_error.angle, &touch.sigma_deg, DEG, &of("sigma_deg"), context)?;
         set(&mut described.clearance_sigma, &touch.clearance_sigma_mm, MM, &of("clearance_sigma_mm"), context)?;
+        set(&mut described.depth_sigma, &touch.depth_sigma_mm, MM, &of("depth_sigma_mm"), context)?;
         exploration(&mut described.exploration, &touch.exploration, &of("exploration"), context)?;
         scenario.touches.push(described);
     }

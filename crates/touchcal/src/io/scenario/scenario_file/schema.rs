@@ -65,6 +65,7 @@ pub(super) struct TouchToml {
     #[serde(default)]
     pub(super) free: bool,
     pub(super) clearance_sigma_mm: Option<Number>,
+    pub(super) depth_sigma_mm: Option<Number>,
     pub(super) postures_deg: Spanned<Vec<Vec<f64>>>,
     #[serde(default)]
     pub(super) exploration: ExplorationToml,

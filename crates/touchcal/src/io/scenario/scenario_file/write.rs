@@ -3,6 +3,7 @@
 use std::fmt::Write;
 
 use super::read::ScenarioFile;
+use crate::estimate::ShapeTolerance;
 use crate::geometry::{Parts, Polygon, PrismPair};
 use crate::io::base::toml_text::{number, quoted};
 use crate::robot::{GRAVITY, JointKind};
@@ -107,6 +108,7 @@ impl Lines<'_> {
             self.0.push_str("free = true\n");
         }
         self.number("clearance_sigma_mm", 1e3 * touch.clearance_sigma);
+        self.number("depth_sigma_mm", 1e3 * touch.depth_sigma);
         let posture = |posture: &Vec<f64>| format!("[{}]", in_user_units(scenario, posture).join(", "));
         let postures: Vec<String> = touch.postures.iter().map(posture).collect();
         self.raw("postures_deg", &format!("[{}]", postures.join(", ")));
@@ -146,29 +148,27 @@ impl Lines<'_> {
         self.raw("base_from_fixture", &pose(&touch.base_from_fixture));
     }
 
-    /// How well a place is known, and with it the shape of a hole whose clearance (m) is known so
-    /// well; what is exact says so.
-    pub(super) fn prior(&mut self, error: PlaceError, clearance: Option<f64>) {
-        if error != PlaceError::default() {
+    /// How well a place is known, unless it is unknown, and the shape of a hole; what is exact says
+    /// so.
+    pub(super) fn tolerances(&mut self, place: Option<PlaceError>, shape: Option<ShapeTolerance>) {
+        let is_exact_place = place == Some(PlaceError::default());
+        if let Some(error) = place.filter(|_| !is_exact_place) {
             self.sigmas(error);
-            self.shape(clearance);
-        } else if clearance.is_none_or(|sigma| sigma == 0.0) {
-            self.raw("exact", "true");
-        } else {
-            self.number("clearance_sigma_mm", 1e3 * clearance.unwrap_or(0.0));
-            self.raw("exact", "[\"place\", \"depth\"]");
         }
-    }
-
-    /// How well the shape of a hole is known, if there is one; its depth is exact.
-    pub(super) fn shape(&mut self, clearance: Option<f64>) {
-        match clearance {
-            None => {}
-            Some(0.0) => self.raw("exact", "[\"clearance\", \"depth\"]"),
-            Some(sigma) => {
-                self.number("clearance_sigma_mm", 1e3 * sigma);
-                self.raw("exact", "[\"depth\"]");
+        let mut exact = Vec::from_iter(is_exact_place.then_some("place"));
+        let ShapeTolerance { clearance, depth } = shape.unwrap_or(ShapeTolerance { clearance: 0.0, depth: 0.0 });
+        for (name, sigma) in [("clearance", clearance), ("depth", depth)] {
+            match shape {
+                None => {}
+                Some(_) if sigma == 0.0 => exact.push(name),
+                Some(_) => self.number(&format!("{name}_sigma_mm"), 1e3 * sigma),
             }
+        }
+        match exact.len() {
+            0 => {}
+            3 => self.raw("exact", "true"),
+            1 if shape.is_none() => self.raw("exact", "true"),
+            _ => self.raw("exact", &format!("{exact:?}")),
         }
     }
 
