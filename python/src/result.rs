@@ -50,13 +50,14 @@ impl Parameter {
 ///
 /// Attributes:
 ///     description: what cannot be determined.
-///     remedy: what would determine it.
+///     remedy: what would determine it besides other contacts; None where nothing that is declared
+///         takes part.
 ///     direction: parts of the parameters by name, in units of their scales; the largest is 1.
 #[pyclass(frozen, get_all, eq, module = "touchcal")]
 #[derive(Clone, Debug, PartialEq)]
 pub struct NullDirection {
     description: String,
-    remedy: String,
+    remedy: Option<String>,
     direction: BTreeMap<String, f64>,
 }
 

@@ -5,8 +5,8 @@ mod parameters;
 pub use parameters::{Detail, ParameterRow, in_user_units, parameters};
 
 use touchcal::estimate::{
-    EffectTest, EffectValue, Estimate, Fixture, FreedEffect, Identifiability, PredictiveCheck, Problem, Score, Spread,
-    Status,
+    EffectTest, EffectValue, Estimate, Fixture, FreedEffect, Identifiability, NullDirection, PredictiveCheck, Problem,
+    Score, Spread, Status,
 };
 use touchcal::io::Loaded;
 use touchcal::io::calibration_folder::{Solved, Written};
@@ -315,8 +315,11 @@ pub fn identifiability(identifiability: &Identifiability, detail: Detail) -> Str
         return head + "\n";
     }
     let shown = if detail == Detail::Every { null.len() } else { MOST_DIRECTIONS.min(null.len()) };
-    let each: String =
-        null[..shown].iter().map(|null| format!("  - {}\n    -> {}\n", null.description, null.remedy)).collect();
+    let remedy = |words: &String| format!("    -> {words}\n");
+    let line = |null: &NullDirection| {
+        format!("  - {}\n{}", null.description, null.remedy.as_ref().map_or_else(String::new, remedy))
+    };
+    let each: String = null[..shown].iter().map(line).collect();
     let more = match null.len() - shown {
         0 => String::new(),
         more => format!("  … and {more} more (--all lists them)\n"),

@@ -76,7 +76,8 @@ impl<'a> Parameters<'a> {
 
 /// A direction that is not identifiable, and what would determine it.
 fn in_words(null: &NullDirection) -> String {
-    format!("{} → {}", null.description, null.remedy)
+    let remedy = null.remedy.as_ref().map_or_else(String::new, |remedy| format!(" → {remedy}"));
+    null.description.clone() + &remedy
 }
 
 /// To hundredths.

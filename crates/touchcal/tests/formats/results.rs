@@ -19,6 +19,11 @@ fn stats() -> ResidualStats {
     }
 }
 
+fn null_direction() -> NullDirection {
+    let direction = [("strain".to_owned(), 1.0)].into();
+    NullDirection { description: "a and b".to_owned(), remedy: Some("c".to_owned()), direction }
+}
+
 fn estimate() -> EstimateFile {
     EstimateFile {
         schema: 2,
@@ -36,11 +41,7 @@ fn estimate() -> EstimateFile {
         workspace_uncertainty: Some(WorkspaceUncertaintyEntry { position_mm: 0.1, angle_deg: 0.01, distance_mm: 0.05 }),
         rank: 1,
         condition: None,
-        null_space: vec![NullDirection {
-            description: "a and b".to_owned(),
-            remedy: "c".to_owned(),
-            direction: [("strain".to_owned(), 1.0)].into(),
-        }],
+        null_space: vec![null_direction()],
         residuals: Residuals { prefit: stats(), postfit: stats() },
         contacts: ContactCounts { read: 10, used: 3, rejected: 0 },
         noise: Some(NoiseEntry { encoder: 3.5e-5, contact: 2e-5 }),

@@ -70,6 +70,9 @@ fn hole_and_base_joint_cannot_both_be_found() {
         assert!((estimated.value - truth).abs() < 4.0 * sigma, "{}: {}", estimated.parameter.name, estimated.value);
         assert!(sigma < 0.2f64.to_radians());
     }
+    let of_hole = estimate.identifiability.null_space.iter().find(|null| null.description.contains("fixture hole"));
+    let remedy = of_hole.and_then(|null| null.remedy.as_deref());
+    assert_eq!(remedy, Some("smaller standard deviations of the place of fixture hole"));
 }
 
 /// A stylus that touches one horizontal table: nothing is said of the plane's own directions.

@@ -7,9 +7,9 @@ pub struct NullDirection {
     /// The direction in words: "the offset of joint_a1 cannot be told from the yaw of fixture
     /// hole".
     pub description: String,
-    /// What would determine it, in words: "smaller standard deviations of the tool's place, or
-    /// contacts with other fixtures or in other postures".
-    pub remedy: String,
+    /// What would determine it besides other contacts, in words: "smaller standard deviations of
+    /// the tool's place"; `None` where nothing that is declared takes part.
+    pub remedy: Option<String>,
     /// Pairs (index into [`Estimate::parameters`](crate::estimate::Estimate::parameters),
     /// component) of the parameters that take part, the largest component first, those below a
     /// thousandth left out. Components are in units of the parameters' scales (prior standard

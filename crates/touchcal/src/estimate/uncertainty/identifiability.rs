@@ -20,6 +20,8 @@ const MIN_COMPONENT: f64 = 1e-3;
 const MIN_NAMED_COMPONENT: f64 = 0.05;
 /// Largest number of parameters named in one direction.
 const MAX_NAMED: usize = 5;
+/// Largest number of declarations named that would determine a direction.
+const MAX_NAMED_DECLARATIONS: usize = 2;
 /// Weight of a nuisance parameter as pivot of a direction against one of the arm, and that of a
 /// parameter with a prior: a direction is described by, and resolved by fixing, a parameter of the
 /// arm.
@@ -173,8 +175,9 @@ fn describe(part: &ReducedDirection, indices: &[usize], parameters: &[Parameter]
     NullDirection { description, remedy, direction: rows.iter().map(|&row| (indices[row], vector[row])).collect() }
 }
 
-/// What would determine a direction in which these parameters take part.
-fn remedy<'a>(parameters: impl Iterator<Item = &'a Parameter>) -> String {
+/// The declarations which, more accurate, would determine a direction in which these parameters take
+/// part.
+fn remedy<'a>(parameters: impl Iterator<Item = &'a Parameter>) -> Option<String> {
     let mut declared: Vec<String> = Vec::new();
     for parameter in parameters {
         let of = match parameter.id.block() {
@@ -187,13 +190,12 @@ fn remedy<'a>(parameters: impl Iterator<Item = &'a Parameter>) -> String {
             declared.push(of);
         }
     }
-    match declared.len() {
-        0 => "contacts with other fixtures or in other postures, or a prior".to_owned(),
-        _ => format!(
-            "smaller standard deviations of {}, or contacts with other fixtures or in other postures",
-            joined(&declared)
-        ),
+    let more = declared.len().saturating_sub(MAX_NAMED_DECLARATIONS);
+    declared.truncate(MAX_NAMED_DECLARATIONS);
+    if more > 0 {
+        declared.push(format!("{more} more"));
     }
+    (!declared.is_empty()).then(|| format!("smaller standard deviations of {}", joined(&declared)))
 }
 
 fn joined(names: &[String]) -> String {

@@ -50,9 +50,10 @@ pub struct ParameterEntry {
 pub struct NullDirection {
     /// The direction as a phrase.
     pub description: String,
-    /// What would determine it; empty in files of earlier versions.
+    /// What would determine it besides other contacts; `None` where nothing that is declared takes
+    /// part, and in files of earlier versions.
     #[serde(default)]
-    pub remedy: String,
+    pub remedy: Option<String>,
     /// Components by parameter name, in units of the parameters' scales, the largest ±1; those
     /// below a thousandth are left out.
     pub direction: BTreeMap<String, f64>,

@@ -77,7 +77,7 @@ pub(super) struct WarningEntry1 {
 impl From<NullDirection1> for NullDirection {
     fn from(old: NullDirection1) -> Self {
         let direction = old.direction.into_iter().map(|(name, part)| (renamed(name), part));
-        NullDirection { description: old.words, remedy: String::new(), direction: direction.collect() }
+        NullDirection { description: old.words, remedy: None, direction: direction.collect() }
     }
 }
 
