@@ -35,7 +35,9 @@ pub(super) fn other_arms(problem: &Problem) -> Vec<(DeclarationMistake, CoarseFi
 pub(super) fn other_arms_with_another_tip(problem: &Problem) -> Vec<(DeclarationMistake, CoarseFit)> {
     let mut any_tip = problem.clone();
     any_tip.tool.prior = OTHER_TIP;
-    let own = segments(&problem.robot);
+    // The last segment ends at the tip.
+    let mut own = segments(&problem.robot);
+    own.pop();
     any_tip.other_arms.retain(|arm| {
         let mut lengths = segments(arm).into_iter().zip(&own);
         lengths.any(|(other, own)| (other.length - own.length).abs() > MIN_STRAIN * own.length)

@@ -175,8 +175,8 @@ fn describe(part: &ReducedDirection, indices: &[usize], parameters: &[Parameter]
     NullDirection { description, remedy, direction: rows.iter().map(|&row| (indices[row], vector[row])).collect() }
 }
 
-/// The declarations which, more accurate, would determine a direction in which these parameters take
-/// part.
+/// The declarations which, more accurate, would determine a direction in which these parameters
+/// take part.
 fn remedy<'a>(parameters: impl Iterator<Item = &'a Parameter>) -> Option<String> {
     let mut declared: Vec<String> = Vec::new();
     for parameter in parameters {
