@@ -94,7 +94,8 @@ pub fn campaign_trial(scenario: &Scenario, first_seed: u64, trial: u64) -> Resul
 }
 
 /// True value (SI) of a parameter. Where a hole is wider than its nominal outline, contacts with
-/// its walls penetrate the outline by the difference; where it is deeper, contacts with its floor.
+/// its walls penetrate the outline by the difference; where it is deeper, contacts with its floor
+/// do. Contacts with the rim do neither.
 fn true_value(truth: &Truth, id: ParameterId) -> f64 {
     match id {
         ParameterId::DirectionalGapBias(f, direction @ 0..=4) => {

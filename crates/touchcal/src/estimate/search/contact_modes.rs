@@ -11,8 +11,8 @@ use crate::estimate::result::{Observer, PredictiveCheck, Progress, Stage};
 use crate::estimate::uncertainty::{Sandwich, predictive_check, sandwich_covariance};
 use crate::solver::{LevenbergMarquardtOptions, StopReason};
 
-/// Informative share during the steps of expectation–maximisation, over that required at their end.
-/// In early steps, with inflated noise and the odds of their start, fewer contacts are informative.
+/// Share of informative contacts that the steps of expectation–maximisation require, over that
+/// required at their end. With the inflated noise of the first steps fewer are informative.
 const EARLY_SHARE: f64 = 0.6;
 
 /// From the coarse stage to the contact modes of a subsample, where contacts are one-sided.

@@ -182,7 +182,11 @@ fn remedy<'a>(parameters: impl Iterator<Item = &'a Parameter>) -> Option<String>
     for parameter in parameters {
         let of = match parameter.id.block() {
             Block::Tool => "the tool's place".to_owned(),
-            Block::Fixture => format!("the place of fixture {}", parameter.name.split('.').nth(1).unwrap_or_default()),
+            Block::Fixture => {
+                // `fixture.NAME.x`; a name may have points of its own.
+                let place = parameter.name.rsplit_once('.').map_or(parameter.name.as_str(), |(place, _)| place);
+                format!("the place of fixture {}", place.strip_prefix("fixture.").unwrap_or(place))
+            }
             Block::GapBias => "clearance and depth".to_owned(),
             _ => continue,
         };
