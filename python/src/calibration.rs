@@ -21,8 +21,8 @@ use crate::frame::Frame;
 use crate::problem::Problem;
 use crate::progress::{Observer, Progress};
 use crate::result::{
-    Acceptance, CompetingMinimum, EffectTest, NullDirection, Parameter, PredictiveCheck, Termination, Warning,
-    WorkspaceUncertainty,
+    Acceptance, CompetingMinimum, EffectTest, NullDirection, Parameter, PredictiveCheck, PriorTest, Termination,
+    Warning, WorkspaceUncertainty,
 };
 use crate::robot::Robot;
 use crate::score::Score;
@@ -122,6 +122,13 @@ impl Calibration {
     #[getter]
     fn effect_tests(&self) -> Vec<EffectTest> {
         self.solved.estimate.effect_tests.iter().map(EffectTest::from).collect()
+    }
+
+    /// Tests of what is declared with a standard deviation, the least p-value first; none where the
+    /// search did not converge.
+    #[getter]
+    fn prior_tests(&self) -> Vec<PriorTest> {
+        self.solved.estimate.prior_tests.iter().map(PriorTest::from).collect()
     }
 
     /// How well the tool is known across the workspace; None where contacts are measured by a

@@ -53,8 +53,8 @@ mod _touchcal {
     use crate::progress::Progress;
     #[pymodule_export]
     use crate::result::{
-        Acceptance, CompetingMinimum, EffectTest, NullDirection, Parameter, PredictiveCheck, Termination, Warning,
-        WorkspaceUncertainty,
+        Acceptance, CompetingMinimum, EffectTest, NullDirection, Parameter, PredictiveCheck, PriorTest, Termination,
+        Warning, WorkspaceUncertainty,
     };
     #[pymodule_export]
     use crate::robot::Robot;

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use pyo3::prelude::*;
-use touchcal::estimate::{self, EffectValue, Identifiability};
+use touchcal::estimate::{self, DeclaredValue, EffectValue, Identifiability};
 use touchcal::io::estimate_file::{ParameterEntry, Severity, WarningEntry};
 
 use crate::repr::{python_bool, shown};
@@ -164,6 +164,55 @@ impl EffectTest {
     fn __repr__(&self) -> String {
         let EffectTest { effect, p_value, displacement, .. } = self;
         format!("EffectTest({effect:?}, p_value={p_value:?}, displacement={displacement:?})")
+    }
+}
+
+/// A test of something declared with a standard deviation: the posterior against its prior.
+///
+/// Attributes:
+///     name: for programs: "tool", "fixture.{name}", "distance.{a}.{b}", "gap_bias.{fixture}"
+///         (outline, clearance and depth), "wrench", "noise", or a block of parameters of the arm
+///         with priors, such as "joint_origin".
+///     description: what is declared, in words.
+///     statistic: chi-squared distributed if what is declared is right.
+///     degrees_of_freedom: number of directions tested.
+///     p_value: probability, 0 to 1, of a statistic as large by chance, times the number of tests.
+///     values: by name the estimate less the declared value, and the standard deviation declared,
+///         in SI units; of "noise" the estimate over the declared value, and its standard deviation.
+///     displacement: root mean square motion of the tool between this result and the one with what
+///         is declared held exact (m).
+#[pyclass(frozen, get_all, eq, module = "touchcal")]
+#[derive(Clone, Debug, PartialEq)]
+pub struct PriorTest {
+    name: String,
+    description: String,
+    statistic: f64,
+    degrees_of_freedom: usize,
+    p_value: f64,
+    values: BTreeMap<String, (f64, f64)>,
+    displacement: f64,
+}
+
+impl From<&estimate::PriorTest> for PriorTest {
+    fn from(test: &estimate::PriorTest) -> Self {
+        let value = |entry: &DeclaredValue| (entry.name.clone(), (entry.value, entry.sigma));
+        PriorTest {
+            name: test.name.clone(),
+            description: test.description(),
+            statistic: test.statistic,
+            degrees_of_freedom: test.degrees_of_freedom,
+            p_value: test.p_value,
+            values: test.values.iter().map(value).collect(),
+            displacement: test.displacement,
+        }
+    }
+}
+
+#[pymethods]
+impl PriorTest {
+    fn __repr__(&self) -> String {
+        let PriorTest { name, p_value, displacement, .. } = self;
+        format!("PriorTest({name:?}, p_value={p_value:?}, displacement={displacement:?})")
     }
 }
 

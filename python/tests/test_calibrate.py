@@ -163,6 +163,19 @@ def test_what_is_left_out_is_tested(workcell: Path) -> None:
     assert written[0]["displacement_mm"] == pytest.approx(1e3 * calibration.effect_tests[0].displacement, rel=1e-12)
 
 
+def test_what_is_declared_is_tested(workcell: Path) -> None:
+    calibration = touchcal.calibrate(touchcal.Problem.from_toml(workcell / "problem.toml"))
+    tests = {test.name: test for test in calibration.prior_tests}
+    # The tool is declared exact; the fixture has a standard deviation.
+    assert {"fixture.hole", "noise"} <= set(tests) and "tool" not in tests
+    test = tests["fixture.hole"]
+    assert 0 < test.p_value <= 1 and test.degrees_of_freedom >= 1 and test.displacement > 0
+    x = next(entry for entry in calibration.parameters if entry.name == "fixture.hole.x")
+    assert test.values["fixture.hole.x"] == (x.value, x.prior_sigma)
+    written = json.loads(calibration.to_json())["prior_tests"]
+    assert [entry["name"] for entry in written] == [test.name for test in calibration.prior_tests]
+
+
 def test_a_calibrated_arm_is_the_one_that_is_written(workcell: Path, tmp_path: Path) -> None:
     problem = touchcal.Problem.from_toml(workcell / "problem.toml")
     calibration = touchcal.calibrate(problem)

@@ -1,22 +1,22 @@
 //! Results as text for a terminal.
 
+mod declarations;
+mod layout;
 mod parameters;
 
+pub use layout::{INDENT, millimetres};
 pub use parameters::{Detail, ParameterRow, in_user_units, parameters};
 
-use touchcal::estimate::{
-    EffectTest, EffectValue, Estimate, Fixture, FreedEffect, Identifiability, NullDirection, PredictiveCheck, Problem,
-    Score, Spread, Status,
-};
+use touchcal::estimate::{Estimate, Fixture, Identifiability, NullDirection, PredictiveCheck, Score, Spread, Status};
 use touchcal::io::Loaded;
 use touchcal::io::calibration_folder::{Solved, Written};
 use touchcal::io::estimate_file::{EstimateFile, HeldOutEntry, ScatterEntry};
 use touchcal::solver::{StopReason, Termination};
 
 use crate::table::{Table, signed};
+use declarations::{declarations, freed_effects};
+use layout::wrapped;
 
-/// Below a label of the summary.
-pub const INDENT: &str = "          ";
 /// Most fixtures listed one by one.
 pub const MOST_FIXTURES: usize = 12;
 /// Most directions of the null space listed one by one.
@@ -65,7 +65,7 @@ impl Calibration<'_> {
             residuals(&problem.fixtures, &scores),
             parameters(&lines, detail),
             identifiability(&estimate.identifiability, detail),
-            effect_tests(&estimate.effect_tests, problem),
+            declarations(estimate, problem),
             competing_minima(estimate),
             self.warnings(),
             self.paths(),
@@ -162,23 +162,6 @@ pub fn warning(words: &str, advice: &str) -> String {
     format!("Warning   {}\n          -> {advice}\n", wrapped(words))
 }
 
-/// Breaks a long list of names, indented below the first line.
-fn wrapped(text: &str) -> String {
-    const WIDTH: usize = 90;
-    let mut lines = vec![String::new()];
-    for word in text.split(' ') {
-        match lines.last_mut() {
-            Some(line) if line.is_empty() => line.push_str(word),
-            Some(line) if line.chars().count() + 1 + word.chars().count() <= WIDTH => {
-                line.push(' ');
-                line.push_str(word);
-            }
-            _ => lines.push(word.to_owned()),
-        }
-    }
-    lines.join(&format!("\n{INDENT}"))
-}
-
 /// Name, size and ends of the chain.
 pub fn robot(loaded: &Loaded) -> String {
     let robot = &loaded.problem.robot;
@@ -206,41 +189,6 @@ pub fn residuals(fixtures: &[Fixture], scores: &[(&str, &Score)]) -> String {
         }
     }
     format!("{table}\n")
-}
-
-/// What contacts say of effects that the model leaves out: a table of the significant ones, or the
-/// names of all that were tested.
-pub fn effect_tests(tests: &[EffectTest], problem: &Problem) -> String {
-    let threshold = problem.options.thresholds.effect_p_value;
-    if tests.is_empty() {
-        return String::new();
-    }
-    let significant: Vec<&EffectTest> = tests.iter().filter(|test| test.p_value < threshold).collect();
-    let names = |tests: &mut dyn Iterator<Item = &EffectTest>| {
-        tests.map(|test| test.effect.name()).collect::<Vec<String>>().join(", ")
-    };
-    if significant.is_empty() {
-        let tested = names(&mut tests.iter());
-        let allowed =
-            if problem.allows_for_unseen_effects() { "; intervals allow for what contacts would not show" } else { "" };
-        let text = format!("contacts do not contradict that these are zero: {tested}{allowed}");
-        return format!("Left out  {}\n\n", wrapped(&text));
-    }
-    let mut table = Table::new([
-        "effect that the model leaves out",
-        "p",
-        "strongest value",
-        "moves the tool (mm)",
-        "95 % region (mm)",
-        "problem file",
-    ]);
-    for test in significant {
-        let value = test.strongest_values().first().map_or_else(|| "-".to_owned(), |value| effect_value(value));
-        let [displacement, radius] = [test.displacement, test.radius].map(millimetres);
-        let p_value = format!("{:.0e}", test.p_value);
-        table.row([test.effect.name(), p_value, value, displacement, radius, test.effect.declared_in()]);
-    }
-    format!("Contacts contradict the model\n{table}\n")
 }
 
 /// Minima that contacts do not rule out.
@@ -279,28 +227,6 @@ fn predictive_check(check: Option<&PredictiveCheck>) -> String {
         let count = stretches.len();
         format!("Predicted {count} stretches of the log, each from the others: {ratio:.2} times the expected scatter\n")
     })
-}
-
-/// Effects that were freed, and what each is worth.
-fn freed_effects(freed: &[FreedEffect]) -> String {
-    let line = |FreedEffect { effect, p_value, gain, predictive_ratio }: &FreedEffect| {
-        let without =
-            predictive_ratio.map_or_else(String::new, |ratio| format!(", predicted scatter {ratio:.2} without it"));
-        format!("Freed     {}: {gain:+.1} in the log-likelihood (p = {p_value:.0e}){without}\n", effect.name())
-    };
-    freed.iter().map(line).collect()
-}
-
-/// A value that an effect would take, without the name of its block.
-fn effect_value(entry: &EffectValue) -> String {
-    let (factor, unit, decimals) = in_user_units(entry.unit);
-    let name = entry.name.split_once('.').map_or(entry.name.as_str(), |(_, name)| name);
-    format!("{name} {} ± {:.decimals$} {unit}", signed(factor * entry.value, decimals), factor * entry.sigma)
-}
-
-/// A length in mm.
-pub fn millimetres(metres: f64) -> String {
-    format!("{:.3}", 1e3 * metres)
 }
 
 /// Rank, condition number and null space as text.

@@ -10,8 +10,8 @@ use super::options::WarningThresholds;
 use super::result::{EffectTest, EffectValue, Estimate, Warning};
 use super::search::{SearchState, uses_contact_modes};
 use super::uncertainty::{
-    Derivatives, SAMPLED_POSITIONS, ScoreTest, curvature_and_squares, score_test, tool_displacement, tool_jacobians,
-    tool_uncertainty, unseen_changes, workspace_configurations,
+    Derivatives, ScoreTest, curvature_and_squares, score_test, tool_displacement, tool_jacobians, tool_positions,
+    tool_uncertainty, unseen_changes,
 };
 use crate::parameter::{ParameterId, kinematic_part};
 use crate::solver::{FreeParameters, NormalEquations, StopReason};
@@ -78,7 +78,7 @@ pub(super) fn effect_tests(search: &mut SearchState<'_>, estimate: &Estimate) ->
         return EffectTests::default();
     }
     let inverse = free.covariance(&at.curvature);
-    let positions = workspace_configurations(&problem.robot, SAMPLED_POSITIONS);
+    let positions = tool_positions(problem);
     let ids: Vec<ParameterId> = model.layout.parameters.iter().map(|parameter| parameter.id).collect();
     let mut kinematics = model.kinematics.clone();
     kinematics.set(&kinematic_part(ids.iter().copied().zip(theta.iter().copied())).1);

@@ -7,7 +7,7 @@ use nalgebra::{DMatrix, DVector};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use super::calibrate::calibrate;
-use super::problem::{PlacePrior, Problem, WrenchTolerance};
+use super::problem::{PlacePrior, Problem, ShapeTolerance, WrenchTolerance};
 use super::result::{Estimate, FreedEffect, Observer, OmittedEffect, Status, Warning};
 use crate::parameter::{
     Block, DEFAULT_WALK_SIGMA, Parameter, joint_compliance, joint_harmonic, joint_origin, joint_trend, joint_walk,
@@ -150,18 +150,28 @@ fn first_usable(
     refused.filter(|_| !estimate.status.is_usable())
 }
 
-/// The effects that contacts contradict and that were not let in yet, the most significant first.
+/// The effects that contacts contradict and that were not freed yet, the most significant first.
 fn tested_suspects(problem: &Problem, estimate: &Estimate, freed: &[FreedEffect]) -> Vec<FreedEffect> {
     let threshold = problem.options.thresholds.effect_p_value;
-    let suspects = estimate.effect_tests.iter().filter(|test| test.p_value < threshold);
-    let new = suspects.filter(|test| freed.iter().all(|freed| freed.effect != test.effect));
-    let each = new.map(|test| FreedEffect {
-        effect: test.effect.clone(),
-        p_value: test.p_value,
-        gain: 0.5 * test.statistic,
-        predictive_ratio: ratio(estimate),
+    let effects = estimate.effect_tests.iter().map(|test| (test.effect.clone(), test.p_value, test.statistic));
+    let shapes = problem.fixtures.iter().filter(|fixture| fixture.tolerance == ShapeTolerance::EXACT);
+    let shapes = shapes.filter_map(|fixture| {
+        let effect = OmittedEffect::Shape { fixture: fixture.name.clone() };
+        let test = estimate.prior_tests.iter().find(|test| test.name == effect.name())?;
+        Some((effect, test.p_value, test.statistic))
     });
-    each.collect()
+    let suspects = effects.chain(shapes).filter(|(_, p_value, _)| *p_value < threshold);
+    let new = suspects.filter(|(effect, ..)| freed.iter().all(|freed| freed.effect != *effect));
+    let mut new: Vec<FreedEffect> = new
+        .map(|(effect, p_value, statistic)| FreedEffect {
+            effect,
+            p_value,
+            gain: 0.5 * statistic,
+            predictive_ratio: ratio(estimate),
+        })
+        .collect();
+    new.sort_by(|a, b| a.p_value.total_cmp(&b.p_value));
+    new
 }
 
 /// Whether something is declared in another unit, order or sense, which no effect makes up for.
@@ -251,6 +261,10 @@ fn with_effect(problem: &Problem, effect: &OmittedEffect) -> Problem {
         OmittedEffect::Wrench => freed.wrench = WrenchTolerance::DEFAULT,
         OmittedEffect::Noise => freed.noise.is_estimated = true,
         OmittedEffect::ToolPlace => freed.tool.prior = PlacePrior::DEFAULT_TOOL,
+        OmittedEffect::Shape { fixture } => {
+            let named = freed.fixtures.iter_mut().filter(|other| other.name == *fixture);
+            named.for_each(|fixture| fixture.tolerance = ShapeTolerance::DEFAULT);
+        }
         OmittedEffect::FixturePlace { fixture } => {
             let named = freed.fixtures.iter_mut().filter(|other| other.name == *fixture);
             named.for_each(|fixture| fixture.prior = PlacePrior::DEFAULT_FIXTURE);

@@ -13,6 +13,7 @@ mod inspect;
 mod model;
 mod options;
 mod prediction;
+mod prior_tests;
 mod problem;
 mod result;
 mod result_checks;
@@ -37,10 +38,10 @@ pub use problem::{
 };
 pub use result::{
     Acceptance, AcceptanceResult, Agreement, ArmFit, CommonStrain, CompetingMinimum, ContactCount, Contradiction,
-    Decision, DeclarationMistake, DeclaredLength, DistanceSource, EffectTest, EffectValue, Estimate, Evaluation,
-    FixtureDistance, FreedEffect, Identifiability, NoiseSigma, NullDirection, OmittedEffect, ParameterEstimate,
-    ParameterPosterior, PosteriorEntry, PredictiveCheck, Progress, Scatter, Score, Severity, Spread, Stage, Status,
-    TaskErrors, Verdict, Warning, WorkspaceUncertainty,
+    Decision, DeclarationMistake, DeclaredLength, DeclaredValue, DistanceSource, EffectTest, EffectValue, Estimate,
+    Evaluation, FixtureDistance, FreedEffect, Identifiability, NoiseSigma, NullDirection, OmittedEffect,
+    ParameterEstimate, ParameterPosterior, PosteriorEntry, PredictiveCheck, PriorTest, Progress, Scatter, Score,
+    Severity, Spread, Stage, Status, TaskErrors, Verdict, Warning, WorkspaceUncertainty,
 };
 pub use uncertainty::{
     ToolUncertainty, configurations_within, cramer_rao, distance_uncertainty, tool_uncertainty,

@@ -323,6 +323,9 @@ pub struct WarningThresholds {
     /// region. Small, since contacts never follow a likelihood exactly: of sixteen true problems
     /// with logs of another simulator (MuJoCo), two had effects at 1e-4.
     pub effect_p_value: f64,
+    /// Corrected p-value (0 to 1) below which a test of something left out or declared is listed
+    /// among what contacts say against the problem, without other consequences.
+    pub listed_p_value: f64,
     /// Probability (0 to 1) of the predictive check
     /// ([`PredictiveCheck`](super::PredictiveCheck)) below which there is a
     /// warning.
@@ -352,6 +355,7 @@ impl Default for WarningThresholds {
             informative_fraction: 0.03,
             common_scale: [3.6, 5.0],
             effect_p_value: 1e-5,
+            listed_p_value: 1e-3,
             prediction_p_value: 1e-3,
             prediction_ratio: 3.0,
             distance_contradiction: 0.5,

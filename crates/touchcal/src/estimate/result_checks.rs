@@ -8,7 +8,7 @@ use super::options::WarningThresholds;
 use super::problem::Problem;
 use super::result::{Estimate, ParameterEstimate, PredictiveCheck, Warning};
 use super::search::{SearchState, uses_contact_modes};
-use super::uncertainty::{CalibratedTool, SAMPLED_POSITIONS, tool_displacement, workspace_configurations};
+use super::uncertainty::{CalibratedTool, tool_displacement, tool_positions};
 use crate::parameter::{Parameter, ParameterId};
 use crate::robot::{JointKind, KinematicParameter};
 use crate::se3::Pose;
@@ -212,7 +212,7 @@ fn symmetric_parts(problem: &Problem, estimate: &Estimate) -> impl Iterator<Item
 fn harmonics(problem: &Problem, estimate: &Estimate) -> Option<Warning> {
     let tool = CalibratedTool::new(problem, estimate)?;
     let change = tool.harmonics();
-    let positions = workspace_configurations(&problem.robot, SAMPLED_POSITIONS);
+    let positions = tool_positions(problem);
     let jacobians = tool.jacobians(positions.iter().map(Vec::as_slice));
     let displacement = tool_displacement(&jacobians, &change);
     (displacement > 0.0).then_some(Warning::HarmonicsNotInRobot { displacement })

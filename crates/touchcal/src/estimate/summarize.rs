@@ -8,6 +8,7 @@ use super::effect_tests::{apply_effect_tests, effect_tests};
 use super::evaluate::score;
 use super::model::{CalibrationModel, distance_information, whitened_norms};
 use super::prediction::held_out;
+use super::prior_tests::prior_tests;
 use super::result::{
     CompetingMinimum, ContactCount, Estimate, NoiseSigma, ParameterEstimate, PredictiveCheck, Severity, Status,
     Verdict, Warning,
@@ -146,6 +147,7 @@ pub(super) fn summarize(mut search: SearchState<'_>) -> Estimate {
         termination: search.termination,
         warnings: Vec::new(),
         effect_tests: Vec::new(),
+        prior_tests: Vec::new(),
         freed_effects: Vec::new(),
         competing_minima: competing_minima(&search, predictive_check.is_some()),
         predictive_check,
@@ -170,6 +172,7 @@ fn check(estimate: &mut Estimate, search: &mut SearchState<'_>, statistics: &Fit
     estimate.warnings.extend(result_warnings(search, estimate, statistics));
     let of_effects = apply_effect_tests(estimate, tests, &search.model.problem.options.thresholds);
     estimate.warnings.extend(of_effects);
+    estimate.prior_tests = prior_tests(search, estimate, statistics);
     estimate.held_out = held_out(search.model.problem, estimate);
     let contradictions = estimate.held_out.iter().flat_map(|found| found.contradictions.clone());
     estimate.warnings.extend(contradictions.map(Warning::HeldOutContradicted));

@@ -2,13 +2,17 @@
 
 use serde::Serialize;
 
-use crate::estimate::{CompetingMinimum, EffectTest, EffectValue, Estimate, ParameterEstimate, Problem};
+use crate::estimate::{
+    CompetingMinimum, DeclaredValue, EffectTest, EffectValue, Estimate, ParameterEstimate, PriorTest, Problem,
+};
 
 /// The page's data of what is declared and assumed.
 #[derive(Serialize)]
 pub(super) struct Declarations<'a> {
     /// Tests of effects that the model leaves out, the most significant first.
     effects: Vec<EffectEntry<'a>>,
+    /// Tests of what is declared with a standard deviation, the most significant first.
+    declared: Vec<EffectEntry<'a>>,
     /// Minima that contacts do not rule out, the one with the least cost first.
     minima: Vec<MinimumEntry<'a>>,
     /// Assumptions in words.
@@ -17,21 +21,22 @@ pub(super) struct Declarations<'a> {
     allows_for_unseen_effects: bool,
 }
 
+/// A test of an effect that the model leaves out, or of something declared.
 #[derive(Serialize)]
 struct EffectEntry<'a> {
     name: String,
     description: String,
     remedy: &'static str,
-    /// Where a problem file leaves the effect out.
+    /// Where a problem file leaves the effect out, or declares it.
     declared_in: String,
     is_significant: bool,
     /// Probability that it is chance.
     p_value: String,
     /// Those that contacts see, the most standard deviations from zero first.
     values: Vec<ValueEntry<'a>>,
-    /// Motion of the tool, and radius of its reported region (m).
+    /// Motion of the tool, and radius of its reported region (m), for effects that are left out.
     displacement: f64,
-    radius: f64,
+    radius: Option<f64>,
 }
 
 /// A minimum that contacts do not rule out.
@@ -47,7 +52,8 @@ struct MinimumEntry<'a> {
     here: f64,
 }
 
-/// A value that a parameter of the effect would take (SI).
+/// A value that a parameter of the effect would take with its standard deviation, or that something
+/// declared has with that declared (SI).
 #[derive(Serialize)]
 struct ValueEntry<'a> {
     name: &'a str,
@@ -59,9 +65,10 @@ struct ValueEntry<'a> {
 impl<'a> Declarations<'a> {
     /// The page's data of a problem and its estimate.
     pub fn new(problem: &'a Problem, estimate: &'a Estimate) -> Self {
-        let threshold = problem.options.thresholds.effect_p_value;
+        let threshold = problem.options.thresholds.listed_p_value;
         Declarations {
             effects: estimate.effect_tests.iter().map(|test| effect_entry(test, threshold)).collect(),
+            declared: estimate.prior_tests.iter().map(|test| declared_entry(test, threshold)).collect(),
             minima: estimate.competing_minima.iter().map(|other| minimum_entry(other, estimate)).collect(),
             notes: problem.contacts.notes(),
             allows_for_unseen_effects: problem.allows_for_unseen_effects(),
@@ -91,10 +98,28 @@ fn effect_entry(test: &EffectTest, threshold: f64) -> EffectEntry<'_> {
         p_value: format!("{:.0e}", test.p_value),
         values: test.strongest_values().into_iter().map(value_entry).collect(),
         displacement: test.displacement,
-        radius: test.radius,
+        radius: Some(test.radius),
+    }
+}
+
+fn declared_entry(test: &PriorTest, threshold: f64) -> EffectEntry<'_> {
+    EffectEntry {
+        name: test.name.clone(),
+        description: test.description(),
+        remedy: test.remedy(),
+        declared_in: test.declared_in(),
+        is_significant: test.p_value < threshold,
+        p_value: format!("{:.0e}", test.p_value),
+        values: test.strongest_values().into_iter().map(declared_value).collect(),
+        displacement: test.displacement,
+        radius: None,
     }
 }
 
 fn value_entry(entry: &EffectValue) -> ValueEntry<'_> {
+    ValueEntry { name: &entry.name, unit: entry.unit.symbol(), value: entry.value, sigma: entry.sigma }
+}
+
+fn declared_value(entry: &DeclaredValue) -> ValueEntry<'_> {
     ValueEntry { name: &entry.name, unit: entry.unit.symbol(), value: entry.value, sigma: entry.sigma }
 }

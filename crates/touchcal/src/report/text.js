@@ -92,30 +92,35 @@ function fixtures() {
 }
 
 /** A value with its standard deviation in units for people. */
-function valueOf({ name, unit, value, sigma }, effect) {
+function valueOf({ name, unit, value, sigma }, effect, is_declared) {
   const [factor, symbol] = UNITS[unit];
-  const decimals = Math.min(7, Math.max(0, 1 - Math.floor(Math.log10(factor * sigma))));
+  const decimals = Math.min(7, Math.max(0, 1 - Math.floor(Math.log10(factor * (sigma || Math.abs(value) || 1)))));
   const label = name.startsWith(effect + ".") ? name.slice(effect.length + 1) : name;
+  if (name === "noise") return `${value.toFixed(2)} ± ${sigma.toFixed(2)} times the declared`;
+  if (is_declared) return `${label} ${signed(factor * value, decimals)} ${symbol} (declared ± ${(factor * sigma).toFixed(decimals)})`;
   return `${label} ${signed(factor * value, decimals)} ± ${(factor * sigma).toFixed(decimals)} ${symbol}`;
 }
 
 function declarations() {
-  const { effects, minima, notes, allows_for_unseen_effects } = data.declarations;
-  const shown = effects.filter((effect) => effect.is_significant);
-  const others = effects.filter((effect) => !effect.is_significant).map(({ name }) => name);
+  const { effects, declared, minima, notes, allows_for_unseen_effects } = data.declarations;
+  const shown = [...effects, ...declared].filter((test) => test.is_significant);
+  const others = (tests) => tests.filter((test) => !test.is_significant).map(({ name }) => name).join(", ");
   const sentences = effects.length ? [] : ["Effects that the model leaves out were not tested: the search did not converge, or contacts have no likelihood with a minimum here."];
-  if (shown.length) sentences.push("Contacts contradict the model. The values are what effects would be if they were estimated, the most standard deviations from zero first; p is the probability that it is chance, corrected for the number of tests.");
-  if (others.length) sentences.push(`${shown.length ? "Other effects: contacts" : "Contacts"} do not contradict that these are zero: ${others.join(", ")}.`);
+  if (shown.length) sentences.push("Contacts contradict the problem file. Values of effects that the model leaves out are what they would be if they were estimated, those of what is declared the estimates less the declared values, the most standard deviations off first; p is the probability that it is chance, corrected for the number of tests; the tool moves by as much between the result and one without the effect, or with what is declared held exact.");
+  if (others(effects)) sentences.push(`Contacts do not contradict that these effects are zero: ${others(effects)}.`);
+  if (others(declared)) sentences.push(`Contacts do not contradict the standard deviations of these declarations: ${others(declared)}.`);
   if (effects.length && allows_for_unseen_effects) sentences.push("Intervals allow for errors of the arm that contacts would not show.");
   byId("effect-words").textContent = sentences.join(" ");
   const lines = (texts) => texts.map((text) => el("div", {}, text));
   const row = ({ name, description, remedy, declared_in, p_value, values, displacement, radius }) => {
-    const [first, rest] = [values.slice(0, 3), values.slice(3)].map((some) => lines(some.map((value) => valueOf(value, name))));
+    const is_declared = radius === null;
+    const [first, rest] = [values.slice(0, 3), values.slice(3)].map((some) => lines(some.map((value) => valueOf(value, name, is_declared))));
     const more = rest.length ? el("details", {}, el("summary", {}, `and ${rest.length} more`), ...rest) : null;
     const told = (text, note) => el("div", {}, text, el("small", {}, note));
-    return [told(name, description), p_value, el("div", {}, ...first, more), (1e3 * displacement).toFixed(3), (1e3 * radius).toFixed(3), told(declared_in, `→ ${remedy}`)];
+    const region = is_declared ? "–" : (1e3 * radius).toFixed(3);
+    return [told(name, description), p_value, el("div", {}, ...first, more), (1e3 * displacement).toFixed(3), region, told(declared_in, `→ ${remedy}`)];
   };
-  const headings = ["effect that the model leaves out", "#p", "value", "#moves the tool (mm)", "#95 % region (mm)", "problem file"];
+  const headings = ["left out or declared", "#p", "value", "#moves the tool (mm)", "#95 % region (mm)", "problem file"];
   if (shown.length) byId("effect-table").append(table(headings, shown.map(row)));
   const minimum = ({ tool_distance, cost_ratio, parameter, unit, there, here }) => {
     const [factor, symbol] = UNITS[unit];

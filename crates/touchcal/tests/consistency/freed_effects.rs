@@ -8,7 +8,7 @@ use touchcal::io::urdf::{self, Ends};
 use touchcal::sim::{self, Truth};
 
 /// The problem of 3000 contacts by rich excitation, and the truth.
-fn posed(name: &str, seed: u64) -> (Problem, Truth) {
+pub fn posed(name: &str, seed: u64) -> (Problem, Truth) {
     let kind = FalsifiedKind::by_name(name).expect("a kind");
     let robot = urdf::read_builtin("iiwa14", Ends::default()).expect("built in").robot;
     let declared = Excitation::Rich.scenario(robot, 3000).expect("a scenario");

@@ -18,5 +18,6 @@ mod evaluation;
 mod falsified;
 mod freed_effects;
 mod nees;
+mod prior_tests;
 mod simulator;
 mod wrench;

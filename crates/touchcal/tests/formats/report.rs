@@ -182,6 +182,11 @@ fn the_page_says_what_contacts_contradict_and_what_is_assumed() {
     };
     assert!(effects(&right, &problem).iter().all(|effect| effect["is_significant"] == false));
     assert_eq!(effects(&right, &problem).len(), 8);
+    let declared = content(&page(&problem, &right, &[]))["declarations"]["declared"].as_array().unwrap().clone();
+    let names: Vec<&str> = declared.iter().filter_map(|test| test["name"].as_str()).collect();
+    assert_eq!(names.len(), right.prior_tests.len());
+    assert!(names.contains(&"gap_bias.hole") && declared.iter().all(|test| test["is_significant"] == false));
+    assert!(declared.iter().all(|test| test["radius"].is_null()));
 
     let place = problem.fixtures[0].base_from_fixture.as_mut().unwrap();
     *place *= touchcal::se3::Pose::translation(0.3e-3, -0.3e-3, 0.3e-3);

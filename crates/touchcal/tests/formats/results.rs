@@ -4,8 +4,8 @@ use proptest::prelude::*;
 use touchcal::io::estimate_file::{
     AcceptanceEntry, CompetingMinimumEntry, ContactCounts, Decision, EffectTestEntry, EffectValueEntry, EstimateFile,
     FixtureResidual, FreedEffectEntry, HeldOutEntry, NoiseEntry, NullDirection, ParameterEntry, PredictiveCheckEntry,
-    ResidualStats, Residuals, ScatterEntry, Severity, Status, TaskErrorsEntry, TerminationEntry, WarningEntry,
-    WorkspaceUncertaintyEntry,
+    PriorTestEntry, ResidualStats, Residuals, ScatterEntry, Severity, Status, TaskErrorsEntry, TerminationEntry,
+    WarningEntry, WorkspaceUncertaintyEntry,
 };
 use touchcal::io::{Input, atomic};
 
@@ -68,6 +68,7 @@ fn estimate() -> EstimateFile {
             displacement_mm: 0.1,
             radius_mm: 0.2,
         }],
+        prior_tests: vec![prior_test()],
         freed_effects: vec![FreedEffectEntry {
             effect: "joint_harmonic".to_owned(),
             p_value: 1e-9,
@@ -81,6 +82,18 @@ fn estimate() -> EstimateFile {
         inputs: vec![Input { path: "a".to_owned(), sha256: "0".to_owned() }],
         version: "0.1.0".to_owned(),
         seconds: 0.5,
+    }
+}
+
+fn prior_test() -> PriorTestEntry {
+    PriorTestEntry {
+        name: "fixture.hole".to_owned(),
+        description: "d".to_owned(),
+        statistic: 3.5,
+        degrees_of_freedom: 1,
+        p_value: 0.06,
+        values: [("fixture.hole.x".to_owned(), EffectValueEntry { value: 1e-3, sigma: 1e-3 })].into(),
+        displacement_mm: 0.4,
     }
 }
 
@@ -137,6 +150,7 @@ fn estimates_survive_json() {
         "noise",
         "notes",
         "predictive_check",
+        "prior_tests",
         "workspace_uncertainty",
     ] {
         older.as_object_mut().unwrap().remove(added);
@@ -147,6 +161,7 @@ fn estimates_survive_json() {
         EstimateFile {
             competing_minima: Vec::new(),
             effect_tests: Vec::new(),
+            prior_tests: Vec::new(),
             freed_effects: Vec::new(),
             notes: Vec::new(),
             noise: None,
@@ -187,6 +202,9 @@ fn numbers_that_json_cannot_hold_are_not_written() {
     let mut bad = estimate();
     bad.effect_tests[0].p_value = f64::NAN;
     assert!(bad.to_json().unwrap_err().to_string().contains("effect_tests, joint_trend: expected a finite number"));
+    let mut bad = estimate();
+    bad.prior_tests[0].statistic = f64::INFINITY;
+    assert!(bad.to_json().unwrap_err().to_string().contains("prior_tests, fixture.hole: expected a finite number"));
     let mut bad = estimate();
     bad.noise = Some(NoiseEntry { encoder: f64::NAN, contact: 0.0 });
     assert!(bad.to_json().unwrap_err().to_string().contains("noise.encoder: expected a finite number"));

@@ -7,8 +7,8 @@ use std::sync::Arc;
 use nalgebra::{DVector, Translation3, UnitQuaternion};
 use touchcal::contact::{ContactLog, Source};
 use touchcal::estimate::{
-    Acceptance, Decision, Estimate, Fixture, OmittedEffect, PlacePrior, Problem, ShapeTolerance, Status, Tool, Warning,
-    acceptance, calibrate_with_freed_effects, workspace_configurations,
+    Acceptance, Decision, Estimate, Fixture, OmittedEffect, PlacePrior, Problem, ShapeTolerance, Status, Tool,
+    UnseenEffects, Warning, acceptance, calibrate_with_freed_effects, workspace_configurations,
 };
 use touchcal::experiment::problem;
 use touchcal::geometry::{Polygon, PrismPair};
@@ -132,17 +132,56 @@ fn a_clearance_that_is_off_is_within_its_tolerance() {
     assert!(worst < NEES_LIMIT, "{worst}");
 }
 
+/// A clearance that is off by 0.03 mm, declared exact: the result is refused, the test of the gaps
+/// has the error of the declared clearance, and with a freed tolerance the result is right.
 #[test]
 fn a_clearance_that_is_off_and_declared_exact_is_contradicted() {
     for trial in TRIALS {
         for by in [-0.03e-3, 0.03e-3] {
-            let estimate = solve(&hole_wider(mujoco_trial(trial).0, by));
+            let (problem, truth) = mujoco_trial(trial);
+            let problem = hole_wider(problem, by);
+            let estimate = solve(&problem);
             assert_eq!(estimate.status, Status::NotUsable, "{trial}, {by}");
             let of_gap =
                 |warning: &Warning| matches!(warning, Warning::FarFromPrior { name, .. } if name == "gap_bias.hole");
             assert!(estimate.warnings.iter().any(of_gap), "{trial}, {by}: {:?}", estimate.warnings);
+            let test = estimate.prior_tests.iter().find(|test| test.name == "gap_bias.hole").expect("a test");
+            assert!(test.p_value < 1e-5 && (test.values[0].value - by).abs() < 0.01e-3, "{trial}, {by}: {test:?}");
+            let (_, freed) = calibrate_with_freed_effects(&problem, &mut |_| ControlFlow::Continue(()));
+            assert!(freed.status.is_usable(), "{trial}, {by}: {:?}", freed.warnings);
+            assert!(nees(&freed, &truth) < NEES_LIMIT, "{trial}, {by}: {}", nees(&freed, &truth));
         }
     }
+}
+
+/// A hole that is off by half of its standard deviation, and one that is off by eight of them: the
+/// first agrees with what is declared. The motion that is told is that of the tool in a calibration
+/// with a place that is declared exact.
+#[test]
+fn a_place_is_tested_against_its_standard_deviation() {
+    let (problem, _) = mujoco_trial("extrusion/rich/trial_01");
+    let p_value = |by: f64| {
+        let mut moved = hole_moved(with_defaults(problem.clone()), [0.0, 0.0, by], 0.0);
+        moved.options.unseen_effects = UnseenEffects::Ignore;
+        let estimate = solve(&moved);
+        estimate.prior_tests.iter().find(|test| test.name == "fixture.hole").expect("a test").p_value
+    };
+    let found = [0.5e-3, 8e-3].map(p_value);
+    assert!(found[0] > 1e-2 && found[1] < 1e-5, "{found:?}");
+
+    let mut moved = hole_moved(problem, [0.1e-3, -0.1e-3, 0.1e-3], 0.0);
+    moved.options.unseen_effects = UnseenEffects::Ignore;
+    let exact = solve(&moved);
+    moved.fixtures[0].prior = PlacePrior::DEFAULT_FIXTURE;
+    let with_prior = solve(&moved);
+    let test = with_prior.prior_tests.iter().find(|test| test.name == "fixture.hole").expect("a test");
+    let positions = workspace_configurations(&moved.robot, 100);
+    let place = |estimate: &Estimate, q: &[f64]| {
+        Kinematics::new(&estimate.robot, &[], moved.tool.tip_from_tool).pose(q).translation.vector
+    };
+    let square = |q: &Vec<f64>| (place(&exact, q) - place(&with_prior, q)).norm_squared();
+    let expected = (positions.iter().map(square).sum::<f64>() / 100.0).sqrt();
+    assert!((test.displacement / expected - 1.0).abs() < 0.1, "{} m, expected {expected} m", test.displacement);
 }
 
 /// An encoder that drifts by 0.04° over the log: shown where it is left out, and found with

@@ -5,35 +5,41 @@ use nalgebra::{DMatrix, DVector};
 use super::calibration_model::CalibrationModel;
 use super::linearization::LinearizationPoint;
 use super::objective::Objective;
-use crate::parameter::ParameterId;
+use crate::estimate::problem::Distance;
+use crate::parameter::{Parameter, ParameterId};
 use crate::se3::{self, Twist};
 use crate::solver::NormalEquations;
 
 /// Adds the known distances between fixtures' origins.
 pub(crate) fn add_distances(point: &LinearizationPoint<'_>, normal: &mut NormalEquations) {
     for distance in &point.model.problem.distances {
-        let (a, b) = distance.between;
-        let [from, to] = [a, b].map(|f| point.fixtures[f].base_from_fixture.translation.vector);
-        let span = to - from;
-        let length = span.norm();
-        let along = span / length.max(f64::MIN_POSITIVE);
-        let mut index = Vec::new();
-        let mut jacobian = Vec::new();
-        for (k, parameter) in point.model.layout.parameters.iter().enumerate() {
-            if let ParameterId::Fixture(f, component) = parameter.id
-                && (f == a || f == b)
-            {
-                let fixture = &point.fixtures[f];
-                let local: Twist = fixture.right_jacobian.column(component).into();
-                let motion = fixture.base_from_fixture.rotation * se3::linear(&local);
-                index.push(k);
-                jacobian.push(along.dot(&motion) * if f == b { 1.0 } else { -1.0 } / distance.sigma);
-            }
-        }
+        let (row, length) = distance_row(point, distance);
+        let (index, jacobian): (Vec<usize>, Vec<f64>) =
+            row.into_iter().map(|(k, slope)| (k, slope / distance.sigma)).unzip();
         let residual = (length - distance.distance) / distance.sigma;
         normal.add_row(&index, &jacobian, residual, 1.0);
         normal.cost += residual * residual;
     }
+}
+
+/// Indices of the parameters that the distance between two fixtures' origins depends on, with its
+/// derivative by each (SI), and that distance (m).
+pub(crate) fn distance_row(point: &LinearizationPoint<'_>, distance: &Distance) -> (Vec<(usize, f64)>, f64) {
+    let (a, b) = distance.between;
+    let [from, to] = [a, b].map(|f| point.fixtures[f].base_from_fixture.translation.vector);
+    let span = to - from;
+    let length = span.norm();
+    let along = span / length.max(f64::MIN_POSITIVE);
+    let slope = |(k, parameter): (usize, &Parameter)| match parameter.id {
+        ParameterId::Fixture(f, component) if f == a || f == b => {
+            let fixture = &point.fixtures[f];
+            let local: Twist = fixture.right_jacobian.column(component).into();
+            let motion = fixture.base_from_fixture.rotation * se3::linear(&local);
+            Some((k, along.dot(&motion) * if f == b { 1.0 } else { -1.0 }))
+        }
+        _ => None,
+    };
+    (point.model.layout.parameters.iter().enumerate().filter_map(slope).collect(), length)
 }
 
 /// Adds the priors. In the coarse stage parameters without one get a Gaussian of their plausible

@@ -30,13 +30,20 @@ pub enum OmittedEffect {
     },
     /// The measured wrench, declared exact, has a bias or another scale.
     Wrench,
+    /// Outline, clearance or depth of a fixture, declared exact, are not as declared; no score
+    /// test, see [`FreedEffect`].
+    Shape {
+        /// Name of the fixture.
+        fixture: String,
+    },
     /// Contacts scatter more than declared; no score test, see [`FreedEffect`].
     Noise,
 }
 
 impl OmittedEffect {
     /// Name in files: `joint_compliance`, `segment_strain`, `joint_origin`, `joint_harmonic`,
-    /// `joint_trend`, `joint_walk`, `tool`, `fixture.{name}`, `wrench`, `noise`.
+    /// `joint_trend`, `joint_walk`, `tool`, `fixture.{name}`, `wrench`, `gap_bias.{fixture}`,
+    /// `noise`.
     pub fn name(&self) -> String {
         match self {
             OmittedEffect::JointCompliance => "joint_compliance".to_owned(),
@@ -48,6 +55,7 @@ impl OmittedEffect {
             OmittedEffect::ToolPlace => "tool".to_owned(),
             OmittedEffect::FixturePlace { fixture } => format!("fixture.{fixture}"),
             OmittedEffect::Wrench => "wrench".to_owned(),
+            OmittedEffect::Shape { fixture } => format!("gap_bias.{fixture}"),
             OmittedEffect::Noise => "noise".to_owned(),
         }
     }
@@ -64,6 +72,7 @@ impl OmittedEffect {
             OmittedEffect::ToolPlace => "the tool is not where it is declared".to_owned(),
             OmittedEffect::FixturePlace { fixture } => format!("fixture `{fixture}` is not where it is declared"),
             OmittedEffect::Wrench => "the measured wrench has a bias or another scale".to_owned(),
+            OmittedEffect::Shape { fixture } => format!("the shape of fixture `{fixture}` is not as declared"),
             OmittedEffect::Noise => "contacts scatter more than declared".to_owned(),
         }
     }
@@ -98,6 +107,7 @@ impl OmittedEffect {
             }
             OmittedEffect::ToolPlace => "measure the tool's place again, or give it a standard deviation",
             OmittedEffect::FixturePlace { .. } => "measure the fixture's place again, or give it a standard deviation",
+            OmittedEffect::Shape { .. } => "measure clearance and depth again, or give them a standard deviation",
             OmittedEffect::Noise => "declare a larger noise, or leave out `[noise]` so that it is estimated",
             OmittedEffect::Wrench => "give bias and scale of the wrench a standard deviation",
         }
@@ -109,7 +119,9 @@ impl OmittedEffect {
         match self {
             OmittedEffect::ToolPlace => "exact in [tool]".to_owned(),
             OmittedEffect::Wrench | OmittedEffect::Noise => "[noise]".to_owned(),
-            OmittedEffect::FixturePlace { fixture } => format!("exact in [[fixture]] {fixture}"),
+            OmittedEffect::FixturePlace { fixture } | OmittedEffect::Shape { fixture } => {
+                format!("exact in [[fixture]] {fixture}")
+            }
             _ => "parameters in [estimate]".to_owned(),
         }
     }
@@ -117,7 +129,7 @@ impl OmittedEffect {
 
 /// An effect that was estimated in addition because contacts contradict that it is zero: by a score
 /// test without it; where there is none, by the Wald test of a calibration with all effects of the
-/// arm, or, of noise, by the scatter found.
+/// arm; of shapes declared exact by the gaps at contact, of noise by the scatter found.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FreedEffect {
     /// The effect.

@@ -8,6 +8,7 @@ use super::effect_test::{EffectTest, FreedEffect};
 use super::evaluation::Evaluation;
 use super::identifiability::Identifiability;
 use super::predictive_check::PredictiveCheck;
+use super::prior_test::PriorTest;
 use super::score::Score;
 use super::status::Status;
 use super::warning::Warning;
@@ -107,6 +108,9 @@ pub struct Estimate {
     /// Tests of effects that the model leaves out, the most significant first; empty where the
     /// search did not converge, or contacts have no likelihood.
     pub effect_tests: Vec<EffectTest>,
+    /// Tests of what is declared with a standard deviation, the least p-value first; empty where
+    /// the search did not converge, or contacts are measured by a projection.
+    pub prior_tests: Vec<PriorTest>,
     /// Effects that were estimated in addition to the problem's parameters, in the order in which
     /// they were tried; empty but for
     /// [`calibrate_with_freed_effects`](crate::estimate::calibrate_with_freed_effects).

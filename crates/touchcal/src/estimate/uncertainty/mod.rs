@@ -16,7 +16,7 @@ pub(crate) use predictive_check::predictive_check;
 pub(crate) use sandwich::{Sandwich, curvature_and_squares, sandwich_covariance};
 pub(crate) use score_test::{Derivatives, ScoreTest, score_test, unseen_changes};
 pub(crate) use workspace::{
-    CalibratedTool, SAMPLED_POSITIONS, arm_uncertainty_ratio, tool_displacement, tool_distance, tool_jacobians,
+    CalibratedTool, arm_uncertainty_ratio, tool_displacement, tool_distance, tool_jacobians, tool_positions,
     workspace_uncertainty,
 };
 pub use workspace::{

@@ -11,7 +11,7 @@ use crate::se3::{self, Pose, Twist};
 /// Pairs of configurations that the mean is taken over.
 const PAIRS: usize = 100;
 /// Number of joint positions over the workspace at which the motion of the tool is taken.
-pub(crate) const SAMPLED_POSITIONS: usize = 100;
+const SAMPLED_POSITIONS: usize = 100;
 /// Positions of a prismatic joint without limits are within ± this (m).
 const PRISMATIC_RANGE: f64 = 0.5;
 
@@ -144,7 +144,10 @@ pub fn distance_uncertainty(problem: &Problem, estimate: &Estimate, positions: &
 /// The tool of the arm at its estimated parameters.
 pub(crate) struct CalibratedTool {
     kinematics: Kinematics,
-    /// The parameters that move the tool: those of the kinematics, and harmonics of the encoders.
+    /// Indices in [`Estimate::parameters`] of the parameters that move the tool: those of the
+    /// kinematics, and harmonics of the encoders.
+    pub indices: Vec<usize>,
+    /// These parameters.
     pub parameters: Vec<ParameterEstimate>,
     /// Of these parameters (SI), in their order.
     pub covariance: DMatrix<f64>,
@@ -169,7 +172,7 @@ impl CalibratedTool {
                 covariance[(k, k)] = entry.parameter.scale.powi(2);
             }
         }
-        Some(CalibratedTool { kinematics, parameters, covariance })
+        Some(CalibratedTool { kinematics, indices, parameters, covariance })
     }
 
     /// Derivative of the tool's pose (its local twist, m and rad) by each parameter (SI) at each of
@@ -222,10 +225,10 @@ pub(crate) fn tool_displacement(jacobians: &[DMatrix<f64>], change: &DVector<f64
     (jacobians.iter().map(square).sum::<f64>() / jacobians.len().max(1) as f64).sqrt()
 }
 
-/// Root mean square distance (m) over the workspace between the tool's positions in base of the
+/// Root mean square distance (m) in [`tool_positions`] between the tool's positions in base of the
 /// problem's arm with the values `a` of the `parameters` (SI) and with `b`.
 pub(crate) fn tool_distance(problem: &Problem, parameters: &[Parameter], a: &DVector<f64>, b: &DVector<f64>) -> f64 {
-    let positions = workspace_configurations(&problem.robot, SAMPLED_POSITIONS);
+    let positions = tool_positions(problem);
     let [a, b] = [a, b].map(|values| {
         let (columns, values) = kinematic_part(parameters.iter().map(|p| p.id).zip(values.iter().copied()));
         let mut kinematics = Kinematics::new(&problem.robot, &columns, problem.tool.tip_from_tool);
@@ -235,6 +238,15 @@ pub(crate) fn tool_distance(problem: &Problem, parameters: &[Parameter], a: &DVe
     });
     let squares: f64 = a.iter().zip(&b).map(|(a, b)| (a - b).norm_squared()).sum();
     (squares / positions.len().max(1) as f64).sqrt()
+}
+
+/// Joint positions (rad, or m for a prismatic joint; one for each moving joint, base first) in which
+/// errors of the tool count: those of the task that is asked for, or else over the workspace.
+pub(crate) fn tool_positions(problem: &Problem) -> Vec<Vec<f64>> {
+    match &problem.acceptance {
+        Some(asked) if !asked.positions.is_empty() => asked.positions.clone(),
+        _ => workspace_configurations(&problem.robot, SAMPLED_POSITIONS),
+    }
 }
 
 /// `count` lists of joint positions (rad, or m for a prismatic joint; one for each moving joint,

@@ -10,8 +10,8 @@ use crate::io::base::error::{IoError, Place};
 use crate::io::problem::loaded::Loaded;
 use crate::io::result::estimate_file::{
     self, AcceptanceEntry, CompetingMinimumEntry, ContactCounts, EffectTestEntry, EstimateFile, FixtureResidual,
-    FreedEffectEntry, HeldOutEntry, NoiseEntry, NullDirection, ParameterEntry, PredictiveCheckEntry, ResidualStats,
-    Residuals, TerminationEntry, WarningEntry,
+    FreedEffectEntry, HeldOutEntry, NoiseEntry, NullDirection, ParameterEntry, PredictiveCheckEntry, PriorTestEntry,
+    ResidualStats, Residuals, TerminationEntry, WarningEntry,
 };
 use crate::io::result::offsets_yaml;
 use crate::io::robot::urdf;
@@ -204,6 +204,7 @@ pub fn estimate_file(loaded: &Loaded, solved: &Solved) -> EstimateFile {
         warnings: warnings(estimate),
         competing_minima: estimate.competing_minima.iter().map(CompetingMinimumEntry::from).collect(),
         effect_tests: estimate.effect_tests.iter().map(EffectTestEntry::from).collect(),
+        prior_tests: estimate.prior_tests.iter().map(PriorTestEntry::from).collect(),
         freed_effects: estimate.freed_effects.iter().map(FreedEffectEntry::from).collect(),
         acceptance: acceptance.map(|(result, asked)| AcceptanceEntry::new(asked, result)),
         predictive_check: estimate.predictive_check.as_ref().map(PredictiveCheckEntry::from),

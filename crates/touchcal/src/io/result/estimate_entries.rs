@@ -157,14 +157,22 @@ pub struct EffectTestEntry {
     pub radius_mm: f64,
 }
 
-/// The value that a parameter of an effect would take.
+/// The value that a parameter of an effect would take, or that something declared has.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct EffectValueEntry {
-    /// One-step estimate (SI).
+    /// One-step estimate of an effect, estimate less the declared value of something declared (SI).
     pub value: f64,
-    /// Standard deviation of that estimate (SI).
+    /// Standard deviation of that estimate, or of the declared value (SI).
     pub sigma: f64,
+}
+
+impl EffectTestEntry {
+    pub(super) fn numbers(&self) -> impl Iterator<Item = (String, f64)> {
+        let values = self.values.values().flat_map(|entry| [entry.value, entry.sigma]);
+        let all = [self.statistic, self.p_value, self.displacement_mm, self.radius_mm].into_iter().chain(values);
+        all.map(move |value| (format!("effect_tests, {}", self.effect), value))
+    }
 }
 
 impl From<&estimate::EffectTest> for EffectTestEntry {
@@ -182,6 +190,53 @@ impl From<&estimate::EffectTest> for EffectTestEntry {
             values: values.collect(),
             displacement_mm: 1e3 * test.displacement,
             radius_mm: 1e3 * test.radius,
+        }
+    }
+}
+
+/// A test of something declared with a standard deviation: [`estimate::PriorTest`] in the file.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct PriorTestEntry {
+    /// What is declared: [`PriorTest::name`](estimate::PriorTest::name).
+    pub name: String,
+    /// What is declared, in words.
+    pub description: String,
+    /// Statistic (1), chi-squared distributed if what is declared is right.
+    pub statistic: f64,
+    /// Number of directions that were tested.
+    pub degrees_of_freedom: usize,
+    /// Probability of a statistic as large by chance, corrected for the number of tests.
+    pub p_value: f64,
+    /// Estimates less the declared values, and the standard deviations declared, by name (SI): see
+    /// [`DeclaredValue`](estimate::DeclaredValue).
+    pub values: BTreeMap<String, EffectValueEntry>,
+    /// Root mean square motion of the tool between this result and the one with what is declared
+    /// held exact (mm).
+    pub displacement_mm: f64,
+}
+
+impl PriorTestEntry {
+    pub(super) fn numbers(&self) -> impl Iterator<Item = (String, f64)> {
+        let values = self.values.values().flat_map(|entry| [entry.value, entry.sigma]);
+        let all = [self.statistic, self.p_value, self.displacement_mm].into_iter().chain(values);
+        all.map(move |value| (format!("prior_tests, {}", self.name), value))
+    }
+}
+
+impl From<&estimate::PriorTest> for PriorTestEntry {
+    fn from(test: &estimate::PriorTest) -> Self {
+        let entry = |entry: &estimate::DeclaredValue| {
+            (entry.name.clone(), EffectValueEntry { value: entry.value, sigma: entry.sigma })
+        };
+        PriorTestEntry {
+            name: test.name.clone(),
+            description: test.description(),
+            statistic: test.statistic,
+            degrees_of_freedom: test.degrees_of_freedom,
+            p_value: test.p_value,
+            values: test.values.iter().map(entry).collect(),
+            displacement_mm: 1e3 * test.displacement,
         }
     }
 }

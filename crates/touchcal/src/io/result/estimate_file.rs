@@ -16,7 +16,7 @@ pub use super::estimate_check_entries::{
 };
 pub use super::estimate_entries::{
     ContactCounts, EffectTestEntry, EffectValueEntry, FixtureResidual, FreedEffectEntry, NoiseEntry, NullDirection,
-    ParameterEntry, ResidualStats, Residuals, Severity, Status, TerminationEntry, WarningEntry,
+    ParameterEntry, PriorTestEntry, ResidualStats, Residuals, Severity, Status, TerminationEntry, WarningEntry,
 };
 pub use super::estimate_tool_entries::{CompetingMinimumEntry, WorkspaceUncertaintyEntry};
 
@@ -70,6 +70,10 @@ pub struct EstimateFile {
     /// versions have none.
     #[serde(default)]
     pub effect_tests: Vec<EffectTestEntry>,
+    /// Tests of what is declared with a standard deviation, the least p-value first; files of earlier
+    /// versions have none.
+    #[serde(default)]
+    pub prior_tests: Vec<PriorTestEntry>,
     /// Effects that were estimated in addition because contacts contradict that they are zero, in
     /// the order in which they were tried; files of earlier versions have none.
     #[serde(default)]
@@ -117,6 +121,7 @@ impl From<estimate_schema_1::EstimateFile1> for EstimateFile {
             warnings: old.warnings.into_iter().map(WarningEntry::from).collect(),
             competing_minima: Vec::new(),
             effect_tests: Vec::new(),
+            prior_tests: Vec::new(),
             freed_effects: Vec::new(),
             predictive_check: None,
             held_out: None,
@@ -240,11 +245,8 @@ impl EstimateFile {
         let single = single.into_iter().filter_map(|(key, value)| Some((key.to_owned(), value?)));
         let tool = self.workspace_uncertainty.iter().flat_map(WorkspaceUncertaintyEntry::numbers);
         let tool = tool.map(|(key, value)| (format!("workspace_uncertainty.{key}"), value));
-        let tests = self.effect_tests.iter().flat_map(|test| {
-            let own = [test.statistic, test.p_value, test.displacement_mm, test.radius_mm];
-            let values = test.values.values().flat_map(|entry| [entry.value, entry.sigma]);
-            own.into_iter().chain(values).map(move |value| (format!("effect_tests, {}", test.effect), value))
-        });
+        let tests = self.effect_tests.iter().flat_map(EffectTestEntry::numbers);
+        let declared = self.prior_tests.iter().flat_map(PriorTestEntry::numbers);
         let minima = self.competing_minima.iter().flat_map(CompetingMinimumEntry::numbers);
         let minima = minima.map(|value| ("competing_minima".to_owned(), value));
         let predictive_check = self.predictive_check.iter().flat_map(PredictiveCheckEntry::numbers);
@@ -259,6 +261,7 @@ impl EstimateFile {
         let acceptance = acceptance.map(|value| ("acceptance".to_owned(), value));
         parameters
             .chain(tests)
+            .chain(declared)
             .chain(acceptance)
             .chain(minima)
             .chain(tool)
