@@ -6,9 +6,9 @@ use std::path::PathBuf;
 use numpy::PyArray2;
 use pyo3::prelude::*;
 use pyo3::types::PyMapping;
-use touchcal::estimate::{self, Acceptance, DEFAULT_DISTANCE_SIGMA, Distance, contact_poses};
+use touchcal::estimate::{self, Acceptance, DEFAULT_DISTANCE_SIGMA, Distance, EXACT_DISTANCE_SIGMA, contact_poses};
 use touchcal::io::mukca::{self, MukcaOptions};
-use touchcal::io::problem_file::{self, Assumptions, EXACT_DISTANCE_SIGMA, Settings};
+use touchcal::io::problem_file::{self, Assumptions, Settings};
 use touchcal::io::{Input, IoError, Loaded};
 
 use crate::array::poses_array;

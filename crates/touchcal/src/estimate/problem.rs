@@ -21,6 +21,9 @@ pub const DEFAULT_CONTACT: f64 = 0.05e-3;
 /// Standard deviation (m) of a declared distance of fixtures where none is given: what a workshop
 /// reaches.
 pub const DEFAULT_DISTANCE_SIGMA: f64 = 0.1e-3;
+/// Standard deviation (m) of a distance that is declared exact: a micrometre, the weight that it
+/// needs in the cost.
+pub const EXACT_DISTANCE_SIGMA: f64 = 1e-6;
 
 /// Plausible amplitude (rad) of the sine and of the cosine of an encoder's harmonic of once a turn:
 /// 0.01°, what an encoder that is not quite centred makes.

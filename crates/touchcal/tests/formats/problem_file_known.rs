@@ -1,8 +1,9 @@
 //! How well problem files say that places, shapes and distances are known: defaults, `exact`,
 //! standard deviations, and the notes about them.
 
-use touchcal::estimate::{DEFAULT_DISTANCE_SIGMA, PlacePrior, Problem, ShapeTolerance, WrenchTolerance};
-use touchcal::io::problem_file::EXACT_DISTANCE_SIGMA;
+use touchcal::estimate::{
+    DEFAULT_DISTANCE_SIGMA, EXACT_DISTANCE_SIGMA, PlacePrior, Problem, ShapeTolerance, WrenchTolerance,
+};
 use touchcal::parameter::Parameter;
 
 use super::problem_file::{BALL, FULL, POSES, folder, read, read_in, refused};

@@ -5,21 +5,19 @@ use std::collections::HashMap;
 use toml::Spanned;
 
 use super::assumptions::Assumptions;
-use super::context::{Allowed, Context, MM};
+use super::context::{Context, MM};
 use super::schema::{DistanceToml, FixtureKind, FixtureToml, ToolKind, ToolToml};
-use super::selection::{fixture_index, placement_of};
+use super::selection::{placement_of, two_fixtures};
 use super::settings::Settings;
-use super::tolerance::{PlaceKeys, exact_parts, place_prior, shape_tolerance};
+use super::tolerance::{
+    PlaceKeys, TOOL_PARTS, distance_sigma, exact_parts, fixture_parts, place_prior, shape_tolerance,
+};
 use super::touch::Shape;
-use crate::estimate::{DEFAULT_DISTANCE_SIGMA, Distance, Fixture, PlacePrior, ShapeTolerance, Tool};
+use crate::estimate::{Distance, EXACT_DISTANCE_SIGMA, Fixture, PlacePrior, ShapeTolerance, Tool};
 use crate::io::base::bytes::Input;
-use crate::io::base::error::{IoError, quoted};
+use crate::io::base::error::IoError;
 use crate::manifold::ResidualKind;
 use crate::se3::Pose;
-
-/// Standard deviation (m) of a distance that is declared exact: a micrometre, the weight that it
-/// needs in the cost.
-pub const EXACT_DISTANCE_SIGMA: f64 = 1e-6;
 
 /// The tool, at its declared place.
 pub(super) fn tool(
@@ -29,7 +27,7 @@ pub(super) fn tool(
     assumptions: &mut Assumptions,
 ) -> Result<Tool, IoError> {
     let tool = table.get_ref();
-    let exact = exact_parts(tool.exact.as_ref(), &["place", "outline"], "tool, exact", context)?;
+    let exact = exact_parts(tool.exact.as_ref(), TOOL_PARTS, "tool, exact", context)?;
     let keys = PlaceKeys {
         sigma_mm: tool.sigma_mm.as_ref(),
         sigma_deg: tool.sigma_deg.as_ref(),
@@ -58,9 +56,7 @@ pub(super) fn fixture(
     let span = table.span();
     let table = table.get_ref();
     let name = format!("fixture `{}`", table.name.get_ref());
-    let is_hole = table.kind == FixtureKind::Hole;
-    let parts: &[&str] = if is_hole { &["place", "outline", "clearance", "depth"] } else { &["place"] };
-    let exact = exact_parts(table.exact.as_ref(), parts, &format!("{name}, exact"), context)?;
+    let exact = exact_parts(table.exact.as_ref(), fixture_parts(table.kind), &format!("{name}, exact"), context)?;
     let keys = PlaceKeys {
         sigma_mm: table.sigma_mm.as_ref(),
         sigma_deg: table.sigma_deg.as_ref(),
@@ -76,8 +72,8 @@ pub(super) fn fixture(
     }
     let shape_keys = [table.clearance_sigma_mm.as_ref(), table.depth_sigma_mm.as_ref()];
     let mut tolerance = ShapeTolerance::EXACT;
-    if is_hole {
-        tolerance = shape_tolerance(shape_keys, &exact, &name, context)?;
+    if table.kind == FixtureKind::Hole {
+        tolerance = shape_tolerance(shape_keys, &exact, ShapeTolerance::DEFAULT, &name, context)?;
     }
     // Of a projection or an unknown manifold it has no effect.
     if manifold.residual_kind() == ResidualKind::LeastGap {
@@ -114,22 +110,9 @@ pub(super) fn distance(
     names: &HashMap<&str, usize>,
     context: &Context<'_>,
 ) -> Result<Distance, IoError> {
-    let DistanceToml { between: [first, second], mm, sigma_mm, exact } = table.get_ref();
-    let between = (
-        fixture_index(first, names, context, "distance, between")?,
-        fixture_index(second, names, context, "distance, between")?,
-    );
-    if between.0 == between.1 {
-        let found = format!("{} twice", quoted(first.get_ref()));
-        return Err(IoError::unexpected(context.place(second.span(), "distance, between"), "two fixtures", found));
-    }
+    let DistanceToml { between, mm, sigma_mm, exact } = table.get_ref();
+    let between = two_fixtures(between, names, context)?;
     let distance = context.required(Some(mm), MM, table.span(), "distance, mm")?;
-    let sigma = context.number(sigma_mm.as_ref(), MM, Allowed::NotNegative, "distance, sigma_mm")?;
-    let is_exact = !exact_parts(exact.as_ref(), &["length"], "distance, exact", context)?.is_empty();
-    if let (true, Some(number)) = (is_exact && sigma.is_some_and(|sigma| sigma > 0.0), sigma_mm) {
-        let place = context.place(number.span(), "distance, sigma_mm");
-        return Err(IoError::unexpected(place, "sigma_mm or exact", "both"));
-    }
-    let default = if is_exact { EXACT_DISTANCE_SIGMA } else { DEFAULT_DISTANCE_SIGMA };
-    Ok(Distance { between, distance, sigma: sigma.unwrap_or(default).max(EXACT_DISTANCE_SIGMA) })
+    let sigma = distance_sigma(sigma_mm.as_ref(), exact.as_ref(), context)?;
+    Ok(Distance { between, distance, sigma: sigma.max(EXACT_DISTANCE_SIGMA) })
 }

@@ -79,3 +79,18 @@ pub(super) fn fixture_index(
         )
     })
 }
+
+/// Indices of the two fixtures that a distance is between.
+pub(crate) fn two_fixtures(
+    [first, second]: &[Text; 2],
+    names: &HashMap<&str, usize>,
+    context: &Context<'_>,
+) -> Result<(usize, usize), IoError> {
+    let index = |name| fixture_index(name, names, context, "distance, between");
+    let between = (index(first)?, index(second)?);
+    if between.0 == between.1 {
+        let found = format!("{} twice", quoted(first.get_ref()));
+        return Err(IoError::unexpected(context.place(second.span(), "distance, between"), "two fixtures", found));
+    }
+    Ok(between)
+}

@@ -5,8 +5,8 @@ use std::ops::Range;
 use toml::{Spanned, Value};
 
 use super::context::{Allowed, Context, DEG, MM};
-use super::schema::Number;
-use crate::estimate::{PlacePrior, ShapeTolerance};
+use super::schema::{FixtureKind, Number};
+use crate::estimate::{DEFAULT_DISTANCE_SIGMA, PlacePrior, ShapeTolerance};
 use crate::io::base::error::{IoError, quoted};
 use crate::io::base::suggest::{did_you_mean, list};
 
@@ -66,8 +66,19 @@ impl DeclaredPrior {
     }
 }
 
+/// What `exact` can name in `[tool]`.
+pub(crate) const TOOL_PARTS: &[&str] = &["place", "outline"];
+
+/// What `exact` can name in a `[[fixture]]`.
+pub(crate) fn fixture_parts(kind: FixtureKind) -> &'static [&'static str] {
+    match kind {
+        FixtureKind::Hole => &["place", "outline", "clearance", "depth"],
+        FixtureKind::Socket | FixtureKind::Plane => &["place"],
+    }
+}
+
 /// The parts of a table that `exact` names; all of them for `exact = true`.
-pub(super) fn exact_parts<'n>(
+pub(crate) fn exact_parts<'n>(
     exact: Option<&Spanned<Value>>,
     parts: &[&'n str],
     field: &str,
@@ -98,7 +109,7 @@ pub(super) fn exact_parts<'n>(
 }
 
 /// The keys of a place's prior.
-pub(super) struct PlaceKeys<'t> {
+pub(crate) struct PlaceKeys<'t> {
     /// Standard deviations of translation (mm) and rotation (degrees).
     pub sigma_mm: Option<&'t Number>,
     pub sigma_deg: Option<&'t Number>,
@@ -110,7 +121,7 @@ pub(super) struct PlaceKeys<'t> {
 }
 
 /// The prior of a place.
-pub(super) fn place_prior(
+pub(crate) fn place_prior(
     keys: &PlaceKeys<'_>,
     default: PlacePrior,
     field: &str,
@@ -124,9 +135,10 @@ pub(super) fn place_prior(
 }
 
 /// The tolerance of a hole's shape: a standard deviation each, or the default one, or exact.
-pub(super) fn shape_tolerance(
+pub(crate) fn shape_tolerance(
     [clearance, depth]: [Option<&Number>; 2],
     exact: &[&str],
+    default: ShapeTolerance,
     field: &str,
     context: &Context<'_>,
 ) -> Result<ShapeTolerance, IoError> {
@@ -142,7 +154,23 @@ pub(super) fn shape_tolerance(
         }
     };
     Ok(ShapeTolerance {
-        clearance: sigma(clearance, "clearance_sigma_mm", "clearance", ShapeTolerance::DEFAULT.clearance)?,
-        depth: sigma(depth, "depth_sigma_mm", "depth", ShapeTolerance::DEFAULT.depth)?,
+        clearance: sigma(clearance, "clearance_sigma_mm", "clearance", default.clearance)?,
+        depth: sigma(depth, "depth_sigma_mm", "depth", default.depth)?,
     })
+}
+
+/// The standard deviation of a distance (m), 0 if it is exact, the default one if nothing is
+/// declared.
+pub(crate) fn distance_sigma(
+    number: Option<&Number>,
+    exact: Option<&Spanned<Value>>,
+    context: &Context<'_>,
+) -> Result<f64, IoError> {
+    let sigma = context.number(number, MM, Allowed::NotNegative, "distance, sigma_mm")?;
+    let is_exact = !exact_parts(exact, &["length"], "distance, exact", context)?.is_empty();
+    if let (true, Some(number)) = (is_exact && sigma.is_some_and(|sigma| sigma > 0.0), number) {
+        let place = context.place(number.span(), "distance, sigma_mm");
+        return Err(IoError::unexpected(place, "sigma_mm or exact", "both"));
+    }
+    Ok(sigma.unwrap_or(if is_exact { 0.0 } else { DEFAULT_DISTANCE_SIGMA }))
 }
