@@ -94,6 +94,57 @@ fn the_scenario_written_gives_the_same_log() {
     );
 }
 
+/// What the scenario says of tolerances and distances is declared in the problem that it poses.
+#[test]
+fn exact_parts_and_measured_distances_are_declared() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    let mut text = "contacts = 40\n[errors]\njoint_offset_deg = 0.2\n[tool]\nkind = \"ball\"\n\
+         tip_from_tool = { xyz_mm = [20, 0, 100], quat_wxyz = [0, 0, 1, 0] }\nsigma_mm = 0.1\n\
+         [exploration]\nradius_mm = 0\npress_mm = 10\ntilt_deg = 30\nswing_deg = 20\n[recorder]\nrate_hz = 2\n"
+        .to_owned();
+    for (name, place, known) in [
+        ("front", "[550, 0, 150]", "exact = true"),
+        ("left", "[400, 400, 250]", "sigma_mm = 0.5"),
+        ("right", "[450, -350, 100]", "free = true\nsigma_mm = 2"),
+    ] {
+        text += &format!(
+            "[[fixture]]\nname = \"{name}\"\nkind = \"socket\"\nbase_from_fixture = {{ xyz_mm = {place} }}\n\
+             {known}\npostures_deg = [[0, 42, 15, -89, -13, 50, -1]]\n"
+        );
+    }
+    text += "[[distance]]\nbetween = [\"front\", \"left\"]\nexact = true\n\
+         [[distance]]\nbetween = [\"left\", \"right\"]\nsigma_mm = 0.2\n";
+    std::fs::write(at("s.toml"), text).unwrap();
+    touchcal(folder.path(), &["simulate", "s.toml", "--seed", "5", "--out", "sim"]).success();
+    touchcal(folder.path(), &["simulate", "sim/scenario.toml", "--seed", "5", "--out", "again"]).success();
+    let names = ["problem.toml", "scenario.toml", "truth.json"];
+    assert_eq!(bytes(&at("sim"), &names[..2]), bytes(&at("again"), &names[..2]));
+
+    let truth = json(&at("sim/truth.json"));
+    let names: Vec<&String> = truth["parameters"].as_object().unwrap().keys().collect();
+    assert!(names.iter().any(|name| name.starts_with("fixture.left")), "{names:?}");
+    assert!(!names.iter().any(|name| name.starts_with("fixture.front")), "{names:?}");
+    let number = |table: &serde_json::Value, key: &str| table[key].as_f64().unwrap();
+    let [exact, measured] = &truth["distances"].as_array().unwrap()[..] else { panic!("two distances") };
+    assert_eq!(number(exact, "true_mm"), number(exact, "declared_mm"));
+    let error = number(measured, "declared_mm") - number(measured, "true_mm");
+    assert!(error != 0.0 && error.abs() < 1.0, "{error} mm");
+    let problem = std::fs::read_to_string(at("sim/problem.toml")).unwrap();
+    assert!(problem.contains(&format!("mm = {:.9}", number(measured, "declared_mm"))[..12]), "{problem}");
+    assert_eq!(problem.matches("exact = true").count(), 2, "of `front` and the first distance: {problem}");
+
+    touchcal(folder.path(), &["calibrate", "sim/problem.toml", "--out", "out"]).success();
+    let estimate = json(&at("out/estimate.json"));
+    // That of a free fixture is about where its contacts put it, not about the scenario's place.
+    let all = estimate["parameters"].as_array().unwrap().iter();
+    for parameter in all.filter(|parameter| !parameter["name"].as_str().unwrap().starts_with("fixture.right")) {
+        let Some(truth) = truth["parameters"].get(parameter["name"].as_str().unwrap()) else { continue };
+        let (error, sigma) = (number(parameter, "value") - truth.as_f64().unwrap(), number(parameter, "sigma"));
+        assert!(error.abs() < 5.0 * sigma, "{}: {error} ± {sigma}", parameter["name"]);
+    }
+}
+
 #[track_caller]
 fn refused(text: &str, message: &[&str]) {
     let folder = tempfile::tempdir().unwrap();
@@ -127,6 +178,15 @@ fn wrong_scenarios_are_refused_with_line_and_column() {
     refused(
         "[tool]\nkind = \"peg\"\nbuiltin = \"extrusion25\"\nlength_mm = 20\n[[fixture]]\nname = \"h\"\nkind = \"hole\"\nmesh = \"h.stl\"\nbase_from_fixture = { xyz_mm = [500, 0, 0] }\npostures_deg = [[0, 40, 0, -90, 0, 50, 0]]\n",
         &["s.toml:8:8, fixture `h`: expected `outline` or `builtin`", mesh],
+    );
+    let exact = "expected true, false, or a list of what is exact (`place` or `outline`), found \"plac\"";
+    refused(
+        "[tool]\nkind = \"ball\"\nexact = [\"plac\"]\n[[fixture]]\nname = \"s\"\nkind = \"socket\"\nbase_from_fixture = {}\npostures_deg = [[0, 40, 0, -90, 0, 50, 0]]\n",
+        &["s.toml:3:9, tool, exact: ", exact, "did you mean `place`?"],
+    );
+    refused(
+        "preset = \"mukca\"\n[[distance]]\nbetween = [\"front/0\", \"left/0\"]\nmm = 250\n",
+        &["s.toml:4:6, distance, mm: expected `sigma_mm` or `exact` alone"],
     );
     refused("[tool]\nkind = \"ball\"\n", &["s.toml:1:1, tool: expected [[fixture]] tables"]);
     refused("[exploration]\nradius_mm = 0\npress_mm = 0\ntilt_deg = 0\n", &["expected contacts with `hole`"]);

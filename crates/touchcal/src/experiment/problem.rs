@@ -2,8 +2,8 @@
 
 use crate::contact::{ContactLog, Source};
 use crate::estimate::{
-    Distance, EstimatorOptions, Fixture, Loss, Noise, PlacePrior, Problem, ShapeTolerance, Tool, UnseenEffects,
-    WrenchTolerance,
+    Distance, EXACT_DISTANCE_SIGMA, EstimatorOptions, Fixture, Loss, Noise, PlacePrior, Problem, ShapeTolerance, Tool,
+    UnseenEffects, WrenchTolerance,
 };
 use crate::manifold::exact_manifold;
 use crate::parameter::{
@@ -11,7 +11,7 @@ use crate::parameter::{
     strain,
 };
 use crate::robot::Robot;
-use crate::sim::{PlaceError, Recorder, Scenario, SimulatedTrial, Touch};
+use crate::sim::{PlaceError, Recorder, Scenario, SimulatedTrial, Touch, Truth};
 
 /// Smallest declared noise (rad, m): weights need some.
 const LEAST_ENCODER: f64 = 2e-7;
@@ -21,17 +21,18 @@ const SPACING_SIGMA: f64 = 1e-5;
 
 /// The calibration problem of a simulated trial of `scenario`: its contacts, the scenario's nominal
 /// arm and poses, and a fixture for each touch, in their order. `simulated` has a log for each
-/// touch; its truth is not used.
+/// touch; of its truth only the measured distances are used.
 ///
 /// The parameters are those that the scenario draws, joint offsets if it draws none; poses have
 /// Gaussian priors as wide as they are drawn, are fixed where they do not err, and have no prior
 /// where a fixture is free. The declared noise is that of the encoders with quantisation, at least
-/// 2e-7 rad, and the form errors, at least 1e-6 m. Distances between fixtures that follow each
-/// other on one block are declared with a standard deviation of 1e-5 m. Contacts have their
-/// measured loads where the scenario has a joint compliance; bias and scale of the wrench, and
-/// trends of encoder offsets have the standard deviations from which they are drawn. The arm has no
-/// errors but the estimated ones ([`UnseenEffects::Ignore`]). The loss is Geman–McClure's of scale
-/// 3. Placements are the fixtures' names up to the first `/`.
+/// 2e-7 rad, and the form errors, at least 1e-6 m. Distances are declared as they are measured,
+/// with the standard deviations of their errors, at least [`EXACT_DISTANCE_SIGMA`]; those of other
+/// fixtures that follow each other on one block with 1e-5 m. Contacts have their measured loads
+/// where the scenario has a joint compliance; bias and scale of the wrench, and trends of encoder
+/// offsets have the standard deviations from which they are drawn. The arm has no errors but the
+/// estimated ones ([`UnseenEffects::Ignore`]). The loss is Geman–McClure's of scale 3. Placements
+/// are the fixtures' names up to the first `/`.
 pub fn problem(scenario: &Scenario, simulated: &SimulatedTrial) -> Problem {
     posed(scenario, simulated, scenario.errors.joint_compliance > 0.0)
 }
@@ -63,7 +64,7 @@ pub(super) fn posed(scenario: &Scenario, simulated: &SimulatedTrial, has_loads: 
         parameters.extend(joint_walk(robot, walk));
     }
     Problem {
-        distances: distances(scenario),
+        distances: distances(scenario, &simulated.truth),
         noise: noise(scenario),
         wrench: wrench(&scenario.recorder),
         parameters,
@@ -126,16 +127,25 @@ pub(crate) fn wrench(recorder: &Recorder) -> WrenchTolerance {
     WrenchTolerance { force: recorder.force_bias, torque: recorder.torque_bias, scale: recorder.wrench_scale }
 }
 
-/// Distances of fixtures that follow each other on one block.
-pub(crate) fn distances(scenario: &Scenario) -> Vec<Distance> {
+/// Distances of fixtures that follow each other on one block, unless they are measured, and
+/// distances that are measured.
+pub(crate) fn distances(scenario: &Scenario, truth: &Truth) -> Vec<Distance> {
     let place = |touch: &Touch| touch.base_from_fixture.translation.vector;
-    let pairs = scenario.touches.windows(2).enumerate().filter(|(_, pair)| pair[0].block() == pair[1].block());
-    let each = pairs.map(|(first, pair)| Distance {
+    let is_measured =
+        |a: usize, b: usize| scenario.distances.iter().any(|d| d.between == (a, b) || d.between == (b, a));
+    let pairs = scenario.touches.windows(2).enumerate();
+    let on_one_block = pairs.filter(|(f, pair)| pair[0].block() == pair[1].block() && !is_measured(*f, f + 1));
+    let on_one_block = on_one_block.map(|(first, pair)| Distance {
         between: (first, first + 1),
         distance: (place(&pair[1]) - place(&pair[0])).norm(),
         sigma: SPACING_SIGMA,
     });
-    each.collect()
+    let measured = scenario.distances.iter().enumerate().map(|(k, measured)| Distance {
+        between: measured.between,
+        distance: truth.measured_distance(scenario, k),
+        sigma: measured.sigma.max(EXACT_DISTANCE_SIGMA),
+    });
+    on_one_block.chain(measured).collect()
 }
 
 fn fixture(touch: &Touch) -> Fixture {

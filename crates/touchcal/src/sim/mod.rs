@@ -17,6 +17,7 @@ mod preset;
 mod recorder;
 mod scenario;
 mod simulate;
+mod simulation_error;
 #[cfg(test)]
 mod tests;
 mod truth;
@@ -27,6 +28,7 @@ pub use inverse_kinematics::follow;
 pub use preset::{PartsError, Preset};
 pub(crate) use recorder::random_walk;
 pub use recorder::{Recorder, WRENCH_DIGITS};
-pub use scenario::{ArmErrors, Distribution, PlaceError, Scenario, Thermal, Touch};
-pub use simulate::{Log, Seeds, SimulatedTrial, SimulationError, TrueRow, draw_truth, run, simulate};
+pub use scenario::{ArmErrors, Distribution, MeasuredDistance, PlaceError, Scenario, Thermal, Touch};
+pub use simulate::{Log, Seeds, SimulatedTrial, TrueRow, draw_truth, run, simulate};
+pub use simulation_error::SimulationError;
 pub use truth::Truth;

@@ -144,6 +144,7 @@ fn in_hole(robot: Robot) -> Result<Scenario, PartsError> {
                 pace: 1.0,
             },
         }],
+        distances: Vec::new(),
         contacts: 3000,
         // Forces of 5 to 20 N from a few mm and degrees of overlap.
         stiffness: Stiffness { translation: 3000.0, rotation: 50.0 },

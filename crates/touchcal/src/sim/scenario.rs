@@ -23,6 +23,8 @@ pub struct Scenario {
     pub tool_error: PlaceError,
     /// Fixtures to explore, in this order; may be empty.
     pub touches: Vec<Touch>,
+    /// Distances between fixtures that are measured, in any order; may be empty.
+    pub distances: Vec<MeasuredDistance>,
     /// Number of contacts to log with each fixture, shared by its postures as equally as whole
     /// numbers allow.
     pub contacts: usize,
@@ -77,6 +79,17 @@ impl Touch {
     pub fn block(&self) -> &str {
         self.name.rsplit_once('/').map_or(&self.name, |(block, _)| block)
     }
+}
+
+/// A distance between the origins of two fixtures' frames that is measured independently of the
+/// arm, with a Gaussian error, and known to the estimator.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MeasuredDistance {
+    /// Indices of the two fixtures in [`Scenario::touches`], two different ones; their order is
+    /// without effect.
+    pub between: (usize, usize),
+    /// Standard deviation of the error (m, ≥ 0); 0 for an exact measurement.
+    pub sigma: f64,
 }
 
 /// Strain of a link from its temperature `T`: `ε = α (T − T₀)`, `l = l₀ (1 + ε)`. The simulator

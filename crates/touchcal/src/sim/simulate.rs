@@ -11,6 +11,7 @@ use super::inverse_kinematics::Follower;
 use super::parts::NearPairs;
 use super::recorder::{EncoderChanges, WrenchErrors, at_tip, force, normal};
 use super::scenario::{Scenario, Thermal, Touch};
+use super::simulation_error::SimulationError;
 use super::truth::Truth;
 use crate::geometry::{GapQuery, Parts};
 use crate::robot::{Kinematics, segments};
@@ -19,7 +20,7 @@ use crate::se3::{self, Pose, Twist};
 /// One simulated trial: true errors and logs.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SimulatedTrial {
-    /// True errors of arm, tool and fixtures; a calibration does not read them.
+    /// True errors of arm, tool, fixtures and measured distances; a calibration does not read them.
     pub truth: Truth,
     /// One log for each touch of the scenario, in its order.
     pub logs: Vec<Log>,
@@ -29,7 +30,8 @@ pub struct SimulatedTrial {
 /// `From<u64>`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Seeds {
-    /// Seed of [`draw_truth`]: of the true errors of arm, tool, fixtures and force sensor.
+    /// Seed of [`draw_truth`]: of the true errors of arm, tool, fixtures, force sensor and measured
+    /// distances.
     pub errors: u64,
     /// Seed of [`run`]: of noise, form errors, missed and spurious contacts.
     pub noise: u64,
@@ -104,60 +106,6 @@ impl Log {
     }
 }
 
-/// Why a simulation ended without a result.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-#[non_exhaustive]
-pub enum SimulationError {
-    /// The arm does not reach a fixture: no joint positions were found for a row's tool pose.
-    #[error(
-        "the arm cannot reach `{fixture}`: no joint positions put the tool there from the posture given, {time:.2} s after the start"
-    )]
-    OutOfReach {
-        /// Name of the fixture.
-        fixture: String,
-        /// Time since the start of this fixture's log (s).
-        time: f64,
-    },
-    /// The exploration touches a fixture too rarely: the contacts wanted were not found in 20 times
-    /// as many rows (at least 2000).
-    #[error(
-        "expected contacts with `{fixture}`, found only {found} in {rows} rows: widen the exploration or lower the force threshold"
-    )]
-    NoContact {
-        /// Name of the fixture.
-        fixture: String,
-        /// Number of contacts found with this fixture.
-        found: usize,
-        /// Number of rows simulated at this fixture.
-        rows: usize,
-    },
-    /// The search for the pose at which the tool rests did not end.
-    #[error(
-        "the tool comes to no rest at `{fixture}`, {time:.2} s after the start: slow the exploration or lower the friction"
-    )]
-    NoRest {
-        /// Name of the fixture.
-        fixture: String,
-        /// Time since the start of this fixture's log (s).
-        time: f64,
-    },
-    /// The observer of [`run`] ended the simulation.
-    #[error("the simulation was broken off")]
-    Interrupted,
-    /// A hole that is not valid after the changes of width and depth drawn for it.
-    #[error(
-        "`{fixture}` cannot be {wider_mm:+.3} mm wider and {deeper_mm:+.3} mm deeper: lower its clearance_sigma or depth_sigma"
-    )]
-    Shape {
-        /// Name of the fixture.
-        fixture: String,
-        /// How much wider the hole was to be (mm per side), negative for a narrower one.
-        wider_mm: f64,
-        /// How much deeper (mm), negative for a shallower one.
-        deeper_mm: f64,
-    },
-}
-
 /// Rows simulated for each contact wanted before giving up.
 const PATIENCE: usize = 20;
 /// Height (m) above a fixture at which a tool starts.
@@ -180,8 +128,8 @@ pub fn simulate(scenario: &Scenario, seed: u64) -> Result<SimulatedTrial, Simula
     Ok(SimulatedTrial { truth, logs })
 }
 
-/// Draws the true errors of arm, tool, fixtures and force sensor of `scenario`; the same for the
-/// same `seed`, whatever the numbers of contacts.
+/// Draws the true errors of arm, tool, fixtures, force sensor and measured distances of `scenario`;
+/// the same for the same `seed`, whatever the numbers of contacts.
 pub fn draw_truth(scenario: &Scenario, seed: u64) -> Truth {
     Truth::draw(scenario, &mut chance(seed, 0))
 }
@@ -191,18 +139,20 @@ pub fn draw_truth(scenario: &Scenario, seed: u64) -> Truth {
 /// each contact; if it breaks, the run ends with [`SimulationError::Interrupted`].
 ///
 /// Joints deflect under gravity and the contact's load by the compliances of arm and `truth`
-/// together. Panics if `truth` names a joint that the arm does not have, or a posture has fewer
-/// positions than the arm has moving joints.
+/// together. Panics if `truth` names a joint that the arm does not have, a distance a touch that
+/// there is not, or a posture has fewer positions than the arm has moving joints.
 ///
 /// # Errors
 /// If the arm cannot reach a fixture, touches too rarely, or finds no rest; if a hole cannot be as
-/// wide as drawn; and if `watch` ends the run. The logs so far are then lost.
+/// wide as drawn, or a distance is measured as 0 or less; and if `watch` ends the run. The logs so
+/// far are then lost.
 pub fn run(
     scenario: &Scenario,
     truth: &Truth,
     seed: u64,
     watch: &mut dyn FnMut(usize) -> ControlFlow<()>,
 ) -> Result<Vec<Log>, SimulationError> {
+    check_distances(scenario, truth)?;
     let (parameters, values) = truth.of_kinematics();
     // The kinematics of the true arm: driven by what its encoders say, as the real one is.
     let mut arm = Kinematics::new(&scenario.robot, &parameters, scenario.tip_from_tool);
@@ -247,6 +197,18 @@ pub fn run(
         logs.push(exploration.log);
     }
     Ok(logs)
+}
+
+fn check_distances(scenario: &Scenario, truth: &Truth) -> Result<(), SimulationError> {
+    for (k, distance) in scenario.distances.iter().enumerate() {
+        let measured = truth.measured_distance(scenario, k);
+        if measured <= 0.0 {
+            let name = |fixture: usize| scenario.touches[fixture].name.clone();
+            let (first, second) = (name(distance.between.0), name(distance.between.1));
+            return Err(SimulationError::Distance { first, second, measured_mm: 1e3 * measured });
+        }
+    }
+    Ok(())
 }
 
 /// One fixture being explored.

@@ -13,8 +13,8 @@ use crate::parameter::{
 use crate::robot::{JointKind, KinematicParameter, Robot, segments};
 use crate::se3::{self, Pose, Twist};
 
-/// True errors of an arm, its tool, the fixtures and the force sensor: the numbers that a
-/// calibration estimates.
+/// True errors of an arm, its tool, the fixtures and the force sensor, the numbers that a
+/// calibration estimates, and of what is declared.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Truth {
     /// Parameters that are not zero, each once, with their values (SI), in any order. True poses of
@@ -27,6 +27,9 @@ pub struct Truth {
     pub clearance: Vec<f64>,
     /// How much deeper each hole is than its nominal depth (m; negative for shallower), likewise.
     pub depth: Vec<f64>,
+    /// Error of each of the scenario's measured distances: measured minus true (m); missing ones
+    /// count as 0.
+    pub distance_error: Vec<f64>,
 }
 
 impl Truth {
@@ -59,7 +62,8 @@ impl Truth {
         errors.extend(turning.map(|i| (ParameterId::JointTrend(i), scenario.recorder.encoder_trend * normal(chance))));
         errors.retain(|(_, value)| *value != 0.0);
         let depth = scenario.touches.iter().map(|touch| touch.depth_sigma * normal(chance)).collect();
-        Truth { errors, clearance, depth }
+        let distance_error = scenario.distances.iter().map(|measured| measured.sigma * normal(chance)).collect();
+        Truth { errors, clearance, depth, distance_error }
     }
 
     /// Value (SI) of the parameter `column`; 0 if it is not among the errors.
@@ -84,6 +88,21 @@ impl Truth {
     pub fn base_from_fixture(&self, scenario: &Scenario, f: usize) -> Pose {
         let xi = Twist::from_fn(|k, _| self.value(ParameterId::Fixture(f, k)));
         scenario.touches[f].base_from_fixture * se3::exp(&xi)
+    }
+
+    /// True distance (m) of the two fixtures of the distance `k`, an index into
+    /// [`Scenario::distances`]. Panics if there is no such distance, or it names a touch that there
+    /// is not.
+    pub fn distance(&self, scenario: &Scenario, k: usize) -> f64 {
+        let (first, second) = scenario.distances[k].between;
+        let origin = |f: usize| self.base_from_fixture(scenario, f).translation.vector;
+        (origin(second) - origin(first)).norm()
+    }
+
+    /// The same distance (m) as it is measured: with its error. Panics as
+    /// [`distance`](Truth::distance).
+    pub fn measured_distance(&self, scenario: &Scenario, k: usize) -> f64 {
+        self.distance(scenario, k) + self.distance_error.get(k).copied().unwrap_or(0.0)
     }
 
     /// True pose of the tool frame in the tip link's frame (m): that of `scenario` with the error

@@ -1,15 +1,18 @@
 //! Scenario files: every key read and written back, presets, several fixtures and postures, nothing
 //! that panics.
 
+use std::path::Path;
+
 use proptest::prelude::*;
-use touchcal::estimate::{PlacePrior, Problem};
+use touchcal::estimate::{DEFAULT_DISTANCE_SIGMA, PlacePrior, Problem};
 use touchcal::experiment;
 use touchcal::geometry::Parts;
 use touchcal::io::scenario_file::ScenarioFile;
 use touchcal::io::{problem_file, scenario_file};
 use touchcal::manifold::Residual;
+use touchcal::parameter::ParameterId;
 use touchcal::se3::{self, Pose};
-use touchcal::sim::{self, Distribution, Preset};
+use touchcal::sim::{self, Distribution, Preset, Scenario};
 
 const FULL: &str = r#"schema = 1
 preset = "leo_cfrp"
@@ -53,6 +56,13 @@ kind = "plane"
 base_from_fixture = { xyz_mm = [500, -100, 100] }
 postures_deg = [[0, 42, 15, -89, -13, 50, -1]]
 exploration = { radius_mm = 20, tilt_deg = 3, press_mm = 4, swing_deg = 8, pace = 0.5 }
+exact = true
+[[distance]]
+between = ["left", "table top"]
+sigma_mm = 0.05
+[[distance]]
+between = ["table top", "left"]
+exact = true
 [stiffness]
 n_per_m = 2500
 nm_per_rad = 40
@@ -110,6 +120,9 @@ fn every_key_is_read() {
     near(table.exploration.pace, 0.5);
     assert_eq!((left.postures.len(), table.postures.len()), (2, 1));
     near(left.postures[1][5], 48f64.to_radians());
+    let [measured, exact] = &scenario.distances[..] else { panic!("two distances") };
+    near(measured.sigma, 0.05e-3);
+    assert_eq!((measured.between, exact.between, exact.sigma), ((0, 1), (1, 0), 0.0));
     let Parts::OnPlane { points, radius } = &table.parts else { panic!("a plane") };
     assert_eq!((points.len(), *radius), (4, 0.0));
 }
@@ -189,7 +202,7 @@ fn what_is_written_is_read_again() {
 
         let simulated = sim::simulate(&file.scenario, 1).unwrap();
         write(&scenario_file::log_texts(&file.scenario, &simulated));
-        write(&scenario_file::problem_text(&file));
+        write(&scenario_file::problem_text(&file, &simulated.truth));
         let problem = problem_file::read_file(&out.path().join(scenario_file::PROBLEM)).unwrap().problem;
         same(&problem, &experiment::problem(&file.scenario, &simulated));
         // Nothing is left to be assumed: what is known exactly is declared so.
@@ -202,6 +215,80 @@ fn what_is_written_is_read_again() {
         let row = log.contacts().next().unwrap();
         assert!(log.q(row).iter().zip(first).all(|(a, b)| (a - b).abs() < 1e-8));
     }
+}
+
+/// A peg, a hole and a plane, with more lines in each of their tables and in that of the distance.
+fn described(tool: &str, hole: &str, plane: &str, distance: &str) -> Result<Scenario, String> {
+    let text = format!(
+        "[tool]\nkind = 'peg'\nbuiltin = 'extrusion25'\nlength_mm = 40\n{tool}\n\
+         [[fixture]]\nname = 'block/hole'\nkind = 'hole'\noutline_offset_mm = 0.5\ndepth_mm = 30\n\
+         base_from_fixture = {{ xyz_mm = [600, 100, 150] }}\npostures_deg = [[0, 40, 0, -90, 0, 50, 0]]\n{hole}\n\
+         [[fixture]]\nname = 'block/rim'\nkind = 'plane'\n\
+         base_from_fixture = {{ xyz_mm = [600, 150, 150] }}\npostures_deg = [[0, 40, 0, -90, 0, 50, 0]]\n{plane}\n\
+         [[distance]]\nbetween = ['block/hole', 'block/rim']\n{distance}\n"
+    );
+    let read = scenario_file::read(&text, "s.toml", Path::new("")).map_err(|error| error.to_string());
+    read.map(|file| file.scenario)
+}
+
+#[test]
+fn what_is_exact_has_no_error() {
+    let uncertain = "sigma_mm = 1\nsigma_deg = 1\nclearance_sigma_mm = 0.1\ndepth_sigma_mm = 0.1";
+    let scenario = described("sigma_mm = 0.1", uncertain, "", "").unwrap();
+    assert_eq!(scenario.distances[0].sigma, DEFAULT_DISTANCE_SIGMA);
+    let truth = sim::draw_truth(&scenario, 1);
+    assert!(truth.value(ParameterId::tool(0)) != 0.0 && truth.value(ParameterId::Fixture(0, 5)) != 0.0);
+    assert!(truth.clearance[0] != 0.0 && truth.depth[0] != 0.0 && truth.distance_error[0] != 0.0);
+
+    let scenario = described("exact = ['place', 'outline']", "exact = true", "exact = true", "exact = true").unwrap();
+    let truth = sim::draw_truth(&scenario, 1);
+    assert_eq!((truth.errors.len(), truth.clearance[0], truth.depth[0], truth.distance_error[0]), (0, 0.0, 0.0, 0.0));
+
+    // A part alone; a standard deviation of 0 says the same.
+    let place = "exact = ['place']\nsigma_mm = 0\nclearance_sigma_mm = 0.1\ndepth_sigma_mm = 0.1";
+    let truth = sim::draw_truth(&described("", place, "", "").unwrap(), 1);
+    assert!(truth.errors.is_empty() && truth.clearance[0] != 0.0 && truth.depth[0] != 0.0);
+    let shape = "exact = ['clearance', 'depth']\nfree = true\nsigma_mm = 1";
+    let scenario = described("", shape, "", "exact = ['length']\nsigma_mm = 0").unwrap();
+    assert!(scenario.touches[0].free && scenario.touches[0].place_error.length > 0.0);
+    assert_eq!((scenario.touches[0].depth_sigma, scenario.distances[0].sigma), (0.0, 0.0));
+}
+
+#[test]
+fn what_contradicts_exact_is_refused() {
+    let refused = |[tool, hole, plane, distance]: [&str; 4], message: &str| {
+        let error = described(tool, hole, plane, distance).unwrap_err();
+        assert!(error.contains(message) && error.lines().count() == 1, "expected `{message}` in: {error}");
+    };
+    let exact = "a list of what is exact (`place`, `outline`, `clearance` or `depth`), found \"depht\"; did you mean";
+    refused(["", "exact = ['depht']", "", ""], exact);
+    refused(["", "", "exact = ['depth']", ""], "fixture `block/rim`, exact: expected true, false, or a list of what");
+    refused(["exact = ['depth']", "", "", ""], "s.toml:5:9, tool, exact: expected true, false, or a list of what");
+    refused(["", "", "", "exact = ['lenght']"], "distance, exact: expected true, false, or a list of what is exact");
+    refused(["exact = true\nsigma_mm = 1", "", "", ""], "s.toml:6:12, tool: expected exact or standard deviations");
+    let both = "fixture `block/hole`: expected exact or standard deviations above 0, found both";
+    refused(["", "exact = ['place']\nsigma_deg = 1", "", ""], both);
+    let both = "fixture `block/hole`, depth_sigma_mm: expected depth_sigma_mm or `exact` with \"depth\", found both";
+    refused(["", "exact = true\ndepth_sigma_mm = 1", "", ""], both);
+    refused(["", "exact = true\nfree = true", "", ""], "fixture `block/hole`: expected free or exact, found both");
+    refused(["", "", "", "exact = true\nsigma_mm = 1"], "distance, sigma_mm: expected sigma_mm or exact, found both");
+    let length = "distance, mm: expected `sigma_mm` or `exact` alone, since the length is that of the simulated";
+    refused(["", "", "", "mm = 50"], length);
+    let block = "fixture `block/rim`, exact: expected `block/hole`, with which it is displaced, to be exact too";
+    refused(["", "sigma_mm = 1", "exact = true", ""], block);
+    let of_preset = |between: &str| {
+        let text = format!("preset = 'mukca'\n[[distance]]\nbetween = {between}\n");
+        scenario_file::read(&text, "s.toml", Path::new("")).map(|file| file.scenario.distances[0].between)
+    };
+    assert_eq!(of_preset("['front/0', 'right/0']").unwrap(), (0, 4));
+    let unknown = of_preset("['front/0', 'rigth/0']").unwrap_err().to_string();
+    assert!(
+        unknown.contains("s.toml:3:23, distance, between: expected the name of a fixture (`front/0`, "),
+        "{unknown}"
+    );
+    assert!(unknown.ends_with("did you mean `right/0`?"), "{unknown}");
+    let twice = of_preset("['left/0', 'left/0']").unwrap_err().to_string();
+    assert!(twice.contains("expected two fixtures, found \"left/0\" twice"), "{twice}");
 }
 
 #[test]
@@ -231,7 +318,7 @@ fn a_number_is_replaced_by_its_name() {
     for (name, value, part) in [
         ("spuroius", 0.1, "found \"spuroius\"; did you mean `spurious`?"),
         ("recordr.spurious", 0.1, "did you mean `recorder.spurious`?"),
-        ("sigma_mm", 0.1, "expected `fixture.sigma_mm` or `tool.sigma_mm`, found \"sigma_mm\""),
+        ("sigma_mm", 0.1, "expected `distance.sigma_mm`, `fixture.sigma_mm` or `tool.sigma_mm`, found \"sigma_mm\""),
         ("distribution", 0.1, "found \"distribution\""),
         ("schema", 1.0, "found \"schema\""),
         ("spurious", 1.5, "recorder, spurious: expected a share from 0 to below 1, found 1.5"),

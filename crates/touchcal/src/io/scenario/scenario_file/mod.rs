@@ -2,9 +2,11 @@
 //! and angles degrees, as the keys say.
 //!
 //! `[robot]` and `[tool]` are those of `problem.toml`; so is a `[[fixture]]`, with the joint
-//! positions from which it is explored in addition. Every unknown key, every name that does not
-//! resolve and every number out of range is an error with line and column.
+//! positions from which it is explored in addition, and a `[[distance]]`, without its length, which
+//! is that of the simulated fixtures. Every unknown key, every name that does not resolve and every
+//! number out of range is an error with line and column.
 
+mod declared;
 mod posed;
 mod read;
 mod schema;

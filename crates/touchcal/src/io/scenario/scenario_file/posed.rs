@@ -9,15 +9,14 @@ use serde::Serialize;
 
 use super::read::ScenarioFile;
 use super::write::{Lines, TextFile, file_name, fixture_text, robot_text, scenario_text, tool_text};
-use crate::estimate::{Distance, ShapeTolerance};
+use crate::estimate::{Distance, EXACT_DISTANCE_SIGMA, ShapeTolerance};
 use crate::experiment;
 use crate::geometry::Parts;
 use crate::io::base::atomic;
 use crate::io::base::error::{IoError, Place};
-use crate::io::base::toml_text::quoted;
 use crate::parameter::Block;
 use crate::robot::segments;
-use crate::sim::{Log, Scenario, Seeds, SimulatedTrial, Touch, WRENCH_DIGITS};
+use crate::sim::{Log, MeasuredDistance, Scenario, Seeds, SimulatedTrial, Touch, Truth, WRENCH_DIGITS};
 
 /// Name of the problem file in the folder of a simulation.
 pub const PROBLEM: &str = "problem.toml";
@@ -56,7 +55,7 @@ pub fn write_folder(
     let mut files = vec![truth_text(&file.scenario, simulated, seeds)?];
     files.extend(log_texts(&file.scenario, simulated));
     files.extend(scenario_text(file));
-    files.extend(problem_text(file));
+    files.extend(problem_text(file, &simulated.truth));
     for file in files {
         atomic::write(&folder.join(file.name), file.text.as_bytes())?;
     }
@@ -65,8 +64,9 @@ pub fn write_folder(
 
 /// The text of `problem.toml`, which `touchcal calibrate` takes, preceded by the files that it
 /// refers to, except the logs ([`log_texts`]). It poses the problem of
-/// [`experiment::problem`](experiment::problem()), with numbers of twelve digits.
-pub fn problem_text(file: &ScenarioFile) -> Vec<TextFile> {
+/// [`experiment::problem`](experiment::problem()), with numbers of twelve digits. Of `truth` only
+/// the measured distances are used.
+pub fn problem_text(file: &ScenarioFile, truth: &Truth) -> Vec<TextFile> {
     let scenario = &file.scenario;
     let mut files = Vec::new();
     let mut text = String::from(
@@ -89,12 +89,14 @@ pub fn problem_text(file: &ScenarioFile) -> Vec<TextFile> {
         line.tolerances((!touch.free).then_some(touch.place_error), shape);
     }
     let mut line = Lines(&mut text);
-    for Distance { between: (first, second), distance, sigma } in experiment::distances(scenario) {
-        let names = [first, second].map(|fixture| quoted(&scenario.touches[fixture].name));
-        line.table("[[distance]]");
-        line.raw("between", &format!("[{}]", names.join(", ")));
+    for Distance { between, distance, sigma } in experiment::distances(scenario, truth) {
+        line.between(scenario, between);
         line.number("mm", 1e3 * distance);
-        line.number("sigma_mm", 1e3 * sigma);
+        if sigma > EXACT_DISTANCE_SIGMA {
+            line.number("sigma_mm", 1e3 * sigma);
+        } else {
+            line.raw("exact", "true");
+        }
     }
     for touch in &scenario.touches {
         line.table("[[contacts]]");
@@ -178,7 +180,17 @@ struct TruthJson<'a> {
     parameters: BTreeMap<String, f64>,
     clearance_mm: BTreeMap<&'a str, f64>,
     depth_mm: BTreeMap<&'a str, f64>,
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    distances: Vec<DistanceJson<'a>>,
     rows: BTreeMap<&'a str, RowsJson>,
+}
+
+/// A distance that was measured, and what problem.toml declares.
+#[derive(Serialize)]
+struct DistanceJson<'a> {
+    between: [&'a str; 2],
+    true_mm: f64,
+    declared_mm: f64,
 }
 
 /// What is true of a log's rows.
@@ -193,8 +205,9 @@ struct RowsJson {
 
 /// The text of `truth.json`: the true errors of arm, tool and fixtures, by the names that
 /// `estimate.json` has for them (SI units, rad; those that were not drawn are left out), each
-/// fixture's true errors of clearance (mm per side) and depth (mm), the seeds, and how many rows of
-/// each log are contacts, missed or spurious.
+/// fixture's true errors of clearance (mm per side) and depth (mm), the measured distances as they
+/// are and as they are declared (mm), the seeds, and how many rows of each log are contacts, missed
+/// or spurious.
 ///
 /// # Errors
 /// [`IoError::Syntax`] if serialization fails, which does not happen.
@@ -216,6 +229,11 @@ pub fn truth_text(
         spurious: count(log, &|true_contact, contact| !true_contact && contact),
     };
     let named = simulated.truth.named(scenario).into_iter();
+    let distance = |(k, measured): (usize, &MeasuredDistance)| DistanceJson {
+        between: <[usize; 2]>::from(measured.between).map(|fixture| scenario.touches[fixture].name.as_str()),
+        true_mm: 1e3 * simulated.truth.distance(scenario, k),
+        declared_mm: 1e3 * simulated.truth.measured_distance(scenario, k),
+    };
     let truth = TruthJson {
         note: "what the simulation was made with; calibrate does not read this file",
         seed: errors,
@@ -223,6 +241,7 @@ pub fn truth_text(
         parameters: named.map(|(parameter, value)| (parameter.name, value)).collect(),
         clearance_mm: names().zip(simulated.truth.clearance.iter().map(|wider| 1e3 * wider)).collect(),
         depth_mm: names().zip(simulated.truth.depth.iter().map(|deeper| 1e3 * deeper)).collect(),
+        distances: scenario.distances.iter().enumerate().map(distance).collect(),
         rows: names().zip(simulated.logs.iter().map(rows)).collect(),
     };
     let json =

@@ -4,6 +4,7 @@ use std::path::Path;
 
 use toml::Spanned;
 
+use super::declared::{distances, set_errors, tool_error};
 use super::schema::{ErrorsToml, ExplorationToml, RecorderToml, ScenarioToml, StiffnessToml, ThermalToml, TouchToml};
 use crate::io::base::bytes;
 use crate::io::base::error::{IoError, Place, quoted};
@@ -63,9 +64,9 @@ pub fn read_file(path: &Path) -> Result<ScenarioFile, IoError> {
 ///
 /// # Errors
 /// [`IoError`] if the text is longer than [`MAX_BYTES`], no TOML, of another schema than 1, or has
-/// an unknown key, a name that does not resolve, a number out of range, a tool without fixtures or
-/// fixtures without a tool, a mesh, or postures for another number of joints; or a file it refers
-/// to cannot be read.
+/// an unknown key, a name that does not resolve, a number out of range, standard deviations of what
+/// is exact, a tool without fixtures or fixtures without a tool, a mesh, the length of a distance,
+/// or postures for another number of joints; or a file it refers to cannot be read.
 pub fn read(text: &str, file: &str, folder: &Path) -> Result<ScenarioFile, IoError> {
     let context = Context { text, file, folder };
     bytes::check_size(text.len() as u64, MAX_BYTES, file)?;
@@ -108,6 +109,7 @@ fn scenario(toml: &ScenarioToml, robot: Robot, context: &Context<'_>) -> Result<
         exploration(&mut touch.exploration, &toml.exploration, "exploration", context)?;
     }
     touches(&mut scenario, toml, context)?;
+    scenario.distances = distances(&toml.distance, &scenario.touches, context)?;
     let dof = scenario.robot.dof();
     match scenario.touches.iter().find(|touch| touch.postures.iter().any(|posture| posture.len() != dof)) {
         None => Ok(scenario),
@@ -254,9 +256,7 @@ fn touches(scenario: &mut Scenario, toml: &ScenarioToml, context: &Context<'_>) 
         let place = context.place(tool.span(), "tool, free");
         return Err(IoError::unexpected(place, "sigma_mm and sigma_deg, how far the tool may be off", "free"));
     }
-    scenario.tool_error = PlaceError::default();
-    set(&mut scenario.tool_error.length, &given.sigma_mm, MM, "tool, sigma_mm", context)?;
-    set(&mut scenario.tool_error.angle, &given.sigma_deg, DEG, "tool, sigma_deg", context)?;
+    scenario.tool_error = tool_error(tool, context)?;
     let usual = scenario.touches.first().map(|touch| touch.exploration);
     let usual = usual.ok_or_else(|| IoError::unexpected(Place::file(context.file), "a fixture", "none"))?;
     scenario.touches.clear();
@@ -281,12 +281,8 @@ fn touches(scenario: &mut Scenario, toml: &ScenarioToml, context: &Context<'_>) 
             postures: postures(touch, &scenario.robot, &field, context)?,
             exploration: usual,
         };
-        let of = |key: &str| format!("{field}, {key}");
-        set(&mut described.place_error.length, &touch.sigma_mm, MM, &of("sigma_mm"), context)?;
-        set(&mut described.place_error.angle, &touch.sigma_deg, DEG, &of("sigma_deg"), context)?;
-        set(&mut described.clearance_sigma, &touch.clearance_sigma_mm, MM, &of("clearance_sigma_mm"), context)?;
-        set(&mut described.depth_sigma, &touch.depth_sigma_mm, MM, &of("depth_sigma_mm"), context)?;
-        exploration(&mut described.exploration, &touch.exploration, &of("exploration"), context)?;
+        set_errors(&mut described, table, &scenario.touches, context)?;
+        exploration(&mut described.exploration, &touch.exploration, &format!("{field}, exploration"), context)?;
         scenario.touches.push(described);
     }
     Ok(())

@@ -2,7 +2,7 @@
 //! `problem.toml`.
 
 use serde::Deserialize;
-use toml::Spanned;
+use toml::{Spanned, Value};
 
 use crate::io::problem::problem_file::schema::{
     FixtureKind, FixtureToml, LengthUnitToml, Number, PoseToml, RobotToml, Text, ToolToml,
@@ -22,6 +22,8 @@ pub(super) struct ScenarioToml {
     pub(super) tool: Option<Spanned<ToolToml>>,
     #[serde(default)]
     pub(super) fixture: Vec<Spanned<TouchToml>>,
+    #[serde(default)]
+    pub(super) distance: Vec<Spanned<DistanceToml>>,
     #[serde(default)]
     pub(super) exploration: ExplorationToml,
     #[serde(default)]
@@ -66,13 +68,14 @@ pub(super) struct TouchToml {
     pub(super) free: bool,
     pub(super) clearance_sigma_mm: Option<Number>,
     pub(super) depth_sigma_mm: Option<Number>,
+    pub(super) exact: Option<Spanned<Value>>,
     pub(super) postures_deg: Spanned<Vec<Vec<f64>>>,
     #[serde(default)]
     pub(super) exploration: ExplorationToml,
 }
 
 impl TouchToml {
-    /// The fixture as `problem.toml` would describe it.
+    /// The fixture as `problem.toml` would describe it, without how well it is known.
     pub(super) fn fixture(table: &Spanned<TouchToml>) -> Spanned<FixtureToml> {
         let touch = table.get_ref();
         let fixture = FixtureToml {
@@ -97,11 +100,21 @@ impl TouchToml {
             sigma_deg: None,
             clearance_sigma_mm: None,
             depth_sigma_mm: None,
-            free: touch.free,
+            free: false,
             exact: None,
         };
         Spanned::new(table.span(), fixture)
     }
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct DistanceToml {
+    pub(super) between: [Text; 2],
+    /// Refused, with a word of why.
+    pub(super) mm: Option<Number>,
+    pub(super) sigma_mm: Option<Number>,
+    pub(super) exact: Option<Spanned<Value>>,
 }
 
 #[derive(Debug, Default, Deserialize)]

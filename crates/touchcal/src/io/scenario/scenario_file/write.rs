@@ -62,6 +62,10 @@ pub fn scenario_text(file: &ScenarioFile) -> Vec<TextFile> {
     for touch in &scenario.touches {
         line.touch(scenario, touch, &mut files);
     }
+    for distance in &scenario.distances {
+        line.between(scenario, distance.between);
+        line.number("sigma_mm", 1e3 * distance.sigma);
+    }
     line.table("[stiffness]");
     line.number("n_per_m", scenario.stiffness.translation);
     line.number("nm_per_rad", scenario.stiffness.rotation);
@@ -142,6 +146,13 @@ impl Lines<'_> {
         self.0.push('\n');
         self.0.push_str(name);
         self.0.push('\n');
+    }
+
+    /// A table `[[distance]]` with the two fixtures that it is between.
+    pub(super) fn between(&mut self, scenario: &Scenario, (first, second): (usize, usize)) {
+        let names = [first, second].map(|fixture| quoted(&scenario.touches[fixture].name));
+        self.table("[[distance]]");
+        self.raw("between", &format!("[{}]", names.join(", ")));
     }
 
     pub(super) fn place(&mut self, touch: &Touch) {
