@@ -20,9 +20,9 @@ pub struct DeclaredValue {
 /// posterior against its prior.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PriorTest {
-    /// What is declared: `tool`, `fixture.{name}`, `distance.{a}.{b}`, `gap_bias.{fixture}` (outline,
-    /// clearance and depth), `wrench`, `noise`, or a block of parameters of the arm with priors, such
-    /// as `joint_origin`.
+    /// What is declared: `tool`, `fixture.{name}`, `distance.{a}.{b}`, `gap_bias.{fixture}`
+    /// (outline, clearance and depth), `wrench`, `noise`, or a block of parameters of the arm with
+    /// priors, such as `joint_origin`.
     pub name: String,
     /// Statistic (1): chi-squared distributed if what is declared is right.
     pub statistic: f64,
