@@ -52,8 +52,8 @@ pub(crate) struct ScoreTest {
     pub degrees_of_freedom: usize,
     /// Probability of a statistic as large by chance.
     pub p_value: f64,
-    /// Estimates of all parameters' changes (SI) if the effect is estimated: those of S, and of P with
-    /// them.
+    /// Estimates of all parameters' changes (SI) if the effect is estimated: those of S, and of P
+    /// with them.
     pub change: DVector<f64>,
     /// Standard deviation (SI) of each estimate of S, in their order.
     pub sigma: Vec<f64>,
