@@ -1,4 +1,5 @@
-//! Quantiles and means of samples; each quantile bears the name of its definition.
+//! Quantiles and means of samples, each quantile with the name of its definition, and probabilities
+//! as text.
 
 /// The `percent` % quantile of `n` samples by nearest rank: the sample of index
 /// `⌈percent · n / 100⌉ − 1`, the first for 0 % (type 1 of Hyndman & Fan 1996). `None` if there are
@@ -32,9 +33,30 @@ pub fn mean(values: &[f64]) -> f64 {
     values.iter().sum::<f64>() / values.len().max(1) as f64
 }
 
+/// Probabilities below this are shown as less than it: they are rounding, or have underflowed.
+const LEAST_P_VALUE: f64 = 1e-300;
+
+/// A probability `p` (0 to 1) that something is chance, for a table: `3e-5`, or `< 1e-300`.
+pub fn p_value_text(p: f64) -> String {
+    if p < LEAST_P_VALUE { format!("< {LEAST_P_VALUE:e}") } else { format!("{p:.0e}") }
+}
+
+/// A probability `p` (0 to 1) that something is chance, for a sentence: `p = 3e-5`, or
+/// `p < 1e-300`.
+pub fn p_value_statement(p: f64) -> String {
+    let text = p_value_text(p);
+    if text.starts_with('<') { format!("p {text}") } else { format!("p = {text}") }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn p_values_that_underflow_have_a_bound() {
+        assert_eq!([3.2e-5, 1.0, 0.0].map(p_value_text), ["3e-5", "1e0", "< 1e-300"]);
+        assert_eq!([3.2e-5, 0.0].map(p_value_statement), ["p = 3e-5", "p < 1e-300"]);
+    }
 
     #[test]
     fn ranks_of_few_numbers() {

@@ -2,6 +2,7 @@
 
 use touchcal::estimate::{DeclaredValue, EffectTest, EffectValue, Estimate, FreedEffect, PriorTest, Problem};
 use touchcal::parameter::Unit;
+use touchcal::statistics::{p_value_statement, p_value_text};
 
 use super::layout::{millimetres, wrapped};
 use super::parameters::in_user_units;
@@ -47,21 +48,22 @@ pub fn declarations(estimate: &Estimate, problem: &Problem) -> String {
 fn effect_row(test: &EffectTest) -> [String; 6] {
     let value = test.strongest_values().first().map_or_else(|| "-".to_owned(), |value| effect_value(value));
     let [displacement, radius] = [test.displacement, test.radius].map(millimetres);
-    [test.effect.name(), p_value(test.p_value), value, displacement, radius, test.effect.declared_in()]
+    [test.effect.name(), p_value_text(test.p_value), value, displacement, radius, test.effect.declared_in()]
 }
 
 fn declared_row(test: &PriorTest) -> [String; 6] {
     let value = test.strongest_values().first().map_or_else(|| "-".to_owned(), |value| declared_value(value));
     let displacement = if test.displacement > 0.0 { millimetres(test.displacement) } else { "-".to_owned() };
-    [test.name.clone(), p_value(test.p_value), value, displacement, "-".to_owned(), test.declared_in()]
+    [test.name.clone(), p_value_text(test.p_value), value, displacement, "-".to_owned(), test.declared_in()]
 }
 
 /// Effects that were freed, and what each is worth.
 pub fn freed_effects(freed: &[FreedEffect]) -> String {
-    let line = |FreedEffect { effect, p_value: p, gain, predictive_ratio }: &FreedEffect| {
+    let line = |FreedEffect { effect, p_value, gain, predictive_ratio }: &FreedEffect| {
         let without =
             predictive_ratio.map_or_else(String::new, |ratio| format!(", predicted scatter {ratio:.2} without it"));
-        format!("Freed     {}: {gain:+.1} in the log-likelihood (p = {}){without}\n", effect.name(), p_value(*p))
+        let p = p_value_statement(*p_value);
+        format!("Freed     {}: {gain:+.1} in the log-likelihood ({p}){without}\n", effect.name())
     };
     freed.iter().map(line).collect()
 }
@@ -85,8 +87,4 @@ fn declared_value(entry: &DeclaredValue) -> String {
 
 fn without_block(name: &str) -> &str {
     name.split_once('.').map_or(name, |(_, name)| name)
-}
-
-fn p_value(p_value: f64) -> String {
-    format!("{p_value:.0e}")
 }

@@ -5,6 +5,7 @@ use serde::Serialize;
 use crate::estimate::{
     CompetingMinimum, DeclaredValue, EffectTest, EffectValue, Estimate, ParameterEstimate, PriorTest, Problem,
 };
+use crate::statistics::p_value_text;
 
 /// The page's data of what is declared and assumed.
 #[derive(Serialize)]
@@ -95,7 +96,7 @@ fn effect_entry(test: &EffectTest, threshold: f64) -> EffectEntry<'_> {
         remedy: test.effect.remedy(),
         declared_in: test.effect.declared_in(),
         is_significant: test.p_value < threshold,
-        p_value: format!("{:.0e}", test.p_value),
+        p_value: p_value_text(test.p_value),
         values: test.strongest_values().into_iter().map(value_entry).collect(),
         displacement: test.displacement,
         radius: Some(test.radius),
@@ -109,7 +110,7 @@ fn declared_entry(test: &PriorTest, threshold: f64) -> EffectEntry<'_> {
         remedy: test.remedy(),
         declared_in: test.declared_in(),
         is_significant: test.p_value < threshold,
-        p_value: format!("{:.0e}", test.p_value),
+        p_value: p_value_text(test.p_value),
         values: test.strongest_values().into_iter().map(declared_value).collect(),
         displacement: test.displacement,
         radius: None,

@@ -1,6 +1,7 @@
 //! Tests of effects that a model leaves out.
 
 use crate::parameter::Unit;
+use crate::statistics::p_value_statement;
 
 /// Share of the largest standard deviation in a unit up to which a parameter is not seen.
 const LEAST_SEEN: f64 = 1e-4;
@@ -87,7 +88,8 @@ impl OmittedEffect {
     /// it moves the tool; without a full stop.
     pub(super) fn message(&self, p_value: f64, displacement: f64) -> String {
         let (what, millimetres) = (self.description(), 1e3 * displacement);
-        format!("contacts show that {what} (p = {p_value:.0e}), which moves the tool by {millimetres:.3} mm")
+        let p = p_value_statement(p_value);
+        format!("contacts show that {what} ({p}), which moves the tool by {millimetres:.3} mm")
     }
 
     /// What to change in the problem so that the effect is estimated, without a full stop.
