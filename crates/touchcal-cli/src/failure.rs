@@ -47,17 +47,13 @@ pub enum Failure {
     },
     /// Contacts of an arm that misses its fixture.
     #[error(
-        "{problem}: expected contacts with `{fixture}` within {allowed_mm:.2} mm of its contact manifold (root mean square; noise and declared tolerances allow that), found {found_mm:.2} mm: the arm is not calibrated; calibrate it (touchcal calibrate {problem} --out out), and name out/calibrated.urdf as `urdf` and the places that it found in the problem file"
+        "{problem}: {evidence}: the arm is not calibrated, or the fixture is not what and where it is declared; calibrate it (touchcal calibrate {problem} --out out), and name out/calibrated.urdf as `urdf` and the places that it found in the problem file"
     )]
     ArmMisses {
         /// Path of the problem file.
         problem: String,
-        /// Name of the fixture.
-        fixture: String,
-        /// Root mean square distance of its contacts.
-        found_mm: f64,
-        /// Distance up to which the arm counts as calibrated.
-        allowed_mm: f64,
+        /// What was expected, and what was found.
+        evidence: String,
     },
     /// A training.
     #[error("could not train: {0}")]

@@ -48,6 +48,7 @@ fn main() -> ExitCode {
                 Failure::Interrupted | Failure::TrainingInterrupted { .. } | Failure::ExperimentInterrupted => {
                     INTERRUPTED
                 }
+                Failure::ArmMisses { .. } => NOT_USABLE,
                 Failure::OverInput { .. } | Failure::IntoFile(_) | Failure::Usage(_) => WRONG_USAGE,
                 _ => FAILED,
             })

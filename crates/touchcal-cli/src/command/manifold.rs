@@ -1,14 +1,16 @@
 //! `touchcal manifold`.
 
+use std::collections::BTreeSet;
 use std::path::Path;
 
 use serde::Serialize;
-use touchcal::estimate::{ArmFit, Problem, arm_fit, contact_poses, evaluate};
+use touchcal::estimate::{ArmFit, FixtureDisplacement, Problem, arm_fit, contact_poses, evaluate};
 use touchcal::io::Input;
 use touchcal::io::manifold_file::{ManifoldFile, Provenance};
 use touchcal::io::{Loaded, atomic, pose_file, problem_file};
 use touchcal::manifold::coordinates::Metric;
 use touchcal::manifold::{Coverage, PoseSamples, Quantiles, ResidualKind};
+use touchcal::statistics::p_value_statement;
 
 use crate::args::ManifoldArgs;
 use crate::failure::{Failure, Outcome};
@@ -40,7 +42,8 @@ pub fn run(args: &ManifoldArgs) -> Result<Outcome, Failure> {
         return Err(Failure::Interrupted);
     }
     atomic::write(&args.out, &file.to_bytes()?)?;
-    let summary = Summary { file: &file, coverage: &coverage, distance: recording.distance, args };
+    let summary =
+        Summary { file: &file, coverage: &coverage, distance: recording.distance, logs: recording.logs, args };
     output::print(&if args.json { summary.json()? } else { summary.text() })?;
     Ok(Outcome::Done)
 }
@@ -52,6 +55,8 @@ struct Recording {
     inputs: Vec<Input>,
     /// Mean distance (m) of the poses from the contact manifold of the problem's shapes.
     distance: Option<f64>,
+    /// Number of logs with contacts of the fixture; `None` of a table of poses.
+    logs: Option<usize>,
 }
 
 impl Recording {
@@ -60,7 +65,7 @@ impl Recording {
         if let Some(poses) = &args.poses {
             let (samples, input) = pose_file::read_file(poses)?;
             let fixture = named.unwrap_or_default().to_owned();
-            return Ok(Recording { samples, fixture, inputs: vec![input], distance: None });
+            return Ok(Recording { samples, fixture, inputs: vec![input], distance: None, logs: None });
         }
         // clap requires one of the sources.
         let path = args.problem.as_deref().unwrap_or(Path::new("PROBLEM.toml"));
@@ -83,29 +88,52 @@ impl Recording {
         })?;
         let has_shapes = problem.fixtures[chosen].manifold.residual_kind() != ResidualKind::Unmodeled;
         let distance = evaluate(&problem).per_fixture.get(chosen).filter(|_| has_shapes).map(|spread| spread.mean);
-        Ok(Recording { samples, fixture: names[chosen].to_owned(), inputs, distance })
+        let contacts = &problem.contacts;
+        let of_fixture = (0..contacts.len()).filter(|&i| contacts.fixture(i) == chosen);
+        let logs: BTreeSet<u32> = of_fixture.map(|i| contacts.source(i).file).collect();
+        Ok(Recording { samples, fixture: names[chosen].to_owned(), inputs, distance, logs: Some(logs.len()) })
     }
 }
 
 /// Refuses contacts with fixture number `chosen` if the arm misses its fixtures, as an arm that is
-/// not calibrated does; says so if nothing can tell.
+/// not calibrated does; says so if nothing can tell, or if a fixture is not quite where it is
+/// declared.
 fn require_calibrated_arm(problem: &Problem, chosen: usize, path: &Path) -> Result<(), Failure> {
+    let file = path.display();
+    let name = |fixture: usize| &problem.fixtures[fixture].name;
+    let refused = |evidence: String| Err(Failure::ArmMisses { problem: file.to_string(), evidence });
+    let found = |displacement: &FixtureDisplacement| {
+        let FixtureDisplacement { distance, angle, .. } = displacement;
+        format!("{:.2} mm and {:.2}° from where it is declared", 1e3 * distance, angle.to_degrees())
+    };
     match arm_fit(problem, chosen) {
-        ArmFit::Met => Ok(()),
-        ArmFit::Missed { fixture, found, allowed } => Err(Failure::ArmMisses {
-            problem: path.display().to_string(),
-            fixture: problem.fixtures[fixture].name.clone(),
-            found_mm: 1e3 * found,
-            allowed_mm: 1e3 * allowed,
-        }),
-        ArmFit::Unknown => {
-            let file = path.display();
-            output::notes(&[format!(
-                "no fixture of known shape in {file} shows whether its arm is calibrated: poses are taken as they are"
-            )]);
-            Ok(())
+        ArmFit::Met => {}
+        ArmFit::Displaced(displacement) => output::diagnostic(&format!(
+            "warning: by these contacts fixture `{}` is {}, which is possible but unlikely: stored poses are relative to the declared place; declare the fixture where it is found if other arms touch it there",
+            name(displacement.fixture),
+            found(&displacement)
+        )),
+        ArmFit::Elsewhere(displacement) => {
+            return refused(format!(
+                "expected fixture `{}` within its tolerance by its contacts, found it {} ({})",
+                name(displacement.fixture),
+                found(&displacement),
+                p_value_statement(displacement.p_value)
+            ));
         }
+        ArmFit::Missed { fixture, found, allowed } => {
+            return refused(format!(
+                "expected contacts with `{}` within {:.2} mm of its surfaces, wherever they put it (root mean square; noise and declared tolerances allow that), found {:.2} mm",
+                name(fixture),
+                1e3 * allowed,
+                1e3 * found
+            ));
+        }
+        ArmFit::Unknown => output::notes(&[format!(
+            "no fixture of known shape in {file} shows whether its arm is calibrated: poses are taken as they are"
+        )]),
     }
+    Ok(())
 }
 
 /// Output of the command.
@@ -113,16 +141,17 @@ struct Summary<'a> {
     file: &'a ManifoldFile,
     coverage: &'a Coverage,
     distance: Option<f64>,
+    logs: Option<usize>,
     args: &'a ManifoldArgs,
 }
 
 impl Summary<'_> {
     fn text(&self) -> String {
-        let Provenance { fixture, recorded, inputs, .. } = &self.file.provenance;
-        let of = if fixture.is_empty() { String::new() } else { format!(" of {fixture}") };
+        let Provenance { fixture, recorded, .. } = &self.file.provenance;
+        let of = if fixture.is_empty() { String::new() } else { format!(" of the tool in `{fixture}`") };
         let kept = match self.args.spacing_mm {
             0.0 => "all taken".to_owned(),
-            spacing => format!("{} samples at least {spacing} mm apart", self.coverage.count),
+            spacing => format!("{} samples at least {spacing:.3} mm apart", self.coverage.count),
         };
         let distance = self.distance.map_or_else(String::new, |distance| {
             format!(
@@ -130,9 +159,13 @@ impl Summary<'_> {
                 1e3 * distance
             )
         });
-        let files = if inputs.len() == 1 { "1 file".to_owned() } else { format!("{} files", inputs.len()) };
+        let from = match self.logs {
+            None => "a table".to_owned(),
+            Some(1) => "1 log".to_owned(),
+            Some(logs) => format!("{logs} logs"),
+        };
         [
-            format!("Manifold  {recorded} poses{of} from {files}, {kept}\n"),
+            format!("Manifold  {recorded} poses{of} from {from}, {kept}\n"),
             distance,
             format!("Metric    {} mm are equivalent to 1 deg\n\n", self.args.mm_per_deg),
             self.coordinates(),

@@ -106,11 +106,11 @@ fn contacts_of_an_arm_that_misses_its_fixture_are_refused() {
     let [nominal, calibrated] = demonstration(folder.path(), "600");
     let refused = |problem: &str, fixture: &str| {
         let args = ["manifold", problem, "--fixture", fixture, "--out", "m.safetensors"];
-        let done = touchcal(folder.path(), &args).code(1);
+        let done = touchcal(folder.path(), &args).code(3);
         let said = stderr(&done);
         assert!(said.lines().count() == 1 && stdout(&done).is_empty(), "{said}");
         for part in
-            ["expected contacts with `hole` within 0.", "found 64.9", "out/calibrated.urdf", "touchcal calibrate"]
+            ["expected contacts with `hole` within 0.", "found 1.5", "out/calibrated.urdf", "touchcal calibrate"]
         {
             assert!(said.contains(part), "expected `{part}` in: {said}");
         }
@@ -134,6 +134,34 @@ fn contacts_of_an_arm_that_misses_its_fixture_are_refused() {
     let args = ["manifold", "beside.toml", "--fixture", "second", "--out", "m.safetensors"];
     let done = touchcal(folder.path(), &args).success();
     assert!(!stderr(&done).contains("whether its arm is calibrated"), "{}", stderr(&done));
+}
+
+/// With a calibrated arm the place of the hole is declared beside the true one: declared exact, to
+/// a default of 1 mm, and beyond that.
+#[test]
+fn a_fixture_that_is_found_elsewhere_is_told_or_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    let [_, exact] = demonstration(folder.path(), "600");
+    let to_1_mm = exact.replace("exact = true\n", "");
+    let recorded = |text: &str, x: &str, code: i32| {
+        let text = text.replace("[600, 100, 150]", &format!("[{x}, 100, 150]"));
+        std::fs::write(folder.path().join("moved.toml"), text).unwrap();
+        std::fs::remove_file(folder.path().join("m.safetensors")).ok();
+        let done = touchcal(folder.path(), &["manifold", "moved.toml", "--out", "m.safetensors"]).code(code);
+        assert_eq!(folder.path().join("m.safetensors").exists(), code == 0);
+        stderr(&done)
+    };
+    assert_eq!(recorded(&to_1_mm, "600", 0), "");
+    assert_eq!(recorded(&to_1_mm, "600.9", 0), "");
+    let said = recorded(&to_1_mm, "602.3", 0);
+    let told =
+        said.contains("fixture `hole` is 2.3") && said.contains("stored poses are relative to the declared place");
+    assert!(told && said.lines().count() == 1, "{said}");
+    for (text, x, found) in [(&to_1_mm, "605", "found it 5.0"), (&exact, "602.3", "found it 2.3")] {
+        let said = recorded(text, x, 3);
+        let parts = ["expected fixture `hole` within its tolerance", found, "touchcal calibrate"];
+        assert!(parts.iter().all(|part| said.contains(part)) && said.lines().count() == 1, "{said}");
+    }
 }
 
 #[test]

@@ -1,34 +1,77 @@
 //! Whether an arm meets the fixtures of its problem.
 
 use super::held_out::scatter;
+use super::place_fit::PlaceFit;
 use super::prediction_model::{ArmOf, PredictionModel};
 use crate::estimate::evaluate::evaluate;
-use crate::estimate::problem::Problem;
-use crate::estimate::result::{ArmFit, Scatter};
+use crate::estimate::problem::{PlacePrior, Problem};
+use crate::estimate::result::{ArmFit, FixtureDisplacement, Scatter};
 
 /// Distance (m) that a calibrated arm may be off besides: what calibrations of real arms leave at
 /// places that they have not seen is mostly less.
 const OF_ARM: f64 = 0.5e-3;
+/// Angle (rad) of the tool that such an arm may be off.
+const ANGLE_OF_ARM: f64 = 0.05 * std::f64::consts::PI / 180.0;
+/// Probability (1) below which a place is none that its declaration allows.
+const IMPOSSIBLE: f64 = 1e-3;
+/// Declared standard deviations (1) beyond which a place is told.
+const TOLD: f64 = 2.0;
 
 /// Whether contacts with the fixture of index `fixture` in [`Problem::fixtures`] can be taken for
 /// poses on its contact manifold: the problem's arm meets that fixture, or, if its shape is not
-/// known, all others whose shapes are. Allowed are distances that the noise and the declared
-/// tolerances of tool, fixtures and shapes make by chance, and half a millimetre of the arm. Panics
-/// if a contact's fixture is not in [`Problem::fixtures`].
+/// known, all others whose shapes are.
+///
+/// The places of tool and fixture are fitted to the contacts, within what is declared of them. Then
+/// contacts may scatter as much as the noise and the tolerance of the shapes make by chance, and
+/// half a millimetre more; and the place must be one that its declaration allows, with a
+/// probability of 0.001 at least and 0.2 mm and 0.02° (standard deviation) of the arm besides.
+/// Panics if a contact's fixture is not in [`Problem::fixtures`].
 pub fn arm_fit(problem: &Problem, fixture: usize) -> ArmFit {
     let prediction = PredictionModel::new(problem, None, ArmOf::Calibrated);
-    let (_, per_fixture) = scatter(&prediction, &evaluate(problem));
-    let judged: Vec<(usize, Scatter)> = match per_fixture.get(fixture).copied().flatten() {
-        Some(own) => vec![(fixture, own)],
-        None => per_fixture.into_iter().enumerate().filter_map(|(f, scatter)| Some((f, scatter?))).collect(),
+    let (_, known) = scatter(&prediction, &evaluate(problem));
+    let judged = match known.get(fixture) {
+        Some(Some(_)) => fixture..fixture + 1,
+        _ => 0..known.len(),
     };
-    let allowed = |scatter: &Scatter| OF_ARM + scatter.by_chance[1] * scatter.predicted;
-    let excess = |scatter: &Scatter| scatter.found / allowed(scatter);
-    match judged.into_iter().max_by(|(_, a), (_, b)| excess(a).total_cmp(&excess(b))) {
-        None => ArmFit::Unknown,
-        Some((fixture, worst)) if excess(&worst) > 1.0 => {
-            ArmFit::Missed { fixture, found: worst.found, allowed: allowed(&worst) }
-        }
-        Some(_) => ArmFit::Met,
+    let each = judged.filter(|&f| known[f].is_some()).map(|f| fit(problem, f));
+    each.fold(ArmFit::Unknown, |worst, fit| if severity(&fit) > severity(&worst) { fit } else { worst })
+}
+
+/// How bad a fit is: its kind, then its size.
+fn severity(fit: &ArmFit) -> (u8, f64) {
+    match fit {
+        ArmFit::Unknown => (0, 0.0),
+        ArmFit::Met => (1, 0.0),
+        ArmFit::Displaced(displacement) => (2, displacement.distance),
+        ArmFit::Elsewhere(displacement) => (3, displacement.distance),
+        ArmFit::Missed { found, .. } => (4, *found),
     }
+}
+
+fn fit(problem: &Problem, fixture: usize) -> ArmFit {
+    let PlaceFit { placed, displacement } = PlaceFit::new(problem, fixture);
+    let prediction = PredictionModel::new(&placed, None, ArmOf::Calibrated);
+    let (_, per_fixture) = scatter(&prediction, &evaluate(&placed));
+    let allowed = |scatter: &Scatter| OF_ARM + scatter.by_chance[1] * scatter.predicted;
+    match per_fixture[fixture] {
+        Some(scatter) if scatter.found > allowed(&scatter) => {
+            ArmFit::Missed { fixture, found: scatter.found, allowed: allowed(&scatter) }
+        }
+        _ if displacement.p_value < IMPOSSIBLE => ArmFit::Elsewhere(displacement),
+        _ if is_told(&displacement, [problem.tool.prior, problem.fixtures[fixture].prior]) => {
+            ArmFit::Displaced(displacement)
+        }
+        _ => ArmFit::Met,
+    }
+}
+
+/// Whether a place that is allowed, with these priors of tool and fixture, is so far from the
+/// declared one that poses in the fixture are off by more than a calibrated arm is.
+fn is_told(displacement: &FixtureDisplacement, priors: [PlacePrior; 2]) -> bool {
+    let [sigma, sigma_angle] = priors.into_iter().fold([0.0_f64; 2], |[length, angle], prior| match prior {
+        PlacePrior::Fixed => [length, angle],
+        PlacePrior::Gaussian { sigma, sigma_angle } => [length.hypot(sigma), angle.hypot(sigma_angle)],
+        PlacePrior::Flat => [f64::INFINITY; 2],
+    });
+    displacement.distance > OF_ARM.max(TOLD * sigma) || displacement.angle > ANGLE_OF_ARM.max(TOLD * sigma_angle)
 }

@@ -18,6 +18,7 @@ mod distances;
 mod held_out;
 mod least_gap;
 mod location;
+mod place_fit;
 mod prediction_model;
 mod scatter;
 

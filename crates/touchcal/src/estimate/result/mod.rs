@@ -19,7 +19,7 @@ mod warning_text;
 mod workspace_uncertainty;
 
 pub use acceptance::{Acceptance, AcceptanceResult, Decision, TaskErrors};
-pub use arm_fit::ArmFit;
+pub use arm_fit::{ArmFit, FixtureDisplacement};
 pub use competing_minimum::CompetingMinimum;
 pub use declaration_mistake::{Agreement, DeclarationMistake, DeclaredLength};
 pub use effect_test::{EffectTest, EffectValue, FreedEffect, OmittedEffect};

@@ -1,0 +1,122 @@
+//! Where contacts of an arm, taken as it is, put a fixture within what is declared of its place.
+
+use std::ops::ControlFlow;
+
+use nalgebra::{DMatrix, DVector};
+use statrs::distribution::{ChiSquared, ContinuousCDF};
+
+use crate::estimate::evaluate::{apply_estimated_places, contact_poses};
+use crate::estimate::model::{CalibrationModel, Objective, contact_caches, normal_equations};
+use crate::estimate::problem::{PlacePrior, Problem, WrenchTolerance};
+use crate::estimate::result::FixtureDisplacement;
+use crate::parameter::{Block, Parameter, ParameterId};
+use crate::robot::KinematicParameter;
+use crate::se3::Pose;
+use crate::solver::{FreeParameters, Loss, minimize};
+
+/// Standard deviations (m, rad) of the place at which a calibrated arm that is not exact sees a
+/// fixture: half a millimetre is then the 95 % quantile of the distance.
+const OF_ARM: [f64; 2] = [0.2e-3, 0.02 * std::f64::consts::PI / 180.0];
+/// Contacts of a fit: places need no more.
+const CONTACTS: usize = 2000;
+
+/// A fixture and the tool where contacts put them, with the arm as it is.
+pub(super) struct PlaceFit {
+    /// The problem with the contacts of that fixture alone, and both places fixed there.
+    pub placed: Problem,
+    /// From the declared place to the found one.
+    pub displacement: FixtureDisplacement,
+}
+
+impl PlaceFit {
+    /// Fits the places of tool and fixture `f` to the contacts with that fixture, both with their
+    /// priors, of which that of the fixture is widened by what a calibrated arm may be off.
+    pub fn new(problem: &Problem, f: usize) -> PlaceFit {
+        let alone = with_arm_as_it_is(problem, f);
+        let model = CalibrationModel::new(&alone);
+        let is_place =
+            |id: ParameterId| id.block() == Block::Tool || matches!(id, ParameterId::Fixture(of, _) if of == f);
+        let parameters = &model.layout.parameters;
+        let mut free = FreeParameters::new(model.layout.scale());
+        (0..parameters.len()).filter(|&k| !is_place(parameters[k].id)).for_each(|k| free.fix(k));
+        let mut caches = contact_caches(&model);
+        let stride = model.stride(CONTACTS);
+        let options = alone.options.search.coarse;
+        let mut theta = DVector::zeros(parameters.len());
+        for objective in [Objective::Envelope, Objective::Residual(Loss::Squared)] {
+            let linearize = |theta: &DVector<f64>| normal_equations(&model, theta, (objective, stride), &mut caches);
+            theta = minimize(linearize, theta, &free, options, &mut |_, _| ControlFlow::Continue(())).theta;
+        }
+        let objective = Objective::Residual(Loss::Squared);
+        let covariance =
+            free.covariance(&normal_equations(&model, &theta, (objective, stride), &mut caches).information);
+        let p_value = places_p_value(parameters, &free, (&theta, &covariance));
+        let mut placed = alone.clone();
+        apply_estimated_places(&mut placed, |name| {
+            let k = parameters.iter().position(|parameter| parameter.name == name)?;
+            Some(theta[k])
+        });
+        let [distance, angle] = between(&contact_poses(&alone, f), &contact_poses(&placed, f));
+        PlaceFit { placed, displacement: FixtureDisplacement { fixture: f, distance, angle, p_value } }
+    }
+}
+
+/// Probability (0 to 1) that a position or a rotation of tool or fixture is as far from zero as it
+/// is in `theta`, which its prior and contacts determine with this covariance: the least one times
+/// their number.
+fn places_p_value(
+    parameters: &[Parameter],
+    free: &FreeParameters,
+    (theta, covariance): (&DVector<f64>, &DMatrix<f64>),
+) -> f64 {
+    let of = |id: ParameterId| match id {
+        ParameterId::Fixture(_, component) => (Block::Fixture, component / 3),
+        ParameterId::Kinematic(KinematicParameter::Tool(component)) => (Block::Tool, component / 3),
+        other => (other.block(), 0),
+    };
+    let parts = [Block::Tool, Block::Fixture].into_iter().flat_map(|block| [(block, 0), (block, 1)]);
+    let p_values = parts.filter_map(|part| {
+        let (mut chi_squared, mut determined) = (0.0, 0.0);
+        for k in free.indices().filter(|&k| of(parameters[k].id) == part) {
+            let sigma = parameters[k].prior_sigma()?;
+            chi_squared += (theta[k] / sigma).powi(2);
+            determined += 1.0 - covariance[(k, k)] / (sigma * sigma);
+        }
+        // What contacts do not determine stays at zero.
+        Some(ChiSquared::new(determined).ok()?.sf(chi_squared))
+    });
+    let p_values: Vec<f64> = p_values.collect();
+    let least = p_values.iter().copied().fold(1.0, f64::min);
+    (p_values.len() as f64 * least).min(1.0)
+}
+
+/// Root mean square distance (m) and angle (rad) between poses and those of another list.
+fn between(some: &[Pose], others: &[Pose]) -> [f64; 2] {
+    let (mut distance, mut angle) = (0.0, 0.0);
+    for (one, other) in some.iter().zip(others) {
+        distance += (one.translation.vector - other.translation.vector).norm_squared();
+        angle += one.rotation.angle_to(&other.rotation).powi(2);
+    }
+    [distance, angle].map(|sum: f64| (sum / some.len().max(1) as f64).sqrt())
+}
+
+/// The problem with the contacts of fixture `f` alone, where nothing of the arm is estimated, and
+/// with the prior of the fixture's place widened by what a calibrated arm may be off.
+fn with_arm_as_it_is(problem: &Problem, f: usize) -> Problem {
+    let contacts = problem.contacts.filtered(|i| problem.contacts.fixture(i) == f);
+    let mut alone = Problem {
+        noise: problem.noise,
+        wrench: WrenchTolerance::EXACT,
+        options: problem.options,
+        ..Problem::new(problem.robot.clone(), problem.tool.clone(), problem.fixtures.clone(), contacts)
+    };
+    let prior = &mut alone.fixtures[f].prior;
+    *prior = match *prior {
+        PlacePrior::Flat => PlacePrior::Flat,
+        PlacePrior::Fixed => PlacePrior::Gaussian { sigma: OF_ARM[0], sigma_angle: OF_ARM[1] },
+        PlacePrior::Gaussian { sigma, sigma_angle } => {
+            PlacePrior::Gaussian { sigma: sigma.hypot(OF_ARM[0]), sigma_angle: sigma_angle.hypot(OF_ARM[1]) }
+        }
+    };
+    alone
+}
