@@ -1,5 +1,7 @@
 //! The contact manifold: the interface between the estimator and a pair of tool and fixture.
 
+use std::sync::Arc;
+
 use super::cache::ContactCache;
 use super::gate::Gate;
 use super::residual::{MAX_ROWS, Residual};
@@ -126,6 +128,13 @@ pub trait ContactManifold: Send + Sync + std::fmt::Debug {
         self.residual(fixture_from_tool, 0.0, candidates);
         candidates.retain(|gap, gradient| gate.accepts(gap, gradient.dot(&(gate.covariance * gradient))));
         true
+    }
+
+    /// The same manifold with a hole `factor` (1, above 0) times as deep; `None`, as unless
+    /// overridden, where it has no depth.
+    fn with_scaled_depth(&self, factor: f64) -> Option<Arc<dyn ContactManifold>> {
+        let _ = factor;
+        None
     }
 
     /// Number of regions and of surfaces in each, by which candidate contacts are numbered: the

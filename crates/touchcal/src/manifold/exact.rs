@@ -7,11 +7,15 @@ use super::contact_manifold::ContactManifold;
 use super::peg_in_hole::PegInHole;
 use super::plane::Plane;
 use super::residual::Residual;
+use super::sketch::Shape;
 use crate::geometry::{MeshPair, Parts, prisms_of};
 use crate::se3::Pose;
 
 /// Most that a peg may overlap the hole's walls (m): tighter fits are pressed in.
 const MOST_OVERLAP: f64 = 0.2e-3;
+/// Most that one of a peg's width, its length and its hole's depth may be over another (1): those
+/// of a needle are within it, metres taken as millimetres are not.
+const MOST_RATIO: f64 = 200.0;
 /// Points of the peg's axis that are checked.
 const AXIS_POINTS: usize = 100;
 
@@ -30,6 +34,19 @@ pub enum Misfit {
     /// the peg's axis that lies inside the peg.
     #[error("a solid where the peg's axis lies")]
     Blocked,
+    /// One of the lengths is more than 200 times another, as in another unit.
+    #[error(
+        "a peg {:.3} mm wide and {:.3} mm long for a hole {:.3} mm deep: which of these is in another unit?",
+        1e3 * .width, 1e3 * .length, 1e3 * .depth
+    )]
+    Proportions {
+        /// Width (m) of the peg: twice the greatest distance of its surface from its axis.
+        width: f64,
+        /// Length (m) of the peg.
+        length: f64,
+        /// Depth (m) of the hole.
+        depth: f64,
+    },
 }
 
 /// Contact manifold of parts of known shape: [`PegInHole`], [`BallInSocket`] or [`Plane`]. Nothing
@@ -60,20 +77,32 @@ pub fn peg_in_hole(parts: MeshPair, depth: f64) -> Result<Box<dyn ContactManifol
     Ok(manifold)
 }
 
-/// Checks a peg and a hole of `depth` (m, positive) by their signed gap with the tip at half of the
-/// depth and the axes of both frames aligned; the gap is the one row of the manifold's residual.
+/// Checks a peg and a hole of `depth` (m, positive) by their lengths, and by their signed gap with
+/// the tip at half of the depth and the axes of both frames aligned, which is the one row of the
+/// manifold's residual.
 /// Manifolds with another number of rows pass. Only for a peg in a hole: a [`Plane`] has one row
 /// too, of another meaning.
 ///
 /// # Errors
+/// [`Misfit::Proportions`] if one of the lengths is more than 200 times another, else
 /// [`Misfit::Overlap`] if the gap is below −0.2 mm.
 pub fn check_fit(manifold: &dyn ContactManifold, depth: f64) -> Result<(), Misfit> {
+    check_proportions(&manifold.sketch().tool, depth)?;
     let mut rows = Residual::new();
     manifold.residual(&Pose::translation(0.0, 0.0, -0.5 * depth), 0.0, &mut rows);
     match rows.values() {
         [gap] if *gap < -MOST_OVERLAP => Err(Misfit::Overlap(-gap)),
         _ => Ok(()),
     }
+}
+
+/// Checks the width and the length of a peg, and the depth (m) of its hole, against each other.
+fn check_proportions(peg: &Shape, depth: f64) -> Result<(), Misfit> {
+    let Shape::Prism { outline, to: length, .. } = peg else { return Ok(()) };
+    let width = 2.0 * outline.iter().map(|vertex| vertex.coords.norm()).fold(0.0, f64::max);
+    let lengths = [width, *length, depth];
+    let (least, most) = (lengths.into_iter().fold(f64::INFINITY, f64::min), lengths.into_iter().fold(0.0, f64::max));
+    if most > MOST_RATIO * least { Err(Misfit::Proportions { width, length: *length, depth }) } else { Ok(()) }
 }
 
 /// Checks that no point of a peg's axis is inside both the peg and the body around the hole, with

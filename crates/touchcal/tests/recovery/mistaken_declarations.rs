@@ -64,6 +64,7 @@ fn expected(kind: &str, right: &Problem, wrong: &Problem) -> DeclarationMistake 
     match kind {
         "tool_in_metres" => unit(DeclaredLength::Tool, 1e3),
         "hole_in_metres" => unit(DeclaredLength::Fixture("hole".to_owned()), 1e3),
+        "depth_in_metres" => unit(DeclaredLength::Depth("hole".to_owned()), 1e3),
         "tool_turned" => DeclarationMistake::ToolTurned { axis: 0, quarters: 2 },
         "tool_opposite" => DeclarationMistake::ToolOpposite,
         "joints_exchanged" => {
@@ -100,7 +101,7 @@ fn unit(of: DeclaredLength, factor: f64) -> DeclarationMistake {
 /// The kinds that a ball shows in sockets too, and those that only a peg shows in a hole.
 const KINDS_OF_ALL: [&str; 6] =
     ["tool_in_metres", "tool_opposite", "joints_exchanged", "joint_sign", "joints_reversed", "joints_degrees"];
-const KINDS_OF_PEGS: [&str; 2] = ["hole_in_metres", "tool_turned"];
+const KINDS_OF_PEGS: [&str; 3] = ["hole_in_metres", "depth_in_metres", "tool_turned"];
 
 #[test]
 fn mistakes_of_kind_are_named() {

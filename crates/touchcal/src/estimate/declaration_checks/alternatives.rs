@@ -5,6 +5,7 @@ use nalgebra::{UnitQuaternion, Vector3};
 use crate::contact::ContactLog;
 use crate::estimate::problem::{Distance, Problem};
 use crate::estimate::result::{DeclarationMistake, DeclaredLength};
+use crate::manifold::Shape;
 use crate::robot::{JointKind, Robot};
 use crate::se3::Pose;
 
@@ -15,6 +16,8 @@ const UNIT_FACTORS: [f64; 4] = [1e3, 1e-3, 25.4, 1.0 / 25.4];
 const MIN_TOOL: f64 = 1e-3;
 const MIN_DISTANCE: f64 = 1e-3;
 const MIN_PLACE: f64 = 0.05;
+/// Most depth of a hole over the length of its peg (1).
+const DEPTH_PER_LENGTH: f64 = 2.0;
 /// Least angle (rad) of a rotation whose unit may be wrong.
 const MIN_ANGLE: f64 = 0.05;
 /// Share of contacts with a joint beyond a turn from which positions may be degrees.
@@ -24,6 +27,7 @@ const BEYOND_A_TURN: f64 = 0.05;
 /// arm's reach, joints within a turn. Other arms than that of the problem are not among them.
 pub(super) fn possible_mistakes(problem: &Problem) -> Vec<DeclarationMistake> {
     let mut mistakes = length_units(problem);
+    mistakes.extend(depth_units(problem));
     mistakes.extend(tool_mistakes(problem));
     mistakes.extend(rotation_units(problem));
     mistakes.extend(angle_units(problem));
@@ -71,6 +75,26 @@ fn length_units(problem: &Problem) -> Vec<DeclarationMistake> {
         let kinds = [is_tool, are_places, are_distances].into_iter().filter(|is| *is).count();
         if kinds > 1 {
             add(DeclaredLength::All);
+        }
+    }
+    mistakes
+}
+
+/// Depths of holes in another unit. A hole that is too deep fits anything, so the unit is in doubt
+/// only where the hole is deeper than declared, and no deeper than its peg reaches.
+fn depth_units(problem: &Problem) -> Vec<DeclarationMistake> {
+    let mut mistakes = Vec::new();
+    for fixture in &problem.fixtures {
+        let sketch = fixture.manifold.sketch();
+        let (Shape::Prism { to: length, .. }, Shape::Prism { from, to, .. }) = (&sketch.tool, &sketch.fixture) else {
+            continue;
+        };
+        let is_possible = |factor: f64| factor > 1.0 && factor * (to - from) < DEPTH_PER_LENGTH * length;
+        for factor in UNIT_FACTORS.into_iter().filter(|factor| is_possible(*factor)) {
+            if fixture.manifold.with_scaled_depth(factor).is_some() {
+                let of = DeclaredLength::Depth(fixture.name.clone());
+                mistakes.push(DeclarationMistake::LengthUnit { of, factor });
+            }
         }
     }
     mistakes
@@ -208,6 +232,11 @@ fn scale_lengths(problem: &mut Problem, of: &DeclaredLength, factor: f64) {
         _ => is_all || *of == DeclaredLength::Fixtures,
     };
     places(problem).filter(|(name, _)| is_meant(name)).for_each(|(_, place)| place.translation.vector *= factor);
+    if let DeclaredLength::Depth(meant) = of {
+        for fixture in problem.fixtures.iter_mut().filter(|fixture| fixture.name == *meant) {
+            fixture.manifold = fixture.manifold.with_scaled_depth(factor).unwrap_or_else(|| fixture.manifold.clone());
+        }
+    }
     let between: Vec<[String; 2]> = problem.distances.iter().map(|distance| names(problem, distance)).collect();
     for (distance, between) in problem.distances.iter_mut().zip(between) {
         let is_meant = match of {

@@ -79,7 +79,9 @@ pub enum DeclaredLength {
     Distance([String; 2]),
     /// All distances of fixtures.
     Distances,
-    /// All of these.
+    /// The depth of the fixture of this name, a hole.
+    Depth(String),
+    /// All of these but depths.
     All,
 }
 
@@ -203,6 +205,7 @@ impl DeclaredLength {
             DeclaredLength::Fixtures => "positions of fixtures are".to_owned(),
             DeclaredLength::Distance([a, b]) => format!("the distance of `{a}` and `{b}` is"),
             DeclaredLength::Distances => "distances of fixtures are".to_owned(),
+            DeclaredLength::Depth(name) => format!("the depth of fixture `{name}` is"),
             DeclaredLength::All => "all declared lengths are".to_owned(),
         }
     }

@@ -110,6 +110,8 @@ pub enum Falsification {
     /// Positions of all fixtures in base, in metres where millimetres were meant: a thousandth of
     /// the true ones.
     FixtureInMetres,
+    /// The hole's depth, in metres where millimetres were meant: a thousandth of the true one.
+    DepthInMetres,
     /// Columns of all joints are in the opposite order in the log.
     JointsReversed,
     /// Positions of turning joints are degrees that are taken as radians.
@@ -191,6 +193,9 @@ impl Falsification {
             }
             Falsification::Depth(deeper) => {
                 change_parts(problem, scenario, |parts| with_hole(parts, 0.0, deeper))?;
+            }
+            Falsification::DepthInMetres => {
+                change_parts(problem, scenario, |parts| with_hole(parts, 0.0, -0.999 * parts.depth()))?;
             }
             Falsification::Outline(share) => change_parts(problem, scenario, |parts| scaled(parts, 1.0 + share))?,
             Falsification::ToolTurned => problem.tool.tip_from_tool.rotation *= half_turn(),

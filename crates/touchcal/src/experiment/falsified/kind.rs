@@ -2,10 +2,10 @@
 
 use Declared::{AllBut, Defaults, Exact, FixtureFree, FixtureSigma, Only};
 use Falsification::{
-    AllDrawn, ArmSize, Clearance, Depth, Drawn, EncoderDrift, EncoderHarmonic, EncoderNoise, EncoderWalk,
-    FalseContacts, FalseContactsOfAllKinds, FewContacts, FixtureInMetres, FixturesMoved, Friction, JointCompliance,
-    JointSign, JointsExchanged, JointsInDegrees, JointsReversed, Nothing, Outline, Spacing, TightHole, ToolInMetres,
-    ToolMoved, ToolOpposite, ToolTurned, WrenchBias,
+    AllDrawn, ArmSize, Clearance, Depth, DepthInMetres, Drawn, EncoderDrift, EncoderHarmonic, EncoderNoise,
+    EncoderWalk, FalseContacts, FalseContactsOfAllKinds, FewContacts, FixtureInMetres, FixturesMoved, Friction,
+    JointCompliance, JointSign, JointsExchanged, JointsInDegrees, JointsReversed, Nothing, Outline, Spacing, TightHole,
+    ToolInMetres, ToolMoved, ToolOpposite, ToolTurned, WrenchBias,
 };
 use Quantity::{Distances, FixturePlaces, Shapes, ToolPlace, Trends, UnseenEffects, Wrench};
 
@@ -81,7 +81,7 @@ const FALSE: Falsification = FalseContacts { share: 0.2, deviation: 0.3 * DEG };
 impl FalsifiedKind {
     /// The battery, in the order in which it is shown.
     #[rustfmt::skip]
-    pub const ALL: [FalsifiedKind; 50] = [
+    pub const ALL: [FalsifiedKind; 51] = [
         tried(ALL, kind("nothing_exact", "nothing; tool, hole and shapes declared exact", Nothing, Exact)),
         tried(ALL, kind("nothing", "nothing", Nothing, Defaults)),
         kind("hole_drawn", "hole off by a draw from the default, 1 mm and 0.5°; all else exact", Drawn(FixturePlaces), Only(FixturePlaces)),
@@ -128,6 +128,7 @@ impl FalsifiedKind {
         kind("tool_turned", "tool's frame turned by 180° about its x axis", ToolTurned, Defaults),
         tried(ALL, kind("tool_opposite", "tool's position with the opposite sign", ToolOpposite, Defaults)),
         kind("hole_in_metres", "hole's position a thousandth of the true one", FixtureInMetres, Defaults),
+        kind("depth_in_metres", "hole's depth a thousandth of the true one", DepthInMetres, Defaults),
         tried(ALL, kind("joints_reversed", "joints in the opposite order in the log", JointsReversed, Defaults)),
         tried(ALL, kind("joints_degrees", "degrees in the log, taken as radians", JointsInDegrees, Defaults)),
         tried(ALL, kind("joint_sign", "one joint with the opposite sign in the log", JointSign, Defaults)),

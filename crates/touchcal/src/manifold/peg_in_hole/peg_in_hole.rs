@@ -1,5 +1,7 @@
 //! The contact manifold of a peg in a hole: the residual is the exact signed gap.
 
+use std::sync::Arc;
+
 use super::candidates::push_candidates;
 use super::hole::{Hole, ROTATION_SCALE, TRANSLATION_SCALE};
 use super::shapes::PegInHoleShapes;
@@ -59,7 +61,7 @@ impl<G: PegInHoleShapes> PegInHole<G> {
     }
 }
 
-impl<G: PegInHoleShapes + Send + Sync + std::fmt::Debug> ContactManifold for PegInHole<G> {
+impl<G: PegInHoleShapes + Send + Sync + std::fmt::Debug + 'static> ContactManifold for PegInHole<G> {
     fn name(&self) -> &'static str {
         self.hole.name(G::IS_STRAIGHT)
     }
@@ -95,6 +97,11 @@ impl<G: PegInHoleShapes + Send + Sync + std::fmt::Debug> ContactManifold for Peg
 
     fn rotational_orders(&self) -> RotationalOrders {
         self.shapes.rotational_orders()
+    }
+
+    fn with_scaled_depth(&self, factor: f64) -> Option<Arc<dyn ContactManifold>> {
+        let shapes = self.shapes.with_scaled_depth(factor)?;
+        Some(Arc::new(PegInHole::with_depth(shapes, factor * self.hole.depth)))
     }
 
     fn surface_counts(&self) -> SurfaceCounts {

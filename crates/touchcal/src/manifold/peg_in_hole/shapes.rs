@@ -31,6 +31,16 @@ pub trait PegInHoleShapes: GapQuery {
         RotationalOrders { tool: 1, fixture: 1 }
     }
 
+    /// The same shapes with a hole `factor` (1, above 0) times as deep; `None`, as unless
+    /// overridden, if there is none of that depth. Only prisms have a floor that moves with it.
+    fn with_scaled_depth(&self, factor: f64) -> Option<Self>
+    where
+        Self: Sized,
+    {
+        let _ = factor;
+        None
+    }
+
     /// Outlines of peg (the tool) and hole (the fixture) as prisms for a picture, each in its frame
     /// (m), with the hole from z = −`depth` (m, positive) to 0.
     fn sketch(&self, depth: f64) -> Sketch;
@@ -51,6 +61,10 @@ impl PegInHoleShapes for PrismPair {
         RotationalOrders { tool: rotational_order(self.peg()), fixture: rotational_order(self.hole()) }
     }
 
+    fn with_scaled_depth(&self, factor: f64) -> Option<Self> {
+        PrismPair::new(self.peg().clone(), self.length(), self.hole().clone(), factor * self.depth()).ok()
+    }
+
     fn sketch(&self, depth: f64) -> Sketch {
         let prism = |outline: &Polygon, from, to| Shape::Prism { outline: outline.vertices().to_vec(), from, to };
         Sketch { tool: prism(self.peg(), 0.0, self.length()), fixture: prism(self.hole(), -depth, 0.0) }
@@ -69,6 +83,10 @@ impl PegInHoleShapes for MeshPair {
             peg: is_surface_of_revolution(self.tool(), f64::INFINITY),
             hole: is_surface_of_revolution(self.fixture(), AROUND * self.peg_radius()),
         }
+    }
+
+    fn with_scaled_depth(&self, _factor: f64) -> Option<Self> {
+        Some(self.clone())
     }
 
     /// The shadow of the peg along its axis: as long as the peg, and as deep as the hole.
