@@ -74,7 +74,8 @@ pub fn parameters(lines: &[ParameterRow<'_>], detail: Detail) -> String {
             text.push_str(&root_mean_square(&members, what));
         }
     }
-    if lines.iter().any(|line| !line.identifiable) {
+    // Rows of a sum, and those left out of a long list, have no mark.
+    if text.contains(MARK) {
         text.push_str(&format!(
             "  {MARK} not identifiable from these contacts: determined by the prior, or fixed at zero\n"
         ));

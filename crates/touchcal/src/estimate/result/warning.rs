@@ -6,9 +6,9 @@ use super::evaluation::Contradiction;
 use super::status::Severity;
 use super::warning_text::{
     competing_minimum_message, design_effect_message, distance_message, far_from_prior_advice, far_from_prior_message,
-    few_informative_message, harmonics_message, implausible_message, little_motion_message, noise_contradicted_message,
-    noise_message, not_touching_message, origin_message, prediction_message, scale_message, symmetric_part_message,
-    too_few_contacts_message, unobservable_message,
+    few_informative_message, harmonics_message, implausible_message, little_motion_message, no_uncertainty_message,
+    noise_contradicted_message, noise_message, not_touching_message, omitted_effect_message, origin_message,
+    prediction_message, scale_message, symmetric_part_message, too_few_contacts_message, unobservable_message,
 };
 use crate::se3::Pose;
 
@@ -305,12 +305,12 @@ impl Warning {
             Warning::LittleJointMotion { joint, range } => little_motion_message(joint, *range),
             Warning::Implausible { name, value } => implausible_message(name, *value),
             Warning::SymmetricPart { name, angle } => symmetric_part_message(name, *angle),
-            Warning::NoUncertainty => {
-                "the distance from a projection has no known distribution: there are no standard deviations".to_owned()
-            }
+            Warning::NoUncertainty => no_uncertainty_message(),
             Warning::FarFromPrior { name, deviations, .. } => far_from_prior_message(name, *deviations),
             Warning::CommonScale { strain, deviations, .. } => scale_message(*strain, *deviations),
-            Warning::OmittedEffect { effect, p_value, displacement, .. } => effect.message(*p_value, *displacement),
+            Warning::OmittedEffect { effect, p_value, displacement, usable } => {
+                omitted_effect_message(effect, (*p_value, *displacement), *usable)
+            }
             Warning::PredictionContradicted { ratio, widening, .. } => prediction_message(*ratio, *widening),
             Warning::HeldOutContradicted(contradiction) => {
                 format!("contacts that were held out contradict this calibration: {}", contradiction.message())

@@ -1,8 +1,10 @@
 //! Texts of warnings that depend on more than their kind.
 
+use super::effect_test::OmittedEffect;
+
 /// Message on a distance that the nominal arm contradicts, a declared and a measured distance (mm).
 pub(super) fn distance_message([a, b]: &[String; 2], declared: f64, measured: f64) -> String {
-    format!("`{a}` and `{b}` are declared {declared} mm apart; by the nominal arm it is {measured:.1} mm")
+    format!("`{a}` and `{b}` are declared {declared:.1} mm apart; by the nominal arm it is {measured:.1} mm")
 }
 
 /// Message on a tool's outline with its middle beside the origin (mm).
@@ -109,4 +111,19 @@ pub(super) fn far_from_prior_advice(name: &str) -> &'static str {
         }
         _ => "check the nominal robot description, or give the parameter a larger standard deviation",
     }
+}
+
+/// Message on contacts that were measured by their distance from a projection.
+pub(super) fn no_uncertainty_message() -> String {
+    "the distance from a projection has no known distribution: there are no standard deviations".to_owned()
+}
+
+/// Message on an effect that the model leaves out, with the corrected p-value and how far (m) it
+/// moves the tool; `is_widened` if standard deviations allow for that.
+pub(super) fn omitted_effect_message(
+    effect: &OmittedEffect,
+    (p_value, displacement): (f64, f64),
+    is_widened: bool,
+) -> String {
+    effect.message(p_value, displacement) + if is_widened { "; intervals are wider by that" } else { "" }
 }
