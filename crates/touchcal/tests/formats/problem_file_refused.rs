@@ -67,7 +67,11 @@ fn malformed_text_is_refused() {
 #[test]
 fn numbers_out_of_range_are_refused() {
     refused("length_mm = 40", "length_mm = -1", &["problem.toml:10:13, tool, length_mm", "positive", "found -1"]);
-    refused("depth_mm = 30", "depth_mm = 0.03", &["fixture `hole`", "for a hole 0.030 mm deep: which of these is in another unit?"]);
+    refused(
+        "depth_mm = 30",
+        "depth_mm = 0.03",
+        &["fixture `hole`", "for a hole 0.030 mm deep: which of these is in another unit?"],
+    );
     refused("depth_mm = 30", "depth_mm = 0", &["fixture `hole`, depth_mm", "found 0"]);
     refused("depth_mm = 30", "depth_mm = nan", &["found NaN"]);
     refused("sigma_mm = 0.1", "sigma_mm = inf", &["tool, sigma_mm", "found inf"]);
