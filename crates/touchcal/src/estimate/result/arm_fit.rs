@@ -33,8 +33,8 @@ pub enum ArmFit {
 pub struct FixtureDisplacement {
     /// Index of the fixture in [`Problem::fixtures`](crate::estimate::Problem::fixtures).
     pub fixture: usize,
-    /// Root mean square distance (m) over contacts between the tool's positions in the fixture, with
-    /// tool and fixture where they are declared and where contacts put them.
+    /// Root mean square distance (m) over contacts between the tool's positions in the fixture,
+    /// with tool and fixture where they are declared and where contacts put them.
     pub distance: f64,
     /// Root mean square angle (rad) between the tool's orientations there.
     pub angle: f64,
