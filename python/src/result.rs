@@ -127,9 +127,9 @@ impl Warning {
 ///     p_value: probability, 0 to 1, of a statistic as large by chance, times the number of tests.
 ///     values: by name of the parameter that the effect would have, its one-step estimate and the
 ///         standard deviation of that, in SI units.
-///     displacement: root mean square motion of the tool over the workspace if the effect were
-///         estimated (m).
-///     radius: root mean square radius of the tool's reported 95 % region over the workspace (m).
+///     displacement: root mean square motion of the tool, in the poses of the task or over the
+///         workspace, if the effect were estimated (m).
+///     radius: root mean square radius of the tool's reported 95 % region in the same poses (m).
 #[pyclass(frozen, get_all, eq, module = "touchcal")]
 #[derive(Clone, Debug, PartialEq)]
 pub struct EffectTest {

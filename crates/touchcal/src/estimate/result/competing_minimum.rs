@@ -12,7 +12,8 @@ pub struct CompetingMinimum {
     /// Cost of the least gaps there over that at the result (1).
     pub cost_ratio: f64,
     /// Distance (m) between the tool's positions in base of the arm there and of the result's, root
-    /// mean square over joint positions spread evenly over the workspace.
+    /// mean square over the poses of the task that is asked for, or else over joint positions
+    /// spread evenly over the workspace.
     pub tool_distance: f64,
     /// Index of the parameter of arm or tool that differs most from the result, in units of its
     /// scale; 0 if there is none.

@@ -174,10 +174,11 @@ pub struct EffectTest {
     pub p_value: f64,
     /// Values that the effect's parameters would take.
     pub values: Vec<EffectValue>,
-    /// Root mean square motion (m) of the tool in base over the workspace if the effect were
-    /// estimated.
+    /// Root mean square motion (m) of the tool in base if the effect were estimated: in the poses
+    /// of the task that is asked for
+    /// ([`Problem::acceptance`](crate::estimate::Problem::acceptance)), else over the workspace.
     pub displacement: f64,
-    /// Root mean square radius (m) of the tool's 95 % region over the workspace, as reported
+    /// Root mean square radius (m) of the tool's 95 % region in the same poses, as reported
     /// without the effect.
     pub radius: f64,
 }

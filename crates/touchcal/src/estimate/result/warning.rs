@@ -102,7 +102,7 @@ pub enum Warning {
         /// Number of other minima.
         minima: usize,
         /// Distance (m) between the tool's positions in that of least cost and in the result, root
-        /// mean square over the workspace.
+        /// mean square over the poses of the task, or over the workspace.
         tool_distance: f64,
         /// Name of the parameter of arm or tool that differs most there.
         parameter: String,
@@ -163,7 +163,8 @@ pub enum Warning {
         effect: OmittedEffect,
         /// Corrected probability that it is chance (0 to 1).
         p_value: f64,
-        /// Root mean square motion (m) of the tool over the workspace if it were estimated.
+        /// Root mean square motion (m) of the tool, in the poses of the task or over the
+        /// workspace, if it were estimated.
         displacement: f64,
         /// Whether the result may be used: the tool stays within its reported 95 % region, and
         /// standard deviations were widened by that motion.
@@ -192,7 +193,8 @@ pub enum Warning {
     ComplianceInRobot,
     /// Harmonics of the encoders were estimated, and the calibrated arm does not contain them.
     HarmonicsNotInRobot {
-        /// Root mean square motion (m) of the tool by them over the arm's workspace.
+        /// Root mean square motion (m) of the tool by them, in the poses of the task or
+        /// over the workspace.
         displacement: f64,
     },
     /// A declaration is wrong in kind: contacts contradict it, and agree with it but for that

@@ -151,9 +151,10 @@ pub struct EffectTestEntry {
     pub p_value: f64,
     /// Values that the effect's parameters would take, in their SI units, by name.
     pub values: BTreeMap<String, EffectValueEntry>,
-    /// Root mean square motion of the tool over the workspace if the effect were estimated (mm).
+    /// Root mean square motion of the tool, in the poses of the task or over the workspace, if the
+    /// effect were estimated (mm).
     pub displacement_mm: f64,
-    /// Root mean square radius of the tool's reported 95 % region over the workspace (mm).
+    /// Root mean square radius of the tool's reported 95 % region in the same poses (mm).
     pub radius_mm: f64,
 }
 
