@@ -178,7 +178,8 @@ impl EffectTest {
 ///     degrees_of_freedom: number of directions tested.
 ///     p_value: probability, 0 to 1, of a statistic as large by chance, times the number of tests.
 ///     values: by name the estimate less the declared value, and the standard deviation declared,
-///         in SI units; of "noise" the estimate over the declared value, and its standard deviation.
+///         in SI units; of "noise" the estimate over the declared value, and the standard deviation
+///         of that.
 ///     displacement: root mean square motion of the tool between this result and the one with what
 ///         is declared held exact (m).
 #[pyclass(frozen, get_all, eq, module = "touchcal")]

@@ -9,8 +9,8 @@ use super::parameters::in_user_units;
 use crate::table::{Table, signed};
 
 /// What contacts say against the problem file: a table of what they contradict, of effects that the
-/// model leaves out and of what is declared with a standard deviation, and the names of what they do
-/// not.
+/// model leaves out and of what is declared with a standard deviation, and the names of what they
+/// do not.
 pub fn declarations(estimate: &Estimate, problem: &Problem) -> String {
     let threshold = problem.options.thresholds.listed_p_value;
     let (effects, agreeing_effects): (Vec<_>, Vec<_>) =

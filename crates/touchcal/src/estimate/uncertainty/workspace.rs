@@ -240,8 +240,8 @@ pub(crate) fn tool_distance(problem: &Problem, parameters: &[Parameter], a: &DVe
     (squares / positions.len().max(1) as f64).sqrt()
 }
 
-/// Joint positions (rad, or m for a prismatic joint; one for each moving joint, base first) in which
-/// errors of the tool count: those of the task that is asked for, or else over the workspace.
+/// Joint positions (rad, or m for a prismatic joint; one for each moving joint, base first) in
+/// which errors of the tool count: those of the task that is asked for, or else over the workspace.
 pub(crate) fn tool_positions(problem: &Problem) -> Vec<Vec<f64>> {
     match &problem.acceptance {
         Some(asked) if !asked.positions.is_empty() => asked.positions.clone(),

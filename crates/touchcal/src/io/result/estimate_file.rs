@@ -70,8 +70,8 @@ pub struct EstimateFile {
     /// versions have none.
     #[serde(default)]
     pub effect_tests: Vec<EffectTestEntry>,
-    /// Tests of what is declared with a standard deviation, the least p-value first; files of earlier
-    /// versions have none.
+    /// Tests of what is declared with a standard deviation, the least p-value first; files of
+    /// earlier versions have none.
     #[serde(default)]
     pub prior_tests: Vec<PriorTestEntry>,
     /// Effects that were estimated in addition because contacts contradict that they are zero, in
