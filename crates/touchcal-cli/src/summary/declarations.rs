@@ -78,11 +78,15 @@ fn effect_value(entry: &EffectValue) -> String {
 /// The estimate of something declared, without the name of its block.
 fn declared_value(entry: &DeclaredValue) -> String {
     let (factor, unit, decimals) = in_user_units(entry.unit);
-    let (value, sigma) = (factor * entry.value, factor * entry.sigma);
     if entry.unit == Unit::One && entry.name == "noise" {
         return format!("{:.2} ± {:.2} times the declared", entry.value, entry.sigma);
     }
-    format!("{} {} {unit} (declared ± {sigma:.decimals$})", without_block(&entry.name), signed(value, decimals))
+    let declared = match factor * entry.sigma {
+        0.0 => "exact".to_owned(),
+        sigma => format!("± {sigma:.decimals$}"),
+    };
+    let value = signed(factor * entry.value, decimals);
+    format!("{} {value} {unit} (declared {declared})", without_block(&entry.name))
 }
 
 fn without_block(name: &str) -> &str {

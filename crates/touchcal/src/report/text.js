@@ -97,7 +97,7 @@ function valueOf({ name, unit, value, sigma }, effect, is_declared) {
   const decimals = Math.min(7, Math.max(0, 1 - Math.floor(Math.log10(factor * (sigma || Math.abs(value) || 1)))));
   const label = name.startsWith(effect + ".") ? name.slice(effect.length + 1) : name;
   if (name === "noise") return `${value.toFixed(2)} ± ${sigma.toFixed(2)} times the declared`;
-  if (is_declared) return `${label} ${signed(factor * value, decimals)} ${symbol} (declared ± ${(factor * sigma).toFixed(decimals)})`;
+  if (is_declared) return `${label} ${signed(factor * value, decimals)} ${symbol} (declared ${sigma ? `± ${(factor * sigma).toFixed(decimals)}` : "exact"})`;
   return `${label} ${signed(factor * value, decimals)} ± ${(factor * sigma).toFixed(decimals)} ${symbol}`;
 }
 
