@@ -15,14 +15,14 @@ use touchcal::io::estimate_file::{EstimateFile, ParameterEntry};
 use touchcal::io::urdf::{self, Ends};
 
 use crate::array::{fixed, fixed_rows, numbers};
+use crate::checks::{EffectTest, PredictiveCheck, PriorTest};
 use crate::error::io;
 use crate::evaluation::Evaluation;
 use crate::frame::Frame;
 use crate::problem::Problem;
 use crate::progress::{Observer, Progress};
 use crate::result::{
-    Acceptance, CompetingMinimum, EffectTest, NullDirection, Parameter, PredictiveCheck, PriorTest, Termination,
-    Warning, WorkspaceUncertainty,
+    Acceptance, CompetingMinimum, NullDirection, Parameter, Termination, Warning, WorkspaceUncertainty,
 };
 use crate::robot::Robot;
 use crate::score::Score;
@@ -125,7 +125,7 @@ impl Calibration {
     }
 
     /// Tests of what is declared with a standard deviation, the least p-value first; none where the
-    /// search did not converge.
+    /// search did not converge, or contacts are measured by a projection.
     #[getter]
     fn prior_tests(&self) -> Vec<PriorTest> {
         self.solved.estimate.prior_tests.iter().map(PriorTest::from).collect()

@@ -7,6 +7,7 @@
 mod array;
 mod calibration;
 mod campaign;
+mod checks;
 mod error;
 mod evaluate;
 mod evaluation;
@@ -34,6 +35,8 @@ mod _touchcal {
     #[pymodule_export]
     use crate::campaign::Campaign;
     #[pymodule_export]
+    use crate::checks::{EffectTest, PredictiveCheck, PriorTest};
+    #[pymodule_export]
     use crate::error::{Error, FileError, InputError, SimulationError};
     #[pymodule_export]
     use crate::evaluate::evaluate;
@@ -53,8 +56,7 @@ mod _touchcal {
     use crate::progress::Progress;
     #[pymodule_export]
     use crate::result::{
-        Acceptance, CompetingMinimum, EffectTest, NullDirection, Parameter, PredictiveCheck, PriorTest, Termination,
-        Warning, WorkspaceUncertainty,
+        Acceptance, CompetingMinimum, NullDirection, Parameter, Termination, Warning, WorkspaceUncertainty,
     };
     #[pymodule_export]
     use crate::robot::Robot;

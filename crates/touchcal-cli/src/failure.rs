@@ -47,7 +47,7 @@ pub enum Failure {
     },
     /// Contacts of an arm that misses its fixture.
     #[error(
-        "{problem}: {evidence}: the arm is not calibrated, or the fixture is not what and where it is declared; calibrate it (touchcal calibrate {problem} --out out), and name out/calibrated.urdf as `urdf` and the places that it found in the problem file"
+        "{problem}: {evidence}: the arm is not calibrated, or tool or fixture are not what and where they are declared; calibrate the arm (touchcal calibrate {problem} --out out), and name out/calibrated.urdf as `urdf` and the places that it found in the problem file"
     )]
     ArmMisses {
         /// Path of the problem file.

@@ -108,14 +108,14 @@ fn require_calibrated_arm(problem: &Problem, chosen: usize, path: &Path) -> Resu
     };
     match arm_fit(problem, chosen) {
         ArmFit::Met => {}
-        ArmFit::Displaced(displacement) => output::diagnostic(&format!(
-            "warning: by these contacts fixture `{}` is {}, which is possible but unlikely: stored poses are relative to the declared place; declare the fixture where it is found if other arms touch it there",
+        ArmFit::Displaced(displacement) => output::notes(&[format!(
+            "by these contacts tool or fixture `{}` is {}, within its tolerance: stored poses are relative to the declared place",
             name(displacement.fixture),
             found(&displacement)
-        )),
+        )]),
         ArmFit::Elsewhere(displacement) => {
             return refused(format!(
-                "expected fixture `{}` within its tolerance by its contacts, found it {} ({})",
+                "expected tool and fixture `{}` within their tolerances by their contacts, found them {} ({})",
                 name(displacement.fixture),
                 found(&displacement),
                 p_value_statement(displacement.p_value)
@@ -151,7 +151,7 @@ impl Summary<'_> {
         let of = if fixture.is_empty() { String::new() } else { format!(" of the tool in `{fixture}`") };
         let kept = match self.args.spacing_mm {
             0.0 => "all taken".to_owned(),
-            spacing => format!("{} samples at least {spacing:.3} mm apart", self.coverage.count),
+            spacing => format!("{} samples at least {spacing} mm apart", self.coverage.count),
         };
         let distance = self.distance.map_or_else(String::new, |distance| {
             format!(

@@ -38,7 +38,7 @@ pub fn declarations(estimate: &Estimate, problem: &Problem) -> String {
         text += &format!("Left out  {}\n", wrapped(&words));
     }
     if !agreeing.is_empty() {
-        let names = agreeing.iter().map(|test| test.name.as_str()).collect::<Vec<&str>>().join(", ");
+        let names = agreeing.iter().map(|test| test.declaration.name()).collect::<Vec<String>>().join(", ");
         let words = format!("contacts do not contradict the standard deviations of these: {names}");
         text += &format!("Declared  {}\n", wrapped(&words));
     }
@@ -53,8 +53,9 @@ fn effect_row(test: &EffectTest) -> [String; 6] {
 
 fn declared_row(test: &PriorTest) -> [String; 6] {
     let value = test.strongest_values().first().map_or_else(|| "-".to_owned(), |value| declared_value(value));
-    let displacement = if test.displacement > 0.0 { millimetres(test.displacement) } else { "-".to_owned() };
-    [test.name.clone(), p_value_text(test.p_value), value, displacement, "-".to_owned(), test.declared_in()]
+    let displacement = test.displacement.map_or_else(|| "-".to_owned(), millimetres);
+    let declaration = &test.declaration;
+    [declaration.name(), p_value_text(test.p_value), value, displacement, "-".to_owned(), declaration.declared_in()]
 }
 
 /// Effects that were freed, and what each is worth.

@@ -136,8 +136,8 @@ fn contacts_of_an_arm_that_misses_its_fixture_are_refused() {
     assert!(!stderr(&done).contains("whether its arm is calibrated"), "{}", stderr(&done));
 }
 
-/// With a calibrated arm the place of the hole is declared beside the true one: declared exact, to
-/// a default of 1 mm, and beyond that.
+/// With a calibrated arm the place of the hole is declared beside the true one: within a default of
+/// 1 mm, beyond it, and beside a place that is declared exact.
 #[test]
 fn a_fixture_that_is_found_elsewhere_is_told_or_refused() {
     let folder = tempfile::tempdir().unwrap();
@@ -152,14 +152,15 @@ fn a_fixture_that_is_found_elsewhere_is_told_or_refused() {
         stderr(&done)
     };
     assert_eq!(recorded(&to_1_mm, "600", 0), "");
-    assert_eq!(recorded(&to_1_mm, "600.9", 0), "");
-    let said = recorded(&to_1_mm, "602.3", 0);
-    let told =
-        said.contains("fixture `hole` is 2.3") && said.contains("stored poses are relative to the declared place");
-    assert!(told && said.lines().count() == 1, "{said}");
-    for (text, x, found) in [(&to_1_mm, "605", "found it 5.0"), (&exact, "602.3", "found it 2.3")] {
+    assert_eq!(recorded(&to_1_mm, "600.3", 0), "");
+    for (x, found) in [("600.9", "fixture `hole` is 0.9"), ("602.3", "fixture `hole` is 2.3")] {
+        let said = recorded(&to_1_mm, x, 0);
+        let told = said.contains(found) && said.contains("stored poses are relative to the declared place");
+        assert!(told && said.lines().count() == 1, "{said}");
+    }
+    for (text, x, found) in [(&to_1_mm, "605", "found them 5.0"), (&exact, "602.3", "found them 2.3")] {
         let said = recorded(text, x, 3);
-        let parts = ["expected fixture `hole` within its tolerance", found, "touchcal calibrate"];
+        let parts = ["expected tool and fixture `hole` within their tolerances", found, "touchcal calibrate"];
         assert!(parts.iter().all(|part| said.contains(part)) && said.lines().count() == 1, "{said}");
     }
 }

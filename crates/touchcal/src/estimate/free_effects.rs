@@ -154,10 +154,11 @@ fn first_usable(
 fn tested_suspects(problem: &Problem, estimate: &Estimate, freed: &[FreedEffect]) -> Vec<FreedEffect> {
     let threshold = problem.options.thresholds.effect_p_value;
     let effects = estimate.effect_tests.iter().map(|test| (test.effect.clone(), test.p_value, test.statistic));
-    let shapes = problem.fixtures.iter().filter(|fixture| fixture.tolerance == ShapeTolerance::EXACT);
+    let is_exact = |shape: &ShapeTolerance| shape.clearance == 0.0 || shape.depth == 0.0;
+    let shapes = problem.fixtures.iter().filter(|fixture| is_exact(&fixture.tolerance));
     let shapes = shapes.filter_map(|fixture| {
         let effect = OmittedEffect::Shape { fixture: fixture.name.clone() };
-        let test = estimate.prior_tests.iter().find(|test| test.name == effect.name())?;
+        let test = estimate.prior_tests.iter().find(|test| test.declaration.name() == effect.name())?;
         Some((effect, test.p_value, test.statistic))
     });
     let suspects = effects.chain(shapes).filter(|(_, p_value, _)| *p_value < threshold);
@@ -263,7 +264,14 @@ fn with_effect(problem: &Problem, effect: &OmittedEffect) -> Problem {
         OmittedEffect::ToolPlace => freed.tool.prior = PlacePrior::DEFAULT_TOOL,
         OmittedEffect::Shape { fixture } => {
             let named = freed.fixtures.iter_mut().filter(|other| other.name == *fixture);
-            named.for_each(|fixture| fixture.tolerance = ShapeTolerance::DEFAULT);
+            let default = |sigma: f64, default: f64| if sigma == 0.0 { default } else { sigma };
+            named.for_each(|fixture| {
+                let ShapeTolerance { clearance, depth } = fixture.tolerance;
+                fixture.tolerance = ShapeTolerance {
+                    clearance: default(clearance, ShapeTolerance::DEFAULT.clearance),
+                    depth: default(depth, ShapeTolerance::DEFAULT.depth),
+                };
+            });
         }
         OmittedEffect::FixturePlace { fixture } => {
             let named = freed.fixtures.iter_mut().filter(|other| other.name == *fixture);

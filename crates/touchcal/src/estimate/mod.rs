@@ -38,10 +38,10 @@ pub use problem::{
 };
 pub use result::{
     Acceptance, AcceptanceResult, Agreement, ArmFit, CommonStrain, CompetingMinimum, ContactCount, Contradiction,
-    Decision, DeclarationMistake, DeclaredLength, DeclaredValue, DistanceSource, EffectTest, EffectValue, Estimate,
-    Evaluation, FixtureDisplacement, FixtureDistance, FreedEffect, Identifiability, NoiseSigma, NullDirection,
-    OmittedEffect, ParameterEstimate, ParameterPosterior, PosteriorEntry, PredictiveCheck, PriorTest, Progress,
-    Scatter, Score, Severity, Spread, Stage, Status, TaskErrors, Verdict, Warning, WorkspaceUncertainty,
+    Decision, Declaration, DeclarationMistake, DeclaredLength, DeclaredValue, DistanceSource, EffectTest, EffectValue,
+    Estimate, Evaluation, FixtureDisplacement, FixtureDistance, FreedEffect, Identifiability, NoiseSigma,
+    NullDirection, OmittedEffect, ParameterEstimate, ParameterPosterior, PosteriorEntry, PredictiveCheck, PriorTest,
+    Progress, Scatter, Score, Severity, Spread, Stage, Status, TaskErrors, Verdict, Warning, WorkspaceUncertainty,
 };
 pub use uncertainty::{
     ToolUncertainty, configurations_within, cramer_rao, distance_uncertainty, tool_uncertainty,

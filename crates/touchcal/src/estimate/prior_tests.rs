@@ -13,7 +13,8 @@ use nalgebra::{Cholesky, DMatrix, DVector};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use super::model::distance_row;
-use super::result::{DeclaredValue, Estimate, PriorTest};
+use super::problem::ShapeTolerance;
+use super::result::{Declaration, DeclaredValue, Estimate, PriorTest};
 use super::result_checks::FitStatistics;
 use super::search::{SearchState, uses_contact_modes};
 use super::uncertainty::{CalibratedTool, tool_displacement, tool_positions};
@@ -23,9 +24,13 @@ use crate::solver::StopReason;
 /// Share of the prior variance that contacts leave, up to which a direction is tested.
 const MAX_SHARE: f64 = 0.5;
 
+/// Standard deviation (1) of the scatter found over the declared one besides chance: least gaps and
+/// contact modes are as far from Gaussian as that.
+const MODEL_SIGMA: f64 = 0.025;
+
 /// Something declared, as a linear function of the parameters.
 struct DeclaredQuantity {
-    name: String,
+    declaration: Declaration,
     /// Derivative `A` of the values by the parameters (SI).
     map: DMatrix<f64>,
     values: Vec<DeclaredValue>,
@@ -37,10 +42,10 @@ struct DeclaredQuantity {
 
 impl DeclaredQuantity {
     /// Values that are priors of the cost.
-    fn of_prior(name: String, map: DMatrix<f64>, values: Vec<DeclaredValue>) -> Self {
+    fn of_prior(declaration: Declaration, map: DMatrix<f64>, values: Vec<DeclaredValue>) -> Self {
         let variances = values.iter().map(|entry| entry.sigma.powi(2));
         let variance = DMatrix::from_diagonal(&DVector::from_iterator(values.len(), variances));
-        DeclaredQuantity { name, map, values, variance, max_share: MAX_SHARE }
+        DeclaredQuantity { declaration, map, values, variance, max_share: MAX_SHARE }
     }
 }
 
@@ -53,7 +58,8 @@ pub(super) fn prior_tests(search: &SearchState<'_>, estimate: &Estimate, statist
     let positions = tool_positions(problem);
     let jacobians = tool.jacobians(positions.iter().map(Vec::as_slice));
     let displacement = |change: &DVector<f64>| tool_displacement(&jacobians, &change.select_rows(&tool.indices));
-    let quantities = blocks(search, estimate).into_iter().chain(distances(search)).chain(shapes(search, estimate));
+    let shapes = if statistics.has_least_gap_inflation { Vec::new() } else { shapes(search, estimate) };
+    let quantities = blocks(search, estimate).into_iter().chain(distances(search)).chain(shapes);
     let each = quantities.filter_map(|quantity| prior_test(quantity, &estimate.covariance, &displacement));
     let mut tests: Vec<PriorTest> = each.chain(noise_test(search, estimate, statistics)).collect();
     let count = tests.len() as f64;
@@ -69,7 +75,7 @@ fn prior_test(
     covariance: &DMatrix<f64>,
     displacement: &dyn Fn(&DVector<f64>) -> f64,
 ) -> Option<PriorTest> {
-    let DeclaredQuantity { name, map, values, variance, max_share } = quantity;
+    let DeclaredQuantity { declaration, map, values, variance, max_share } = quantity;
     let value = DVector::from_iterator(values.len(), values.iter().map(|entry| entry.value));
     let moved = covariance * map.transpose();
     let posterior = &map * &moved;
@@ -79,36 +85,42 @@ fn prior_test(
     let factor = Cholesky::new(variance)?.l();
     let whitened = factor.solve_lower_triangular(&value)?;
     let half = factor.solve_lower_triangular(&posterior)?;
-    let shares = factor.solve_lower_triangular(&half.transpose())?.symmetric_eigen();
+    let shares = factor.solve_lower_triangular(&half.transpose())?;
+    // Decompositions do not terminate on NaN.
+    if !shares.iter().all(|entry| entry.is_finite()) {
+        return None;
+    }
+    let shares = shares.symmetric_eigen();
     let tested: Vec<usize> = (0..value.len()).filter(|&k| shares.eigenvalues[k] < max_share).collect();
     let statistic = tested.iter().map(|&k| shares.eigenvectors.column(k).dot(&whitened).powi(2)).sum();
     let p_value = ChiSquared::new(tested.len() as f64).ok()?.sf(statistic);
     // Given that the values are those declared, the parameters differ by this.
     let change = Cholesky::new(posterior).map(|factor| moved * factor.solve(&value));
-    let displacement = change.as_ref().map_or(0.0, displacement);
-    Some(PriorTest { name, statistic, degrees_of_freedom: tested.len(), p_value, values, displacement })
+    let displacement = change.as_ref().map(displacement);
+    Some(PriorTest { declaration, statistic, degrees_of_freedom: tested.len(), p_value, values, displacement })
 }
 
 /// Parameters with a Gaussian prior: those of a place, of the wrench, and of a block of the arm
 /// together.
 fn blocks(search: &SearchState<'_>, estimate: &Estimate) -> Vec<DeclaredQuantity> {
     let fixtures = &search.model.problem.fixtures;
-    let name = |id: ParameterId| match id {
-        ParameterId::Fixture(f, _) => format!("fixture.{}", fixtures[f].name),
-        ParameterId::WrenchBias(_) | ParameterId::WrenchScale => "wrench".to_owned(),
-        _ => id.block().name().to_owned(),
+    let declaration = |id: ParameterId| match id {
+        ParameterId::Fixture(f, _) => Declaration::FixturePlace { fixture: fixtures[f].name.clone() },
+        ParameterId::WrenchBias(_) | ParameterId::WrenchScale => Declaration::Wrench,
+        _ if id.block() == Block::Tool => Declaration::ToolPlace,
+        _ => Declaration::Parameters(id.block()),
     };
-    let mut groups: Vec<(String, Vec<usize>)> = Vec::new();
+    let mut groups: Vec<(Declaration, Vec<usize>)> = Vec::new();
     for (k, entry) in estimate.parameters.iter().enumerate() {
         let id = entry.parameter.id;
         let is_fixed = estimate.covariance[(k, k)] <= 0.0;
         if is_fixed || id.block() == Block::GapBias || !matches!(entry.parameter.prior, Prior::Gaussian { .. }) {
             continue;
         }
-        let name = name(id);
-        match groups.iter_mut().find(|(known, _)| *known == name) {
+        let declaration = declaration(id);
+        match groups.iter_mut().find(|(known, _)| *known == declaration) {
             Some((_, members)) => members.push(k),
-            None => groups.push((name, vec![k])),
+            None => groups.push((declaration, vec![k])),
         }
     }
     let value = |&k: &usize| {
@@ -117,9 +129,9 @@ fn blocks(search: &SearchState<'_>, estimate: &Estimate) -> Vec<DeclaredQuantity
         DeclaredValue { name: entry.parameter.name.clone(), unit: entry.parameter.unit, value: entry.value, sigma }
     };
     let count = estimate.parameters.len();
-    let each = groups.into_iter().map(|(name, members)| {
+    let each = groups.into_iter().map(|(declaration, members)| {
         let map = DMatrix::from_fn(members.len(), count, |row, k| f64::from(members[row] == k));
-        DeclaredQuantity::of_prior(name, map, members.iter().map(value).collect())
+        DeclaredQuantity::of_prior(declaration, map, members.iter().map(value).collect())
     });
     each.collect()
 }
@@ -132,10 +144,10 @@ fn distances(search: &SearchState<'_>) -> Vec<DeclaredQuantity> {
         let mut map = DMatrix::zeros(1, search.model.layout.len());
         row.iter().for_each(|&(k, slope)| map[(0, k)] = slope);
         let (a, b) = declared.between;
-        let name = format!("distance.{}.{}", problem.fixtures[a].name, problem.fixtures[b].name);
-        let (value, sigma) = (length - declared.distance, declared.sigma);
-        let values = vec![DeclaredValue { name: name.clone(), unit: Unit::Meter, value, sigma }];
-        DeclaredQuantity::of_prior(name, map, values)
+        let declaration = Declaration::Distance { between: [a, b].map(|f| problem.fixtures[f].name.clone()) };
+        let (name, value, sigma) = (declaration.name(), length - declared.distance, declared.sigma);
+        let values = vec![DeclaredValue { name, unit: Unit::Meter, value, sigma }];
+        DeclaredQuantity::of_prior(declaration, map, values)
     });
     each.collect()
 }
@@ -170,7 +182,10 @@ fn shapes(search: &SearchState<'_>, estimate: &Estimate) -> Vec<DeclaredQuantity
         let map = DMatrix::from_fn(size, count, |row, k| f64::from(is_part(row, k)));
         let soft = DMatrix::identity(size, size).add_scalar(1.0) * softness.powi(2);
         Some(DeclaredQuantity {
-            name: format!("gap_bias.{}", fixture.name),
+            declaration: Declaration::Shape {
+                fixture: fixture.name.clone(),
+                is_exact: fixture.tolerance == ShapeTolerance::EXACT,
+            },
             variance: &map * &estimate.covariance * map.transpose() + soft,
             map,
             values: gaps.iter().map(value).collect(),
@@ -181,21 +196,21 @@ fn shapes(search: &SearchState<'_>, estimate: &Estimate) -> Vec<DeclaredQuantity
 }
 
 /// Declared noise: whether contacts scatter more. The logarithm of a standard deviation from `n`
-/// independent contacts has the variance `1/(2n)`.
+/// independent contacts has the variance `1/(2n)`, besides what the model is off.
 fn noise_test(search: &SearchState<'_>, estimate: &Estimate, statistics: &FitStatistics) -> Option<PriorTest> {
     if search.model.problem.noise.is_estimated || estimate.contacts.used == 0 {
         return None;
     }
     let independent = estimate.contacts.used as f64 / statistics.design_effect.unwrap_or(1.0).max(1.0);
-    let sigma = (2.0 * independent).sqrt().recip();
+    let sigma = (0.5 / independent).sqrt().hypot(MODEL_SIGMA);
     let value = statistics.noise_factor;
     let statistic = (value.max(1.0).ln() / sigma).powi(2);
     Some(PriorTest {
-        name: "noise".to_owned(),
+        declaration: Declaration::Noise,
         statistic,
         degrees_of_freedom: 1,
         p_value: ChiSquared::new(1.0).ok()?.sf(statistic),
-        values: vec![DeclaredValue { name: "noise".to_owned(), unit: Unit::One, value, sigma }],
-        displacement: 0.0,
+        values: vec![DeclaredValue { name: "noise".to_owned(), unit: Unit::One, value, sigma: value * sigma }],
+        displacement: None,
     })
 }

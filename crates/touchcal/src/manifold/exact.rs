@@ -13,9 +13,9 @@ use crate::se3::Pose;
 
 /// Most that a peg may overlap the hole's walls (m): tighter fits are pressed in.
 const MOST_OVERLAP: f64 = 0.2e-3;
-/// Most that one of a peg's width, its length and its hole's depth may be over another (1): those
-/// of a needle are within it, metres taken as millimetres are not.
-const MOST_RATIO: f64 = 200.0;
+/// Most that a peg's length may be over its hole's depth or its own width, or that width over the
+/// length (1): needles, probes and plates are within it, metres taken as millimetres mostly not.
+const MOST_RATIO: f64 = 500.0;
 /// Points of the peg's axis that are checked.
 const AXIS_POINTS: usize = 100;
 
@@ -34,7 +34,8 @@ pub enum Misfit {
     /// the peg's axis that lies inside the peg.
     #[error("a solid where the peg's axis lies")]
     Blocked,
-    /// One of the lengths is more than 200 times another, as in another unit.
+    /// The peg is more than 500 times as long as its hole is deep, or as it is wide, or as wide as
+    /// it is long: as in another unit.
     #[error(
         "a peg {:.3} mm wide and {:.3} mm long for a hole {:.3} mm deep: which of these is in another unit?",
         1e3 * .width, 1e3 * .length, 1e3 * .depth
@@ -79,12 +80,11 @@ pub fn peg_in_hole(parts: MeshPair, depth: f64) -> Result<Box<dyn ContactManifol
 
 /// Checks a peg and a hole of `depth` (m, positive) by their lengths, and by their signed gap with
 /// the tip at half of the depth and the axes of both frames aligned, which is the one row of the
-/// manifold's residual.
-/// Manifolds with another number of rows pass. Only for a peg in a hole: a [`Plane`] has one row
-/// too, of another meaning.
+/// manifold's residual. Manifolds with another number of rows pass. Only for a peg in a hole: a
+/// [`Plane`] has one row too, of another meaning.
 ///
 /// # Errors
-/// [`Misfit::Proportions`] if one of the lengths is more than 200 times another, else
+/// [`Misfit::Proportions`] if lengths are as in different units, else
 /// [`Misfit::Overlap`] if the gap is below −0.2 mm.
 pub fn check_fit(manifold: &dyn ContactManifold, depth: f64) -> Result<(), Misfit> {
     check_proportions(&manifold.sketch().tool, depth)?;
@@ -96,13 +96,14 @@ pub fn check_fit(manifold: &dyn ContactManifold, depth: f64) -> Result<(), Misfi
     }
 }
 
-/// Checks the width and the length of a peg, and the depth (m) of its hole, against each other.
+/// Checks the length of a peg against its width and the depth (m) of its hole. A hole may be as
+/// deep as it is said to be: through holes are.
 fn check_proportions(peg: &Shape, depth: f64) -> Result<(), Misfit> {
     let Shape::Prism { outline, to: length, .. } = peg else { return Ok(()) };
     let width = 2.0 * outline.iter().map(|vertex| vertex.coords.norm()).fold(0.0, f64::max);
-    let lengths = [width, *length, depth];
-    let (least, most) = (lengths.into_iter().fold(f64::INFINITY, f64::min), lengths.into_iter().fold(0.0, f64::max));
-    if most > MOST_RATIO * least { Err(Misfit::Proportions { width, length: *length, depth }) } else { Ok(()) }
+    let is_other_unit = |over: f64, under: f64| under > 0.0 && over > MOST_RATIO * under;
+    let is_misfit = is_other_unit(*length, depth) || is_other_unit(*length, width) || is_other_unit(width, *length);
+    if is_misfit { Err(Misfit::Proportions { width, length: *length, depth }) } else { Ok(()) }
 }
 
 /// Checks that no point of a peg's axis is inside both the peg and the body around the hole, with
@@ -117,4 +118,32 @@ fn check_axis(parts: &MeshPair, depth: f64) -> Result<(), Misfit> {
         peg.signed_distance(&of_peg).0 < 0.0 && hole.signed_distance(&of_hole).0 < -MOST_OVERLAP
     });
     if blocked { Err(Misfit::Blocked) } else { Ok(()) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::{Polygon, PrismPair};
+
+    /// A square peg of these lengths (mm): its side, its length, and the depth of its hole.
+    fn fit(side: f64, length: f64, depth: f64) -> Result<(), Misfit> {
+        let square = |half: f64| {
+            let corners = [(-half, -half), (half, -half), (half, half), (-half, half)];
+            Polygon::new(corners.map(|(x, y)| nalgebra::Point2::new(1e-3 * x, 1e-3 * y)).to_vec()).expect("a square")
+        };
+        let hole = square(0.5 * side + 0.1);
+        let parts = PrismPair::new(square(0.5 * side), 1e-3 * length, hole, 1e-3 * depth).expect("parts");
+        check_fit(&PegInHole::new(parts), 1e-3 * depth)
+    }
+
+    #[test]
+    fn lengths_in_metres_are_no_needles_and_plates() {
+        for (side, length, depth) in [(25.0, 40.0, 30.0), (1.0, 250.0, 20.0), (150.0, 0.8, 0.7), (3.0, 20.0, 1000.0)] {
+            assert_eq!(fit(side, length, depth), Ok(()), "{side} x {length} in {depth} mm");
+        }
+        for (side, length, depth) in [(25.0, 40.0, 0.03), (0.025, 40.0, 30.0), (25.0, 0.04, 30.0)] {
+            let found = fit(side, length, depth);
+            assert!(matches!(found, Err(Misfit::Proportions { .. })), "{side} x {length} in {depth} mm: {found:?}");
+        }
+    }
 }

@@ -35,8 +35,9 @@ struct EffectEntry<'a> {
     p_value: String,
     /// Those that contacts see, the most standard deviations from zero first.
     values: Vec<ValueEntry<'a>>,
-    /// Motion of the tool, and radius of its reported region (m), for effects that are left out.
-    displacement: f64,
+    /// Motion of the tool, where there is one, and radius of its reported region (m), for effects
+    /// that are left out.
+    displacement: Option<f64>,
     radius: Option<f64>,
 }
 
@@ -98,17 +99,17 @@ fn effect_entry(test: &EffectTest, threshold: f64) -> EffectEntry<'_> {
         is_significant: test.p_value < threshold,
         p_value: p_value_text(test.p_value),
         values: test.strongest_values().into_iter().map(value_entry).collect(),
-        displacement: test.displacement,
+        displacement: Some(test.displacement),
         radius: Some(test.radius),
     }
 }
 
 fn declared_entry(test: &PriorTest, threshold: f64) -> EffectEntry<'_> {
     EffectEntry {
-        name: test.name.clone(),
-        description: test.description(),
-        remedy: test.remedy(),
-        declared_in: test.declared_in(),
+        name: test.declaration.name(),
+        description: test.declaration.description(),
+        remedy: test.declaration.remedy(),
+        declared_in: test.declaration.declared_in(),
         is_significant: test.p_value < threshold,
         p_value: p_value_text(test.p_value),
         values: test.strongest_values().into_iter().map(declared_value).collect(),

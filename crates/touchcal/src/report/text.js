@@ -106,7 +106,7 @@ function declarations() {
   const shown = [...effects, ...declared].filter((test) => test.is_significant);
   const others = (tests) => tests.filter((test) => !test.is_significant).map(({ name }) => name).join(", ");
   const sentences = effects.length ? [] : ["Effects that the model leaves out were not tested: the search did not converge, or contacts have no likelihood with a minimum here."];
-  if (shown.length) sentences.push("Contacts contradict the problem file. Values of effects that the model leaves out are what they would be if they were estimated, those of what is declared the estimates less the declared values, the most standard deviations off first; p is the probability that it is chance, corrected for the number of tests; the tool moves by as much between the result and one without the effect, or with what is declared held exact.");
+  if (shown.length) sentences.push("Contacts speak against these lines of the problem file (p below 0.001; the warnings say which have consequences). Values of effects that the model leaves out are what they would be if they were estimated, those of what is declared the estimates less the declared values, the most standard deviations off first; p is the probability that it is chance, corrected for the number of tests; the tool moves by as much between the result and one without the effect, or with what is declared held exact.");
   if (others(effects)) sentences.push(`Contacts do not contradict that these effects are zero: ${others(effects)}.`);
   if (others(declared)) sentences.push(`Contacts do not contradict the standard deviations of these declarations: ${others(declared)}.`);
   if (effects.length && allows_for_unseen_effects) sentences.push("Intervals allow for errors of the arm that contacts would not show.");
@@ -117,8 +117,8 @@ function declarations() {
     const [first, rest] = [values.slice(0, 3), values.slice(3)].map((some) => lines(some.map((value) => valueOf(value, name, is_declared))));
     const more = rest.length ? el("details", {}, el("summary", {}, `and ${rest.length} more`), ...rest) : null;
     const told = (text, note) => el("div", {}, text, el("small", {}, note));
-    const region = is_declared ? "–" : (1e3 * radius).toFixed(3);
-    return [told(name, description), p_value, el("div", {}, ...first, more), (1e3 * displacement).toFixed(3), region, told(declared_in, `→ ${remedy}`)];
+    const [motion, region] = [displacement, radius].map((length) => (length === null ? "–" : (1e3 * length).toFixed(3)));
+    return [told(name, description), p_value, el("div", {}, ...first, more), motion, region, told(declared_in, `→ ${remedy}`)];
   };
   const headings = ["left out or declared", "#p", "value", "#moves the tool (mm)", "#95 % region (mm)", "problem file"];
   if (shown.length) byId("effect-table").append(table(headings, shown.map(row)));

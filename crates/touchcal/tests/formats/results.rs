@@ -61,6 +61,8 @@ fn estimate() -> EstimateFile {
         effect_tests: vec![EffectTestEntry {
             effect: "joint_trend".to_owned(),
             description: "d".to_owned(),
+            declared_in: "f".to_owned(),
+            remedy: "r".to_owned(),
             statistic: 9.5,
             degrees_of_freedom: 2,
             p_value: 0.03,
@@ -89,11 +91,13 @@ fn prior_test() -> PriorTestEntry {
     PriorTestEntry {
         name: "fixture.hole".to_owned(),
         description: "d".to_owned(),
+        declared_in: "f".to_owned(),
+        remedy: "r".to_owned(),
         statistic: 3.5,
         degrees_of_freedom: 1,
         p_value: 0.06,
         values: [("fixture.hole.x".to_owned(), EffectValueEntry { value: 1e-3, sigma: 1e-3 })].into(),
-        displacement_mm: 0.4,
+        displacement_mm: Some(0.4),
     }
 }
 

@@ -145,7 +145,8 @@ fn a_clearance_that_is_off_and_declared_exact_is_contradicted() {
             let of_gap =
                 |warning: &Warning| matches!(warning, Warning::FarFromPrior { name, .. } if name == "gap_bias.hole");
             assert!(estimate.warnings.iter().any(of_gap), "{trial}, {by}: {:?}", estimate.warnings);
-            let test = estimate.prior_tests.iter().find(|test| test.name == "gap_bias.hole").expect("a test");
+            let test =
+                estimate.prior_tests.iter().find(|test| test.declaration.name() == "gap_bias.hole").expect("a test");
             assert!(test.p_value < 1e-5 && (test.values[0].value - by).abs() < 0.01e-3, "{trial}, {by}: {test:?}");
             let (_, freed) = calibrate_with_freed_effects(&problem, &mut |_| ControlFlow::Continue(()));
             assert!(freed.status.is_usable(), "{trial}, {by}: {:?}", freed.warnings);
@@ -164,7 +165,7 @@ fn a_place_is_tested_against_its_standard_deviation() {
         let mut moved = hole_moved(with_defaults(problem.clone()), [0.0, 0.0, by], 0.0);
         moved.options.unseen_effects = UnseenEffects::Ignore;
         let estimate = solve(&moved);
-        estimate.prior_tests.iter().find(|test| test.name == "fixture.hole").expect("a test").p_value
+        estimate.prior_tests.iter().find(|test| test.declaration.name() == "fixture.hole").expect("a test").p_value
     };
     let found = [0.5e-3, 8e-3].map(p_value);
     assert!(found[0] > 1e-2 && found[1] < 1e-5, "{found:?}");
@@ -174,14 +175,15 @@ fn a_place_is_tested_against_its_standard_deviation() {
     let exact = solve(&moved);
     moved.fixtures[0].prior = PlacePrior::DEFAULT_FIXTURE;
     let with_prior = solve(&moved);
-    let test = with_prior.prior_tests.iter().find(|test| test.name == "fixture.hole").expect("a test");
+    let test = with_prior.prior_tests.iter().find(|test| test.declaration.name() == "fixture.hole").expect("a test");
     let positions = workspace_configurations(&moved.robot, 100);
     let place = |estimate: &Estimate, q: &[f64]| {
         Kinematics::new(&estimate.robot, &[], moved.tool.tip_from_tool).pose(q).translation.vector
     };
     let square = |q: &Vec<f64>| (place(&exact, q) - place(&with_prior, q)).norm_squared();
     let expected = (positions.iter().map(square).sum::<f64>() / 100.0).sqrt();
-    assert!((test.displacement / expected - 1.0).abs() < 0.1, "{} m, expected {expected} m", test.displacement);
+    let found = test.displacement.expect("a motion");
+    assert!((found / expected - 1.0).abs() < 0.1, "{found} m, expected {expected} m");
 }
 
 /// An encoder that drifts by 0.04° over the log: shown where it is left out, and found with

@@ -4,18 +4,16 @@ use super::held_out::scatter;
 use super::place_fit::PlaceFit;
 use super::prediction_model::{ArmOf, PredictionModel};
 use crate::estimate::evaluate::evaluate;
-use crate::estimate::problem::{PlacePrior, Problem};
-use crate::estimate::result::{ArmFit, FixtureDisplacement, Scatter};
+use crate::estimate::problem::Problem;
+use crate::estimate::result::{ArmFit, Scatter};
 
-/// Distance (m) that a calibrated arm may be off besides: what calibrations of real arms leave at
+/// Distance (m) that a calibrated arm may be off: what calibrations of real arms leave at
 /// places that they have not seen is mostly less.
 const OF_ARM: f64 = 0.5e-3;
 /// Angle (rad) of the tool that such an arm may be off.
-const ANGLE_OF_ARM: f64 = 0.05 * std::f64::consts::PI / 180.0;
+const ANGLE_OF_ARM: f64 = 0.1 * std::f64::consts::PI / 180.0;
 /// Probability (1) below which a place is none that its declaration allows.
 const IMPOSSIBLE: f64 = 1e-3;
-/// Declared standard deviations (1) beyond which a place is told.
-const TOLD: f64 = 2.0;
 
 /// Whether contacts with the fixture of index `fixture` in [`Problem::fixtures`] can be taken for
 /// poses on its contact manifold: the problem's arm meets that fixture, or, if its shape is not
@@ -49,7 +47,7 @@ fn severity(fit: &ArmFit) -> (u8, f64) {
 }
 
 fn fit(problem: &Problem, fixture: usize) -> ArmFit {
-    let PlaceFit { placed, displacement } = PlaceFit::new(problem, fixture);
+    let Some(PlaceFit { placed, displacement }) = PlaceFit::new(problem, fixture) else { return ArmFit::Unknown };
     let prediction = PredictionModel::new(&placed, None, ArmOf::Calibrated);
     let (_, per_fixture) = scatter(&prediction, &evaluate(&placed));
     let allowed = |scatter: &Scatter| OF_ARM + scatter.by_chance[1] * scatter.predicted;
@@ -58,20 +56,7 @@ fn fit(problem: &Problem, fixture: usize) -> ArmFit {
             ArmFit::Missed { fixture, found: scatter.found, allowed: allowed(&scatter) }
         }
         _ if displacement.p_value < IMPOSSIBLE => ArmFit::Elsewhere(displacement),
-        _ if is_told(&displacement, [problem.tool.prior, problem.fixtures[fixture].prior]) => {
-            ArmFit::Displaced(displacement)
-        }
+        _ if displacement.distance > OF_ARM || displacement.angle > ANGLE_OF_ARM => ArmFit::Displaced(displacement),
         _ => ArmFit::Met,
     }
-}
-
-/// Whether a place that is allowed, with these priors of tool and fixture, is so far from the
-/// declared one that poses in the fixture are off by more than a calibrated arm is.
-fn is_told(displacement: &FixtureDisplacement, priors: [PlacePrior; 2]) -> bool {
-    let [sigma, sigma_angle] = priors.into_iter().fold([0.0_f64; 2], |[length, angle], prior| match prior {
-        PlacePrior::Fixed => [length, angle],
-        PlacePrior::Gaussian { sigma, sigma_angle } => [length.hypot(sigma), angle.hypot(sigma_angle)],
-        PlacePrior::Flat => [f64::INFINITY; 2],
-    });
-    displacement.distance > OF_ARM.max(TOLD * sigma) || displacement.angle > ANGLE_OF_ARM.max(TOLD * sigma_angle)
 }

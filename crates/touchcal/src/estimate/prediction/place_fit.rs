@@ -12,7 +12,7 @@ use crate::estimate::result::FixtureDisplacement;
 use crate::parameter::{Block, Parameter, ParameterId};
 use crate::robot::KinematicParameter;
 use crate::se3::Pose;
-use crate::solver::{FreeParameters, Loss, minimize};
+use crate::solver::{FreeParameters, Loss, StopReason, minimize};
 
 /// Standard deviations (m, rad) of the place at which a calibrated arm that is not exact sees a
 /// fixture: half a millimetre is then the 95 % quantile of the distance.
@@ -30,8 +30,9 @@ pub(super) struct PlaceFit {
 
 impl PlaceFit {
     /// Fits the places of tool and fixture `f` to the contacts with that fixture, both with their
-    /// priors, of which that of the fixture is widened by what a calibrated arm may be off.
-    pub fn new(problem: &Problem, f: usize) -> PlaceFit {
+    /// priors, of which that of the fixture is widened by what a calibrated arm may be off. `None`
+    /// if the fit does not converge.
+    pub fn new(problem: &Problem, f: usize) -> Option<PlaceFit> {
         let alone = with_arm_as_it_is(problem, f);
         let model = CalibrationModel::new(&alone);
         let is_place =
@@ -42,12 +43,17 @@ impl PlaceFit {
         let mut caches = contact_caches(&model);
         let stride = model.stride(CONTACTS);
         let options = alone.options.search.coarse;
-        let mut theta = DVector::zeros(parameters.len());
-        for objective in [Objective::Envelope, Objective::Residual(Loss::Squared)] {
+        let mut fit = |theta: DVector<f64>, objective: Objective| {
             let linearize = |theta: &DVector<f64>| normal_equations(&model, theta, (objective, stride), &mut caches);
-            theta = minimize(linearize, theta, &free, options, &mut |_, _| ControlFlow::Continue(())).theta;
-        }
+            minimize(linearize, theta, &free, options, &mut |_, _| ControlFlow::Continue(()))
+        };
         let objective = Objective::Residual(Loss::Squared);
+        let start = fit(DVector::zeros(parameters.len()), Objective::Envelope).theta;
+        let minimum = fit(start, objective);
+        if minimum.termination.reason != StopReason::Converged {
+            return None;
+        }
+        let theta = minimum.theta;
         let covariance =
             free.covariance(&normal_equations(&model, &theta, (objective, stride), &mut caches).information);
         let p_value = places_p_value(parameters, &free, (&theta, &covariance));
@@ -57,7 +63,7 @@ impl PlaceFit {
             Some(theta[k])
         });
         let [distance, angle] = between(&contact_poses(&alone, f), &contact_poses(&placed, f));
-        PlaceFit { placed, displacement: FixtureDisplacement { fixture: f, distance, angle, p_value } }
+        Some(PlaceFit { placed, displacement: FixtureDisplacement { fixture: f, distance, angle, p_value } })
     }
 }
 

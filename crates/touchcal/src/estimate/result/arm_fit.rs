@@ -5,9 +5,9 @@
 pub enum ArmFit {
     /// Contacts are as near to their manifolds as noise and tolerances allow.
     Met,
-    /// Contacts are on the surfaces of a fixture that is elsewhere than declared, by more than two
-    /// of its standard deviations, as is still possible: poses in the fixture are relative to the
-    /// declared place.
+    /// Contacts are on the surfaces of a fixture that is elsewhere than declared, within what its
+    /// declaration allows, by more than the 0.5 mm or 0.1° that a calibrated arm may be off: poses
+    /// in the fixture are relative to the declared place.
     Displaced(FixtureDisplacement),
     /// Contacts are on the surfaces of a fixture that cannot be where they put it: the arm is not
     /// calibrated, or the fixture is not where it is declared.
@@ -24,7 +24,8 @@ pub enum ArmFit {
         /// Distance that noise and the tolerance of the shapes allow (m).
         allowed: f64,
     },
-    /// No fixture with contacts has a known shape at a bounded place.
+    /// No fixture with contacts has a known shape at a bounded place, or the fit of the places did
+    /// not converge.
     Unknown,
 }
 

@@ -109,7 +109,9 @@ impl OmittedEffect {
             }
             OmittedEffect::ToolPlace => "measure the tool's place again, or give it a standard deviation",
             OmittedEffect::FixturePlace { .. } => "measure the fixture's place again, or give it a standard deviation",
-            OmittedEffect::Shape { .. } => "measure clearance and depth again, or give them a standard deviation",
+            OmittedEffect::Shape { .. } => {
+                "measure outline, clearance and depth again, or give them a standard deviation"
+            }
             OmittedEffect::Noise => "declare a larger noise, or leave out `[noise]` so that it is estimated",
             OmittedEffect::Wrench => "give bias and scale of the wrench a standard deviation",
         }

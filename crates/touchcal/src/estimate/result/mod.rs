@@ -28,7 +28,7 @@ pub use evaluation::{CommonStrain, Contradiction, DistanceSource, Evaluation, Fi
 pub use identifiability::{Identifiability, NullDirection};
 pub use posterior::{ParameterPosterior, PosteriorEntry};
 pub use predictive_check::PredictiveCheck;
-pub use prior_test::{DeclaredValue, PriorTest};
+pub use prior_test::{Declaration, DeclaredValue, PriorTest};
 pub(crate) use progress::Observer;
 pub use progress::{Progress, Stage};
 pub use score::{Score, Spread};

@@ -1,12 +1,102 @@
 //! Tests of what a problem declares with a standard deviation.
 
 use super::warning_text::far_from_prior_advice;
-use crate::parameter::Unit;
+use crate::parameter::{Block, Unit};
+
+/// Something that a problem declares with a standard deviation.
+#[derive(Clone, Debug, PartialEq, Eq)]
+#[non_exhaustive]
+pub enum Declaration {
+    /// The place of the tool.
+    ToolPlace,
+    /// The place of a fixture.
+    FixturePlace {
+        /// Name of the fixture.
+        fixture: String,
+    },
+    /// Outline, clearance and depth of a fixture.
+    Shape {
+        /// Name of the fixture.
+        fixture: String,
+        /// Whether clearance and depth are declared exact.
+        is_exact: bool,
+    },
+    /// A distance between two fixtures.
+    Distance {
+        /// Names of the fixtures.
+        between: [String; 2],
+    },
+    /// Bias and scale of the measured wrench.
+    Wrench,
+    /// Standard deviations of encoders and contacts.
+    Noise,
+    /// Parameters of the arm with priors.
+    Parameters(Block),
+}
+
+impl Declaration {
+    /// Name in files: `tool`, `fixture.{name}`, `gap_bias.{fixture}`, `distance.{a}.{b}`, `wrench`,
+    /// `noise`, or the name of a block of parameters, such as `joint_origin`.
+    pub fn name(&self) -> String {
+        match self {
+            Declaration::ToolPlace => "tool".to_owned(),
+            Declaration::FixturePlace { fixture } => format!("fixture.{fixture}"),
+            Declaration::Shape { fixture, .. } => format!("gap_bias.{fixture}"),
+            Declaration::Distance { between: [a, b] } => format!("distance.{a}.{b}"),
+            Declaration::Wrench => "wrench".to_owned(),
+            Declaration::Noise => "noise".to_owned(),
+            Declaration::Parameters(block) => block.name().to_owned(),
+        }
+    }
+
+    /// What is declared, in English words.
+    pub fn description(&self) -> String {
+        match self {
+            Declaration::ToolPlace => "the tool's place".to_owned(),
+            Declaration::FixturePlace { fixture } => format!("the place of fixture `{fixture}`"),
+            Declaration::Shape { fixture, .. } => {
+                format!("outline, clearance and depth of fixture `{fixture}`, as gaps at contact")
+            }
+            Declaration::Distance { between: [a, b] } => format!("the distance of fixtures `{a}` and `{b}`"),
+            Declaration::Wrench => "bias and scale of the measured wrench".to_owned(),
+            Declaration::Noise => "the scatter of contacts".to_owned(),
+            Declaration::Parameters(block) => format!("parameters `{}` within their priors", block.name()),
+        }
+    }
+
+    /// What to do where contacts contradict it, without a full stop.
+    pub fn remedy(&self) -> &'static str {
+        match self {
+            Declaration::Noise => "declare a larger noise, or leave out `[noise]` so that it is estimated",
+            Declaration::Wrench => {
+                "zero the force sensor, or give bias and scale of the wrench a larger standard deviation"
+            }
+            other => far_from_prior_advice(&other.name()),
+        }
+    }
+
+    /// Keys and table of a problem file (`problem.toml`) that declare it, such as
+    /// `sigma_mm, sigma_deg in [tool]`.
+    pub fn declared_in(&self) -> String {
+        match self {
+            Declaration::ToolPlace => "sigma_mm, sigma_deg in [tool]".to_owned(),
+            Declaration::FixturePlace { fixture } => format!("sigma_mm, sigma_deg in [[fixture]] {fixture}"),
+            Declaration::Shape { fixture, is_exact: true } => format!("exact in [[fixture]] {fixture}"),
+            Declaration::Shape { fixture, is_exact: false } => {
+                format!("clearance_sigma_mm, depth_sigma_mm in [[fixture]] {fixture}")
+            }
+            Declaration::Distance { .. } => "mm, sigma_mm in [[distance]]".to_owned(),
+            Declaration::Wrench | Declaration::Noise => "[noise]".to_owned(),
+            Declaration::Parameters(_) => "[estimate]".to_owned(),
+        }
+    }
+}
 
 /// The estimate of one declared quantity.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DeclaredValue {
-    /// Name of the parameter, of the distance, or of the gap by direction.
+    /// Name of the parameter or of the distance; of gaps at contact in one direction that of its
+    /// directional gap bias, to which the common one is added here.
     pub name: String,
     /// Unit of value and standard deviation.
     pub unit: Unit,
@@ -20,13 +110,11 @@ pub struct DeclaredValue {
 /// posterior against its prior.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PriorTest {
-    /// What is declared: `tool`, `fixture.{name}`, `distance.{a}.{b}`, `gap_bias.{fixture}`
-    /// (outline, clearance and depth), `wrench`, `noise`, or a block of parameters of the arm with
-    /// priors, such as `joint_origin`.
-    pub name: String,
-    /// Statistic (1): chi-squared distributed if what is declared is right.
+    /// What is declared.
+    pub declaration: Declaration,
+    /// Statistic (1): at most chi-squared distributed if what is declared is right.
     pub statistic: f64,
-    /// Number of directions in which contacts say more than what is declared.
+    /// Number of directions in which contacts and other declarations say more than this one.
     pub degrees_of_freedom: usize,
     /// Probability (0 to 1) of a statistic as large by chance, times the number of these tests, at
     /// most 1 (Bonferroni).
@@ -34,8 +122,9 @@ pub struct PriorTest {
     /// The estimates.
     pub values: Vec<DeclaredValue>,
     /// Root mean square motion (m) of the tool in base, in the poses of the task or over the
-    /// workspace, between this result and the one with what is declared held exact; 0 for noise.
-    pub displacement: f64,
+    /// workspace, between this result and the one with what is declared held exact; `None` for
+    /// noise, and where nothing changes the quantity.
+    pub displacement: Option<f64>,
 }
 
 impl PriorTest {
@@ -45,42 +134,5 @@ impl PriorTest {
         let deviations = |entry: &DeclaredValue| (entry.value / entry.sigma.max(f64::MIN_POSITIVE)).abs();
         values.sort_by(|a, b| deviations(b).total_cmp(&deviations(a)));
         values
-    }
-
-    /// What is declared, in English words.
-    pub fn description(&self) -> String {
-        let (kind, name) = self.name.split_once('.').unwrap_or((&self.name, ""));
-        match kind {
-            "tool" => "the tool's place".to_owned(),
-            "fixture" => format!("the place of fixture `{name}`"),
-            "gap_bias" => format!("outline, clearance and depth of fixture `{name}`, as gaps at contact"),
-            "distance" => "the distance between two fixtures".to_owned(),
-            "wrench" => "bias and scale of the measured wrench".to_owned(),
-            "noise" => "the scatter of contacts".to_owned(),
-            _ => format!("parameters `{kind}` within their priors"),
-        }
-    }
-
-    /// What to do where contacts contradict the declaration, without a full stop.
-    pub fn remedy(&self) -> &'static str {
-        match self.name.as_str() {
-            "noise" => "declare a larger noise, or leave out `[noise]` so that it is estimated",
-            "wrench" => "zero the force sensor, or give bias and scale of the wrench a larger standard deviation",
-            name => far_from_prior_advice(name),
-        }
-    }
-
-    /// Key and table of a problem file (`problem.toml`) that declare it, such as
-    /// `sigma_mm, sigma_deg in [tool]`.
-    pub fn declared_in(&self) -> String {
-        let (kind, name) = self.name.split_once('.').unwrap_or((&self.name, ""));
-        match kind {
-            "tool" => "sigma_mm, sigma_deg in [tool]".to_owned(),
-            "fixture" => format!("sigma_mm, sigma_deg in [[fixture]] {name}"),
-            "gap_bias" => format!("clearance_sigma_mm in [[fixture]] {name}"),
-            "distance" => "distance_mm, sigma_mm in [[distance]]".to_owned(),
-            "wrench" | "noise" => "[noise]".to_owned(),
-            _ => "[estimate]".to_owned(),
-        }
     }
 }

@@ -4,7 +4,9 @@ use super::effect_test::OmittedEffect;
 
 /// Message on a distance that the nominal arm contradicts, a declared and a measured distance (mm).
 pub(super) fn distance_message([a, b]: &[String; 2], declared: f64, measured: f64) -> String {
-    format!("`{a}` and `{b}` are declared {declared:.1} mm apart; by the nominal arm it is {measured:.1} mm")
+    // Digits that a conversion of units adds are none that were declared.
+    let declared = (1e6 * declared).round() / 1e6;
+    format!("`{a}` and `{b}` are declared {declared} mm apart; by the nominal arm it is {measured:.1} mm")
 }
 
 /// Message on a tool's outline with its middle beside the origin (mm).

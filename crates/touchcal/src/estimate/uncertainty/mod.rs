@@ -16,8 +16,8 @@ pub(crate) use predictive_check::predictive_check;
 pub(crate) use sandwich::{Sandwich, curvature_and_squares, sandwich_covariance};
 pub(crate) use score_test::{Derivatives, ScoreTest, score_test, unseen_changes};
 pub(crate) use workspace::{
-    CalibratedTool, arm_uncertainty_ratio, tool_displacement, tool_distance, tool_jacobians, tool_positions,
-    workspace_uncertainty,
+    CalibratedTool, SAMPLED_POSITIONS, arm_uncertainty_ratio, tool_displacement, tool_distance, tool_jacobians,
+    tool_positions, workspace_uncertainty,
 };
 pub use workspace::{
     ToolUncertainty, configurations_within, distance_uncertainty, tool_uncertainty, workspace_configurations,

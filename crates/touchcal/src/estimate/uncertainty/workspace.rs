@@ -11,7 +11,7 @@ use crate::se3::{self, Pose, Twist};
 /// Pairs of configurations that the mean is taken over.
 const PAIRS: usize = 100;
 /// Number of joint positions over the workspace at which the motion of the tool is taken.
-const SAMPLED_POSITIONS: usize = 100;
+pub(crate) const SAMPLED_POSITIONS: usize = 100;
 /// Positions of a prismatic joint without limits are within ± this (m).
 const PRISMATIC_RANGE: f64 = 0.5;
 

@@ -143,6 +143,10 @@ pub struct EffectTestEntry {
     pub effect: String,
     /// The effect as a sentence.
     pub description: String,
+    /// Key and table of a problem file that leave the effect out.
+    pub declared_in: String,
+    /// What to do about it.
+    pub remedy: String,
     /// Score statistic (1), chi-squared distributed if the effect is zero.
     pub statistic: f64,
     /// Number of directions that were tested.
@@ -185,6 +189,8 @@ impl From<&estimate::EffectTest> for EffectTestEntry {
         EffectTestEntry {
             effect: test.effect.name(),
             description: test.effect.description(),
+            declared_in: test.effect.declared_in(),
+            remedy: test.effect.remedy().to_owned(),
             statistic: test.statistic,
             degrees_of_freedom: test.degrees_of_freedom,
             p_value: test.p_value,
@@ -199,10 +205,14 @@ impl From<&estimate::EffectTest> for EffectTestEntry {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct PriorTestEntry {
-    /// What is declared: [`PriorTest::name`](estimate::PriorTest::name).
+    /// What is declared: [`Declaration::name`](estimate::Declaration::name).
     pub name: String,
     /// What is declared, in words.
     pub description: String,
+    /// Keys and table of a problem file that declare it.
+    pub declared_in: String,
+    /// What to do where contacts contradict it.
+    pub remedy: String,
     /// Statistic (1), chi-squared distributed if what is declared is right.
     pub statistic: f64,
     /// Number of directions that were tested.
@@ -213,14 +223,14 @@ pub struct PriorTestEntry {
     /// [`DeclaredValue`](estimate::DeclaredValue).
     pub values: BTreeMap<String, EffectValueEntry>,
     /// Root mean square motion of the tool between this result and the one with what is declared
-    /// held exact (mm).
-    pub displacement_mm: f64,
+    /// held exact (mm); `None` for noise, and where nothing changes the quantity.
+    pub displacement_mm: Option<f64>,
 }
 
 impl PriorTestEntry {
     pub(super) fn numbers(&self) -> impl Iterator<Item = (String, f64)> {
         let values = self.values.values().flat_map(|entry| [entry.value, entry.sigma]);
-        let all = [self.statistic, self.p_value, self.displacement_mm].into_iter().chain(values);
+        let all = [self.statistic, self.p_value].into_iter().chain(self.displacement_mm).chain(values);
         all.map(move |value| (format!("prior_tests, {}", self.name), value))
     }
 }
@@ -231,13 +241,15 @@ impl From<&estimate::PriorTest> for PriorTestEntry {
             (entry.name.clone(), EffectValueEntry { value: entry.value, sigma: entry.sigma })
         };
         PriorTestEntry {
-            name: test.name.clone(),
-            description: test.description(),
+            name: test.declaration.name(),
+            description: test.declaration.description(),
+            declared_in: test.declaration.declared_in(),
+            remedy: test.declaration.remedy().to_owned(),
             statistic: test.statistic,
             degrees_of_freedom: test.degrees_of_freedom,
             p_value: test.p_value,
             values: test.values.iter().map(entry).collect(),
-            displacement_mm: 1e3 * test.displacement,
+            displacement_mm: test.displacement.map(|displacement| 1e3 * displacement),
         }
     }
 }

@@ -38,7 +38,8 @@ impl From<estimate::WorkspaceUncertainty> for WorkspaceUncertaintyEntry {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct CompetingMinimumEntry {
-    /// Root mean square distance of the tool from where the result has it, over the workspace (mm).
+    /// Root mean square distance of the tool from where the result has it, in the poses of the task
+    /// or over the workspace (mm).
     pub tool_distance_mm: f64,
     /// Cost of the least gaps over that at the result (1).
     pub cost_ratio: f64,
