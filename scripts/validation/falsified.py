@@ -24,7 +24,7 @@ SHARP = {"nees": (0.3, 2.0), "sigma": 2.0}
 # What is false is declared exact, by so little that contacts need not see it: no tolerance.
 UNSEEN = ["hole_exact_0.1mm", "hole_exact_1mm", "tool_exact_0.5mm", "wrench_bias_exact"]
 # Kinds that are tried with --free-suspects too; these answers must be useful.
-FREED = "hole_exact_1mm tool_exact_0.5mm compliance_2e-5 compliance_5e-6 encoder_drift encoder_walk encoder_harmonic encoder_noise".split()
+FREED = "hole_exact_1mm tool_exact_0.5mm compliance_2e-5 compliance_5e-6 encoder_drift encoder_walk encoder_harmonic encoder_noise clearance_exact".split()
 COMMAND = "`touchcal experiment falsified {} --seed 9000 --out DIR`"
 
 
