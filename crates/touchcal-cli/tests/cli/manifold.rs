@@ -139,7 +139,7 @@ fn contacts_of_an_arm_that_misses_its_fixture_are_refused() {
 /// With a calibrated arm the place of the hole is declared beside the true one: within a default of
 /// 1 mm, beyond it, and beside a place that is declared exact.
 #[test]
-fn a_fixture_that_is_found_elsewhere_is_told_or_refused() {
+fn a_fixture_that_is_found_elsewhere_is_noted_or_refused() {
     let folder = tempfile::tempdir().unwrap();
     let [_, exact] = demonstration(folder.path(), "600");
     let to_1_mm = exact.replace("exact = true\n", "");
@@ -155,8 +155,8 @@ fn a_fixture_that_is_found_elsewhere_is_told_or_refused() {
     assert_eq!(recorded(&to_1_mm, "600.3", 0), "");
     for (x, found) in [("600.9", "fixture `hole` is 0.9"), ("602.3", "fixture `hole` is 2.3")] {
         let said = recorded(&to_1_mm, x, 0);
-        let told = said.contains(found) && said.contains("stored poses are relative to the declared place");
-        assert!(told && said.lines().count() == 1, "{said}");
+        let is_noted = said.contains(found) && said.contains("stored poses are relative to the declared place");
+        assert!(is_noted && said.lines().count() == 1, "{said}");
     }
     for (text, x, found) in [(&to_1_mm, "605", "found them 5.0"), (&exact, "602.3", "found them 2.3")] {
         let said = recorded(text, x, 3);

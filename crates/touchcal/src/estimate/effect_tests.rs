@@ -83,13 +83,14 @@ pub(super) fn effect_tests(search: &mut SearchState<'_>, estimate: &Estimate) ->
     let mut kinematics = model.kinematics.clone();
     kinematics.set(&kinematic_part(ids.iter().copied().zip(theta.iter().copied())).1);
     let jacobians = tool_jacobians(&kinematics, &ids, positions.iter().map(Vec::as_slice));
-    // A motion that a task of few poses does not see is an error of the arm all the same.
-    let everywhere = workspace_configurations(&problem.robot, SAMPLED_POSITIONS);
-    let over_workspace = tool_jacobians(&kinematics, &ids, everywhere.iter().map(Vec::as_slice));
     let of_arm = omitted.iter().filter(|omitted| omitted.effect.is_arm_error());
     let changes = of_arm.flat_map(|omitted| unseen_changes(&at, &inverse, (&omitted.indices, &omitted.sizes)));
-    let unseen =
-        problem.allows_for_unseen_effects().then(|| second_moment(&over_workspace, &changes.collect::<Vec<_>>()));
+    let unseen = problem.allows_for_unseen_effects().then(|| {
+        // A motion that a task of few poses does not see is an error of the arm all the same.
+        let everywhere = workspace_configurations(&problem.robot, SAMPLED_POSITIONS);
+        let over_workspace = tool_jacobians(&kinematics, &ids, everywhere.iter().map(Vec::as_slice));
+        second_moment(&over_workspace, &changes.collect::<Vec<_>>())
+    });
     let unseen = unseen.flatten().map(|moment| moment.view((0, 0), estimate.covariance.shape()).into_owned());
     let mut reported = estimate.clone();
     unseen.iter().for_each(|unseen| reported.covariance += unseen);

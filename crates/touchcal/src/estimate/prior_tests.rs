@@ -164,12 +164,13 @@ fn shapes(search: &SearchState<'_>, estimate: &Estimate) -> Vec<DeclaredQuantity
     let index = |id: ParameterId| estimate.parameters.iter().position(|entry| entry.parameter.id == id);
     let each = problem.fixtures.iter().enumerate().filter_map(|(f, fixture)| {
         let common = index(ParameterId::GapBias(f))?;
-        let is_told = |&(_, k): &(usize, usize)| {
+        let is_distinguished = |&(_, k): &(usize, usize)| {
             let prior = estimate.parameters[k].parameter.prior_sigma();
             prior.is_some_and(|prior| estimate.covariance[(k, k)] < MAX_SHARE * prior * prior)
         };
         let directions = (0..6).filter_map(|k| Some((k, index(ParameterId::DirectionalGapBias(f, k))?)));
-        let gaps: Vec<(usize, usize)> = std::iter::once((0, common)).chain(directions.filter(is_told)).collect();
+        let gaps: Vec<(usize, usize)> =
+            std::iter::once((0, common)).chain(directions.filter(is_distinguished)).collect();
         let common_value = estimate.parameters[common].value;
         let value = |&(direction, k): &(usize, usize)| DeclaredValue {
             name: estimate.parameters[k].parameter.name.clone(),

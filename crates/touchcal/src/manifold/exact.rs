@@ -96,8 +96,8 @@ pub fn check_fit(manifold: &dyn ContactManifold, depth: f64) -> Result<(), Misfi
     }
 }
 
-/// Checks the length of a peg against its width and the depth (m) of its hole. A hole may be as
-/// deep as it is said to be: through holes are.
+/// Checks the length of a peg against its width and the depth (m) of its hole. Any greater
+/// depth is allowed, as of a through hole.
 fn check_proportions(peg: &Shape, depth: f64) -> Result<(), Misfit> {
     let Shape::Prism { outline, to: length, .. } = peg else { return Ok(()) };
     let width = 2.0 * outline.iter().map(|vertex| vertex.coords.norm()).fold(0.0, f64::max);

@@ -156,7 +156,7 @@ fn a_clearance_that_is_off_and_declared_exact_is_contradicted() {
 }
 
 /// A hole that is off by half of its standard deviation, and one that is off by eight of them: the
-/// first agrees with what is declared. The motion that is told is that of the tool in a calibration
+/// first agrees with what is declared. The reported motion is that of the tool in a calibration
 /// with a place that is declared exact.
 #[test]
 fn a_place_is_tested_against_its_standard_deviation() {
