@@ -131,6 +131,13 @@ impl Calibration {
         self.solved.estimate.prior_tests.iter().map(PriorTest::from).collect()
     }
 
+    /// Names of effects and declarations that contacts cannot test: they would not show a plausible
+    /// size of the effect, or determine nothing of what is declared better than that.
+    #[getter]
+    fn untested(&self) -> Vec<String> {
+        self.solved.estimate.untested.clone()
+    }
+
     /// How well the tool is known across the workspace; None where contacts are measured by a
     /// projection.
     #[getter]

@@ -10,12 +10,14 @@ use crate::table::{Table, signed};
 
 /// What contacts say against the problem file: a table of what they contradict, of effects that the
 /// model leaves out and of what is declared with a standard deviation, and the names of what they
-/// do not.
+/// do not contradict and of what they cannot test.
 pub fn declarations(estimate: &Estimate, problem: &Problem) -> String {
-    let threshold = problem.options.thresholds.listed_p_value;
+    let thresholds = &problem.options.thresholds;
     let (effects, agreeing_effects): (Vec<_>, Vec<_>) =
-        estimate.effect_tests.iter().partition(|test| test.p_value < threshold);
-    let (declared, agreeing): (Vec<_>, Vec<_>) = estimate.prior_tests.iter().partition(|test| test.p_value < threshold);
+        estimate.effect_tests.iter().partition(|test| test.p_value < thresholds.listed_p_value);
+    let is_contradicted =
+        |test: &&PriorTest| test.is_contradicted(thresholds.listed_p_value, thresholds.prior_deviations[0]);
+    let (declared, agreeing): (Vec<_>, Vec<_>) = estimate.prior_tests.iter().partition(is_contradicted);
     let mut text = String::new();
     if !effects.is_empty() || !declared.is_empty() {
         let mut table = Table::new([
@@ -41,6 +43,10 @@ pub fn declarations(estimate: &Estimate, problem: &Problem) -> String {
         let names = agreeing.iter().map(|test| test.declaration.name()).collect::<Vec<String>>().join(", ");
         let words = format!("contacts do not contradict the standard deviations of these: {names}");
         text += &format!("Declared  {}\n", wrapped(&words));
+    }
+    if !estimate.untested.is_empty() {
+        let words = format!("contacts cannot tell whether these are as declared: {}", estimate.untested.join(", "));
+        text += &format!("Untested  {}\n", wrapped(&words));
     }
     if text.is_empty() { text } else { text + "\n" }
 }
@@ -86,8 +92,12 @@ fn declared_value(entry: &DeclaredValue) -> String {
         0.0 => "exact".to_owned(),
         sigma => format!("± {sigma:.decimals$}"),
     };
-    let value = signed(factor * entry.value, decimals);
-    format!("{} {value} {unit} (declared {declared})", without_block(&entry.name))
+    let name = without_block(&entry.name);
+    if entry.name.starts_with("gap_bias.") {
+        let (gap, side) = (factor * entry.value.abs(), if entry.value > 0.0 { "apart" } else { "overlapping" });
+        return format!("{name} {gap:.decimals$} {unit} {side} at contact (declared {declared})");
+    }
+    format!("{name} {} {unit} (declared {declared})", signed(factor * entry.value, decimals))
 }
 
 fn without_block(name: &str) -> &str {

@@ -79,11 +79,11 @@ fn effects_that_contacts_show_are_listed() {
     std::fs::write(folder.path().join("off.toml"), off).unwrap();
     let shown = stdout(&touchcal(folder.path(), &["calibrate", "off.toml", "--out", "out"]).code(3));
     let row = shown.lines().find(|line| line.starts_with("  fixture.hole ")).unwrap();
-    for part in ["e-", "hole.", " ± ", "exact in [[fixture]] hole"] {
+    for part in ["e-", "hole.", " ± ", "base_from_fixture in [[fixture]] hole"] {
         assert!(row.contains(part), "expected `{part}` in: {row}");
     }
     let report = std::fs::read_to_string(folder.path().join("out/report.html")).unwrap();
-    assert!(report.contains("\"declared_in\":\"exact in [[fixture]] hole\""));
+    assert!(report.contains("\"declared_in\":\"base_from_fixture in [[fixture]] hole\""));
 }
 
 #[test]

@@ -117,6 +117,12 @@ fn contacts_of_an_arm_that_misses_its_fixture_are_refused() {
         assert!(!folder.path().join("m.safetensors").exists());
     };
     refused("problem.toml", "hole");
+    // So far off that no place within the tolerances fits.
+    let in_metres = nominal.replace("xyz_mm = [0, 0, 150]", "xyz_mm = [0, 0, 0.15]");
+    assert_ne!(in_metres, nominal);
+    std::fs::write(folder.path().join("metres.toml"), in_metres).unwrap();
+    let said = stderr(&touchcal(folder.path(), &["manifold", "metres.toml", "--out", "m.safetensors"]).code(3));
+    assert!(said.contains("touchcal calibrate") && said.lines().count() == 1, "{said}");
     // The same contacts again, with a fixture that has no shape.
     let beside = |problem: &str| {
         let block = |heading: &str| {

@@ -7,7 +7,7 @@ use super::model::{
     contact_mode_statistics, distance_information, prior_information, with_omitted_effects,
 };
 use super::options::WarningThresholds;
-use super::result::{EffectTest, EffectValue, Estimate, Warning};
+use super::result::{EffectTest, EffectValue, Estimate, OmittedEffect, Warning};
 use super::search::{SearchState, uses_contact_modes};
 use super::uncertainty::{
     Derivatives, SAMPLED_POSITIONS, ScoreTest, curvature_and_squares, score_test, tool_displacement, tool_jacobians,
@@ -43,40 +43,55 @@ pub(super) struct EffectTests {
     tests: Vec<ModelTest>,
     /// Covariance (SI) of the model's own parameters by errors of the arm that tests would miss.
     unseen: Option<DMatrix<f64>>,
+    /// Effects that contacts cannot test.
+    untested: Vec<OmittedEffect>,
 }
 
 /// Score tests of all effects that the model leaves out. None where the minimum was not reached or
 /// is none, contacts have no likelihood, or parameters are too many.
 pub(super) fn effect_tests(search: &mut SearchState<'_>, estimate: &Estimate) -> EffectTests {
     let problem = search.model.problem;
+    if search.termination.reason != StopReason::Converged {
+        return EffectTests::default();
+    }
     let one_sided = (0..problem.contacts.len()).any(|i| search.model.is_one_sided(i));
     let has_likelihood = uses_contact_modes(search) || !one_sided;
-    let is_applicable = has_likelihood && !problem.has_projection() && !problem.contacts.is_empty();
-    if !is_applicable || search.termination.reason != StopReason::Converged {
-        return EffectTests::default();
-    }
     let (model, omitted) = with_omitted_effects(&search.model);
-    if model.layout.len() > MAX_PARAMETERS {
-        return EffectTests::default();
-    }
+    let effects: Vec<OmittedEffect> = omitted.iter().map(|omitted| omitted.effect.clone()).collect();
+    let is_applicable = has_likelihood
+        && !problem.has_projection()
+        && !problem.contacts.is_empty()
+        && model.layout.len() <= MAX_PARAMETERS;
+    let found = is_applicable.then(|| score_tests(search, estimate, (&model, omitted))).flatten();
+    let mut found = found.unwrap_or_default();
+    let is_tested = |effect: &OmittedEffect| found.tests.iter().any(|of_effect| of_effect.test.effect == *effect);
+    found.untested = effects.into_iter().filter(|effect| !is_tested(effect)).collect();
+    found
+}
+
+/// The tests of effects that are parameters of the extended `model`. `None` where the cost is not
+/// convex: there is no minimum to test at.
+fn score_tests(
+    search: &mut SearchState<'_>,
+    estimate: &Estimate,
+    (model, omitted): (&CalibrationModel<'_>, Vec<OmittedParameters>),
+) -> Option<EffectTests> {
+    let problem = search.model.problem;
     let theta = search.theta.clone().resize_vertically(model.layout.len(), 0.0);
     let stride = model.stride(SUBSAMPLE);
-    let mut statistics = contact_mode_statistics(&model, &theta, (stride, Curvature::Observed), &mut search.caches);
+    let mut statistics = contact_mode_statistics(model, &theta, (stride, Curvature::Observed), &mut search.caches);
     statistics.scale(1.0 / stride as f64);
-    let known = distance_information(&model, &theta) + prior_information(&model);
+    let known = distance_information(model, &theta) + prior_information(model);
     let (curvature, squares) = curvature_and_squares(&statistics, &known, &model.mode_priors);
     let at = Derivatives {
-        gradient: gradient(&model, &theta, &statistics.derivatives.gradient),
+        gradient: gradient(model, &theta, &statistics.derivatives.gradient),
         curvature,
         squares,
-        shape_scores: shape_scores(&model, &statistics.derivatives.information),
+        shape_scores: shape_scores(model, &statistics.derivatives.information),
         block_scores: statistics.block_scores,
     };
-    let free = estimated(search, &model, at.gradient.len());
-    // Where the cost is not convex there is no minimum to test at.
-    if Cholesky::new(free.scaled_regular(&at.curvature)).is_none() {
-        return EffectTests::default();
-    }
+    let free = estimated(search, model, at.gradient.len());
+    Cholesky::new(free.scaled_regular(&at.curvature))?;
     let inverse = free.covariance(&at.curvature);
     let positions = tool_positions(problem);
     let ids: Vec<ParameterId> = model.layout.parameters.iter().map(|parameter| parameter.id).collect();
@@ -99,18 +114,18 @@ pub(super) fn effect_tests(search: &mut SearchState<'_>, estimate: &Estimate) ->
     let each = omitted.into_iter().filter_map(|omitted| {
         let found = score_test(&at, &inverse, (&omitted.indices, &omitted.sizes))?;
         let displacement = tool_displacement(&jacobians, &found.change);
-        Some(model_test(&model, omitted, found, (count, displacement, radius)))
+        Some(model_test(model, omitted, found, (count, displacement, radius)))
     });
     let mut tests: Vec<ModelTest> = each.collect();
     tests.sort_by(|a, b| a.test.p_value.total_cmp(&b.test.p_value));
-    EffectTests { tests, unseen }
+    Some(EffectTests { tests, unseen, untested: Vec::new() })
 }
 
 /// Warnings about effects that contacts show. Standard deviations are widened by what those move
 /// that keep the tool within its reported region, and by what tests would miss.
 pub(super) fn apply_effect_tests(
     estimate: &mut Estimate,
-    EffectTests { tests, unseen }: EffectTests,
+    EffectTests { tests, unseen, untested }: EffectTests,
     thresholds: &WarningThresholds,
 ) -> Vec<Warning> {
     let mut warnings = Vec::new();
@@ -128,6 +143,7 @@ pub(super) fn apply_effect_tests(
         }
         estimate.effect_tests.push(test);
     }
+    estimate.untested.extend(untested.iter().map(OmittedEffect::name));
     for (k, entry) in estimate.parameters.iter_mut().enumerate() {
         entry.sigma = entry.sigma.map(|sigma| sigma.max(estimate.covariance[(k, k)].max(0.0).sqrt()));
     }

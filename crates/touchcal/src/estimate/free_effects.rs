@@ -7,7 +7,7 @@ use nalgebra::{DMatrix, DVector};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use super::calibrate::calibrate;
-use super::problem::{PlacePrior, Problem, ShapeTolerance, WrenchTolerance};
+use super::problem::{DEFAULT_DISTANCE_SIGMA, Distance, PlacePrior, Problem, ShapeTolerance, WrenchTolerance};
 use super::result::{Estimate, FreedEffect, Observer, OmittedEffect, Status, Warning};
 use crate::parameter::{
     Block, DEFAULT_WALK_SIGMA, Parameter, joint_compliance, joint_harmonic, joint_origin, joint_trend, joint_walk,
@@ -272,6 +272,14 @@ fn with_effect(problem: &Problem, effect: &OmittedEffect) -> Problem {
                     depth: default(depth, ShapeTolerance::DEFAULT.depth),
                 };
             });
+        }
+        OmittedEffect::Distance { between: [a, b] } => {
+            let is_named = |distance: &&mut Distance| {
+                let (first, second) = distance.between;
+                problem.fixtures[first].name == *a && problem.fixtures[second].name == *b
+            };
+            let named = freed.distances.iter_mut().filter(is_named);
+            named.for_each(|distance| distance.sigma = distance.sigma.max(DEFAULT_DISTANCE_SIGMA));
         }
         OmittedEffect::FixturePlace { fixture } => {
             let named = freed.fixtures.iter_mut().filter(|other| other.name == *fixture);

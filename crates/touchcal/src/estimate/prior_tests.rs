@@ -13,7 +13,6 @@ use nalgebra::{Cholesky, DMatrix, DVector};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use super::model::distance_row;
-use super::problem::ShapeTolerance;
 use super::result::{Declaration, DeclaredValue, Estimate, PriorTest};
 use super::result_checks::FitStatistics;
 use super::search::{SearchState, uses_contact_modes};
@@ -50,26 +49,32 @@ impl DeclaredQuantity {
 }
 
 /// Tests of all that is declared with a standard deviation and that contacts determine, the least
-/// p-value first. None where the search did not converge, or the estimate has no uncertainty.
-pub(super) fn prior_tests(search: &SearchState<'_>, estimate: &Estimate, statistics: &FitStatistics) -> Vec<PriorTest> {
+/// p-value first, and names of what they do not determine better than is declared. None where the
+/// search did not converge, or the estimate has no uncertainty.
+pub(super) fn prior_tests(
+    search: &SearchState<'_>,
+    estimate: &Estimate,
+    statistics: &FitStatistics,
+) -> (Vec<PriorTest>, Vec<String>) {
     let problem = search.model.problem;
     let tool = CalibratedTool::new(problem, estimate).filter(|_| estimate.termination.reason == StopReason::Converged);
-    let Some(tool) = tool else { return Vec::new() };
+    let Some(tool) = tool else { return (Vec::new(), Vec::new()) };
     let positions = tool_positions(problem);
     let jacobians = tool.jacobians(positions.iter().map(Vec::as_slice));
     let displacement = |change: &DVector<f64>| tool_displacement(&jacobians, &change.select_rows(&tool.indices));
     let shapes = if statistics.has_least_gap_inflation { Vec::new() } else { shapes(search, estimate) };
     let quantities = blocks(search, estimate).into_iter().chain(distances(search)).chain(shapes);
     let each = quantities.filter_map(|quantity| prior_test(quantity, &estimate.covariance, &displacement));
-    let mut tests: Vec<PriorTest> = each.chain(noise_test(search, estimate, statistics)).collect();
+    let all = each.chain(noise_test(search, estimate, statistics));
+    let (mut tests, untested): (Vec<PriorTest>, Vec<PriorTest>) = all.partition(|test| test.degrees_of_freedom > 0);
     let count = tests.len() as f64;
     tests.iter_mut().for_each(|test| test.p_value = (test.p_value * count).min(1.0));
     tests.sort_by(|a, b| a.p_value.total_cmp(&b.p_value));
-    tests
+    (tests, untested.into_iter().map(|test| test.declaration.name()).collect())
 }
 
-/// The test of one quantity, its p-value not yet corrected. `None` if contacts determine none of
-/// its directions, or a number is not finite.
+/// The test of one quantity, its p-value not yet corrected; without degrees of freedom if contacts
+/// determine none of its directions. `None` if a number is not finite.
 fn prior_test(
     quantity: DeclaredQuantity,
     covariance: &DMatrix<f64>,
@@ -93,9 +98,10 @@ fn prior_test(
     let shares = shares.symmetric_eigen();
     let tested: Vec<usize> = (0..value.len()).filter(|&k| shares.eigenvalues[k] < max_share).collect();
     let statistic = tested.iter().map(|&k| shares.eigenvectors.column(k).dot(&whitened).powi(2)).sum();
-    let p_value = ChiSquared::new(tested.len() as f64).ok()?.sf(statistic);
+    let p_value = ChiSquared::new(tested.len() as f64).map_or(1.0, |distribution| distribution.sf(statistic));
     // Given that the values are those declared, the parameters differ by this.
-    let change = Cholesky::new(posterior).map(|factor| moved * factor.solve(&value));
+    let is_held = !matches!(declaration, Declaration::Shape { .. });
+    let change = Cholesky::new(posterior).filter(|_| is_held).map(|factor| moved * factor.solve(&value));
     let displacement = change.as_ref().map(displacement);
     Some(PriorTest { declaration, statistic, degrees_of_freedom: tested.len(), p_value, values, displacement })
 }
@@ -136,10 +142,10 @@ fn blocks(search: &SearchState<'_>, estimate: &Estimate) -> Vec<DeclaredQuantity
     each.collect()
 }
 
-/// Declared distances between fixtures.
+/// Declared distances between fixtures that are not nearly exact.
 fn distances(search: &SearchState<'_>) -> Vec<DeclaredQuantity> {
     let (problem, point) = (search.model.problem, search.point());
-    let each = problem.distances.iter().map(|declared| {
+    let each = problem.distances.iter().filter(|declared| !declared.is_nearly_exact()).map(|declared| {
         let (row, length) = distance_row(&point, declared);
         let mut map = DMatrix::zeros(1, search.model.layout.len());
         row.iter().for_each(|&(k, slope)| map[(0, k)] = slope);
@@ -183,10 +189,7 @@ fn shapes(search: &SearchState<'_>, estimate: &Estimate) -> Vec<DeclaredQuantity
         let map = DMatrix::from_fn(size, count, |row, k| f64::from(is_part(row, k)));
         let soft = DMatrix::identity(size, size).add_scalar(1.0) * softness.powi(2);
         Some(DeclaredQuantity {
-            declaration: Declaration::Shape {
-                fixture: fixture.name.clone(),
-                is_exact: fixture.tolerance == ShapeTolerance::EXACT,
-            },
+            declaration: Declaration::Shape { fixture: fixture.name.clone() },
             variance: &map * &estimate.covariance * map.transpose() + soft,
             map,
             values: gaps.iter().map(value).collect(),

@@ -141,6 +141,17 @@ pub struct Distance {
     pub sigma: f64,
 }
 
+/// Share of [`DEFAULT_DISTANCE_SIGMA`] below which a distance is nearly exact.
+const NEARLY_EXACT: f64 = 0.5;
+
+impl Distance {
+    /// Whether the distance is declared so much better than is usual that contacts follow it, and
+    /// only a score test shows whether it is right.
+    pub(crate) fn is_nearly_exact(&self) -> bool {
+        self.sigma < NEARLY_EXACT * DEFAULT_DISTANCE_SIGMA
+    }
+}
+
 /// Measurement noise: standard deviations, independent from contact to contact.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Noise {

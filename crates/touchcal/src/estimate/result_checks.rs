@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use super::input_checks::input_warnings;
 use super::model::has_exact_declarations;
 use super::options::WarningThresholds;
-use super::problem::Problem;
+use super::problem::{Fixture, Problem};
 use super::result::{Estimate, ParameterEstimate, PredictiveCheck, Warning};
 use super::search::{SearchState, uses_contact_modes};
 use super::uncertainty::{CalibratedTool, tool_displacement, tool_positions};
@@ -20,8 +20,9 @@ const SYMMETRY_DEVIATIONS: f64 = 5.0;
 pub(super) struct FitStatistics {
     /// Number of residual rows and known distances.
     pub rows: usize,
-    /// Share (0 to 1) of contacts that were rejected.
+    /// Share (0 to 1) of contacts that were rejected: of all, and of each fixture's.
     pub rejected_share: f64,
+    pub rejected_of_fixtures: Vec<f64>,
     /// Measured over declared standard deviation of the noise (1).
     pub noise_factor: f64,
     /// Number of contacts that carry the information of an independent one; `None` without contact
@@ -107,8 +108,10 @@ fn fit_warnings(
     if share > thresholds.rejected_share[0] {
         // False rows leave the others' scatter as it is.
         let is_outliers = factor <= thresholds.noise_factor[0];
-        warnings.push(Warning::ManyRejected { share, usable: is_outliers && share <= thresholds.rejected_share[1] });
+        let usable = is_outliers && share <= thresholds.rejected_share[1];
+        warnings.push(Warning::ManyRejected { fixture: None, share, usable });
     }
+    warnings.extend(rejected_fixtures(problem, statistics));
     if let Some(design_effect) = statistics.design_effect.filter(|found| *found > thresholds.design_effect[0]) {
         // What biases all stretches of the log alike, no stretch shows.
         let is_measured = predictive_check.is_some_and(|found| found.p_value < thresholds.prediction_p_value);
@@ -130,6 +133,20 @@ fn fit_warnings(
         warnings.push(Warning::PredictionContradicted { ratio: found.ratio, widening: found.widening, usable });
     }
     warnings
+}
+
+/// Fixtures most of whose contacts were rejected, among others: one of them is not as it is
+/// declared, and says nothing any more.
+fn rejected_fixtures(problem: &Problem, statistics: &FitStatistics) -> Vec<Warning> {
+    let most = problem.options.thresholds.rejected_share[1];
+    let of_fixtures = problem.fixtures.iter().zip(&statistics.rejected_of_fixtures);
+    let each = of_fixtures.filter(|(_, share)| **share > most && problem.fixtures.len() > 1);
+    let warning = |(fixture, share): (&Fixture, &f64)| Warning::ManyRejected {
+        fixture: Some(fixture.name.clone()),
+        share: *share,
+        usable: false,
+    };
+    each.map(warning).collect()
 }
 
 /// Joints that hardly moved.
@@ -235,9 +252,9 @@ fn value_warning(entry: &ParameterEstimate, search: &SearchState<'_>) -> Option<
         // A clearance that is declared too wide lets parts float, and one too narrow penetrate.
         // The least of noisy gaps has a bias of its own.
         ParameterId::GapBias(f) if uses_contact_modes(search) => {
-            let clearance = problem.fixtures[*f].tolerance.clearance;
-            let blurred = thresholds.exact_gap_share * problem.noise.contact * search.model.noise.factor;
-            let sigma = clearance.hypot(blurred).hypot(entry.sigma.unwrap_or(0.0));
+            // The standard deviation of the gap has that of the clearance already.
+            let clearance = problem.fixtures[*f].tolerance.clearance.max(entry.sigma.unwrap_or(0.0));
+            let sigma = clearance.hypot(thresholds.exact_gap_share * problem.noise.contact * search.model.noise.factor);
             far_from_prior(name, value.abs() / sigma.max(f64::MIN_POSITIVE), thresholds)
         }
         _ => far_from_prior(name, deviations, thresholds),

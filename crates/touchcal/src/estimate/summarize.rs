@@ -9,6 +9,7 @@ use super::evaluate::score;
 use super::model::{CalibrationModel, distance_information, whitened_norms};
 use super::prediction::held_out;
 use super::prior_tests::prior_tests;
+use super::problem::Problem;
 use super::result::{
     CompetingMinimum, ContactCount, Estimate, NoiseSigma, ParameterEstimate, PredictiveCheck, Severity, Status,
     Verdict, Warning,
@@ -70,6 +71,17 @@ impl PostfitStatistics {
     fn rejected(&self) -> usize {
         self.verdicts.iter().filter(|verdict| matches!(verdict, Verdict::Rejected { .. })).count()
     }
+
+    /// Share (0 to 1) of the contacts of each fixture that were rejected.
+    fn rejected_of_fixtures(&self, problem: &Problem) -> Vec<f64> {
+        let mut counts = vec![(0.0, 0.0); problem.fixtures.len()];
+        for (i, verdict) in self.verdicts.iter().enumerate() {
+            let (rejected, all): &mut (f64, f64) = &mut counts[problem.contacts.fixture(i)];
+            *rejected += f64::from(u8::from(matches!(verdict, Verdict::Rejected { .. })));
+            *all += 1.0;
+        }
+        counts.into_iter().map(|(rejected, all)| rejected / all.max(1.0)).collect()
+    }
 }
 
 /// The posterior, and what widened its covariance.
@@ -125,6 +137,7 @@ pub(super) fn summarize(mut search: SearchState<'_>) -> Estimate {
     let statistics = FitStatistics {
         rows: postfit.rows + problem.distances.len(),
         rejected_share: postfit.rejected() as f64 / postfit.verdicts.len().max(1) as f64,
+        rejected_of_fixtures: postfit.rejected_of_fixtures(problem),
         noise_factor,
         design_effect,
         has_least_gap_inflation,
@@ -148,6 +161,7 @@ pub(super) fn summarize(mut search: SearchState<'_>) -> Estimate {
         warnings: Vec::new(),
         effect_tests: Vec::new(),
         prior_tests: Vec::new(),
+        untested: Vec::new(),
         freed_effects: Vec::new(),
         competing_minima: competing_minima(&search, predictive_check.is_some()),
         predictive_check,
@@ -172,7 +186,9 @@ fn check(estimate: &mut Estimate, search: &mut SearchState<'_>, statistics: &Fit
     estimate.warnings.extend(result_warnings(search, estimate, statistics));
     let of_effects = apply_effect_tests(estimate, tests, &search.model.problem.options.thresholds);
     estimate.warnings.extend(of_effects);
-    estimate.prior_tests = prior_tests(search, estimate, statistics);
+    let (tests, untested) = prior_tests(search, estimate, statistics);
+    estimate.prior_tests = tests;
+    estimate.untested.extend(untested);
     estimate.held_out = held_out(search.model.problem, estimate);
     let contradictions = estimate.held_out.iter().flat_map(|found| found.contradictions.clone());
     estimate.warnings.extend(contradictions.map(Warning::HeldOutContradicted));

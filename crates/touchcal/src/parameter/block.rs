@@ -39,12 +39,14 @@ pub enum Block {
     WrenchBias,
     /// Relative error of the scale of the measured wrench (1), a nuisance.
     WrenchScale,
+    /// Errors of declared distances between fixtures (m), a nuisance.
+    Distance,
 }
 
 impl Block {
     /// Name in files and reports: `strain`, `segment_strain`, `joint_offset`, `joint_drift`,
     /// `joint_trend`, `joint_walk`, `joint_harmonic`, `joint_origin`, `joint_compliance`, `tool`,
-    /// `fixture`, `gap_bias`, `wrench_bias`, `wrench_scale`.
+    /// `fixture`, `gap_bias`, `wrench_bias`, `wrench_scale`, `distance`.
     pub fn name(self) -> &'static str {
         match self {
             Block::Strain => "strain",
@@ -61,15 +63,16 @@ impl Block {
             Block::GapBias => "gap_bias",
             Block::WrenchBias => "wrench_bias",
             Block::WrenchScale => "wrench_scale",
+            Block::Distance => "distance",
         }
     }
 
     /// Whether the block is not part of the arm: true for tool, fixtures, drifts,
-    /// trends, walks, gap biases, and bias and scale of the wrench.
+    /// trends, walks, gap biases, bias and scale of the wrench, and distances.
     pub fn is_nuisance(self) -> bool {
         let of_encoders =
             matches!(self, Block::JointDrift | Block::JointTrend | Block::JointWalk | Block::JointHarmonic);
         let of_wrench = matches!(self, Block::WrenchBias | Block::WrenchScale);
-        of_encoders || of_wrench || matches!(self, Block::Tool | Block::Fixture | Block::GapBias)
+        of_encoders || of_wrench || matches!(self, Block::Tool | Block::Fixture | Block::GapBias | Block::Distance)
     }
 }

@@ -160,6 +160,7 @@ impl Parameter {
             }
             ParameterId::WrenchBias(_) => format!("the bias of the wrench's {rest}"),
             ParameterId::WrenchScale => "the scale of the wrench".to_owned(),
+            ParameterId::Distance(_) => format!("the distance {rest}"),
         }
     }
 }

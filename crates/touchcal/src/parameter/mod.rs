@@ -11,7 +11,7 @@ pub use arm::{joint_compliance, joint_offset, joint_origin, segment_strain, stra
 pub use block::Block;
 pub use definition::{Parameter, Prior, Unit};
 pub use nuisance::{
-    DEFAULT_WALK_SIGMA, directional_gap_bias, gap_bias, joint_drift, joint_harmonic, joint_trend,
+    DEFAULT_WALK_SIGMA, directional_gap_bias, distance_error, gap_bias, joint_drift, joint_harmonic, joint_trend,
     joint_trend_with_sigma, joint_walk, wrench_bias, wrench_scale,
 };
 pub use parameter_id::{ParameterId, TWIST_NAMES, kinematic_part};

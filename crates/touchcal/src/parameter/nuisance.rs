@@ -25,6 +25,13 @@ const FORCE_SCALE: f64 = 5.0;
 const TORQUE_SCALE: f64 = 0.5;
 const WRENCH_SCALE: f64 = 0.1;
 
+/// The error (m) of the declared distance between the fixtures of these names, of index `number` in
+/// [`Problem::distances`](crate::estimate::Problem::distances), named `distance.{a}.{b}`, see
+/// [`ParameterId::Distance`].
+pub fn distance_error(number: usize, [a, b]: [&str; 2]) -> Parameter {
+    Parameter::length(format!("distance.{a}.{b}"), ParameterId::Distance(number))
+}
+
 /// An encoder offset (rad) for each revolute or continuous joint, base first, that holds in
 /// placement number `placement` only, on top of the joint's offset; its prior is a variance
 /// component that starts at 0.05°. Placements are numbered from 0 in the order of their first

@@ -49,6 +49,9 @@ pub enum ParameterId {
     WrenchBias(usize),
     /// Relative error `s` of the scale of the measured wrench (1), see [`ParameterId::WrenchBias`].
     WrenchScale,
+    /// `(d)`: true less declared distance (m) number `d` of
+    /// [`Problem::distances`](crate::estimate::Problem::distances).
+    Distance(usize),
 }
 
 impl ParameterId {
@@ -77,11 +80,12 @@ impl ParameterId {
             ParameterId::GapBias(_) | ParameterId::DirectionalGapBias(..) => Block::GapBias,
             ParameterId::WrenchBias(_) => Block::WrenchBias,
             ParameterId::WrenchScale => Block::WrenchScale,
+            ParameterId::Distance(_) => Block::Distance,
         }
     }
 
     /// The parameter of the kinematics of arm and tool; `None` for drifts, trends,
-    /// walks, harmonics, fixtures, gap biases, and bias and scale of the wrench.
+    /// walks, harmonics, fixtures, gap biases, bias and scale of the wrench, and distances.
     pub fn kinematic(self) -> Option<KinematicParameter> {
         match self {
             ParameterId::Kinematic(parameter) => Some(parameter),

@@ -4,6 +4,7 @@ use serde::Serialize;
 
 use crate::estimate::{
     CompetingMinimum, DeclaredValue, EffectTest, EffectValue, Estimate, ParameterEstimate, PriorTest, Problem,
+    WarningThresholds,
 };
 use crate::statistics::p_value_text;
 
@@ -14,6 +15,8 @@ pub(super) struct Declarations<'a> {
     effects: Vec<EffectEntry<'a>>,
     /// Tests of what is declared with a standard deviation, the most significant first.
     declared: Vec<EffectEntry<'a>>,
+    /// Names of what contacts cannot test.
+    untested: &'a [String],
     /// Minima that contacts do not rule out, the one with the least cost first.
     minima: Vec<MinimumEntry<'a>>,
     /// Assumptions in words.
@@ -67,10 +70,11 @@ struct ValueEntry<'a> {
 impl<'a> Declarations<'a> {
     /// The page's data of a problem and its estimate.
     pub fn new(problem: &'a Problem, estimate: &'a Estimate) -> Self {
-        let threshold = problem.options.thresholds.listed_p_value;
+        let thresholds = &problem.options.thresholds;
         Declarations {
-            effects: estimate.effect_tests.iter().map(|test| effect_entry(test, threshold)).collect(),
-            declared: estimate.prior_tests.iter().map(|test| declared_entry(test, threshold)).collect(),
+            effects: estimate.effect_tests.iter().map(|test| effect_entry(test, thresholds)).collect(),
+            declared: estimate.prior_tests.iter().map(|test| declared_entry(test, thresholds)).collect(),
+            untested: &estimate.untested,
             minima: estimate.competing_minima.iter().map(|other| minimum_entry(other, estimate)).collect(),
             notes: problem.contacts.notes(),
             allows_for_unseen_effects: problem.allows_for_unseen_effects(),
@@ -90,13 +94,13 @@ fn minimum_entry<'a>(other: &CompetingMinimum, estimate: &'a Estimate) -> Minimu
     }
 }
 
-fn effect_entry(test: &EffectTest, threshold: f64) -> EffectEntry<'_> {
+fn effect_entry<'a>(test: &'a EffectTest, thresholds: &WarningThresholds) -> EffectEntry<'a> {
     EffectEntry {
         name: test.effect.name(),
         description: test.effect.description(),
         remedy: test.effect.remedy(),
         declared_in: test.effect.declared_in(),
-        is_significant: test.p_value < threshold,
+        is_significant: test.p_value < thresholds.listed_p_value,
         p_value: p_value_text(test.p_value),
         values: test.strongest_values().into_iter().map(value_entry).collect(),
         displacement: Some(test.displacement),
@@ -104,13 +108,13 @@ fn effect_entry(test: &EffectTest, threshold: f64) -> EffectEntry<'_> {
     }
 }
 
-fn declared_entry(test: &PriorTest, threshold: f64) -> EffectEntry<'_> {
+fn declared_entry<'a>(test: &'a PriorTest, thresholds: &WarningThresholds) -> EffectEntry<'a> {
     EffectEntry {
         name: test.declaration.name(),
         description: test.declaration.description(),
         remedy: test.declaration.remedy(),
         declared_in: test.declaration.declared_in(),
-        is_significant: test.p_value < threshold,
+        is_significant: test.is_contradicted(thresholds.listed_p_value, thresholds.prior_deviations[0]),
         p_value: p_value_text(test.p_value),
         values: test.strongest_values().into_iter().map(declared_value).collect(),
         displacement: test.displacement,

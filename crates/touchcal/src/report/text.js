@@ -97,18 +97,23 @@ function valueOf({ name, unit, value, sigma }, effect, is_declared) {
   const decimals = Math.min(7, Math.max(0, 1 - Math.floor(Math.log10(factor * (sigma || Math.abs(value) || 1)))));
   const label = name.startsWith(effect + ".") ? name.slice(effect.length + 1) : name;
   if (name === "noise") return `${value.toFixed(2)} ± ${sigma.toFixed(2)} times the declared`;
-  if (is_declared) return `${label} ${signed(factor * value, decimals)} ${symbol} (declared ${sigma ? `± ${(factor * sigma).toFixed(decimals)}` : "exact"})`;
+  if (is_declared) {
+    const side = value > 0 ? "apart" : "overlapping";
+    const found = name.startsWith("gap_bias.") ? `${(factor * Math.abs(value)).toFixed(decimals)} ${symbol} ${side} at contact` : `${signed(factor * value, decimals)} ${symbol}`;
+    return `${label} ${found} (declared ${sigma ? `± ${(factor * sigma).toFixed(decimals)}` : "exact"})`;
+  }
   return `${label} ${signed(factor * value, decimals)} ± ${(factor * sigma).toFixed(decimals)} ${symbol}`;
 }
 
 function declarations() {
-  const { effects, declared, minima, notes, allows_for_unseen_effects } = data.declarations;
+  const { effects, declared, untested, minima, notes, allows_for_unseen_effects } = data.declarations;
   const shown = [...effects, ...declared].filter((test) => test.is_significant);
   const others = (tests) => tests.filter((test) => !test.is_significant).map(({ name }) => name).join(", ");
   const sentences = effects.length ? [] : ["Effects that the model leaves out were not tested: the search did not converge, or contacts have no likelihood with a minimum here."];
-  if (shown.length) sentences.push("Contacts speak against these lines of the problem file (p below 0.001; the warnings say which have consequences). Values of effects that the model leaves out are what they would be if they were estimated, those of what is declared the estimates less the declared values, the most standard deviations off first; p is the probability that it is chance, corrected for the number of tests; the tool moves by as much between the result and one without the effect, or with what is declared held exact.");
+  if (shown.length) sentences.push("Contacts speak against these lines of the problem file (p below 0.001, or one value far from what is declared; the warnings say which have consequences). Values of effects that the model leaves out are what they would be if they were estimated, those of what is declared the estimates less the declared values, the most standard deviations off first; p is the probability that it is chance, corrected for the number of tests; the tool moves by as much between the result and one without the effect, or with what is declared held exact.");
   if (others(effects)) sentences.push(`Contacts do not contradict that these effects are zero: ${others(effects)}.`);
   if (others(declared)) sentences.push(`Contacts do not contradict the standard deviations of these declarations: ${others(declared)}.`);
+  if (untested.length) sentences.push(`Contacts cannot tell whether these are as declared: ${untested.join(", ")}.`);
   if (effects.length && allows_for_unseen_effects) sentences.push("Intervals allow for errors of the arm that contacts would not show.");
   byId("effect-words").textContent = sentences.join(" ");
   const lines = (texts) => texts.map((text) => el("div", {}, text));

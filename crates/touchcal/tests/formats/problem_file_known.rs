@@ -248,7 +248,11 @@ fn bias_and_scale_of_the_wrench_are_declared_or_assumed() {
         ]
     );
     refused("[noise]", "[noise]\nforce_bias_n = -1", &["problem.toml:", "noise, force_bias_n", "at least 0"]);
-    refused("[noise]", "[noise]\nwrench_scale = \"2 %\"", &["problem.toml:", "invalid type"]);
+    refused(
+        "[noise]",
+        "[noise]\nwrench_scale = \"2 %\"",
+        &["problem.toml:", "expected a number, found string \"2 %\""],
+    );
 }
 
 #[test]
@@ -291,6 +295,7 @@ fn changes_of_encoders_over_the_log_are_estimated_where_asked_for() {
         assert_eq!(found.len(), 77);
         assert!((found[0] - walk.to_radians() / (2.0f64.sqrt() * std::f64::consts::PI)).abs() < 1e-12, "{found:?}");
     }
+    assert_eq!(sigmas("", "\"joint_harmonic\", ", "joint_harmonic."), [0.05_f64.to_radians(); 14]);
     let error = read("encoder_walk_deg = 0", "\"joint_walk\", ").unwrap_err().to_string();
     assert!(error.contains("`encoder_walk_deg` is 0"), "{error}");
 }

@@ -201,7 +201,7 @@ fn the_page_says_what_contacts_contradict_and_what_is_assumed() {
     assert_eq!(of_hole["is_significant"], true);
     assert_eq!(of_hole["p_value"], format!("{:.0e}", test.p_value));
     assert_eq!(of_hole["description"], "fixture `hole` is not where it is declared");
-    assert_eq!(of_hole["declared_in"], "exact in [[fixture]] hole");
+    assert_eq!(of_hole["declared_in"], "base_from_fixture in [[fixture]] hole");
     assert_eq!(of_hole["displacement"].as_f64(), Some(test.displacement));
     // Gravity makes no torque about the first joint's axis.
     let compliances = shown.iter().find(|effect| effect["name"] == "joint_compliance").unwrap()["values"].clone();

@@ -71,12 +71,8 @@ fn estimate() -> EstimateFile {
             radius_mm: 0.2,
         }],
         prior_tests: vec![prior_test()],
-        freed_effects: vec![FreedEffectEntry {
-            effect: "joint_harmonic".to_owned(),
-            p_value: 1e-9,
-            gain: 20.0,
-            predictive_ratio: Some(1.5),
-        }],
+        untested: vec!["joint_harmonic".to_owned()],
+        freed_effects: vec![freed_effect()],
         predictive_check: Some(predictive_check()),
         held_out: Some(held_out()),
         acceptance: Some(acceptance()),
@@ -85,6 +81,10 @@ fn estimate() -> EstimateFile {
         version: "0.1.0".to_owned(),
         seconds: 0.5,
     }
+}
+
+fn freed_effect() -> FreedEffectEntry {
+    FreedEffectEntry { effect: "joint_harmonic".to_owned(), p_value: 1e-9, gain: 20.0, predictive_ratio: Some(1.5) }
 }
 
 fn prior_test() -> PriorTestEntry {
@@ -155,6 +155,7 @@ fn estimates_survive_json() {
         "notes",
         "predictive_check",
         "prior_tests",
+        "untested",
         "workspace_uncertainty",
     ] {
         older.as_object_mut().unwrap().remove(added);
@@ -166,6 +167,7 @@ fn estimates_survive_json() {
             competing_minima: Vec::new(),
             effect_tests: Vec::new(),
             prior_tests: Vec::new(),
+            untested: Vec::new(),
             freed_effects: Vec::new(),
             notes: Vec::new(),
             noise: None,

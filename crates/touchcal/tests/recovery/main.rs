@@ -19,6 +19,7 @@ mod joint_compliance;
 mod load;
 mod meshes;
 mod mistaken_declarations;
+mod nearly_exact_distances;
 mod not_identifiable;
 mod not_usable;
 mod recorded_logs;

@@ -10,10 +10,14 @@ use crate::parameter::{Parameter, ParameterId};
 use crate::se3::{self, Twist};
 use crate::solver::NormalEquations;
 
-/// Adds the known distances between fixtures' origins.
+/// Adds the known distances between fixtures' origins. Their errors are parameters in extended
+/// models alone, where they are zero.
 pub(crate) fn add_distances(point: &LinearizationPoint<'_>, normal: &mut NormalEquations) {
-    for distance in &point.model.problem.distances {
-        let (row, length) = distance_row(point, distance);
+    let parameters = &point.model.layout.parameters;
+    for (d, distance) in point.model.problem.distances.iter().enumerate() {
+        let (mut row, length) = distance_row(point, distance);
+        let error = parameters.iter().position(|parameter| parameter.id == ParameterId::Distance(d));
+        row.extend(error.map(|k| (k, -1.0)));
         let (index, jacobian): (Vec<usize>, Vec<f64>) =
             row.into_iter().map(|(k, slope)| (k, slope / distance.sigma)).unzip();
         let residual = (length - distance.distance) / distance.sigma;

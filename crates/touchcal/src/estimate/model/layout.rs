@@ -222,6 +222,7 @@ fn dependencies(parameters: &[Parameter], fixture: usize, placement: usize) -> V
         ParameterId::Kinematic(_) | ParameterId::JointTrend(_) => true,
         ParameterId::JointWalk(..) | ParameterId::JointHarmonic(..) => true,
         ParameterId::WrenchBias(_) | ParameterId::WrenchScale => true,
+        ParameterId::Distance(_) => false,
     };
     (0..parameters.len()).filter(|&k| depends(parameters[k].id)).collect()
 }

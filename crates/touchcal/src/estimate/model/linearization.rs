@@ -70,6 +70,8 @@ impl<'m> LinearizationPoint<'m> {
                 ParameterId::DirectionalGapBias(f, k) => biases[f].1[k] = value,
                 ParameterId::WrenchBias(k) => wrench_bias[k] = value,
                 ParameterId::WrenchScale => wrench_scale = value,
+                // A factor of its own, see `add_distances`.
+                ParameterId::Distance(_) => {}
             }
         }
         kinematics.set(&kinematic_values);
@@ -208,7 +210,7 @@ impl<'m> LinearizationPoint<'m> {
                 let measured = self.model.problem.contacts.q(i)[joint];
                 -row.dot(&scratch.joints[joint]) * if phase == 0 { measured.sin() } else { measured.cos() }
             }
-            ParameterId::GapBias(_) | ParameterId::DirectionalGapBias(..) => 0.0,
+            ParameterId::GapBias(_) | ParameterId::DirectionalGapBias(..) | ParameterId::Distance(_) => 0.0,
             ParameterId::WrenchBias(k) => -row.dot(&scratch.load.column(k)) / (1.0 + self.wrench_scale),
             ParameterId::WrenchScale => {
                 let load = Twist::from(self.load(i));

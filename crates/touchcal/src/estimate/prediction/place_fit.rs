@@ -30,8 +30,9 @@ pub(super) struct PlaceFit {
 
 impl PlaceFit {
     /// Fits the places of tool and fixture `f` to the contacts with that fixture, both with their
-    /// priors, of which that of the fixture is widened by what a calibrated arm may be off. `None`
-    /// if the fit does not converge.
+    /// priors, of which that of the fixture is widened by what a calibrated arm may be off. For an
+    /// arm that is far off the fit need not converge: then the places are those where it stopped.
+    /// `None` if the cost is not finite.
     pub fn new(problem: &Problem, f: usize) -> Option<PlaceFit> {
         let alone = with_arm_as_it_is(problem, f);
         let model = CalibrationModel::new(&alone);
@@ -50,7 +51,7 @@ impl PlaceFit {
         let objective = Objective::Residual(Loss::Squared);
         let start = fit(DVector::zeros(parameters.len()), Objective::Envelope).theta;
         let minimum = fit(start, objective);
-        if minimum.termination.reason != StopReason::Converged {
+        if minimum.termination.reason == StopReason::NotFinite {
             return None;
         }
         let theta = minimum.theta;

@@ -24,8 +24,8 @@ pub enum ArmFit {
         /// Distance that noise and the tolerance of the shapes allow (m).
         allowed: f64,
     },
-    /// No fixture with contacts has a known shape at a bounded place, or the fit of the places did
-    /// not converge.
+    /// No fixture with contacts has a known shape at a bounded place, or distances from it are not
+    /// finite.
     Unknown,
 }
 

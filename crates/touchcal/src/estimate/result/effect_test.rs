@@ -37,6 +37,11 @@ pub enum OmittedEffect {
         /// Name of the fixture.
         fixture: String,
     },
+    /// A distance between two fixtures that is declared exact, or nearly, is not so.
+    Distance {
+        /// Names of the fixtures.
+        between: [String; 2],
+    },
     /// Contacts scatter more than declared; no score test, see [`FreedEffect`].
     Noise,
 }
@@ -44,7 +49,7 @@ pub enum OmittedEffect {
 impl OmittedEffect {
     /// Name in files: `joint_compliance`, `segment_strain`, `joint_origin`, `joint_harmonic`,
     /// `joint_trend`, `joint_walk`, `tool`, `fixture.{name}`, `wrench`, `gap_bias.{fixture}`,
-    /// `noise`.
+    /// `distance.{a}.{b}`, `noise`.
     pub fn name(&self) -> String {
         match self {
             OmittedEffect::JointCompliance => "joint_compliance".to_owned(),
@@ -57,6 +62,7 @@ impl OmittedEffect {
             OmittedEffect::FixturePlace { fixture } => format!("fixture.{fixture}"),
             OmittedEffect::Wrench => "wrench".to_owned(),
             OmittedEffect::Shape { fixture } => format!("gap_bias.{fixture}"),
+            OmittedEffect::Distance { between: [a, b] } => format!("distance.{a}.{b}"),
             OmittedEffect::Noise => "noise".to_owned(),
         }
     }
@@ -74,6 +80,9 @@ impl OmittedEffect {
             OmittedEffect::FixturePlace { fixture } => format!("fixture `{fixture}` is not where it is declared"),
             OmittedEffect::Wrench => "the measured wrench has a bias or another scale".to_owned(),
             OmittedEffect::Shape { fixture } => format!("the shape of fixture `{fixture}` is not as declared"),
+            OmittedEffect::Distance { between: [a, b] } => {
+                format!("the distance of fixtures `{a}` and `{b}` is not as declared")
+            }
             OmittedEffect::Noise => "contacts scatter more than declared".to_owned(),
         }
     }
@@ -102,16 +111,17 @@ impl OmittedEffect {
                 "estimate `joint_harmonic`, so that it does not bias the others; a URDF cannot correct it"
             }
             OmittedEffect::JointTrend => {
-                "estimate `joint_trend`, or record a shorter log with the arm at one temperature"
+                "declare `encoder_trend_deg` above 0, or record a shorter log with the arm at one temperature"
             }
             OmittedEffect::JointWalk => {
-                "estimate `joint_walk`, or record a shorter log with the arm at one temperature"
+                "declare `encoder_walk_deg` above 0, or record a shorter log with the arm at one temperature"
             }
             OmittedEffect::ToolPlace => "measure the tool's place again, or give it a standard deviation",
             OmittedEffect::FixturePlace { .. } => "measure the fixture's place again, or give it a standard deviation",
             OmittedEffect::Shape { .. } => {
                 "measure outline, clearance and depth again, or give them a standard deviation"
             }
+            OmittedEffect::Distance { .. } => "measure the distance again, or give it a standard deviation",
             OmittedEffect::Noise => "declare a larger noise, or leave out `[noise]` so that it is estimated",
             OmittedEffect::Wrench => "give bias and scale of the wrench a standard deviation",
         }
@@ -121,11 +131,13 @@ impl OmittedEffect {
     /// `parameters in [estimate]`.
     pub fn declared_in(&self) -> String {
         match self {
-            OmittedEffect::ToolPlace => "exact in [tool]".to_owned(),
+            OmittedEffect::JointTrend => "encoder_trend_deg in [noise]".to_owned(),
+            OmittedEffect::JointWalk => "encoder_walk_deg in [noise]".to_owned(),
             OmittedEffect::Wrench | OmittedEffect::Noise => "[noise]".to_owned(),
-            OmittedEffect::FixturePlace { fixture } | OmittedEffect::Shape { fixture } => {
-                format!("exact in [[fixture]] {fixture}")
-            }
+            OmittedEffect::ToolPlace => "tip_from_tool in [tool]".to_owned(),
+            OmittedEffect::Distance { .. } => "mm in [[distance]]".to_owned(),
+            OmittedEffect::FixturePlace { fixture } => format!("base_from_fixture in [[fixture]] {fixture}"),
+            OmittedEffect::Shape { fixture } => format!("outline, depth_mm in [[fixture]] {fixture}"),
             _ => "parameters in [estimate]".to_owned(),
         }
     }

@@ -18,8 +18,6 @@ pub enum Declaration {
     Shape {
         /// Name of the fixture.
         fixture: String,
-        /// Whether clearance and depth are declared exact.
-        is_exact: bool,
     },
     /// A distance between two fixtures.
     Distance {
@@ -41,7 +39,7 @@ impl Declaration {
         match self {
             Declaration::ToolPlace => "tool".to_owned(),
             Declaration::FixturePlace { fixture } => format!("fixture.{fixture}"),
-            Declaration::Shape { fixture, .. } => format!("gap_bias.{fixture}"),
+            Declaration::Shape { fixture } => format!("gap_bias.{fixture}"),
             Declaration::Distance { between: [a, b] } => format!("distance.{a}.{b}"),
             Declaration::Wrench => "wrench".to_owned(),
             Declaration::Noise => "noise".to_owned(),
@@ -54,7 +52,7 @@ impl Declaration {
         match self {
             Declaration::ToolPlace => "the tool's place".to_owned(),
             Declaration::FixturePlace { fixture } => format!("the place of fixture `{fixture}`"),
-            Declaration::Shape { fixture, .. } => {
+            Declaration::Shape { fixture } => {
                 format!("outline, clearance and depth of fixture `{fixture}`, as gaps at contact")
             }
             Declaration::Distance { between: [a, b] } => format!("the distance of fixtures `{a}` and `{b}`"),
@@ -76,16 +74,13 @@ impl Declaration {
     }
 
     /// Keys and table of a problem file (`problem.toml`) that declare it, such as
-    /// `sigma_mm, sigma_deg in [tool]`.
+    /// `tip_from_tool in [tool]`.
     pub fn declared_in(&self) -> String {
         match self {
-            Declaration::ToolPlace => "sigma_mm, sigma_deg in [tool]".to_owned(),
-            Declaration::FixturePlace { fixture } => format!("sigma_mm, sigma_deg in [[fixture]] {fixture}"),
-            Declaration::Shape { fixture, is_exact: true } => format!("exact in [[fixture]] {fixture}"),
-            Declaration::Shape { fixture, is_exact: false } => {
-                format!("clearance_sigma_mm, depth_sigma_mm in [[fixture]] {fixture}")
-            }
-            Declaration::Distance { .. } => "mm, sigma_mm in [[distance]]".to_owned(),
+            Declaration::ToolPlace => "tip_from_tool in [tool]".to_owned(),
+            Declaration::FixturePlace { fixture } => format!("base_from_fixture in [[fixture]] {fixture}"),
+            Declaration::Shape { fixture } => format!("outline, depth_mm in [[fixture]] {fixture}"),
+            Declaration::Distance { .. } => "mm in [[distance]]".to_owned(),
             Declaration::Wrench | Declaration::Noise => "[noise]".to_owned(),
             Declaration::Parameters(_) => "[estimate]".to_owned(),
         }
@@ -123,16 +118,44 @@ pub struct PriorTest {
     pub values: Vec<DeclaredValue>,
     /// Root mean square motion (m) of the tool in base, in the poses of the task or over the
     /// workspace, between this result and the one with what is declared held exact; `None` for
-    /// noise, and where nothing changes the quantity.
+    /// noise, for shapes, whose gaps are estimated whatever is declared, and where nothing changes
+    /// the quantity.
     pub displacement: Option<f64>,
 }
 
 impl PriorTest {
+    /// Whether contacts contradict what is declared: with a p-value below `p_value`, or with one
+    /// value that is more than so many `deviations` (standard deviations) from what is declared.
+    pub fn is_contradicted(&self, p_value: f64, deviations: f64) -> bool {
+        let has_far_values = !matches!(self.declaration, Declaration::Shape { .. } | Declaration::Noise);
+        let is_far = |entry: &DeclaredValue| entry.value.abs() > deviations * entry.sigma;
+        self.p_value < p_value || has_far_values && self.values.iter().any(is_far)
+    }
+
     /// The values, the one that is most standard deviations from what is declared first.
     pub fn strongest_values(&self) -> Vec<&DeclaredValue> {
         let mut values: Vec<&DeclaredValue> = self.values.iter().collect();
         let deviations = |entry: &DeclaredValue| (entry.value / entry.sigma.max(f64::MIN_POSITIVE)).abs();
         values.sort_by(|a, b| deviations(b).total_cmp(&deviations(a)));
         values
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn one_value_far_from_what_is_declared_is_enough() {
+        let is_contradicted = |declaration: Declaration, deviations: f64, p_value: f64| {
+            let entry = DeclaredValue { name: "x".to_owned(), unit: Unit::Meter, value: deviations, sigma: 1.0 };
+            let (values, displacement) = (vec![entry], None);
+            let test = PriorTest { declaration, statistic: 1.0, degrees_of_freedom: 6, p_value, values, displacement };
+            test.is_contradicted(1e-3, 4.0)
+        };
+        assert!(
+            is_contradicted(Declaration::ToolPlace, -4.1, 0.02) && !is_contradicted(Declaration::ToolPlace, 3.9, 0.02)
+        );
+        assert!(is_contradicted(Declaration::ToolPlace, 0.0, 9e-4) && !is_contradicted(Declaration::Noise, 4.1, 0.02));
     }
 }

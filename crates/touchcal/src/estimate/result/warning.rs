@@ -5,10 +5,11 @@ use super::effect_test::OmittedEffect;
 use super::evaluation::Contradiction;
 use super::status::Severity;
 use super::warning_text::{
-    competing_minimum_message, design_effect_message, distance_message, far_from_prior_advice, far_from_prior_message,
-    few_informative_message, harmonics_message, implausible_message, little_motion_message, no_uncertainty_message,
-    noise_contradicted_message, noise_message, not_touching_message, omitted_effect_message, origin_message,
-    prediction_message, scale_message, symmetric_part_message, too_few_contacts_message, unobservable_message,
+    arm_undetermined_message, competing_minimum_message, design_effect_message, distance_message,
+    far_from_prior_advice, far_from_prior_message, few_informative_message, harmonics_message, implausible_message,
+    little_motion_message, many_rejected_message, no_uncertainty_message, noise_contradicted_message, noise_message,
+    not_touching_message, omitted_effect_message, origin_message, prediction_message, scale_message,
+    symmetric_part_message, too_few_contacts_message, unobservable_message,
 };
 use crate::se3::Pose;
 
@@ -109,6 +110,8 @@ pub enum Warning {
     },
     /// Many contacts do not lie on their manifold.
     ManyRejected {
+        /// Name of the fixture of these contacts; `None` if they are of all fixtures.
+        fixture: Option<String>,
         /// Share of contacts, 0 to 1.
         share: f64,
         /// Whether the result may be used.
@@ -280,7 +283,6 @@ impl Warning {
     /// The defect in one English sentence without a full stop, lengths in mm and angles in degrees;
     /// an implausible value is in its parameter's unit (SI).
     pub fn message(&self) -> String {
-        let percent = |share: &f64| format!("{:.0} %", 100.0 * share);
         let mm = |metres: &f64| 1e3 * metres;
         match self {
             Warning::TooFewContacts { rows, parameters } => too_few_contacts_message(*rows, *parameters),
@@ -290,7 +292,7 @@ impl Warning {
                 distance_message(between, mm(declared), mm(measured))
             }
             Warning::Unobservable { names } => unobservable_message(names),
-            Warning::ArmUndetermined { remaining } => format!("{} of the arm's uncertainty remain", percent(remaining)),
+            Warning::ArmUndetermined { remaining } => arm_undetermined_message(*remaining),
             Warning::NoiseExceeded { factor, declared } => noise_message(*factor, *declared),
             Warning::NoiseContradicted { factor } => noise_contradicted_message(*factor),
             Warning::CorrelatedErrors { design_effect, .. } => design_effect_message(*design_effect),
@@ -301,9 +303,7 @@ impl Warning {
             Warning::CompetingMinimum { minima, tool_distance, parameter } => {
                 competing_minimum_message(*minima, *tool_distance, parameter)
             }
-            Warning::ManyRejected { share, .. } => {
-                format!("{} of the contacts do not fit and were rejected", percent(share))
-            }
+            Warning::ManyRejected { fixture, share, .. } => many_rejected_message(fixture.as_deref(), *share),
             Warning::LittleJointMotion { joint, range } => little_motion_message(joint, *range),
             Warning::Implausible { name, value } => implausible_message(name, *value),
             Warning::SymmetricPart { name, angle } => symmetric_part_message(name, *angle),

@@ -24,9 +24,20 @@ pub(super) fn competing_minimum_message(minima: usize, tool_distance: f64, param
     )
 }
 
-/// Message on contacts that scatter `factor` (1) times more than noise that is `declared`, or not.
 pub(super) fn too_few_contacts_message(rows: usize, parameters: usize) -> String {
     format!("{rows} measured rows cannot determine {parameters} parameters")
+}
+
+/// Message on a share (0 to 1) of the arm's uncertainty that the calibration leaves.
+pub(super) fn arm_undetermined_message(remaining: f64) -> String {
+    let percent = 100.0 * remaining;
+    format!("distances between positions of the tool remain {percent:.0} % as uncertain as before the calibration")
+}
+
+/// Message on a share (0 to 1) of the contacts with a fixture, or with all, that were rejected.
+pub(super) fn many_rejected_message(fixture: Option<&str>, share: f64) -> String {
+    let with = fixture.map_or_else(String::new, |name| format!(" with `{name}`"));
+    format!("{:.0} % of the contacts{with} do not fit and were rejected", 100.0 * share)
 }
 
 pub(super) fn unobservable_message(names: &[String]) -> String {
@@ -58,6 +69,7 @@ pub(super) fn far_from_prior_message(name: &str, deviations: f64) -> String {
     format!("`{name}` ended {deviations:.1} standard deviations from what was declared")
 }
 
+/// Message on contacts that scatter `factor` (1) times more than noise that is `declared`, or not.
 pub(super) fn noise_message(factor: f64, declared: bool) -> String {
     let noise = if declared { "declared" } else { "assumed" };
     format!("contacts scatter {factor:.1} times more than the {noise} noise, which widens all intervals")

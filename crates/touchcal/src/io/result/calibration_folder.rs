@@ -205,6 +205,7 @@ pub fn estimate_file(loaded: &Loaded, solved: &Solved) -> EstimateFile {
         competing_minima: estimate.competing_minima.iter().map(CompetingMinimumEntry::from).collect(),
         effect_tests: estimate.effect_tests.iter().map(EffectTestEntry::from).collect(),
         prior_tests: estimate.prior_tests.iter().map(PriorTestEntry::from).collect(),
+        untested: estimate.untested.clone(),
         freed_effects: estimate.freed_effects.iter().map(FreedEffectEntry::from).collect(),
         acceptance: acceptance.map(|(result, asked)| AcceptanceEntry::new(asked, result)),
         predictive_check: estimate.predictive_check.as_ref().map(PredictiveCheckEntry::from),

@@ -74,6 +74,10 @@ pub struct EstimateFile {
     /// earlier versions have none.
     #[serde(default)]
     pub prior_tests: Vec<PriorTestEntry>,
+    /// Names of effects and declarations that contacts cannot test; files of earlier versions have
+    /// none.
+    #[serde(default)]
+    pub untested: Vec<String>,
     /// Effects that were estimated in addition because contacts contradict that they are zero, in
     /// the order in which they were tried; files of earlier versions have none.
     #[serde(default)]
@@ -122,6 +126,7 @@ impl From<estimate_schema_1::EstimateFile1> for EstimateFile {
             competing_minima: Vec::new(),
             effect_tests: Vec::new(),
             prior_tests: Vec::new(),
+            untested: Vec::new(),
             freed_effects: Vec::new(),
             predictive_check: None,
             held_out: None,

@@ -55,6 +55,10 @@ impl Context<'_> {
             None => Place::file(self.file),
         };
         let mut message = error.message().trim().replace('\n', "; ");
+        let invalid = message.strip_prefix("invalid type: ").or_else(|| message.strip_prefix("invalid "));
+        if let Some((found, expected)) = invalid.and_then(|found| found.split_once(", expected ")) {
+            return IoError::unexpected(place, type_in_words(expected), found);
+        }
         let mut names = message.split('`').skip(1).step_by(2);
         if let (true, Some(unknown)) = (message.starts_with("unknown"), names.next()) {
             let hint = did_you_mean(unknown, names);
@@ -149,5 +153,16 @@ impl Context<'_> {
         };
         let translation = Translation3::new(xyz_mm[0] * MM, xyz_mm[1] * MM, xyz_mm[2] * MM);
         Ok(Some(Pose::from_parts(translation, rotation)))
+    }
+}
+
+/// A type in the words of a parser, in those of the format.
+fn type_in_words(expected: &str) -> &str {
+    match expected {
+        "f64" => "a number",
+        "i64" | "u64" | "usize" => "a whole number",
+        "a boolean" => "true or false",
+        _ if expected.starts_with("struct ") => "a table",
+        _ => expected,
     }
 }

@@ -14,7 +14,7 @@ use crate::parameter::{
 use crate::robot::Robot;
 
 /// Blocks that may be listed.
-const BLOCKS: [Block; 10] = [
+const BLOCKS: [Block; 11] = [
     Block::Strain,
     Block::SegmentStrain,
     Block::JointOffset,
@@ -23,6 +23,7 @@ const BLOCKS: [Block; 10] = [
     Block::JointDrift,
     Block::JointTrend,
     Block::JointWalk,
+    Block::JointHarmonic,
     Block::Tool,
     Block::Fixture,
 ];
@@ -111,7 +112,7 @@ pub(super) fn wanted(
             Block::JointWalk => joint_walk(robot, drift.walk.unwrap_or(DEFAULT_WALK_SIGMA)),
             Block::JointHarmonic => joint_harmonic(robot),
             Block::JointDrift | Block::Tool | Block::Fixture | Block::GapBias => Vec::new(),
-            Block::WrenchBias | Block::WrenchScale => Vec::new(),
+            Block::WrenchBias | Block::WrenchScale | Block::Distance => Vec::new(),
         };
         wanted.tool |= block == Block::Tool;
         wanted.joint_drift |= block == Block::JointDrift;
