@@ -11,7 +11,7 @@ use touchcal::contact::{AngleUnit, Detection, Load, LoadFrame, LoadOn};
 use touchcal::io::Input;
 use touchcal::io::contact_log::{self, Columns, Options};
 
-use crate::array::{Numbers, fixed_rows};
+use crate::array::{Numbers, fixed, fixed_rows};
 use crate::error::{io, unexpected};
 use crate::robot::Robot;
 
@@ -172,13 +172,14 @@ impl ContactLog {
     ///         joints then give way to it as to gravity. Default: they do not.
     ///     load_frame: the axes along which it is given, about the tip's origin: "tip" or "base";
     ///         default: "tip".
+    ///     temperature: of the arm (degrees Celsius), shape (N,).
     ///     name: what stands for the file in messages, reports and estimate.json.
     ///
     /// Raises:
     ///     InputError: as for a file: numbers that are not finite, degrees where radians are
     ///         declared, and so on.
     #[staticmethod]
-    #[pyo3(signature = (robot, q, *, wrench=None, contact=None, unit=None, joints=None, force_threshold=None, release=None, debounce=1, apart=None, load_on=None, load_frame=None, name="array"))]
+    #[pyo3(signature = (robot, q, *, wrench=None, contact=None, unit=None, joints=None, force_threshold=None, release=None, debounce=1, apart=None, load_on=None, load_frame=None, temperature=None, name="array"))]
     fn from_numpy(
         robot: &Robot,
         q: Numbers<'_>,
@@ -192,9 +193,11 @@ impl ContactLog {
         apart: Option<f64>,
         load_on: Option<&str>,
         load_frame: Option<&str>,
+        temperature: Option<Numbers<'_>>,
         name: &str,
     ) -> PyResult<ContactLog> {
-        let options = options(unit, joints, None, (force_threshold, release, debounce, apart), (load_on, load_frame))?;
+        let mut options =
+            options(unit, joints, None, (force_threshold, release, debounce, apart), (load_on, load_frame))?;
         let joints = (1..=robot.file.robot.dof()).map(|number| format!("q{number}")).collect();
         let mut arrays = Arrays(Vec::new()).with("q", &q, joints)?;
         if let Some(wrench) = &wrench {
@@ -202,6 +205,10 @@ impl ContactLog {
         }
         if let Some(contact) = &contact {
             arrays = arrays.with("contact", contact, vec!["contact".to_owned()])?;
+        }
+        if let Some(temperature) = &temperature {
+            arrays = arrays.with("temperature", temperature, vec!["temperature".to_owned()])?;
+            options.temperature = Some("temperature".to_owned());
         }
         arrays.read(name, robot, &options)?.with_warnings(q.py())
     }
@@ -214,8 +221,9 @@ impl ContactLog {
     ///         name: as for `from_numpy`.
     ///     frame: the columns; joint positions in rad or m.
     ///     columns: by usual name, the frame's name for that column.
+    ///     temperature: name of the column of the arm's temperature (degrees Celsius).
     #[staticmethod]
-    #[pyo3(signature = (robot, frame, *, unit=None, joints=None, columns=None, force_threshold=None, release=None, debounce=1, apart=None, load_on=None, load_frame=None, name="DataFrame"))]
+    #[pyo3(signature = (robot, frame, *, unit=None, joints=None, columns=None, force_threshold=None, release=None, debounce=1, apart=None, load_on=None, load_frame=None, temperature=None, name="DataFrame"))]
     fn from_pandas(
         robot: &Robot,
         frame: Bound<'_, PyAny>,
@@ -228,10 +236,12 @@ impl ContactLog {
         apart: Option<f64>,
         load_on: Option<&str>,
         load_frame: Option<&str>,
+        temperature: Option<String>,
         name: &str,
     ) -> PyResult<ContactLog> {
         let options =
             options(unit, joints, columns, (force_threshold, release, debounce, apart), (load_on, load_frame))?;
+        let options = Options { temperature, ..options };
         let labels: Vec<Bound<'_, PyAny>> = frame.getattr("columns")?.try_iter()?.collect::<PyResult<_>>()?;
         let names = labels.iter().map(|label| Ok(label.str()?.to_string())).collect::<PyResult<Vec<String>>>()?;
         let at = frame.getattr("iloc")?;
@@ -257,9 +267,11 @@ impl ContactLog {
     ///         the joints in order, or what `header` says.
     ///     header: names of the columns of a CSV file that has no header.
     ///     columns: by usual name, the file's name for that column, or for that joint in a bag.
+    ///     temperature: name of the column of the arm's temperature (degrees Celsius); a bag has
+    ///         none.
     ///     joint_topic, wrench_topic: topics of a bag; default: the only one of their type.
     #[staticmethod]
-    #[pyo3(signature = (robot, path, *, unit=None, joints=None, header=None, columns=None, joint_topic=None, wrench_topic=None, force_threshold=None, release=None, debounce=1, apart=None, load_on=None, load_frame=None))]
+    #[pyo3(signature = (robot, path, *, unit=None, joints=None, header=None, columns=None, joint_topic=None, wrench_topic=None, force_threshold=None, release=None, debounce=1, apart=None, load_on=None, load_frame=None, temperature=None))]
     fn from_file(
         py: Python<'_>,
         robot: &Robot,
@@ -276,14 +288,22 @@ impl ContactLog {
         apart: Option<f64>,
         load_on: Option<&str>,
         load_frame: Option<&str>,
+        temperature: Option<String>,
     ) -> PyResult<ContactLog> {
         let options =
             options(unit, joints, columns, (force_threshold, release, debounce, apart), (load_on, load_frame))?;
-        let options = Options { header, joint_topic, wrench_topic, ..options };
+        let options = Options { header, temperature, joint_topic, wrench_topic, ..options };
         let robot = &robot.file.robot;
         let mut log = touchcal::contact::ContactLog::new(robot.dof());
         let input = py.detach(|| contact_log::read_file(&path, robot, &options, &mut log)).map_err(io)?;
         ContactLog { log, input }.with_warnings(py)
+    }
+
+    /// Temperature of the arm in each contact (degrees Celsius), shape (len,); NaN where it is not
+    /// known.
+    #[getter]
+    fn temperature<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
+        fixed(py, (0..self.log.len()).map(|i| self.log.temperature(i).unwrap_or(f64::NAN)).collect())
     }
 
     /// Joint positions of the contacts (rad or m), shape (len, dof).

@@ -127,6 +127,21 @@ def test_a_wrench_is_a_load_on_the_tool(robot: touchcal.Robot, workcell: Path) -
     np.testing.assert_allclose(frames.loads, file.loads, atol=1e-12)
 
 
+def test_temperatures_are_those_of_the_named_column(robot: touchcal.Robot, tmp_path: Path) -> None:
+    q = np.random.default_rng(2).uniform(-1, 1, (30, 7))
+    celsius = np.linspace(20, 32, 30)
+    frame = pd.DataFrame(q, columns=robot.joints).assign(warm=celsius)
+    frame.to_csv(tmp_path / "log.csv", index=False)
+    arrays = touchcal.ContactLog.from_numpy(robot, q, temperature=celsius)
+    frames = touchcal.ContactLog.from_pandas(robot, frame, temperature="warm")
+    file = touchcal.ContactLog.from_file(robot, tmp_path / "log.csv", temperature="warm")
+    for log in (arrays, frames, file):
+        np.testing.assert_allclose(log.temperature, celsius, rtol=1e-12)
+    assert np.isnan(touchcal.ContactLog.from_numpy(robot, q).temperature).all()
+    with pytest.raises(touchcal.InputError, match="column `cold`"):
+        touchcal.ContactLog.from_pandas(robot, frame, temperature="cold")
+
+
 def test_any_layout_and_type_of_array(robot: touchcal.Robot) -> None:
     q = np.random.default_rng(1).uniform(-1, 1, (30, 7))
     plain = touchcal.ContactLog.from_numpy(robot, q)

@@ -141,6 +141,7 @@ class ContactLog:
         apart: float | None = None,
         load_on: Literal["tool", "fixture"] | None = None,
         load_frame: Literal["tip", "base"] | None = None,
+        temperature: npt.ArrayLike | None = None,
         name: str = "array",
     ) -> ContactLog: ...
     @staticmethod
@@ -157,6 +158,7 @@ class ContactLog:
         apart: float | None = None,
         load_on: Literal["tool", "fixture"] | None = None,
         load_frame: Literal["tip", "base"] | None = None,
+        temperature: str | None = None,
         name: str = "DataFrame",
     ) -> ContactLog: ...
     @staticmethod
@@ -176,7 +178,10 @@ class ContactLog:
         apart: float | None = None,
         load_on: Literal["tool", "fixture"] | None = None,
         load_frame: Literal["tip", "base"] | None = None,
+        temperature: str | None = None,
     ) -> ContactLog: ...
+    @property
+    def temperature(self) -> _Floats: ...
     @property
     def q(self) -> _Floats: ...
     @property

@@ -20,12 +20,14 @@ pub(crate) struct Row {
     pub(crate) wrench: Wrench,
     /// Whether the row is flagged as a contact.
     pub(crate) flag: bool,
+    /// Temperature of the arm (°C); `None` where the log has none.
+    pub(crate) temperature: Option<f64>,
 }
 
 impl Row {
     /// A row of an arm with `dof` moving joints.
     pub(crate) fn new(dof: usize) -> Row {
-        Row { q: vec![0.0; dof], wrench: [0.0; 6], flag: true }
+        Row { q: vec![0.0; dof], wrench: [0.0; 6], flag: true, temperature: None }
     }
 }
 
@@ -62,6 +64,8 @@ pub struct ContactIngest<'a> {
     file: u32,
     /// Number of contacts of the files before.
     first: usize,
+    /// Temperature of the next rows (°C).
+    temperature: Option<f64>,
     /// The rows have forces, and nothing decides which of them are contacts.
     has_unused_forces: bool,
 }
@@ -72,13 +76,19 @@ impl<'a> ContactIngest<'a> {
     pub fn new(robot: &'a Robot, file: &str, options: IngestOptions, log: &'a mut ContactLog) -> Self {
         let detector = options.detection.map(|d| Detector::new(d.threshold, d.release, d.debounce));
         let (file, first) = (log.add_file(file), log.len());
-        ContactIngest { robot, log, options, detector, file, first, has_unused_forces: false }
+        ContactIngest { robot, log, options, detector, file, first, temperature: None, has_unused_forces: false }
     }
 
     /// Declares that the rows have forces but no contact flags: without detection by force, all
     /// rows count as contacts and [`ContactIngest::finish`] appends a note on that.
     pub fn declare_unflagged_forces(&mut self) {
         self.has_unused_forces = self.options.detection.is_none();
+    }
+
+    /// Sets the temperature of the arm (°C) in the rows that follow; `None`, as at the start: it is
+    /// not known.
+    pub fn set_temperature(&mut self, celsius: Option<f64>) {
+        self.temperature = celsius;
     }
 
     /// Takes row `number` of the file (1 for the first): measured joint positions `q` (rad, or m
@@ -103,6 +113,9 @@ impl<'a> ContactIngest<'a> {
         self.log.push(q, self.options.fixture, Source { line: number, file: self.file });
         if self.options.load.is_some() {
             self.log.set_load(wrench);
+        }
+        if let Some(celsius) = self.temperature {
+            self.log.set_temperature(celsius);
         }
         Ok(())
     }

@@ -11,15 +11,17 @@ pub struct Source {
     pub line: u64,
 }
 
-/// Contacts: measured joint positions while the tool touched a fixture, each with fixture, source
-/// and load. Contacts are numbered from 0 in the order in which they were appended. The default is
-/// an empty log of an arm without joints.
+/// Contacts: measured joint positions while the tool touched a fixture, each with fixture, source,
+/// load and temperature. Contacts are numbered from 0 in the order in which they were appended. The
+/// default is an empty log of an arm without joints.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct ContactLog {
     dof: usize,
     q: Vec<f64>,
     /// Up to the last contact whose load is known; `None` where it is not.
     loads: Vec<Option<Wrench>>,
+    /// Up to the last contact whose temperature (°C) is known, likewise.
+    temperatures: Vec<Option<f64>>,
     fixture: Vec<u32>,
     source: Vec<Source>,
     files: Vec<String>,
@@ -92,12 +94,16 @@ impl ContactLog {
             if to < self.loads.len() {
                 self.loads[to] = self.known_load(from);
             }
+            if to < self.temperatures.len() {
+                self.temperatures[to] = self.temperature(from);
+            }
         }
         let left = first + kept.len();
         self.q.truncate(left * self.dof);
         self.fixture.truncate(left);
         self.source.truncate(left);
         self.loads.truncate(left);
+        self.temperatures.truncate(left);
     }
 
     /// Appends a contact: measured joint positions `q` (rad, or m for a prismatic joint; base
@@ -122,10 +128,19 @@ impl ContactLog {
         }
     }
 
+    /// Sets the temperature (°C) of the arm in the last contact, in place of a former one. Without
+    /// effect on an empty log.
+    pub fn set_temperature(&mut self, celsius: f64) {
+        if let Some(last) = self.len().checked_sub(1) {
+            self.temperatures.resize(last, None);
+            self.temperatures.push(Some(celsius));
+        }
+    }
+
     /// Appends the contacts of `other`, all with fixture index `fixture`, with its files, notes,
-    /// loads and number of rows read; indices of files follow those of this log. `other` must be of
-    /// as many moving joints: of an arm with more, surplus positions are ignored, of one with
-    /// fewer, contacts are left out.
+    /// loads, temperatures and number of rows read; indices of files follow those of this log.
+    /// `other` must be of as many moving joints: surplus positions of an arm with more are ignored,
+    /// contacts of one with fewer left out.
     pub fn append(&mut self, other: &ContactLog, fixture: usize) {
         let first = self.files.len() as u32;
         self.files.extend_from_slice(&other.files);
@@ -134,7 +149,7 @@ impl ContactLog {
         for i in 0..other.len() {
             let Source { file, line } = other.source(i);
             self.push(other.q(i), fixture, Source { file: first + file, line });
-            self.copy_load(other, i);
+            self.copy_measurements(other, i);
         }
     }
 
@@ -176,6 +191,12 @@ impl ContactLog {
         self.loads.iter().any(Option::is_some)
     }
 
+    /// Temperature of the arm in contact `i` (°C); `None` where it is not known, and if there is no
+    /// contact `i`.
+    pub fn temperature(&self, i: usize) -> Option<f64> {
+        self.temperatures.get(i).copied().flatten()
+    }
+
     /// Index of the fixture touched in contact `i`. Panics if `i` is not below [`ContactLog::len`].
     pub fn fixture(&self, i: usize) -> usize {
         self.fixture[i] as usize
@@ -197,14 +218,15 @@ impl ContactLog {
         self.rows_read
     }
 
-    /// The contacts whose number `i` fulfils `keep(i)`, in order, with their loads, all files and
-    /// notes and the number of rows read. `keep` is called once for each contact, in order.
+    /// The contacts whose number `i` fulfils `keep(i)`, in order, with their loads and
+    /// temperatures, all files and notes and the number of rows read. `keep` is called once for
+    /// each contact, in order.
     pub fn filtered(&self, mut keep: impl FnMut(usize) -> bool) -> ContactLog {
         let (files, notes) = (self.files.clone(), self.notes.clone());
         let mut log = ContactLog { files, notes, rows_read: self.rows_read, ..ContactLog::new(self.dof) };
         for i in (0..self.len()).filter(|&i| keep(i)) {
             log.push(self.q(i), self.fixture(i), self.source(i));
-            log.copy_load(self, i);
+            log.copy_measurements(self, i);
         }
         log
     }
@@ -217,9 +239,12 @@ impl ContactLog {
         log
     }
 
-    fn copy_load(&mut self, other: &ContactLog, i: usize) {
+    fn copy_measurements(&mut self, other: &ContactLog, i: usize) {
         if let Some(load) = other.known_load(i) {
             self.set_load(load);
+        }
+        if let Some(celsius) = other.temperature(i) {
+            self.set_temperature(celsius);
         }
     }
 }

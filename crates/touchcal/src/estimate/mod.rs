@@ -34,7 +34,8 @@ pub use options::{
 pub use prediction::{arm_fit, evaluate_held_out};
 pub use problem::{
     DEFAULT_CONTACT, DEFAULT_DISTANCE_SIGMA, DEFAULT_ENCODER, Distance, EXACT_DISTANCE_SIGMA, Fixture, GradientDescent,
-    Method, Noise, Optimizer, PLAUSIBLE_HARMONIC, PlacePrior, Problem, ShapeTolerance, Tool, WrenchTolerance,
+    Method, Noise, Optimizer, PLAUSIBLE_HARMONIC, PlacePrior, Problem, ShapeTolerance, Tool, TrendVariable,
+    WrenchTolerance,
 };
 pub use result::{
     Acceptance, AcceptanceResult, Agreement, ArmFit, CommonStrain, CompetingMinimum, ContactCount, Contradiction,

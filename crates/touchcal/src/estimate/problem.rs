@@ -152,6 +152,19 @@ impl Distance {
     }
 }
 
+/// What encoder offsets change with, where they change linearly
+/// ([`ParameterId::JointTrend`](crate::parameter::ParameterId::JointTrend)).
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum TrendVariable {
+    /// The number of the contact in the log: minus the trend at the first, plus the trend at the
+    /// last.
+    #[default]
+    Log,
+    /// The temperature of the arm ([`ContactLog::temperature`]): minus the trend at the lowest,
+    /// plus the trend at the highest. Contacts of unknown temperature count as halfway.
+    Temperature,
+}
+
 /// Measurement noise: standard deviations, independent from contact to contact.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Noise {
@@ -236,6 +249,8 @@ pub struct Problem {
     /// Whether each placement ([`Fixture::placement`]) has encoder offsets of its own
     /// ([`joint_drift`](crate::parameter::joint_drift)); takes effect with two placements or more.
     pub joint_drift: bool,
+    /// What linear changes of encoder offsets follow.
+    pub trend_variable: TrendVariable,
     /// How well the measured wrench is known, where joints deflect under the loads of contacts;
     /// without effect elsewhere.
     pub wrench: WrenchTolerance,
@@ -269,6 +284,7 @@ impl Problem {
             noise: Noise { encoder: DEFAULT_ENCODER, contact: DEFAULT_CONTACT, is_estimated: true },
             parameters: Vec::new(),
             joint_drift: false,
+            trend_variable: TrendVariable::Log,
             wrench: WrenchTolerance::DEFAULT,
             method: Method::LevenbergMarquardt,
             loss: Loss::GemanMcClure(3.0),

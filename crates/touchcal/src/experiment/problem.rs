@@ -3,7 +3,7 @@
 use crate::contact::{ContactLog, Source};
 use crate::estimate::{
     Distance, EXACT_DISTANCE_SIGMA, EstimatorOptions, Fixture, Loss, Noise, PlacePrior, Problem, ShapeTolerance, Tool,
-    UnseenEffects, WrenchTolerance,
+    TrendVariable, UnseenEffects, WrenchTolerance,
 };
 use crate::manifold::exact_manifold;
 use crate::parameter::{
@@ -49,6 +49,9 @@ pub(super) fn posed(scenario: &Scenario, simulated: &SimulatedTrial, has_loads: 
             if has_loads {
                 contacts.set_load(log.wrench[row]);
             }
+            if let Some(celsius) = log.arm_temperature.get(row) {
+                contacts.set_temperature(*celsius);
+            }
         }
     }
     let tool = Tool { tip_from_tool: scenario.tip_from_tool, prior: place_prior(scenario.tool_error) };
@@ -67,6 +70,7 @@ pub(super) fn posed(scenario: &Scenario, simulated: &SimulatedTrial, has_loads: 
         distances: distances(scenario, &simulated.truth),
         noise: noise(scenario),
         wrench: wrench(&scenario.recorder),
+        trend_variable: if scenario.recorder.warm_up > 0.0 { TrendVariable::Temperature } else { TrendVariable::Log },
         parameters,
         loss: Loss::GemanMcClure(LOSS_SCALE),
         options: EstimatorOptions { unseen_effects: UnseenEffects::Ignore, ..EstimatorOptions::default() },

@@ -23,9 +23,10 @@ pub enum ParameterId {
     /// `(p, i)`: encoder offset of joint `i`, revolute or continuous, in placement `p` only (rad),
     /// on top of the joint's offset; no part of the calibrated arm.
     JointDrift(usize, usize),
-    /// `(i)`: change of the encoder offset of joint `i` over the log (rad, or m for a prismatic
-    /// joint): on top of the joint's offset, minus this at the first contact and plus this at the
-    /// last, linear in the number of the contact; no part of the calibrated arm.
+    /// `(i)`: change of the encoder offset of joint `i` over the log or with temperature (rad, or m
+    /// for a prismatic joint): on top of the joint's offset, minus this at the first contact or the
+    /// lowest temperature and plus this at the last or highest, linear between, see
+    /// [`TrendVariable`](crate::estimate::TrendVariable); no part of the calibrated arm.
     JointTrend(usize),
     /// `(i, k)`: amplitude (rad) of `k` half-waves of a cosine over the log in the encoder offset
     /// of joint `i`, revolute or continuous, on top of its trend: this at the first contact, and

@@ -7,6 +7,10 @@ use rand_pcg::Pcg64;
 
 use crate::se3::Pose;
 
+/// Temperature (°C) from which an arm warms up, and the time constants that a trial takes.
+const COLD: f64 = 20.0;
+const TIME_CONSTANTS: f64 = 3.0;
+
 /// Encoders, force sensor and contact detection of a simulated recorder. Standard deviations are at
 /// least 0, and 0 for none.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -18,8 +22,12 @@ pub struct Recorder {
     /// Quantisation step of the encoders (rad, or m for a prismatic joint; ≥ 0); 0 for none.
     pub encoder_step: f64,
     /// Standard deviation of the linear trend of each turning joint's encoder offset, drawn once a
-    /// trial: minus the trend at the first contact, plus the trend at the last (rad).
+    /// trial: minus the trend at the first contact, plus the trend at the last (rad). It is linear
+    /// in the number of the contact, or in the temperature of an arm that warms up.
     pub encoder_trend: f64,
+    /// Temperature (K, ≥ 0) by which the arm warms up from 20 °C over the contacts of a trial, with
+    /// a time constant of a third of these. It is recorded if above 0.
+    pub warm_up: f64,
     /// Standard deviation of the change of each turning joint's encoder offset from the first to
     /// the last contact by a random walk, whose mean over all contacts is zero (rad).
     pub encoder_walk: f64,
@@ -53,6 +61,7 @@ impl Recorder {
             encoder_sigma: 0.0,
             encoder_step: 0.0,
             encoder_trend: 0.0,
+            warm_up: 0.0,
             encoder_walk: 0.0,
             force_sigma: 0.0,
             torque_sigma: 0.0,
@@ -63,6 +72,21 @@ impl Recorder {
             missed: 0.0,
             spurious: 0.0,
         }
+    }
+
+    /// Temperature of the arm (°C) at contact `i` of so many, to its last digit.
+    pub(super) fn temperature(&self, i: usize, contacts: usize) -> f64 {
+        let warmth = 0.5 * (1.0 + self.trend_position(i.min(contacts.saturating_sub(1)), contacts));
+        ((COLD + self.warm_up * warmth) * 1e3).round() / 1e3
+    }
+
+    /// How far trends are at contact `i` of so many: −1 at the first, 1 at the last.
+    pub(super) fn trend_position(&self, i: usize, contacts: usize) -> f64 {
+        let steps = contacts.saturating_sub(1).max(1) as f64;
+        if self.warm_up == 0.0 {
+            return 2.0 * i as f64 / steps - 1.0;
+        }
+        2.0 * (-TIME_CONSTANTS * i as f64 / steps).exp_m1() / (-TIME_CONSTANTS).exp_m1() - 1.0
     }
 
     /// A true joint position as its encoder counts it.
@@ -103,17 +127,22 @@ pub(super) struct EncoderChanges {
 
 impl EncoderChanges {
     /// Of a trial of so many contacts: of each joint its trend, and a random walk of this standard
-    /// deviation (rad), 0 for joints that have neither.
-    pub(super) fn new(contacts: usize, joints: &[(f64, f64)], chance: &mut Pcg64) -> EncoderChanges {
+    /// deviation (rad), 0 for joints that have neither. `position` of a contact is how far trends
+    /// are there, −1 to 1.
+    pub(super) fn new(
+        contacts: usize,
+        joints: &[(f64, f64)],
+        position: impl Fn(usize) -> f64,
+        chance: &mut Pcg64,
+    ) -> EncoderChanges {
         let dof = joints.len();
         if joints.iter().all(|joint| *joint == (0.0, 0.0)) {
             return EncoderChanges { dof, changes: Vec::new() };
         }
-        let steps = contacts.saturating_sub(1).max(1) as f64;
         let mut changes = vec![0.0; contacts * dof];
         for (j, &(trend, walk)) in joints.iter().enumerate() {
             for (i, walked) in random_walk(contacts, walk, chance).into_iter().enumerate() {
-                changes[i * dof + j] = trend * (2.0 * i as f64 / steps - 1.0) + walked;
+                changes[i * dof + j] = trend * position(i) + walked;
             }
         }
         EncoderChanges { dof, changes }

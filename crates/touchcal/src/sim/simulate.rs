@@ -63,6 +63,9 @@ pub struct Log {
     /// by row: one number for each segment, in their order, for each row. Empty where temperatures
     /// are not recorded ([`Scenario::thermal`] is `None`).
     pub temperature: Vec<f64>,
+    /// Temperature of the arm in each row (°C), to a thousandth. Empty unless it warms up
+    /// ([`Recorder::warm_up`](super::Recorder::warm_up)).
+    pub arm_temperature: Vec<f64>,
     /// Whether the recorder counts each row as a contact: a measured force above
     /// [`Recorder::force_threshold`](super::Recorder::force_threshold).
     pub contact: Vec<bool>,
@@ -164,8 +167,12 @@ pub fn run(
     };
     let touches = scenario.touches.len();
     let contacts = scenario.contacts * touches;
-    let encoder_changes =
-        EncoderChanges::new(contacts, &truth.encoder_changes(scenario), &mut chance(seed, 1 + touches as u64));
+    let encoder_changes = EncoderChanges::new(
+        contacts,
+        &truth.encoder_changes(scenario),
+        |i| scenario.recorder.trend_position(i, contacts),
+        &mut chance(seed, 1 + touches as u64),
+    );
     let mut logs: Vec<Log> = Vec::with_capacity(touches);
     for (f, touch) in scenario.touches.iter().enumerate() {
         let parts = truth.parts(scenario, f).ok_or_else(|| {
@@ -310,6 +317,10 @@ impl Run<'_> {
             let noise = |_: &f64| thermal.sensor_sigma * normal(&mut self.chance);
             let noise: Vec<f64> = self.temperatures.iter().map(noise).collect();
             self.log.temperature.extend(self.temperatures.iter().zip(noise).map(|(celsius, noise)| celsius + noise));
+        }
+        if recorder.warm_up > 0.0 {
+            let contacts = self.scenario.contacts * self.scenario.touches.len();
+            self.log.arm_temperature.push(recorder.temperature(self.before + found, contacts));
         }
         self.log.time.push(time);
         self.log.wrench.push(wrench);

@@ -45,6 +45,7 @@ fn problem(fixture: Fixture, tip_from_tool: Pose, contacts: ContactLog, noise: N
         noise,
         parameters,
         joint_drift: false,
+        trend_variable: touchcal::estimate::TrendVariable::Log,
         wrench: touchcal::estimate::WrenchTolerance::DEFAULT,
         method: Method::LevenbergMarquardt,
         loss: Loss::GemanMcClure(3.0),

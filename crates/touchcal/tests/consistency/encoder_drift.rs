@@ -1,6 +1,6 @@
 //! Encoders that drift over the log: are the error bars true?
 
-use touchcal::estimate::Problem;
+use touchcal::estimate::{Problem, TrendVariable};
 use touchcal::experiment::problem;
 use touchcal::io::urdf::{self, Ends};
 use touchcal::sim::{self, Preset, Recorder, SimulatedTrial};
@@ -33,6 +33,35 @@ fn trends_of_encoders_are_in_the_intervals() {
     }
     let declared = declared.per_parameter();
     report("encoder trends", &[("NEES for each parameter", declared)]);
+    assert!((0.5..1.7).contains(&declared), "{declared}");
+}
+
+/// Trends that are linear in temperature: with the temperature they are found, and with the number
+/// of the contact in its place the model is contradicted.
+#[test]
+fn trends_over_temperature_are_in_the_intervals() {
+    let mut declared = NeesSum::default();
+    for seed in 1..=4 {
+        let warming = |recorder: &mut Recorder| {
+            (recorder.encoder_trend, recorder.warm_up) = (0.02f64.to_radians(), 10.0);
+        };
+        let (mut problem, simulated) = trial(warming, seed);
+        let estimate = solve(&problem);
+        declared.add(&estimate, &simulated.truth);
+        assert!(estimate.status.is_usable(), "seed {seed}: {:?}", estimate.warnings);
+        for joint in 0..7 {
+            let name = format!("joint_trend.joint_a{}", joint + 1);
+            let found = estimate.parameter(&name).expect("a trend");
+            let deviations = (found.value - simulated.truth.value(found.parameter.id)) / found.sigma.expect("a sigma");
+            assert!(deviations.abs() < 4.5, "seed {seed}, {name}: {deviations} standard deviations");
+        }
+        problem.trend_variable = TrendVariable::Log;
+        let over_log = solve(&problem);
+        let is_contradicted = over_log.predictive_check.as_ref().is_none_or(|check| check.p_value < 1e-3);
+        assert!(is_contradicted, "seed {seed}: {:?}", over_log.predictive_check);
+    }
+    let declared = declared.per_parameter();
+    report("encoder trends over temperature", &[("NEES for each parameter", declared)]);
     assert!((0.5..1.7).contains(&declared), "{declared}");
 }
 

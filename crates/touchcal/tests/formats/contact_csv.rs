@@ -335,3 +335,25 @@ fn columns_in_memory_are_refused_as_a_file_is() {
     refused(read_columns(&["q1", "q2"], &[&[0.1, 0.2]], &force(3.0)), &["columns fx, fy and fz"]);
     refused(read_columns(&["q1", "q2"], &[&[80.0, 0.2]], &plain), &["looks like degrees"]);
 }
+
+#[test]
+fn the_temperature_is_that_of_the_named_column() {
+    let text = "q1,q2,T arm,contact\n0.1,0.2,21.5,1\n0.1,0.3,22,0\n0.1,0.4,22.25,1\n";
+    let log = read(text).unwrap();
+    assert_eq!((log.len(), log.temperature(0)), (2, None));
+    let named = |name: &str| Options { temperature: Some(name.to_owned()), ..Options::default() };
+    let log = read_with(text.as_bytes(), &named("T arm")).unwrap();
+    assert_eq!([log.temperature(0), log.temperature(1), log.temperature(2)], [Some(21.5), Some(22.25), None]);
+    // With the contacts that are kept, and with those that are appended.
+    assert_eq!(log.filtered(|i| i == 1).temperature(0), Some(22.25));
+    let mut all = read(text).unwrap();
+    all.append(&log, 1);
+    assert_eq!([all.temperature(1), all.temperature(2), all.temperature(3)], [None, Some(21.5), Some(22.25)]);
+    let apart = Options { apart: Some(0.15), ..named("T arm") };
+    let log = read_with(text.replace(",0\n", ",1\n").as_bytes(), &apart).unwrap();
+    assert_eq!([log.temperature(0), log.temperature(1)], [Some(21.5), Some(22.25)]);
+    let error = read_with(text.as_bytes(), &named("T_arm")).unwrap_err();
+    assert!(error.contains("column `T_arm`") && error.contains("did you mean `T arm`"), "{error}");
+    let error = read_with(text.replace("22.25", "warm").as_bytes(), &named("T arm")).unwrap_err();
+    assert!(error.contains("a number in degrees Celsius") && error.contains("warm"), "{error}");
+}

@@ -2,7 +2,7 @@
 //! standard deviations, and the notes about them.
 
 use touchcal::estimate::{
-    DEFAULT_DISTANCE_SIGMA, EXACT_DISTANCE_SIGMA, PlacePrior, Problem, ShapeTolerance, WrenchTolerance,
+    DEFAULT_DISTANCE_SIGMA, EXACT_DISTANCE_SIGMA, PlacePrior, Problem, ShapeTolerance, TrendVariable, WrenchTolerance,
 };
 use touchcal::parameter::Parameter;
 
@@ -298,4 +298,29 @@ fn changes_of_encoders_over_the_log_are_estimated_where_asked_for() {
     assert_eq!(sigmas("", "\"joint_harmonic\", ", "joint_harmonic."), [0.05_f64.to_radians(); 14]);
     let error = read("encoder_walk_deg = 0", "\"joint_walk\", ").unwrap_err().to_string();
     assert!(error.contains("`encoder_walk_deg` is 0"), "{error}");
+}
+
+#[test]
+fn encoders_that_change_with_temperature_need_one_for_each_contact() {
+    let folder = folder();
+    for file in ["log.csv", "deg.csv"] {
+        let path = folder.path().join(file);
+        let log = std::fs::read_to_string(&path).unwrap();
+        let line =
+            |(i, line): (usize, &str)| if i == 0 { format!("{line},T\n") } else { format!("{line},{}\n", 20 + i) };
+        std::fs::write(path, log.lines().enumerate().map(line).collect::<String>()).unwrap();
+    }
+    let over = |over: &str, columns: usize| {
+        let text = FULL.replace("[noise]\n", &format!("[noise]\nencoder_trend_over = {over:?}\n"));
+        read_in(folder.path(), &text.replacen("[[contacts]]\n", "[[contacts]]\ntemperature = \"T\"\n", columns))
+    };
+    let error = over("temperature", 1).unwrap_err();
+    for part in ["noise, encoder_trend_over", "`temperature` in [[contacts]]", "1 contacts without"] {
+        assert!(error.contains(part), "{error}");
+    }
+    let problem = over("temperature", 2).unwrap().problem;
+    assert_eq!(problem.trend_variable, TrendVariable::Temperature);
+    assert_eq!([problem.contacts.temperature(0), problem.contacts.temperature(1)], [Some(21.0); 2]);
+    assert_eq!(over("log", 0).unwrap().problem.trend_variable, TrendVariable::Log);
+    assert!(over("time", 0).unwrap_err().contains("`log` or `temperature`"));
 }

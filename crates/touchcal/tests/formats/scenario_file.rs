@@ -71,6 +71,7 @@ rate_hz = 100
 encoder_deg = 0.001
 encoder_step_deg = 0.0005
 encoder_trend_deg = 0.004
+warm_up_k = 7
 encoder_walk_deg = 0.003
 force_sigma_n = 0.2
 torque_sigma_nm = 0.01
@@ -108,6 +109,7 @@ fn every_key_is_read() {
     near(scenario.recorder.encoder_step, 0.0005f64.to_radians());
     near(scenario.recorder.encoder_trend, 0.004f64.to_radians());
     near(scenario.recorder.encoder_walk, 0.003f64.to_radians());
+    near(scenario.recorder.warm_up, 7.0);
     near(scenario.thermal.unwrap().reference, 25.0);
     let [left, table] = &scenario.touches[..] else { panic!("two fixtures") };
     near(left.place_error.length, 0.3e-3);

@@ -299,6 +299,27 @@ fn trends_of_encoders_are_those_of_the_truth() {
     }
 }
 
+/// An arm that warms up by 12 K: an exponential of which the log has three time constants, and
+/// trends that are linear in it.
+#[test]
+fn trends_follow_the_temperature_of_an_arm_that_warms_up() {
+    let scenario = table(300);
+    let mut changing = scenario.clone();
+    (changing.recorder.encoder_trend, changing.recorder.warm_up) = (1e-4, 12.0);
+    let log = only_log(&changing, 4);
+    assert!(only_log(&scenario, 4).arm_temperature.is_empty() && log.arm_temperature.len() == log.len());
+    let temperatures: Vec<f64> = log.contacts().map(|row| log.arm_temperature[row]).collect();
+    let truth = sim::draw_truth(&changing, 4);
+    for (i, change) in encoder_changes(&scenario, &changing, 4).iter().enumerate() {
+        let warmth = (1.0 - (-3.0 * i as f64 / 299.0).exp()) / (1.0 - (-3.0f64).exp());
+        assert!((temperatures[i] - 20.0 - 12.0 * warmth).abs() < 0.6e-3, "contact {i}: {}", temperatures[i]);
+        for (joint, change) in change.iter().enumerate() {
+            let expected = truth.value(ParameterId::JointTrend(joint)) * (2.0 * warmth - 1.0);
+            assert!((change - expected).abs() < 1e-12, "contact {i}, {joint}: {change} {expected}");
+        }
+    }
+}
+
 /// From the first contact to the last as far as declared, by steps, and zero on average.
 #[test]
 fn encoders_walk_at_random() {

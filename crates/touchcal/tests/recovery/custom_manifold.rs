@@ -84,6 +84,7 @@ fn a_sphere_calibrates_the_joints_that_move_over_it() {
         contacts,
         noise: Noise { encoder: 1e-6, contact: 1e-6, is_estimated: false },
         joint_drift: false,
+        trend_variable: touchcal::estimate::TrendVariable::Log,
         wrench: touchcal::estimate::WrenchTolerance::DEFAULT,
         method: Method::LevenbergMarquardt,
         loss: Loss::Squared,

@@ -113,6 +113,7 @@ fn table(parameters: fn(&robot::Robot) -> Vec<touchcal::parameter::Parameter>) -
         contacts,
         noise: Noise { encoder: 1e-5, contact: 1e-5, is_estimated: false },
         joint_drift: false,
+        trend_variable: touchcal::estimate::TrendVariable::Log,
         wrench: touchcal::estimate::WrenchTolerance::DEFAULT,
         method: Method::LevenbergMarquardt,
         loss: Loss::GemanMcClure(3.0),

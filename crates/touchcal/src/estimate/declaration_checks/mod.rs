@@ -74,6 +74,7 @@ fn subsample(problem: &Problem) -> Problem {
         noise: problem.noise,
         parameters: problem.parameters.clone(),
         joint_drift: problem.joint_drift,
+        trend_variable: problem.trend_variable,
         wrench: problem.wrench,
         options: problem.options,
         other_arms: problem.other_arms.clone(),

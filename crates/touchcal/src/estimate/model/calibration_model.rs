@@ -4,6 +4,7 @@ use nalgebra::{DVector, Vector3};
 
 use super::layout::ParameterLayout;
 use super::noise::NoiseModel;
+use super::trend_axis::TrendAxis;
 use crate::estimate::contact_mode::ContactModePrior;
 use crate::estimate::problem::{Noise, Problem, ShapeTolerance};
 use crate::manifold::{Residual, ResidualKind, SurfaceCounts};
@@ -22,6 +23,8 @@ pub(crate) struct CalibrationModel<'p> {
     pub base_from_fixture: Vec<Pose>,
     /// Kinematics with all parameters at zero.
     pub kinematics: Kinematics,
+    /// The axis along which encoder offsets change linearly.
+    pub trend_axis: TrendAxis,
     /// Variances of the measurements, with estimated factors.
     pub noise: NoiseModel,
     /// Prior of the contact mode, for each fixture and each region of its manifold.
@@ -40,6 +43,7 @@ impl<'p> CalibrationModel<'p> {
         CalibrationModel {
             problem,
             base_from_fixture: nominal_places(problem, &kinematics),
+            trend_axis: TrendAxis::new(problem),
             noise: NoiseModel::new(&problem.robot, &problem.noise),
             mode_priors: mode_priors.collect(),
             kinematics,
@@ -55,6 +59,7 @@ impl<'p> CalibrationModel<'p> {
             problem,
             base_from_fixture: self.base_from_fixture.clone(),
             kinematics: Kinematics::new(&problem.robot, &layout.kinematic(), problem.tool.tip_from_tool),
+            trend_axis: self.trend_axis,
             noise: self.noise.clone(),
             mode_priors: self.mode_priors.clone(),
             layout,

@@ -3,6 +3,7 @@
 use nalgebra::{DVector, Matrix6, Vector3};
 
 use super::calibration_model::CalibrationModel;
+use super::trend_axis::position_in_log;
 use crate::manifold::Residual;
 use crate::parameter::ParameterId;
 use crate::robot::{Kinematics, KinematicsScratch};
@@ -16,7 +17,7 @@ pub(crate) struct LinearizationPoint<'m> {
     pub fixtures: Vec<FixtureState>,
     /// Drift of each joint in each placement (rad), one placement after the other.
     drift: Vec<f64>,
-    /// Trend of each joint over the log (rad, or m for a prismatic joint).
+    /// Trend of each joint (rad, or m for a prismatic joint).
     trend: Vec<f64>,
     /// Joint, number of half-waves over the log, and amplitude (rad) of each cosine in an encoder's
     /// offset.
@@ -147,7 +148,7 @@ impl<'m> LinearizationPoint<'m> {
         let contacts = &self.model.problem.contacts;
         let (f, measured) = (contacts.fixture(i), contacts.q(i));
         let drift = &self.drift[self.model.layout.placement[f] * measured.len()..];
-        let position = self.position_in_log(i);
+        let position = self.trend_position(i);
         for (joint, (q, &measured)) in q.iter_mut().zip(measured).enumerate() {
             let [sine, cosine] = self.harmonic[joint];
             *q = measured - drift[joint] - self.trend[joint] * position;
@@ -167,15 +168,14 @@ impl<'m> LinearizationPoint<'m> {
         measured.map_or([0.0; 6], actual)
     }
 
-    /// Position of contact `i` in the log: −1 for the first, 1 for the last.
-    fn position_in_log(&self, i: usize) -> f64 {
-        let last = self.model.problem.contacts.len().saturating_sub(1).max(1);
-        2.0 * i as f64 / last as f64 - 1.0
+    /// Position of contact `i` on the axis of the trends, −1 to 1.
+    fn trend_position(&self, i: usize) -> f64 {
+        self.model.trend_axis.position(&self.model.problem.contacts, i)
     }
 
     /// Cosine with `k` half-waves over the log at contact `i`.
     fn half_waves(&self, k: usize, i: usize) -> f64 {
-        (0.5 * std::f64::consts::PI * k as f64 * (self.position_in_log(i) + 1.0)).cos()
+        (0.5 * std::f64::consts::PI * k as f64 * (position_in_log(&self.model.problem.contacts, i) + 1.0)).cos()
     }
 
     /// `∂ξ/∂ζ` of the tool's twist ξ in its own frame by the twist ζ on fixture `f`'s pose; none if
@@ -204,7 +204,7 @@ impl<'m> LinearizationPoint<'m> {
                 fixture_motion.map_or(0.0, |motion| row.dot(&motion.column(component)))
             }
             ParameterId::JointDrift(_, joint) => -row.dot(&scratch.joints[joint]),
-            ParameterId::JointTrend(joint) => -row.dot(&scratch.joints[joint]) * self.position_in_log(i),
+            ParameterId::JointTrend(joint) => -row.dot(&scratch.joints[joint]) * self.trend_position(i),
             ParameterId::JointWalk(joint, k) => -row.dot(&scratch.joints[joint]) * self.half_waves(k, i),
             ParameterId::JointHarmonic(joint, phase) => {
                 let measured = self.model.problem.contacts.q(i)[joint];

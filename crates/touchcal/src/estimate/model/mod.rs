@@ -15,6 +15,7 @@ mod objective;
 mod omitted_effects;
 mod resolution;
 mod stretches;
+mod trend_axis;
 mod whitening;
 
 pub(crate) use assembly::{contact_caches, contact_equations, normal_equations, whitened_norms};

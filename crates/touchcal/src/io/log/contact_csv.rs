@@ -103,6 +103,7 @@ impl RowParser<'_> {
             match holds {
                 Holds::Joint(joint) => self.row.q[*joint] = value * self.layout.scale[*joint],
                 Holds::Wrench(k) => self.row.wrench[*k] = value,
+                Holds::Temperature => self.row.temperature = Some(value),
                 Holds::Contact => {}
             }
         }

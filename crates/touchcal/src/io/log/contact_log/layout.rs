@@ -18,6 +18,8 @@ pub(crate) enum Holds {
     Wrench(usize),
     /// Contact flag.
     Contact,
+    /// Temperature of the arm.
+    Temperature,
 }
 
 impl Holds {
@@ -31,6 +33,7 @@ impl Holds {
             Holds::Wrench(0..3) => "a number in N",
             Holds::Wrench(_) => "a number in Nm",
             Holds::Contact => "0, 1, true or false",
+            Holds::Temperature => "a number in degrees Celsius",
         }
     }
 }
@@ -178,6 +181,14 @@ fn by_name(
         used.extend(search.column(name)?.map(|column| (column, Holds::Wrench(k), (*name).to_owned())));
     }
     used.extend(search.column("contact")?.map(|column| (column, Holds::Contact, "contact".to_owned())));
+    if let Some(name) = &options.temperature {
+        let found = || format!("{}{}", shown_names(&header), did_you_mean(name, header.iter().copied()));
+        // The time may be `t`.
+        let exactly = header.iter().position(|column| column.trim() == name);
+        let column = exactly.or_else(|| header.iter().position(|column| same(column, name)));
+        let column = column.ok_or_else(|| IoError::unexpected(place.clone(), format!("column `{name}`"), found()))?;
+        used.push((column, Holds::Temperature, name.clone()));
+    }
     used.sort_by_key(|(column, _, _)| *column);
     if let Some(pair) = used.windows(2).find(|pair| pair[0].0 == pair[1].0) {
         return Err(IoError::unexpected(

@@ -44,6 +44,7 @@ impl<'a> NumberRows<'a> {
             match holds {
                 Holds::Joint(joint) if value.is_finite() => self.row.q[*joint] = value * self.layout.scale[*joint],
                 Holds::Wrench(k) if value.is_finite() => self.row.wrench[*k] = value,
+                Holds::Temperature if value.is_finite() => self.row.temperature = Some(value),
                 Holds::Contact if value == 0.0 || value == 1.0 => self.row.flag = value == 1.0,
                 _ => {
                     let place = (self.place)(self.file, number).field(format!("column {name}"));

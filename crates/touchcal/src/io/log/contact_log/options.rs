@@ -27,6 +27,9 @@ pub struct Options {
     /// `contact`) to the name of the column or, in a bag, of the joint. A key that is no such name
     /// and a column that the file lacks are errors.
     pub columns: BTreeMap<String, String>,
+    /// Name of the column of the arm's temperature (°C); `None`: it is not read. For a bag, which
+    /// has none, a name is an error.
+    pub temperature: Option<String>,
     /// Topic of a bag's joint states; `None`: the only topic of their type, of which two are an
     /// error. Without effect on other formats.
     pub joint_topic: Option<String>,

@@ -36,6 +36,7 @@ impl RowSink for ContactIngest<'_> {
     }
 
     fn push(&mut self, number: u64, row: &Row) -> Result<(), LogFull> {
+        self.set_temperature(row.temperature);
         ContactIngest::push(self, number, &row.q, row.wrench, row.flag)
     }
 

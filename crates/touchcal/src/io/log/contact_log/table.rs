@@ -75,6 +75,7 @@ impl LogTable {
     pub fn columns(&self) -> Vec<&str> {
         let extra = |holds: &Holds| match holds {
             Holds::Wrench(k) => WRENCH[*k],
+            Holds::Temperature => "temperature_c",
             _ => "contact",
         };
         self.joints.iter().map(String::as_str).chain(self.extras.iter().map(extra)).collect()
@@ -134,6 +135,7 @@ impl RowSink for LogTable {
         self.values.extend_from_slice(&row.q);
         let extra = |holds: &Holds| match holds {
             Holds::Wrench(k) => row.wrench[*k],
+            Holds::Temperature => row.temperature.unwrap_or(f64::NAN),
             _ => f64::from(u8::from(row.flag)),
         };
         self.values.extend(self.extras.iter().map(extra));

@@ -255,6 +255,7 @@ fn options(
             Some(UnitToml::Degree) => AngleUnit::Degree,
         },
         header: table.header.clone(),
+        temperature: table.temperature.clone(),
         joint_topic: table.joint_topic.clone(),
         wrench_topic: table.wrench_topic.clone(),
         joints: None,

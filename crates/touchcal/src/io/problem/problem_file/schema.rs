@@ -191,6 +191,14 @@ pub(crate) enum LoadOnToml {
     Fixture,
 }
 
+/// What linear changes of encoder offsets follow.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub(crate) enum TrendOverToml {
+    Log,
+    Temperature,
+}
+
 /// Along whose axes the wrench of a log is given.
 #[derive(Clone, Copy, Debug, Deserialize)]
 #[serde(rename_all = "snake_case")]
@@ -215,6 +223,7 @@ pub(crate) struct ContactsToml {
     pub(crate) load_frame: Option<Spanned<LoadFrameToml>>,
     pub(crate) unit: Option<UnitToml>,
     pub(crate) header: Option<Vec<String>>,
+    pub(crate) temperature: Option<String>,
     pub(crate) joint_topic: Option<String>,
     pub(crate) wrench_topic: Option<String>,
     #[serde(default)]
@@ -227,6 +236,7 @@ pub(crate) struct NoiseToml {
     pub(crate) encoder_deg: Option<Number>,
     pub(crate) contact_mm: Option<Number>,
     pub(crate) encoder_trend_deg: Option<Number>,
+    pub(crate) encoder_trend_over: Option<Spanned<TrendOverToml>>,
     pub(crate) encoder_walk_deg: Option<Number>,
     /// Whether the noise is estimated too, the values being where that starts.
     pub(crate) estimated: Option<bool>,

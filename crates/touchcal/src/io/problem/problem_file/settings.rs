@@ -7,10 +7,12 @@ use serde::Deserialize;
 use super::assumptions::Assumptions;
 use super::context::{Allowed, Context, DEG, MAX_BYTES, MM};
 use super::parameters::{self, Drift, Wanted};
-use super::schema::{EstimateToml, NoiseToml, Number};
+use super::schema::{EstimateToml, NoiseToml, Number, TrendOverToml};
 use super::tolerance::DeclaredPrior;
 use crate::contact::ContactLog;
-use crate::estimate::{Distance, EstimatorOptions, Fixture, Noise, PlacePrior, Problem, Tool, WrenchTolerance};
+use crate::estimate::{
+    Distance, EstimatorOptions, Fixture, Noise, PlacePrior, Problem, Tool, TrendVariable, WrenchTolerance,
+};
 use crate::io::base::bytes;
 use crate::io::base::error::{IoError, Place};
 use crate::io::robot::urdf;
@@ -32,6 +34,8 @@ pub struct Settings {
     noise: Noise,
     /// Declared standard deviations of the wrench's bias (N, N m) and scale (1).
     wrench: [Option<f64>; 3],
+    /// Where the file says that encoder offsets change with temperature.
+    over_temperature: Option<Place>,
     wanted: Wanted,
 }
 
@@ -72,7 +76,9 @@ impl Settings {
             walk: angle(&noise.encoder_walk_deg, "encoder_walk_deg")?,
         };
         let wanted = parameters::wanted(estimate, drift, robot, context)?;
-        Ok(Settings { noise: self::noise(noise, context)?, wrench: wrench(noise, context)?, wanted })
+        let over = noise.encoder_trend_over.as_ref().filter(|over| *over.get_ref() == TrendOverToml::Temperature);
+        let over_temperature = over.map(|over| context.place(over.span(), "noise, encoder_trend_over"));
+        Ok(Settings { noise: self::noise(noise, context)?, wrench: wrench(noise, context)?, over_temperature, wanted })
     }
 
     /// Prior of a fixture's place: [`PlacePrior::Flat`] where nothing is declared and the places of
@@ -92,14 +98,20 @@ impl Settings {
     ///
     /// # Errors
     /// [`IoError::Unexpected`] if joint compliances are to be estimated although neither gravity
-    /// nor a load acts on the joints, so that no contact determines them.
+    /// nor a load acts on the joints, so that no contact determines them; or if encoder offsets
+    /// change with temperature and that of a contact is not known.
     pub fn problem(
         self,
         robot: Robot,
         (tool, fixtures, distances): (Tool, Vec<Fixture>, Vec<Distance>),
         mut contacts: ContactLog,
     ) -> Result<Problem, IoError> {
-        let Settings { noise, wrench, wanted } = self;
+        let Settings { noise, wrench, over_temperature, wanted } = self;
+        let unknown = (0..contacts.len()).filter(|&i| contacts.temperature(i).is_none()).count();
+        if let Some(place) = over_temperature.clone().filter(|_| unknown > 0) {
+            let expected = "the temperature of each contact (`temperature` in [[contacts]], the name of its column)";
+            return Err(IoError::unexpected(place, expected, format!("{unknown} contacts without")));
+        }
         let (weightless, loaded) = (robot.gravity().norm() == 0.0, contacts.has_loads());
         match wanted.joint_compliance {
             Some(place) if weightless && !loaded => {
@@ -121,6 +133,7 @@ impl Settings {
             wrench: tolerance(wrench),
             parameters: wanted.parameters,
             joint_drift: wanted.joint_drift,
+            trend_variable: over_temperature.map_or(TrendVariable::Log, |_| TrendVariable::Temperature),
             method: wanted.method,
             loss: wanted.loss,
             options: EstimatorOptions { unseen_effects: wanted.unseen_effects, ..EstimatorOptions::default() },

@@ -22,6 +22,8 @@ use crate::sim::{Log, MeasuredDistance, Scenario, Seeds, SimulatedTrial, Touch, 
 pub const PROBLEM: &str = "problem.toml";
 /// Name of the file of the true parameters in the folder of a simulation.
 pub const TRUTH: &str = "truth.json";
+/// Name of the column of the arm's temperature (°C).
+const ARM_TEMPERATURE: &str = "temperature_c";
 
 /// Checks that writing a simulation into `folder` overwrites no problem file but that of an earlier
 /// simulation, which is one with a [`TRUTH`] file beside it. A folder that does not exist passes.
@@ -106,19 +108,11 @@ pub fn problem_text(file: &ScenarioFile, truth: &Truth) -> Vec<TextFile> {
         if scenario.errors.joint_compliance > 0.0 {
             line.text("load_on", "tool");
         }
+        if scenario.recorder.warm_up > 0.0 {
+            line.text("temperature", ARM_TEMPERATURE);
+        }
     }
-    line.table("[noise]");
-    let noise = experiment::noise(scenario);
-    line.number("encoder_deg", noise.encoder.to_degrees());
-    line.number("contact_mm", 1e3 * noise.contact);
-    line.number("encoder_trend_deg", experiment::encoder_trend(&scenario.recorder).to_degrees());
-    line.number("encoder_walk_deg", scenario.recorder.encoder_walk.to_degrees());
-    if scenario.errors.joint_compliance > 0.0 {
-        let wrench = experiment::wrench(&scenario.recorder);
-        line.number("force_bias_n", wrench.force);
-        line.number("torque_bias_nm", wrench.torque);
-        line.number("wrench_scale", wrench.scale);
-    }
+    noise_text(scenario, &mut line);
     line.table("[estimate]");
     let names: Vec<&str> = experiment::blocks(scenario).into_iter().map(Block::name).collect();
     line.raw("parameters", &format!("{names:?}"));
@@ -127,6 +121,25 @@ pub fn problem_text(file: &ScenarioFile, truth: &Truth) -> Vec<TextFile> {
     line.text("unseen_effects", "ignore");
     files.push(TextFile::new(PROBLEM, text));
     files
+}
+
+/// The table of the noise.
+fn noise_text(scenario: &Scenario, line: &mut Lines<'_>) {
+    line.table("[noise]");
+    let noise = experiment::noise(scenario);
+    line.number("encoder_deg", noise.encoder.to_degrees());
+    line.number("contact_mm", 1e3 * noise.contact);
+    line.number("encoder_trend_deg", experiment::encoder_trend(&scenario.recorder).to_degrees());
+    if scenario.recorder.warm_up > 0.0 {
+        line.text("encoder_trend_over", "temperature");
+    }
+    line.number("encoder_walk_deg", scenario.recorder.encoder_walk.to_degrees());
+    if scenario.errors.joint_compliance > 0.0 {
+        let wrench = experiment::wrench(&scenario.recorder);
+        line.number("force_bias_n", wrench.force);
+        line.number("torque_bias_nm", wrench.torque);
+        line.number("wrench_scale", wrench.scale);
+    }
 }
 
 fn log_name(scenario: &Scenario, touch: &Touch) -> String {
@@ -148,6 +161,7 @@ fn log_text(scenario: &Scenario, log: &Log) -> String {
     names.extend(["fx", "fy", "fz", "tx", "ty", "tz", "contact"].map(str::to_owned));
     let warm = if log.temperature.is_empty() { 0 } else { segments(&scenario.robot).len() };
     names.extend((0..warm).map(|k| format!("temperature_{k}_c")));
+    names.extend(log.arm_temperature.first().map(|_| ARM_TEMPERATURE.to_owned()));
     let mut text = names.join(",") + "\n";
     for row in 0..log.len() {
         let mut written = write!(text, "{:.6}", log.time[row]);
@@ -159,6 +173,9 @@ fn log_text(scenario: &Scenario, log: &Log) -> String {
         }
         written = written.and_then(|()| write!(text, ",{}", u8::from(log.contact[row])));
         for celsius in &log.temperature[row * warm..(row + 1) * warm] {
+            written = written.and_then(|()| write!(text, ",{celsius:.3}"));
+        }
+        if let Some(celsius) = log.arm_temperature.get(row) {
             written = written.and_then(|()| write!(text, ",{celsius:.3}"));
         }
         // Writing to a String cannot fail.

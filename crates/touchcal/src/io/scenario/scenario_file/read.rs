@@ -197,6 +197,7 @@ fn recorder(scenario: &mut Scenario, toml: &RecorderToml, context: &Context<'_>)
     set(&mut recorder.encoder_sigma, &toml.encoder_deg, DEG, "recorder, encoder_deg", context)?;
     set(&mut recorder.encoder_step, &toml.encoder_step_deg, DEG, "recorder, encoder_step_deg", context)?;
     set(&mut recorder.encoder_trend, &toml.encoder_trend_deg, DEG, "recorder, encoder_trend_deg", context)?;
+    set(&mut recorder.warm_up, &toml.warm_up_k, 1.0, "recorder, warm_up_k", context)?;
     set(&mut recorder.encoder_walk, &toml.encoder_walk_deg, DEG, "recorder, encoder_walk_deg", context)?;
     set(&mut recorder.force_sigma, &toml.force_sigma_n, 1.0, "recorder, force_sigma_n", context)?;
     set(&mut recorder.torque_sigma, &toml.torque_sigma_nm, 1.0, "recorder, torque_sigma_nm", context)?;

@@ -141,6 +141,7 @@ pub(super) struct RecorderToml {
     pub(super) encoder_deg: Option<Number>,
     pub(super) encoder_step_deg: Option<Number>,
     pub(super) encoder_trend_deg: Option<Number>,
+    pub(super) warm_up_k: Option<Number>,
     pub(super) encoder_walk_deg: Option<Number>,
     pub(super) force_sigma_n: Option<Number>,
     pub(super) torque_sigma_nm: Option<Number>,

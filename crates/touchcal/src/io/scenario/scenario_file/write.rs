@@ -75,6 +75,7 @@ pub fn scenario_text(file: &ScenarioFile) -> Vec<TextFile> {
     line.number("encoder_deg", recorder.encoder_sigma.to_degrees());
     line.number("encoder_step_deg", recorder.encoder_step.to_degrees());
     line.number("encoder_trend_deg", recorder.encoder_trend.to_degrees());
+    line.number("warm_up_k", recorder.warm_up);
     line.number("encoder_walk_deg", recorder.encoder_walk.to_degrees());
     line.number("force_sigma_n", recorder.force_sigma);
     line.number("torque_sigma_nm", recorder.torque_sigma);

@@ -66,6 +66,10 @@ pub(super) fn read(
     options: &Options,
     sink: &mut dyn RowSink,
 ) -> Result<(), IoError> {
+    if options.temperature.is_some() {
+        let expected = "a table (CSV or Parquet), which has a column of the temperature";
+        return Err(IoError::unexpected(Place::file(file).field("temperature"), expected, "a bag"));
+    }
     let names = joint_names(file, robot, options)?;
     let with_wrench = options.wrench_parts() > 0 || options.wrench_topic.is_some();
     let extras = if with_wrench { &WRENCH_PARTS[..] } else { &[] };
