@@ -45,7 +45,7 @@ pub fn in_user_units(unit: Unit) -> (f64, &'static str, usize) {
 /// Blocks of the encoders that hold for one log only, and their titles.
 const OF_LOG: [(Block, &str); 3] = [
     (Block::JointDrift, "joint drifts between placements"),
-    (Block::JointTrend, "joint trends over the log"),
+    (Block::JointTrend, "joint trends"),
     (Block::JointWalk, "joint walks over the log"),
 ];
 

@@ -70,7 +70,7 @@ pub fn inspect(problem: &Problem, observe: Observer<'_>) -> Inspection {
     let (contacts, _) = whitened_norms(&search.model, &search.theta, &mut search.caches);
     let data = contacts + distance_information(&search.model, &search.theta);
     let mut posterior = Posterior::new(&search.model, &data, &search.free, &search.fixed);
-    if let Some(covariance) = sandwich(&mut search).and_then(|sandwich| sandwich.covariance) {
+    if let Some(covariance) = sandwich(&mut search).and_then(|(sandwich, _)| sandwich.covariance) {
         posterior.covariance = covariance;
     }
     let parameters = search.model.layout.parameters.iter().enumerate().map(|(k, parameter)| ParameterEstimate {

@@ -97,9 +97,7 @@ struct WidenedPosterior {
 fn posterior(search: &mut SearchState<'_>, postfit: &PostfitStatistics) -> WidenedPosterior {
     let mut posterior = Posterior::new(&search.model, &postfit.information, &search.free, &search.fixed);
     let (covariance, design_effect, predictive_check) = match sandwich(search) {
-        Some(Sandwich { covariance, design_effect, predictive_check, .. }) => {
-            (covariance, Some(design_effect), predictive_check)
-        }
+        Some((Sandwich { covariance, design_effect, .. }, check)) => (covariance, Some(design_effect), check),
         None => (None, None, residual_prediction(search)),
     };
     let has_least_gap_inflation = covariance.is_none() && search.informative_share.is_some();

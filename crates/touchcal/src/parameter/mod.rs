@@ -10,6 +10,7 @@ mod parameter_id;
 pub use arm::{joint_compliance, joint_offset, joint_origin, segment_strain, strain};
 pub use block::Block;
 pub use definition::{Parameter, Prior, Unit};
+pub(crate) use nuisance::joint_walk_rest;
 pub use nuisance::{
     DEFAULT_WALK_SIGMA, directional_gap_bias, distance_error, gap_bias, joint_drift, joint_harmonic, joint_trend,
     joint_trend_with_sigma, joint_walk, wrench_bias, wrench_scale,

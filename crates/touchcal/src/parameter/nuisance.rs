@@ -3,6 +3,8 @@
 use super::arm::VARIANCE_COMPONENT_STRENGTH;
 use super::definition::{Parameter, Prior, Unit};
 use super::parameter_id::{DIRECTION_NAMES, ParameterId, WRENCH_NAMES};
+use std::ops::RangeInclusive;
+
 use crate::robot::{JointKind, Robot};
 
 /// Standard deviation (rad) of the change over a log of an encoder that walks at random, where it
@@ -17,9 +19,11 @@ const TREND_ANGLE_SIGMA: f64 = 0.005 * std::f64::consts::PI / 180.0;
 const TREND_LENGTH_SIGMA: f64 = 5e-6;
 /// That start counts little: encoders that do not drift must get none.
 const TREND_STRENGTH: f64 = 0.01;
-/// Half-waves over the log that the walk of an encoder has: less are a trend, and what more would
-/// add, an eighth of the rest's variance, is so short that it resembles noise.
-const WALK_HALF_WAVES: std::ops::RangeInclusive<usize> = 2..=12;
+/// Half-waves over the log that the walk of an encoder has: less are a trend. What more would add,
+/// an eighth of the rest's variance, is not estimated, but counts in uncertainties up to
+/// [`joint_walk_rest`]'s last.
+const WALK_HALF_WAVES: RangeInclusive<usize> = 2..=12;
+const WALK_REST: RangeInclusive<usize> = 13..=36;
 /// Plausible sizes of a bias of the wrench (N, N m) and of an error of its scale (1).
 const FORCE_SCALE: f64 = 5.0;
 const TORQUE_SCALE: f64 = 0.5;
@@ -78,9 +82,19 @@ pub fn joint_trend_with_sigma(robot: &Robot, sigma: f64) -> Vec<Parameter> {
 /// Source: the Karhunen–Loève expansion of Brownian motion about its mean, as in Loève,
 /// *Probability theory* (1955), section 34.5.
 pub fn joint_walk(robot: &Robot, sigma: f64) -> Vec<Parameter> {
+    half_waves(robot, sigma, WALK_HALF_WAVES)
+}
+
+/// What [`joint_walk`] leaves out of a walk of the same standard deviation: thirteen to thirty-six
+/// half-waves.
+pub(crate) fn joint_walk_rest(robot: &Robot, sigma: f64) -> Vec<Parameter> {
+    half_waves(robot, sigma, WALK_REST)
+}
+
+fn half_waves(robot: &Robot, sigma: f64, numbers: RangeInclusive<usize>) -> Vec<Parameter> {
     let revolute = robot.moving().enumerate().filter(|(_, joint)| joint.kind != JointKind::Prismatic);
     let each = revolute.flat_map(|(i, joint)| {
-        WALK_HALF_WAVES.map(move |k| {
+        numbers.clone().map(move |k| {
             let name = format!("joint_walk.{}.{k}", joint.name);
             let sigma = std::f64::consts::SQRT_2 * sigma / (k as f64 * std::f64::consts::PI);
             Parameter::angle(name, ParameterId::JointWalk(i, k)).with_sigma(sigma)

@@ -1,6 +1,6 @@
 //! Encoders that drift over the log: are the error bars true?
 
-use touchcal::estimate::{Problem, TrendVariable};
+use touchcal::estimate::{Problem, Status, TrendVariable};
 use touchcal::experiment::problem;
 use touchcal::io::urdf::{self, Ends};
 use touchcal::sim::{self, Preset, Recorder, SimulatedTrial};
@@ -72,7 +72,11 @@ fn random_walks_of_encoders_are_in_the_intervals() {
     let (mut declared, mut undeclared) = (NeesSum::default(), NeesSum::default());
     for seed in 1..=8 {
         let (mut problem, simulated) = trial(|recorder| recorder.encoder_walk = 0.01f64.to_radians(), seed);
-        declared.add(&solve(&problem), &simulated.truth);
+        let estimate = solve(&problem);
+        declared.add(&estimate, &simulated.truth);
+        // Half-waves that are too short to be estimated are no contradiction.
+        let is_predicted = estimate.predictive_check.as_ref().is_some_and(|check| check.p_value > 1e-3);
+        assert!(estimate.status == Status::Usable && is_predicted, "seed {seed}: {:?}", estimate.warnings);
         problem.parameters.retain(|parameter| !parameter.name.starts_with("joint_walk"));
         let estimate = solve(&problem);
         if estimate.status.is_usable() {

@@ -16,6 +16,7 @@ mod omitted_effects;
 mod resolution;
 mod stretches;
 mod trend_axis;
+mod walk_rest;
 mod whitening;
 
 pub(crate) use assembly::{contact_caches, contact_equations, normal_equations, whitened_norms};
@@ -31,3 +32,4 @@ pub(crate) use objective::Objective;
 pub(crate) use omitted_effects::{OmittedParameters, has_exact_declarations, with_omitted_effects};
 pub(crate) use resolution::set_resolution;
 pub(crate) use stretches::{Stretch, residual_stretches};
+pub(crate) use walk_rest::with_walk_rest;

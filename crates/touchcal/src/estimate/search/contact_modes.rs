@@ -1,15 +1,17 @@
 //! From the least gap of each contact to the marginal likelihood over its contact modes.
 
+use nalgebra::DVector;
+
 use super::annealing::anneal;
 use super::coarse_to_fine::fine;
 use super::state::SearchState;
 use crate::estimate::model::{
-    Curvature, Objective, contact_mode_statistics, distance_information, em_step, no_contact_bounds, prior_information,
-    residual_stretches,
+    CalibrationModel, Curvature, Objective, contact_mode_statistics, distance_information, em_step, no_contact_bounds,
+    prior_information, residual_stretches, with_walk_rest,
 };
 use crate::estimate::result::{Observer, PredictiveCheck, Progress, Stage};
 use crate::estimate::uncertainty::{Sandwich, predictive_check, sandwich_covariance};
-use crate::solver::{LevenbergMarquardtOptions, StopReason};
+use crate::solver::{FreeParameters, LevenbergMarquardtOptions, StopReason};
 
 /// Share of informative contacts that the steps of expectation–maximisation require, over that
 /// required at their end. With the inflated noise of the first steps fewer are informative.
@@ -135,21 +137,44 @@ pub(crate) fn residual_prediction(search: &mut SearchState<'_>) -> Option<Predic
     if is_unconverged || search.model.problem.has_projection() || search.is_interrupted() {
         return None;
     }
-    let (model, theta) = (&search.model, &search.theta);
-    let known = distance_information(model, theta) + prior_information(model);
-    let (stretches, variance) = residual_stretches(model, theta, &mut search.caches);
-    predictive_check(&stretches, &known, &search.free, variance)
+    let extended = with_walk_rest(&search.model);
+    let (model, errors) = with_errors(&search.model, extended.as_ref());
+    let theta = search.theta.clone().resize_vertically(model.layout.len(), 0.0);
+    let known = distance_information(&search.model, &search.theta) + prior_information(&search.model);
+    let (stretches, variance) = residual_stretches(model, &theta, &mut search.caches);
+    predictive_check(&stretches, &known, &search.free, variance, errors)
 }
 
-/// The parameters' covariance by the marginal likelihood of all contacts, if it was fitted to the
-/// end and enough contacts are informative.
-pub(crate) fn sandwich(search: &mut SearchState<'_>) -> Option<Sandwich> {
+/// The parameters' covariance by the marginal likelihood of all contacts, and how far stretches of
+/// the log are from what the others predict, errors as correlated as the design effect says; if the
+/// likelihood was fitted to the end and enough contacts are informative.
+pub(crate) fn sandwich(search: &mut SearchState<'_>) -> Option<(Sandwich, Option<PredictiveCheck>)> {
     if !uses_contact_modes(search) || search.is_interrupted() {
         return None;
     }
-    let (model, theta) = (&search.model, &search.theta);
-    let known = distance_information(model, theta) + prior_information(model);
-    let statistics = contact_mode_statistics(model, theta, (1, Curvature::Observed), &mut search.caches);
-    let sandwich = sandwich_covariance(&statistics, &known, &search.free, &model.mode_priors);
-    Some(sandwich.with_shape_errors(&statistics, &model.shape_errors()))
+    let extended = with_walk_rest(&search.model);
+    let (model, errors) = with_errors(&search.model, extended.as_ref());
+    let (own, size) = (search.model.layout.len(), model.layout.len());
+    let theta = search.theta.clone().resize_vertically(size, 0.0);
+    let known = distance_information(model, &theta) + prior_information(model);
+    let statistics = contact_mode_statistics(model, &theta, (1, Curvature::Observed), &mut search.caches);
+    // What is in error is not estimated.
+    let free = FreeParameters::new(search.free.scale().clone().resize_vertically(size, 0.0));
+    let sandwich = sandwich_covariance(&statistics, &known, &free, &model.mode_priors);
+    let own_known = known.view((0, 0), (own, own)).into_owned();
+    let check = predictive_check(&statistics.stretches, &own_known, &search.free, sandwich.design_effect, errors);
+    let of_walks = errors.iter().map(|&(k, sigma)| DVector::from_fn(size, |of, _| if of == k { sigma } else { 0.0 }));
+    let all: Vec<DVector<f64>> = model.shape_errors().into_iter().chain(of_walks).collect();
+    let mut sandwich = sandwich.with_errors(&statistics, &all);
+    sandwich.covariance = sandwich.covariance.map(|all| all.view((0, 0), (own, own)).into_owned());
+    Some((sandwich, check))
+}
+
+/// The extended model with indices and standard deviations of what is in error, if there is one,
+/// else the model itself.
+fn with_errors<'a, 'p>(
+    own: &'a CalibrationModel<'p>,
+    extended: Option<&'a (CalibrationModel<'p>, Vec<(usize, f64)>)>,
+) -> (&'a CalibrationModel<'p>, &'a [(usize, f64)]) {
+    extended.map_or((own, &[]), |(model, errors)| (model, errors.as_slice()))
 }

@@ -9,6 +9,9 @@
 //! for each direction that both the stretch and the others determine. The gradients of all `n`
 //! stretches add up to zero: the sum of their norms scatters as `n − 1` of them do.
 //!
+//! What is not estimated, but may be off by `z` standard deviations, adds `F z` to the gradient of
+//! the stretch and `ΣF z` to that of all: `|(F − λₖ ΣF)ᵀ vₖ|²` is added to `λₖ (1 − λₖ)`.
+//!
 //! Source: cross-validation of linearized estimates as in Cook & Weisberg, *Residuals and influence
 //! in regression* (1982), section 2.2, with stretches in place of single rows.
 
@@ -31,12 +34,15 @@ const HALF_COUNTED: f64 = 2.0;
 
 /// How far the `stretches` of a log are from what the others predict; `known` is the information
 /// (inverse SI units) of priors and distances, and the covariances of all scores are multiplied by
-/// the factor `inflation` (1). `None` with less than two stretches, or if a number is not finite.
+/// the factor `inflation` (1). Stretches have further parameters behind those that are estimated;
+/// `errors` are indices and standard deviations (SI) of those that are off. `None` with less than
+/// two stretches, or if a number is not finite.
 pub(crate) fn predictive_check(
     stretches: &[Stretch],
     known: &DMatrix<f64>,
     free: &FreeParameters,
     inflation: f64,
+    errors: &[(usize, f64)],
 ) -> Option<PredictiveCheck> {
     if stretches.len() < 2 {
         return None;
@@ -50,11 +56,19 @@ pub(crate) fn predictive_check(
         return None;
     }
     let factor = Cholesky::new(regular(total, free))?.unpack();
+    let by_errors = |stretch: &Stretch| {
+        let column = |&(k, sigma): &(usize, f64)| stretch.covariance.view((0, k), (size, 1)).column(0) * sigma;
+        let columns: Vec<DVector<f64>> = errors.iter().map(|error| column(error).component_mul(free.scale())).collect();
+        if columns.is_empty() { DMatrix::zeros(size, 0) } else { DMatrix::from_columns(&columns) }
+    };
+    let changes: Vec<DMatrix<f64>> =
+        stretches.iter().map(|stretch| factor.solve_lower_triangular(&by_errors(stretch))).collect::<Option<_>>()?;
+    let all_changes = changes.iter().sum::<DMatrix<f64>>();
     let mut ratios = Vec::with_capacity(stretches.len());
     let (mut statistic, mut degrees_of_freedom) = (0.0, 0);
-    for (stretch, covariance) in stretches.iter().zip(&covariances) {
+    for ((stretch, covariance), change) in stretches.iter().zip(&covariances).zip(&changes) {
         let gradient = stretch.score.rows(0, size).component_mul(free.scale());
-        let (squared, rank) = squared_norm(covariance, &gradient, &factor)?;
+        let (squared, rank) = squared_norm((covariance, &gradient), &factor, (change, &all_changes))?;
         ratios.push((squared / rank.max(1) as f64).sqrt());
         statistic += squared;
         degrees_of_freedom += rank;
@@ -74,15 +88,27 @@ fn regular(mut matrix: DMatrix<f64>, free: &FreeParameters) -> DMatrix<f64> {
     matrix
 }
 
-/// `Σ (vᵀg)² / (λ (1 − λ))` over the directions that both a stretch of covariance `B` and gradient
-/// `g` and the others determine, and their number; `factor` is the Cholesky factor of `S`.
-fn squared_norm(covariance: &DMatrix<f64>, gradient: &DVector<f64>, factor: &DMatrix<f64>) -> Option<(f64, usize)> {
+/// `Σ (vᵀg)² / (λ (1 − λ) + |(F − λ ΣF)ᵀ v|²)` over the directions that both a stretch of covariance
+/// `B` and gradient `g` and the others determine, and their number; `factor` is the Cholesky factor
+/// `L` of `S`, and `changes` are `L⁻¹F` and `L⁻¹ΣF`.
+fn squared_norm(
+    (covariance, gradient): (&DMatrix<f64>, &DVector<f64>),
+    factor: &DMatrix<f64>,
+    (own, all): (&DMatrix<f64>, &DMatrix<f64>),
+) -> Option<(f64, usize)> {
     let half = factor.solve_lower_triangular(covariance)?;
     let eigen = factor.solve_lower_triangular(&half.transpose())?.symmetric_eigen();
     let along = eigen.eigenvectors.tr_mul(&factor.solve_lower_triangular(gradient)?);
-    let shared = eigen.eigenvalues.iter().zip(along.iter());
-    let shared = shared.filter(|(share, _)| **share > MIN_SHARE && **share < 1.0 - MIN_SHARE);
-    Some(shared.fold((0.0, 0), |(sum, rank), (share, along)| (sum + along * along / (share * (1.0 - share)), rank + 1)))
+    let (mut sum, mut rank) = (0.0, 0);
+    for (k, &share) in eigen.eigenvalues.iter().enumerate() {
+        if share > MIN_SHARE && share < 1.0 - MIN_SHARE {
+            let direction = eigen.eigenvectors.column(k);
+            let by_errors = (own.tr_mul(&direction) - all.tr_mul(&direction) * share).norm_squared();
+            sum += along[k] * along[k] / (share * (1.0 - share) + by_errors);
+            rank += 1;
+        }
+    }
+    Some((sum, rank))
 }
 
 #[cfg(test)]
@@ -125,7 +151,7 @@ mod tests {
         });
         let free = FreeParameters::new(DVector::repeat(PARAMETERS, 2.0));
         let stretches: Vec<Stretch> = stretches.collect();
-        predictive_check(&stretches, &DMatrix::zeros(PARAMETERS, PARAMETERS), &free, 1.0).expect("a prediction")
+        predictive_check(&stretches, &DMatrix::zeros(PARAMETERS, PARAMETERS), &free, 1.0, &[]).expect("a prediction")
     }
 
     /// Of a linear regression each ratio is that of estimates with and without the stretch: the
@@ -149,7 +175,11 @@ mod tests {
     #[test]
     fn directions_with_little_information_do_not_count() {
         let covariance = DMatrix::from_diagonal(&DVector::from_vec(vec![0.02, 0.5]));
-        let found = squared_norm(&covariance, &DVector::from_vec(vec![9.0, 1.0]), &DMatrix::identity(2, 2));
+        let found = squared_norm(
+            (&covariance, &DVector::from_vec(vec![9.0, 1.0])),
+            &DMatrix::identity(2, 2),
+            (&DMatrix::zeros(2, 0), &DMatrix::zeros(2, 0)),
+        );
         let (sum, directions) = found.expect("finite");
         assert!(directions == 1 && (sum - 4.0).abs() < 1e-12, "{sum} of {directions}");
     }
@@ -169,5 +199,44 @@ mod tests {
         assert!((squares - 1.0).abs() < 4.0 * (2.0 / (400.0 * 16.0_f64)).sqrt(), "{squares}");
         assert!((16..=64).contains(&small), "{small}");
         assert!((0..20).all(|seed| predicted(&regression(5, 0.5, seed)).p_value < 1e-9));
+    }
+
+    /// Regressions with one more column than is estimated, whose coefficient is drawn once for all
+    /// stretches: with its standard deviation stretches agree, without it they do not.
+    #[test]
+    fn what_is_off_and_not_estimated_counts() {
+        const SIGMA: f64 = 1.0;
+        const TRIALS: u64 = 400;
+        let (mut counted, mut ignored) = (0.0, 0.0);
+        for seed in 0..TRIALS {
+            let mut random = Pcg64::seed_from_u64(seed);
+            let mut normal = || -> f64 { StandardNormal.sample(&mut random) };
+            let off = SIGMA * normal();
+            let parts: Vec<(DMatrix<f64>, DVector<f64>)> = (0..5)
+                .map(|_| {
+                    let columns = DMatrix::from_fn(ROWS, PARAMETERS + 1, |_, _| normal());
+                    let observed = columns.column(PARAMETERS) * off + DVector::from_fn(ROWS, |_, _| normal());
+                    (columns, observed)
+                })
+                .collect();
+            let estimated = |columns: &DMatrix<f64>| columns.columns(0, PARAMETERS).into_owned();
+            let own: Vec<_> = parts.iter().map(|(columns, observed)| (estimated(columns), observed.clone())).collect();
+            let (solution, _) = solve(&own.iter().collect::<Vec<_>>());
+            let stretches = parts.iter().map(|(columns, observed)| Stretch {
+                score: columns.tr_mul(&(estimated(columns) * &solution - observed)),
+                covariance: columns.tr_mul(columns),
+            });
+            let stretches: Vec<Stretch> = stretches.collect();
+            let free = FreeParameters::new(DVector::repeat(PARAMETERS, 2.0));
+            let ratio = |errors: &[(usize, f64)]| {
+                let known = DMatrix::zeros(PARAMETERS, PARAMETERS);
+                predictive_check(&stretches, &known, &free, 1.0, errors).expect("a prediction").ratio
+            };
+            counted += ratio(&[(PARAMETERS, SIGMA)]).powi(2) / TRIALS as f64;
+            ignored += ratio(&[]).powi(2) / TRIALS as f64;
+        }
+        // Within four standard deviations, the drawn coefficient's included.
+        assert!((counted - 1.0).abs() < 4.0 * (4.0 / (TRIALS as f64 * 16.0)).sqrt(), "{counted}");
+        assert!(ignored > 1.7, "{ignored}");
     }
 }

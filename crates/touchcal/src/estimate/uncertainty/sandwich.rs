@@ -3,10 +3,8 @@
 use nalgebra::{Cholesky, DMatrix, DVector};
 
 use super::design_effect::design_effect;
-use super::predictive_check::predictive_check;
 use crate::estimate::contact_mode::ContactModePrior;
 use crate::estimate::model::ContactModeStatistics;
-use crate::estimate::result::PredictiveCheck;
 use crate::solver::FreeParameters;
 
 /// What the scores of contacts say of the uncertainty.
@@ -17,22 +15,19 @@ pub(crate) struct Sandwich {
     pub covariance: Option<DMatrix<f64>>,
     /// Design effect: number of contacts that carry the information of an independent one (1).
     pub design_effect: f64,
-    /// How far stretches of the log are from what the others predict, errors as correlated as the
-    /// design effect says.
-    pub predictive_check: Option<PredictiveCheck>,
     /// Inverse `(H + Λ)⁻¹` over the parameters and the odds of contact modes, where the cost is
     /// convex.
     bread: Option<DMatrix<f64>>,
 }
 
 impl Sandwich {
-    /// The covariance with errors of shapes that are declared uncertain and not estimated: the
+    /// The covariance with errors of what is uncertain and not estimated, such as shapes: the
     /// motion `−(H + Λ)⁻¹ H e` of the estimates for each error `e` of one standard deviation, over
     /// the parameters (SI).
     ///
     /// Source: the consider covariance of Schmidt, *Application of state-space methods to
     /// navigation problems* (1966).
-    pub fn with_shape_errors(mut self, statistics: &ContactModeStatistics, errors: &[DVector<f64>]) -> Self {
+    pub fn with_errors(mut self, statistics: &ContactModeStatistics, errors: &[DVector<f64>]) -> Self {
         let (Some(bread), Some(covariance)) = (&self.bread, &mut self.covariance) else { return self };
         let (size, parameters) = (bread.nrows(), covariance.nrows());
         for error in errors {
@@ -65,8 +60,7 @@ pub(crate) fn sandwich_covariance(
     let design_effect = design_effect(&statistics.score_outer_product.information, &statistics.block_scores, free);
     let covariance = bread.as_ref().map(|bread| bread * squares * bread * design_effect);
     let covariance = covariance.map(|all| all.view((0, 0), (parameters, parameters)).into_owned());
-    let predictive_check = predictive_check(&statistics.stretches, known, free, design_effect);
-    Sandwich { covariance, design_effect, predictive_check, bread }
+    Sandwich { covariance, design_effect, bread }
 }
 
 /// `H + Λ` and `B + Λ` over the parameters and, behind them, the odds of contact modes; `known` is
