@@ -4,7 +4,7 @@ use nalgebra::{Cholesky, DMatrix, DVector};
 
 use super::model::{
     CalibrationModel, Curvature, LinearizationPoint, Objective, OmittedParameters, add_distances, add_priors,
-    contact_mode_statistics, distance_information, prior_information, with_omitted_effects,
+    contact_mode_statistics, distance_information, prior_information, with_omitted_effects, with_walk_rest,
 };
 use super::options::WarningThresholds;
 use super::result::{EffectTest, EffectValue, Estimate, OmittedEffect, Warning};
@@ -56,25 +56,29 @@ pub(super) fn effect_tests(search: &mut SearchState<'_>, estimate: &Estimate) ->
     }
     let one_sided = (0..problem.contacts.len()).any(|i| search.model.is_one_sided(i));
     let has_likelihood = uses_contact_modes(search) || !one_sided;
-    let (model, omitted) = with_omitted_effects(&search.model);
+    let rest = with_walk_rest(&search.model);
+    let (own, errors) = rest.as_ref().map_or((&search.model, [].as_slice()), |(model, errors)| (model, errors));
+    let (model, omitted) = with_omitted_effects(own);
     let effects: Vec<OmittedEffect> = omitted.iter().map(|omitted| omitted.effect.clone()).collect();
     let is_applicable = has_likelihood
         && !problem.has_projection()
         && !problem.contacts.is_empty()
         && model.layout.len() <= MAX_PARAMETERS;
-    let found = is_applicable.then(|| score_tests(search, estimate, (&model, omitted))).flatten();
+    let found = is_applicable.then(|| score_tests(search, estimate, (&model, omitted), errors)).flatten();
     let mut found = found.unwrap_or_default();
     let is_tested = |effect: &OmittedEffect| found.tests.iter().any(|of_effect| of_effect.test.effect == *effect);
     found.untested = effects.into_iter().filter(|effect| !is_tested(effect)).collect();
     found
 }
 
-/// The tests of effects that are parameters of the extended `model`. `None` where the cost is not
-/// convex: there is no minimum to test at.
+/// The tests of effects that are parameters of the extended `model`; `errors` are indices and
+/// standard deviations (SI) of parameters of it that are off and not estimated. `None` where the
+/// cost is not convex: there is no minimum to test at.
 fn score_tests(
     search: &mut SearchState<'_>,
     estimate: &Estimate,
     (model, omitted): (&CalibrationModel<'_>, Vec<OmittedParameters>),
+    errors: &[(usize, f64)],
 ) -> Option<EffectTests> {
     let problem = search.model.problem;
     let theta = search.theta.clone().resize_vertically(model.layout.len(), 0.0);
@@ -87,7 +91,7 @@ fn score_tests(
         gradient: gradient(model, &theta, &statistics.derivatives.gradient),
         curvature,
         squares,
-        shape_scores: shape_scores(model, &statistics.derivatives.information),
+        error_scores: error_scores(model, errors, &statistics.derivatives.information),
         block_scores: statistics.block_scores,
     };
     let free = estimated(search, model, at.gradient.len());
@@ -175,10 +179,15 @@ fn model_test(
 }
 
 /// Change of the gradient of contacts, whose `information` has the odds behind the parameters, by
-/// each error of the shapes.
-fn shape_scores(model: &CalibrationModel<'_>, information: &DMatrix<f64>) -> Vec<DVector<f64>> {
-    let errors = model.shape_errors().into_iter();
-    errors.map(|error| information * error.resize_vertically(information.nrows(), 0.0)).collect()
+/// each error of the shapes, and by each of `errors`.
+fn error_scores(
+    model: &CalibrationModel<'_>,
+    errors: &[(usize, f64)],
+    information: &DMatrix<f64>,
+) -> Vec<DVector<f64>> {
+    let of_shapes = model.shape_errors().into_iter();
+    let of_shapes = of_shapes.map(|error| information * error.resize_vertically(information.nrows(), 0.0));
+    of_shapes.chain(errors.iter().map(|&(k, sigma)| information.column(k) * sigma)).collect()
 }
 
 /// Gradient of contacts, known distances and priors; that of the odds, which contacts do not enter

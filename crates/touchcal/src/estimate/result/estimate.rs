@@ -111,9 +111,10 @@ pub struct Estimate {
     /// Tests of what is declared with a standard deviation, the least p-value first; empty where
     /// the search did not converge, or contacts are measured by a projection.
     pub prior_tests: Vec<PriorTest>,
-    /// Names of effects and declarations ([`OmittedEffect::name`], [`Declaration::name`]) that
-    /// contacts cannot test: they would not show a plausible size of the effect, or determine no
-    /// direction of what is declared better than that. Empty where the search did not converge.
+    /// Names of effects ([`OmittedEffect::name`](crate::estimate::OmittedEffect::name)) and of
+    /// declarations ([`Declaration::name`](crate::estimate::Declaration::name)) that contacts
+    /// cannot test: they would not show a plausible size of the effect, or determine no direction
+    /// of what is declared better than that. Empty where the search did not converge.
     pub untested: Vec<String>,
     /// Effects that were estimated in addition to the problem's parameters, in the order in which
     /// they were tried; empty but for

@@ -7,7 +7,8 @@
 //! - `g_e = Wᵀ g` is the gradient by S with P following, `H_e = Wᵀ H_{·S}` its information,
 //! - `V = D Wᵀ (B + Λ) W + Σ Wᵀ (H e) (H e)ᵀ W` is its covariance, with the outer product `B` of
 //!   scores, the information `Λ` of priors, the design effect `D` of contacts whose errors are
-//!   correlated, and errors `e` of one standard deviation of the shapes,
+//!   correlated, and errors `e` of one standard deviation of shapes and of what random walks have
+//!   beyond the estimated cosines,
 //! - `g_eᵀ V⁻¹ g_e` is chi-squared distributed if S is zero, and `−H_e⁻¹ g_e` estimates S.
 //!
 //! Directions of S that contacts do not see at a plausible size are left out.
@@ -41,8 +42,9 @@ pub(crate) struct Derivatives {
     pub squares: DMatrix<f64>,
     /// Scores summed over blocks of contacts close in the log.
     pub block_scores: Vec<DVector<f64>>,
-    /// The change `H e` of the gradient by each error of the shapes, of one standard deviation.
-    pub shape_scores: Vec<DVector<f64>>,
+    /// The change `H e` of the gradient by each error of what is uncertain and not estimated, such
+    /// as shapes, of one standard deviation.
+    pub error_scores: Vec<DVector<f64>>,
 }
 
 /// The outcome of a test.
@@ -104,8 +106,8 @@ impl Derivatives {
         }
         let unit = FreeParameters::new(DVector::repeat(along.ncols(), 1.0));
         let effect = design_effect(&squares, &blocks, &unit);
-        let of_shapes = self.shape_scores.iter().map(|score| along.tr_mul(score));
-        Some(of_shapes.fold(squares * effect, |sum, shift| sum + &shift * shift.transpose()))
+        let of_errors = self.error_scores.iter().map(|score| along.tr_mul(score));
+        Some(of_errors.fold(squares * effect, |sum, shift| sum + &shift * shift.transpose()))
     }
 }
 
@@ -211,7 +213,7 @@ mod tests {
             curvature: information.clone(),
             squares: information,
             block_scores: Vec::new(),
-            shape_scores: Vec::new(),
+            error_scores: Vec::new(),
         };
         let free = FreeParameters::new(DVector::from_vec(vec![1.0, 1.0, 0.0]));
         let inverse = free.covariance(&derivatives.curvature);
@@ -232,7 +234,7 @@ mod tests {
             curvature: DMatrix::from_element(1, 1, 4.0),
             squares: DMatrix::from_element(1, 1, 4.0),
             block_scores: Vec::new(),
-            shape_scores: vec![DVector::from_vec(vec![2.0])],
+            error_scores: vec![DVector::from_vec(vec![2.0])],
         };
         let test = score_test(&at, &DMatrix::zeros(1, 1), (&[0], &[1.0])).expect("a test");
         assert!((test.statistic - 9.0 / 8.0).abs() < 1e-12, "{}", test.statistic);
@@ -248,7 +250,7 @@ mod tests {
             curvature: DMatrix::from_row_slice(2, 2, &[5.0, 2.0, 2.0, 4.0]),
             squares: DMatrix::from_row_slice(2, 2, &[5.0, 2.0, 2.0, 4.0]),
             block_scores: Vec::new(),
-            shape_scores: Vec::new(),
+            error_scores: Vec::new(),
         };
         let inverse = DMatrix::from_row_slice(2, 2, &[0.2, 0.0, 0.0, 0.0]);
         let moment = |at: &Derivatives, size: f64| -> DMatrix<f64> {
@@ -261,11 +263,11 @@ mod tests {
         let found = moment(&at, 1.0);
         assert!((&found - expected(1.0 / 4.2 + (1.6f64 / 4.2).powi(2))).amax() < 1e-12, "{found}");
         // An error of the shapes that doubles the variance of the gradient.
-        let shapes = Derivatives { shape_scores: vec![DVector::from_vec(vec![0.0, 3.2f64.sqrt()])], ..at };
+        let shapes = Derivatives { error_scores: vec![DVector::from_vec(vec![0.0, 3.2f64.sqrt()])], ..at };
         let found = moment(&shapes, 1.0);
         assert!((&found - expected(1.0 / 2.6 + (0.8f64 / 2.6).powi(2))).amax() < 1e-12, "{found}");
         // Contacts would show one ten times as large, where shapes are exact.
-        let exact = Derivatives { shape_scores: Vec::new(), ..shapes };
+        let exact = Derivatives { error_scores: Vec::new(), ..shapes };
         assert!(moment(&exact, 10.0).amax() == 0.0);
     }
 
@@ -279,7 +281,7 @@ mod tests {
             curvature: information.clone(),
             squares: information,
             block_scores: Vec::new(),
-            shape_scores: Vec::new(),
+            error_scores: Vec::new(),
         };
         let free = FreeParameters::new(DVector::from_vec(vec![1.0, 1.0, 0.0]));
         let inverse = free.covariance(&at.curvature);
