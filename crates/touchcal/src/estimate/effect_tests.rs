@@ -4,7 +4,8 @@ use nalgebra::{Cholesky, DMatrix, DVector};
 
 use super::model::{
     CalibrationModel, Curvature, LinearizationPoint, Objective, OmittedParameters, add_distances, add_priors,
-    contact_mode_statistics, distance_information, prior_information, with_omitted_effects, with_walk_rest,
+    contact_mode_statistics, distance_information, extended_or_own, prior_information, with_omitted_effects,
+    with_walk_rest,
 };
 use super::options::WarningThresholds;
 use super::result::{EffectTest, EffectValue, Estimate, OmittedEffect, Warning};
@@ -57,7 +58,7 @@ pub(super) fn effect_tests(search: &mut SearchState<'_>, estimate: &Estimate) ->
     let one_sided = (0..problem.contacts.len()).any(|i| search.model.is_one_sided(i));
     let has_likelihood = uses_contact_modes(search) || !one_sided;
     let rest = with_walk_rest(&search.model);
-    let (own, errors) = rest.as_ref().map_or((&search.model, [].as_slice()), |(model, errors)| (model, errors));
+    let (own, errors) = extended_or_own(&search.model, rest.as_ref());
     let (model, omitted) = with_omitted_effects(own);
     let effects: Vec<OmittedEffect> = omitted.iter().map(|omitted| omitted.effect.clone()).collect();
     let is_applicable = has_likelihood

@@ -135,8 +135,8 @@ fn fit_warnings(
     warnings
 }
 
-/// Fixtures most of whose contacts were rejected, among others: one of them is not as it is
-/// declared, and says nothing any more.
+/// Fixtures most of whose contacts were rejected, where there are other fixtures: such a fixture is
+/// not as it is declared, and no longer contributes to the result.
 fn rejected_fixtures(problem: &Problem, statistics: &FitStatistics) -> Vec<Warning> {
     let most = problem.options.thresholds.rejected_share[1];
     let of_fixtures = problem.fixtures.iter().zip(&statistics.rejected_of_fixtures);

@@ -32,4 +32,4 @@ pub(crate) use objective::Objective;
 pub(crate) use omitted_effects::{OmittedParameters, has_exact_declarations, with_omitted_effects};
 pub(crate) use resolution::set_resolution;
 pub(crate) use stretches::{Stretch, residual_stretches};
-pub(crate) use walk_rest::with_walk_rest;
+pub(crate) use walk_rest::{extended_or_own, with_walk_rest};

@@ -22,3 +22,12 @@ pub(crate) fn with_walk_rest<'p>(own: &CalibrationModel<'p>) -> Option<(Calibrat
     let sigmas = sigmas.collect();
     Some((own.extended(rest), sigmas))
 }
+
+/// The model [`with_walk_rest`] and the errors of its parameters, if there is one, else the model
+/// itself.
+pub(crate) fn extended_or_own<'a, 'b: 'a, 'p>(
+    own: &'a CalibrationModel<'p>,
+    extended: Option<&'b (CalibrationModel<'p>, Vec<(usize, f64)>)>,
+) -> (&'a CalibrationModel<'p>, &'b [(usize, f64)]) {
+    extended.map_or((own, &[]), |(model, errors)| (model, errors.as_slice()))
+}

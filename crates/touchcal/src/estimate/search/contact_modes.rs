@@ -6,7 +6,7 @@ use super::annealing::anneal;
 use super::coarse_to_fine::fine;
 use super::state::SearchState;
 use crate::estimate::model::{
-    CalibrationModel, Curvature, Objective, contact_mode_statistics, distance_information, em_step, no_contact_bounds,
+    Curvature, Objective, contact_mode_statistics, distance_information, em_step, extended_or_own, no_contact_bounds,
     prior_information, residual_stretches, with_walk_rest,
 };
 use crate::estimate::result::{Observer, PredictiveCheck, Progress, Stage};
@@ -138,7 +138,7 @@ pub(crate) fn residual_prediction(search: &mut SearchState<'_>) -> Option<Predic
         return None;
     }
     let extended = with_walk_rest(&search.model);
-    let (model, errors) = with_errors(&search.model, extended.as_ref());
+    let (model, errors) = extended_or_own(&search.model, extended.as_ref());
     let theta = search.theta.clone().resize_vertically(model.layout.len(), 0.0);
     let known = distance_information(&search.model, &search.theta) + prior_information(&search.model);
     let (stretches, variance) = residual_stretches(model, &theta, &mut search.caches);
@@ -153,7 +153,7 @@ pub(crate) fn sandwich(search: &mut SearchState<'_>) -> Option<(Sandwich, Option
         return None;
     }
     let extended = with_walk_rest(&search.model);
-    let (model, errors) = with_errors(&search.model, extended.as_ref());
+    let (model, errors) = extended_or_own(&search.model, extended.as_ref());
     let (own, size) = (search.model.layout.len(), model.layout.len());
     let theta = search.theta.clone().resize_vertically(size, 0.0);
     let known = distance_information(model, &theta) + prior_information(model);
@@ -168,13 +168,4 @@ pub(crate) fn sandwich(search: &mut SearchState<'_>) -> Option<(Sandwich, Option
     let mut sandwich = sandwich.with_errors(&statistics, &all);
     sandwich.covariance = sandwich.covariance.map(|all| all.view((0, 0), (own, own)).into_owned());
     Some((sandwich, check))
-}
-
-/// The extended model with indices and standard deviations of what is in error, if there is one,
-/// else the model itself.
-fn with_errors<'a, 'p>(
-    own: &'a CalibrationModel<'p>,
-    extended: Option<&'a (CalibrationModel<'p>, Vec<(usize, f64)>)>,
-) -> (&'a CalibrationModel<'p>, &'a [(usize, f64)]) {
-    extended.map_or((own, &[]), |(model, errors)| (model, errors.as_slice()))
 }
