@@ -32,7 +32,7 @@ pub(crate) struct InformativeShare {
     pub of_distinct: f64,
 }
 
-/// Least number of contacts in a stretch, whose scores' covariance is that of a sample.
+/// Least number of contacts in a stretch, whose information is that of a sample.
 const CONTACTS_PER_STRETCH: usize = 250;
 
 /// Sums over the contacts at one value of the parameters.
@@ -46,8 +46,8 @@ pub(crate) struct ContactModeStatistics {
     /// Sums of scores (inverse SI units) over blocks of contacts close in the log, one vector a
     /// block.
     pub block_scores: Vec<DVector<f64>>,
-    /// Successive stretches of the log, with the outer products of the scores; none for complete
-    /// data, or where contacts are too few for two.
+    /// Successive stretches of the log; none for complete data, or where contacts are too few for
+    /// two.
     pub stretches: Vec<Stretch>,
     /// Sum of the expected squared Mahalanobis distances (1) of active candidates.
     pub squared_distance: f64,
@@ -101,7 +101,7 @@ impl ContactModeStatistics {
         self.block_scores.iter_mut().for_each(|score| *score *= factor.sqrt());
         for stretch in &mut self.stretches {
             stretch.score *= factor.sqrt();
-            stretch.covariance *= factor;
+            stretch.information *= factor;
         }
         self.squared_distance *= factor;
         self.sigma_sum *= factor;
@@ -232,7 +232,7 @@ pub(crate) fn contact_mode_statistics(
     let blocks: Vec<&ContactModeStatistics> = scratches.iter().map(|(_, statistics)| statistics).collect();
     blocks.iter().for_each(|block| total.add_block(block));
     if curvature == Curvature::Observed {
-        let sums: Vec<&NormalEquations> = blocks.iter().map(|block| &block.score_outer_product).collect();
+        let sums: Vec<&NormalEquations> = blocks.iter().map(|block| &block.derivatives).collect();
         total.stretches = stretches(&sums, model.problem.contacts.len() / stride / CONTACTS_PER_STRETCH);
     }
     total.scale(stride as f64);

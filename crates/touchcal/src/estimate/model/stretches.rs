@@ -15,13 +15,13 @@ const MAX_STRETCHES: usize = 10;
 /// Least number of contacts in a stretch of residuals.
 const RESIDUALS_PER_STRETCH: usize = 32;
 
-/// Sums over a stretch of the log.
+/// Sums over a stretch of the log (inverse SI units), over the parameters first.
 #[derive(Clone, Debug)]
 pub(crate) struct Stretch {
-    /// Sum of the contacts' scores (inverse SI units), over the parameters first.
+    /// Sum of the contacts' scores.
     pub score: DVector<f64>,
-    /// Covariance of that sum, but for a common factor.
-    pub covariance: DMatrix<f64>,
+    /// Derivative of that sum by the parameters.
+    pub information: DMatrix<f64>,
 }
 
 /// Groups the sums over `blocks` of contacts, in their order, into `count` stretches, at most ten
@@ -35,19 +35,19 @@ pub(super) fn stretches(blocks: &[&NormalEquations], count: usize) -> Vec<Stretc
         let mut sum = NormalEquations::new(blocks[0].gradient.len());
         blocks[k * blocks.len() / count..(k + 1) * blocks.len() / count].iter().for_each(|block| sum.add(block));
         let sum = sum.complete();
-        Stretch { score: sum.gradient, covariance: sum.information }
+        Stretch { score: sum.gradient, information: sum.information }
     });
     each.collect()
 }
 
 /// The stretches of a log by the residuals at `theta`, of one-sided contacts their least gaps, with
-/// `Σ JᵀJ` as covariances; and the factor (1) on these, the mean of `ψ²`, at least that of the
-/// declared noise.
+/// the mean of `ψ′` times `Σ JᵀJ` as information; and the covariance of all scores, `Σ JᵀJ` times
+/// the mean of `ψ²`, at least that of the declared noise.
 pub(crate) fn residual_stretches(
     model: &CalibrationModel<'_>,
     theta: &DVector<f64>,
     caches: &mut [ContactCache],
-) -> (Vec<Stretch>, f64) {
+) -> (Vec<Stretch>, DMatrix<f64>) {
     let point = LinearizationPoint::new(model, theta);
     let loss = model.problem.loss;
     let scratch = || (ContactFactor::new(&point, false), NormalEquations::new(model.layout.len()), 0.0);
@@ -69,6 +69,10 @@ pub(crate) fn residual_stretches(
     let slope = scratches.iter().map(|(_, _, slope)| slope).sum::<f64>() / rows;
     let contacts = model.problem.contacts.len();
     let of_declared = loss.gaussian_variance((rows / contacts.max(1) as f64).round() as usize) * slope * slope;
-    let variance = blocks.iter().map(|block| block.squares).sum::<f64>() / rows;
-    (stretches(&blocks, contacts / RESIDUALS_PER_STRETCH), variance.max(of_declared))
+    let variance = (blocks.iter().map(|block| block.squares).sum::<f64>() / rows).max(of_declared);
+    let mut stretches = stretches(&blocks, contacts / RESIDUALS_PER_STRETCH);
+    let size = model.layout.len();
+    let sum = stretches.iter().fold(DMatrix::zeros(size, size), |sum, stretch| sum + &stretch.information);
+    stretches.iter_mut().for_each(|stretch| stretch.information *= slope);
+    (stretches, sum * variance)
 }

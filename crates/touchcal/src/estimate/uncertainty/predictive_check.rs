@@ -1,16 +1,21 @@
 //! Predictive check of stretches of the log, each from all the others.
 //!
-//! With a stretch's gradient `g` and the covariance `B` of that by its own contacts, the estimates
-//! without the stretch are `(S − B)⁻¹ g` away, where `S = ΣB + Λ` with the information `Λ` of what
-//! is known besides. The gradient of the stretch there is `S (S − B)⁻¹ g`, with covariance
-//! `B (S − B)⁻¹ S`: that of its own contacts, and that of the estimates from the others. Its
-//! squared Mahalanobis norm is `gᵀ (B⁻¹ + (S − B)⁻¹) g = Σ (vₖᵀg)² / (λₖ (1 − λₖ))` with the
-//! solutions of `B vₖ = λₖ S vₖ`, `vₖᵀ S vₖ = 1`: chi-squared distributed with a degree of freedom
-//! for each direction that both the stretch and the others determine. The gradients of all `n`
-//! stretches add up to zero: the sum of their norms scatters as `n − 1` of them do.
+//! With the scores `εₖ` of the stretches at the true parameters, that of what is known besides,
+//! the information `Hₖ` of each stretch and `Λ` of what is known, and `S = ΣH + Λ`, a stretch has
+//! at the minimum the gradient `gₖ = εₖ − Hₖ S⁻¹ (Σε + ε₀)`: its own score, and the motion of the
+//! estimates by all scores. Along a solution `v` of `Hₖ v = λ S v`, `vᵀ S v = 1`, with `ℓ = vᵀΛv`
+//! and the factor `f = vᵀBv / (1 − ℓ)` of the covariance `B` of all stretches' scores over their
+//! information, `gₖ` has the variance
+//!
+//! `f λ (1 − λ − λ ℓ) + λ² ℓ`,
+//!
+//! which is `λ (1 − λ)` where the covariance is the information. The sum of the squares over these
+//! variances is chi-squared distributed with a degree of freedom for each direction that both the
+//! stretch and the others determine. The gradients of all `n` stretches add up to zero: the sum of
+//! their norms scatters as `n − 1` of them do.
 //!
 //! What is not estimated, but may be off by `z` standard deviations, adds `F z` to the gradient of
-//! the stretch and `ΣF z` to that of all: `|(F − λₖ ΣF)ᵀ vₖ|²` is added to `λₖ (1 − λₖ)`.
+//! the stretch and `ΣF z` to that of all: `|(F − λ ΣF)ᵀ v|²` is added to the variance.
 //!
 //! Source: cross-validation of linearized estimates as in Cook & Weisberg, *Residuals and influence
 //! in regression* (1982), section 2.2, with stretches in place of single rows.
@@ -24,51 +29,45 @@ use crate::estimate::result::PredictiveCheck;
 use crate::solver::FreeParameters;
 
 /// Least share `λ` (1) of the information on a direction that the stretch must have, and that the
-/// others must have: a third of the mean share of one of ten stretches. With a smaller share the
-/// few informative contacts of the stretch give too small a covariance `B`.
+/// others must have: a third of the mean share of one of ten stretches. A smaller share is that of
+/// a few contacts, which scatters by itself.
 const MIN_SHARE: f64 = 0.03;
 
 /// Standard deviations of a squared ratio above 1 of which half widens the covariance: without
 /// anything missing the mean widening is then about one percent.
-const HALF_COUNTED: f64 = 2.0;
+const HALF_COUNTED: f64 = 1.5;
 
-/// How far the `stretches` of a log are from what the others predict; `known` is the information
-/// (inverse SI units) of priors and distances, and the covariances of all scores are multiplied by
-/// the factor `inflation` (1). Stretches have further parameters behind those that are estimated;
-/// `errors` are indices and standard deviations (SI) of those that are off. `None` with less than
-/// two stretches, or if a number is not finite.
+/// How far the `stretches` of a log are from what the others predict; `covariance` is that of the
+/// sum of all scores, and `known` the information of priors and distances (inverse SI units).
+/// Stretches and `covariance` have further parameters behind those that are estimated; `errors` are
+/// indices and standard deviations (SI) of those that are off. `None` with less than two stretches,
+/// or if a number is not finite.
 pub(crate) fn predictive_check(
     stretches: &[Stretch],
-    known: &DMatrix<f64>,
+    (covariance, known): (&DMatrix<f64>, &DMatrix<f64>),
     free: &FreeParameters,
-    inflation: f64,
     errors: &[(usize, f64)],
 ) -> Option<PredictiveCheck> {
     if stretches.len() < 2 {
         return None;
     }
-    let size = free.len();
-    let own = |stretch: &Stretch| free.scaled(&stretch.covariance.view((0, 0), (size, size)).into_owned()) * inflation;
-    let covariances: Vec<DMatrix<f64>> = stretches.iter().map(own).collect();
-    let total = covariances.iter().sum::<DMatrix<f64>>() + free.scaled(known);
+    let scaled: Vec<ScaledStretch> =
+        stretches.iter().map(|stretch| ScaledStretch::new(stretch, free, errors)).collect();
+    let all = Total {
+        information: scaled.iter().map(|stretch| &stretch.information).sum::<DMatrix<f64>>() + free.scaled(known),
+        covariance: own(covariance, free),
+        known: free.scaled(known),
+        changes: scaled.iter().map(|stretch| &stretch.changes).sum(),
+    };
     // Decompositions do not terminate on NaN.
-    if total.iter().any(|entry| !entry.is_finite()) {
+    if all.information.iter().any(|entry| !entry.is_finite()) {
         return None;
     }
-    let factor = Cholesky::new(regular(total, free))?.unpack();
-    let by_errors = |stretch: &Stretch| {
-        let column = |&(k, sigma): &(usize, f64)| stretch.covariance.view((0, k), (size, 1)).column(0) * sigma;
-        let columns: Vec<DVector<f64>> = errors.iter().map(|error| column(error).component_mul(free.scale())).collect();
-        if columns.is_empty() { DMatrix::zeros(size, 0) } else { DMatrix::from_columns(&columns) }
-    };
-    let changes: Vec<DMatrix<f64>> =
-        stretches.iter().map(|stretch| factor.solve_lower_triangular(&by_errors(stretch))).collect::<Option<_>>()?;
-    let all_changes = changes.iter().sum::<DMatrix<f64>>();
+    let factor = Cholesky::new(regular(all.information.clone(), free))?.unpack();
     let mut ratios = Vec::with_capacity(stretches.len());
     let (mut statistic, mut degrees_of_freedom) = (0.0, 0);
-    for ((stretch, covariance), change) in stretches.iter().zip(&covariances).zip(&changes) {
-        let gradient = stretch.score.rows(0, size).component_mul(free.scale());
-        let (squared, rank) = squared_norm((covariance, &gradient), &factor, (change, &all_changes))?;
+    for stretch in &scaled {
+        let (squared, rank) = squared_norm(stretch, &all, &factor)?;
         ratios.push((squared / rank.max(1) as f64).sqrt());
         statistic += squared;
         degrees_of_freedom += rank;
@@ -82,29 +81,64 @@ pub(crate) fn predictive_check(
     square.is_finite().then_some(check)
 }
 
+/// Sums over a stretch, over the estimated parameters in units of their scales.
+struct ScaledStretch {
+    gradient: DVector<f64>,
+    information: DMatrix<f64>,
+    /// Change `F` of the gradient by each error of one standard deviation, a column each.
+    changes: DMatrix<f64>,
+}
+
+impl ScaledStretch {
+    fn new(stretch: &Stretch, free: &FreeParameters, errors: &[(usize, f64)]) -> Self {
+        let size = free.len();
+        let mut changes = DMatrix::zeros(size, errors.len());
+        for (mut column, &(k, sigma)) in changes.column_iter_mut().zip(errors) {
+            let by_error = stretch.information.view((0, k), (size, 1)) * sigma;
+            column.copy_from(&by_error.component_mul(free.scale()));
+        }
+        let gradient = stretch.score.rows(0, size).component_mul(free.scale());
+        ScaledStretch { gradient, information: own(&stretch.information, free), changes }
+    }
+}
+
+/// Sums over all stretches, and what is known besides, in the same units.
+struct Total {
+    /// `S`, with `known`.
+    information: DMatrix<f64>,
+    covariance: DMatrix<f64>,
+    known: DMatrix<f64>,
+    changes: DMatrix<f64>,
+}
+
+/// The part of `matrix` over the estimated parameters, in units of their scales.
+fn own(matrix: &DMatrix<f64>, free: &FreeParameters) -> DMatrix<f64> {
+    free.scaled(&matrix.view((0, 0), (free.len(), free.len())).into_owned())
+}
+
 /// `matrix` with ones on the diagonal for fixed parameters, so that it can be factored.
 fn regular(mut matrix: DMatrix<f64>, free: &FreeParameters) -> DMatrix<f64> {
     (0..free.len()).filter(|&k| !free.is_free(k)).for_each(|k| matrix[(k, k)] = 1.0);
     matrix
 }
 
-/// `Σ (vᵀg)² / (λ (1 − λ) + |(F − λ ΣF)ᵀ v|²)` over the directions that both a stretch of covariance
-/// `B` and gradient `g` and the others determine, and their number; `factor` is the Cholesky factor
-/// `L` of `S`, and `changes` are `L⁻¹F` and `L⁻¹ΣF`.
-fn squared_norm(
-    (covariance, gradient): (&DMatrix<f64>, &DVector<f64>),
-    factor: &DMatrix<f64>,
-    (own, all): (&DMatrix<f64>, &DMatrix<f64>),
-) -> Option<(f64, usize)> {
-    let half = factor.solve_lower_triangular(covariance)?;
+/// Sum of the squares of a stretch's gradient over their expected values, along the directions that
+/// both the stretch and the others determine, and the number of these; `factor` is the Cholesky
+/// factor `L` of `S`.
+fn squared_norm(stretch: &ScaledStretch, all: &Total, factor: &DMatrix<f64>) -> Option<(f64, usize)> {
+    let half = factor.solve_lower_triangular(&stretch.information)?;
     let eigen = factor.solve_lower_triangular(&half.transpose())?.symmetric_eigen();
-    let along = eigen.eigenvectors.tr_mul(&factor.solve_lower_triangular(gradient)?);
+    let directions = factor.tr_solve_lower_triangular(&eigen.eigenvectors)?;
     let (mut sum, mut rank) = (0.0, 0);
-    for (k, &share) in eigen.eigenvalues.iter().enumerate() {
-        if share > MIN_SHARE && share < 1.0 - MIN_SHARE {
-            let direction = eigen.eigenvectors.column(k);
-            let by_errors = (own.tr_mul(&direction) - all.tr_mul(&direction) * share).norm_squared();
-            sum += along[k] * along[k] / (share * (1.0 - share) + by_errors);
+    for (direction, &share) in directions.column_iter().zip(&eigen.eigenvalues) {
+        let known = direction.dot(&(&all.known * direction));
+        let seen = 1.0 - known;
+        if share > MIN_SHARE && share < seen - MIN_SHARE {
+            let scatter = direction.dot(&(&all.covariance * direction)) / seen;
+            let by_errors =
+                (stretch.changes.tr_mul(&direction) - all.changes.tr_mul(&direction) * share).norm_squared();
+            let variance = scatter * share * (1.0 - share - share * known) + share * share * known + by_errors;
+            sum += stretch.gradient.dot(&direction).powi(2) / variance;
             rank += 1;
         }
     }
@@ -143,15 +177,19 @@ mod tests {
         (&inverse * right, inverse)
     }
 
+    fn checked(stretches: &[Stretch], covariance: DMatrix<f64>, errors: &[(usize, f64)]) -> PredictiveCheck {
+        let free = FreeParameters::new(DVector::repeat(PARAMETERS, 2.0));
+        let known = DMatrix::zeros(PARAMETERS, PARAMETERS);
+        predictive_check(stretches, (&covariance, &known), &free, errors).expect("a prediction")
+    }
+
     fn predicted(parts: &[(DMatrix<f64>, DVector<f64>)]) -> PredictiveCheck {
         let (solution, _) = solve(&parts.iter().collect::<Vec<_>>());
         let stretches = parts.iter().map(|(columns, observed)| Stretch {
             score: columns.tr_mul(&(columns * &solution - observed)),
-            covariance: columns.tr_mul(columns),
+            information: columns.tr_mul(columns),
         });
-        let free = FreeParameters::new(DVector::repeat(PARAMETERS, 2.0));
-        let stretches: Vec<Stretch> = stretches.collect();
-        predictive_check(&stretches, &DMatrix::zeros(PARAMETERS, PARAMETERS), &free, 1.0, &[]).expect("a prediction")
+        checked(&stretches.collect::<Vec<_>>(), parts.iter().map(|(columns, _)| columns.tr_mul(columns)).sum(), &[])
     }
 
     /// Of a linear regression each ratio is that of estimates with and without the stretch: the
@@ -174,13 +212,19 @@ mod tests {
     /// Shares of 2 % and of 50 %: only the second counts, 1 over 0.5 (1 − 0.5).
     #[test]
     fn directions_with_little_information_do_not_count() {
-        let covariance = DMatrix::from_diagonal(&DVector::from_vec(vec![0.02, 0.5]));
-        let found = squared_norm(
-            (&covariance, &DVector::from_vec(vec![9.0, 1.0])),
-            &DMatrix::identity(2, 2),
-            (&DMatrix::zeros(2, 0), &DMatrix::zeros(2, 0)),
-        );
-        let (sum, directions) = found.expect("finite");
+        let stretch = ScaledStretch {
+            gradient: DVector::from_vec(vec![9.0, 1.0]),
+            information: DMatrix::from_diagonal(&DVector::from_vec(vec![0.02, 0.5])),
+            changes: DMatrix::zeros(2, 0),
+        };
+        let identity = DMatrix::identity(2, 2);
+        let all = Total {
+            information: identity.clone(),
+            covariance: identity.clone(),
+            known: DMatrix::zeros(2, 2),
+            changes: DMatrix::zeros(2, 0),
+        };
+        let (sum, directions) = squared_norm(&stretch, &all, &identity).expect("finite");
         assert!(directions == 1 && (sum - 4.0).abs() < 1e-12, "{sum} of {directions}");
     }
 
@@ -199,6 +243,49 @@ mod tests {
         assert!((squares - 1.0).abs() < 4.0 * (2.0 / (400.0 * 16.0_f64)).sqrt(), "{squares}");
         assert!((16..=64).contains(&small), "{small}");
         assert!((0..20).all(|seed| predicted(&regression(5, 0.5, seed)).p_value < 1e-9));
+    }
+
+    /// Regressions by least squares with weights that have nothing to do with the noise, and a
+    /// prior from which the parameters are drawn: the covariance of the scores is not their
+    /// information.
+    #[test]
+    fn information_need_not_be_the_covariance() {
+        const TRIALS: u64 = 400;
+        const PRIOR: f64 = 100.0;
+        let weights = DVector::from_fn(ROWS, |row, _| if row % 3 == 0 { 4.0 } else { 0.5 });
+        let weighted = |columns: &DMatrix<f64>, of: &DVector<f64>| columns.tr_mul(&DMatrix::from_diagonal(of));
+        let (mut squares, mut small) = (0.0, 0);
+        for seed in 0..TRIALS {
+            let mut random = Pcg64::seed_from_u64(TRIALS + seed);
+            let truth = DVector::from_fn(PARAMETERS, |_, _| {
+                let drawn: f64 = StandardNormal.sample(&mut random);
+                drawn / PRIOR.sqrt()
+            });
+            let parts = regression(5, 0.0, seed);
+            let parts: Vec<_> =
+                parts.into_iter().map(|(columns, noise)| (columns.clone(), columns * &truth + noise)).collect();
+            let known = DMatrix::identity(PARAMETERS, PARAMETERS) * PRIOR;
+            let sum = |of: &dyn Fn(&DMatrix<f64>) -> DMatrix<f64>| -> DMatrix<f64> {
+                parts.iter().map(|(columns, _)| of(columns)).sum()
+            };
+            let information = |columns: &DMatrix<f64>| weighted(columns, &weights) * columns;
+            let covariance = sum(&|columns| weighted(columns, &weights.component_mul(&weights)) * columns);
+            let right: DVector<f64> =
+                parts.iter().map(|(columns, observed)| weighted(columns, &weights) * observed).sum();
+            let solution = (sum(&information) + &known).try_inverse().expect("full rank") * right;
+            let stretches = parts.iter().map(|(columns, observed)| Stretch {
+                score: weighted(columns, &weights) * (columns * &solution - observed),
+                information: information(columns),
+            });
+            let free = FreeParameters::new(DVector::repeat(PARAMETERS, 2.0));
+            let stretches: Vec<Stretch> = stretches.collect();
+            let found = predictive_check(&stretches, (&covariance, &known), &free, &[]).expect("a prediction");
+            squares += found.ratio.powi(2) / TRIALS as f64;
+            small += usize::from(found.p_value < 0.1);
+        }
+        // Within four standard deviations, as above.
+        assert!((squares - 1.0).abs() < 4.0 * (2.0 / (TRIALS as f64 * 16.0)).sqrt(), "{squares}");
+        assert!((16..=64).contains(&small), "{small}");
     }
 
     /// Regressions with one more column than is estimated, whose coefficient is drawn once for all
@@ -224,14 +311,11 @@ mod tests {
             let (solution, _) = solve(&own.iter().collect::<Vec<_>>());
             let stretches = parts.iter().map(|(columns, observed)| Stretch {
                 score: columns.tr_mul(&(estimated(columns) * &solution - observed)),
-                covariance: columns.tr_mul(columns),
+                information: columns.tr_mul(columns),
             });
             let stretches: Vec<Stretch> = stretches.collect();
-            let free = FreeParameters::new(DVector::repeat(PARAMETERS, 2.0));
-            let ratio = |errors: &[(usize, f64)]| {
-                let known = DMatrix::zeros(PARAMETERS, PARAMETERS);
-                predictive_check(&stretches, &known, &free, 1.0, errors).expect("a prediction").ratio
-            };
+            let covariance: DMatrix<f64> = parts.iter().map(|(columns, _)| columns.tr_mul(columns)).sum();
+            let ratio = |errors: &[(usize, f64)]| checked(&stretches, covariance.clone(), errors).ratio;
             counted += ratio(&[(PARAMETERS, SIGMA)]).powi(2) / TRIALS as f64;
             ignored += ratio(&[]).powi(2) / TRIALS as f64;
         }
