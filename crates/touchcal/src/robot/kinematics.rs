@@ -370,10 +370,9 @@ impl Kinematics {
         if self.gravity.is_none() {
             return Twist::zeros();
         }
-        let each =
-            self.stages.iter().enumerate().map(|(i, stage)| {
-                at.joints[i] * (stage.compliance * at.at_rest.slope_by_origin(i, j, velocity, rotation))
-            });
+        let compliant = self.stages.iter().enumerate().filter(|(_, stage)| stage.compliance != 0.0);
+        let each = compliant
+            .map(|(i, stage)| at.joints[i] * (stage.compliance * at.at_rest.slope_by_origin(i, j, velocity, rotation)));
         each.sum()
     }
 

@@ -1,6 +1,6 @@
 //! Normal equations, accumulated row by row.
 
-use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
+use nalgebra::{Cholesky, DMatrix, DMatrixView, DVector, Dyn};
 
 use super::free_parameters::FreeParameters;
 
@@ -75,6 +75,21 @@ impl NormalEquations {
                 for (&row, &left) in index[..=b].iter().zip(&jacobian[r * width..]) {
                     target[row] += right * left;
                 }
+            }
+        }
+    }
+
+    /// Adds `Σ a bᵀ` over the rows `a` of `left` and `b` of `right`, a column for each parameter in
+    /// `index` (ascending), to the information, if that sum is symmetric.
+    pub fn add_outer_products(&mut self, index: &[usize], left: &[f64], right: &[f64]) {
+        let width = index.len();
+        let count = left.len() / width.max(1);
+        let columns = |rows| DMatrixView::from_slice(rows, width, count);
+        let products = columns(left) * columns(right).transpose();
+        for (b, &column) in index.iter().enumerate() {
+            let mut target = self.information.column_mut(column);
+            for (&row, product) in index[..=b].iter().zip(products.column(b).iter()) {
+                target[row] += product;
             }
         }
     }

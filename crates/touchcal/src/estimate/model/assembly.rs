@@ -1,5 +1,7 @@
 //! Sums over contacts: normal equations of an objective at given parameters.
 
+use std::ops::Range;
+
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
@@ -14,7 +16,7 @@ use crate::solver::{Loss, NormalEquations};
 
 /// Contacts are summed in this many chunks, whatever the number of threads: the result does not
 /// depend on it.
-const CHUNKS: usize = 64;
+pub(super) const CHUNKS: usize = 64;
 /// Smallest number of contacts in a chunk: a chunk then takes longer than its administration.
 const MIN_CHUNK: usize = 64;
 /// Largest number of contacts whose residuals are evaluated together: the batch of a network.
@@ -38,37 +40,48 @@ pub(crate) fn contact_caches(model: &CalibrationModel<'_>) -> Vec<ContactCache> 
     vec![ContactCache::default(); model.problem.contacts.len()]
 }
 
-/// Sums what `add(batch, caches, scratch, sum)` adds for every `stride`-th contact, in parallel
-/// chunks of contacts; a batch is of one fixture. `caches` has one for each contact; `scratch()`
-/// makes what a chunk works in. The scratches come back in the order of the contacts.
+/// A number of contacts of one fixture that are evaluated together.
+pub(crate) struct Batch<'b> {
+    /// Number of its chunk, from 0.
+    pub chunk: usize,
+    /// Indices of the contacts.
+    pub indices: &'b [usize],
+}
+
+/// Sums what `add(batch, caches, sum)` adds for every `stride`-th contact, in chunks of contacts.
+/// `caches` has one for each contact; up to `max_parts` runs of chunks are summed in parallel, each
+/// in what `empty()` makes, and come back in the order of the contacts.
 pub(crate) fn sum_contacts<S: Send>(
     model: &CalibrationModel<'_>,
-    stride: usize,
-    caches: &mut [ContactCache],
-    scratch: impl Fn() -> S + Sync,
-    add: impl Fn(&[usize], &mut CacheSlice<'_>, &mut S, &mut NormalEquations) + Sync,
-) -> (NormalEquations, Vec<S>) {
+    (stride, max_parts): (usize, usize),
+    mut caches: &mut [ContactCache],
+    empty: impl Fn() -> S + Sync,
+    add: impl Fn(&Batch<'_>, &mut CacheSlice<'_>, &mut S) + Sync,
+) -> Vec<S> {
     let contacts = &model.problem.contacts;
     let count = contacts.len().div_ceil(stride);
     let chunk = count.div_ceil(CHUNKS).max(MIN_CHUNK);
-    let chunks = caches.par_chunks_mut(chunk * stride).enumerate().map(|(part, caches)| {
-        let mut caches = CacheSlice { first: part * chunk * stride, caches };
-        let mut normal = NormalEquations::new(model.layout.len());
-        let mut scratch = scratch();
-        let indices: Vec<usize> = (part * chunk..((part + 1) * chunk).min(count)).map(|i| i * stride).collect();
-        let of_fixture = indices.chunk_by(|&a, &b| contacts.fixture(a) == contacts.fixture(b));
-        let batches = of_fixture.flat_map(|indices| indices.chunks(BATCH));
-        batches.for_each(|batch| add(batch, &mut caches, &mut scratch, &mut normal));
-        (normal, scratch)
-    });
-    let parts: Vec<(NormalEquations, S)> = chunks.collect();
-    let mut total = NormalEquations::new(model.layout.len());
-    let mut scratches = Vec::with_capacity(parts.len());
-    for (part, scratch) in parts {
-        total.add(&part);
-        scratches.push(scratch);
+    let chunks = count.div_ceil(chunk);
+    let parts = chunks.min(max_parts);
+    let mut of_parts = Vec::with_capacity(parts);
+    for part in 0..parts {
+        let chunks = part * chunks / parts..(part + 1) * chunks / parts;
+        let first = chunks.start * chunk * stride;
+        let (own, others) = caches.split_at_mut((chunks.len() * chunk * stride).min(caches.len()));
+        caches = others;
+        of_parts.push((chunks, CacheSlice { first, caches: own }));
     }
-    (total, scratches)
+    let sum = |(chunks, mut caches): (Range<usize>, CacheSlice<'_>)| {
+        let mut sum = empty();
+        for part in chunks {
+            let indices: Vec<usize> = (part * chunk..((part + 1) * chunk).min(count)).map(|i| i * stride).collect();
+            let of_fixture = indices.chunk_by(|&a, &b| contacts.fixture(a) == contacts.fixture(b));
+            let batches = of_fixture.flat_map(|indices| indices.chunks(BATCH));
+            batches.for_each(|indices| add(&Batch { chunk: part, indices }, &mut caches, &mut sum));
+        }
+        sum
+    };
+    of_parts.into_par_iter().map(sum).collect()
 }
 
 /// Normal equations at `theta` of every `stride`-th contact (weighted to stand for all), known
@@ -101,11 +114,11 @@ pub(crate) fn contact_equations(
     caches: &mut [ContactCache],
 ) -> NormalEquations {
     let point = LinearizationPoint::new(model, theta);
-    let scratch = || ContactFactor::new(&point, false);
+    let empty = || (ContactFactor::new(&point, false), NormalEquations::new(model.layout.len()));
     let weight = stride as f64;
-    let add = |batch: &[usize], caches: &mut CacheSlice<'_>, factor: &mut ContactFactor, sum: &mut NormalEquations| {
-        if objective == Objective::ContactModes && model.is_one_sided(batch[0]) {
-            for &i in batch {
+    let parts = sum_contacts(model, (stride, CHUNKS), caches, empty, |batch, caches, (factor, sum)| {
+        if objective == Objective::ContactModes && model.is_one_sided(batch.indices[0]) {
+            for &i in batch.indices {
                 factor.evaluate_modes(&point, i, caches.of(i));
                 add_factor(&point, (i, objective), weight, factor, sum);
             }
@@ -114,8 +127,15 @@ pub(crate) fn contact_equations(
                 add_factor(&point, (i, objective), weight, factor, sum);
             });
         }
-    };
-    sum_contacts(model, stride, caches, scratch, add).0
+    });
+    total(model, parts.iter().map(|(_, sum)| sum))
+}
+
+/// The sum of the normal equations of all `parts`.
+fn total<'s>(model: &CalibrationModel<'_>, parts: impl Iterator<Item = &'s NormalEquations>) -> NormalEquations {
+    let mut total = NormalEquations::new(model.layout.len());
+    parts.for_each(|part| total.add(part));
+    total
 }
 
 /// `Σ JᵀJ` of the whitened residuals of all contacts at `theta`, and each one's squared norm with
@@ -126,30 +146,31 @@ pub(crate) fn whitened_norms(
     caches: &mut [ContactCache],
 ) -> (DMatrix<f64>, Vec<(f64, usize)>) {
     let point = LinearizationPoint::new(model, theta);
-    let scratch = || (ContactFactor::new(&point, false), Vec::new());
+    let empty = || (ContactFactor::new(&point, false), NormalEquations::new(model.layout.len()), Vec::new());
     let objective = Objective::Residual(Loss::Squared);
-    let (normal, scratches) = sum_contacts(model, 1, caches, scratch, |batch, _, (factor, norms), sum| {
+    let parts = sum_contacts(model, (1, CHUNKS), caches, empty, |batch, _, (factor, sum, norms)| {
         evaluate_batch(&point, batch, objective, factor, |i, factor| {
             add_factor(&point, (i, objective), 1.0, factor, sum);
             norms.push((factor.squared_norm(), factor.residual().len()));
         });
     });
-    (normal.complete().information, scratches.into_iter().flat_map(|(_, norms)| norms).collect())
+    let information = total(model, parts.iter().map(|(_, sum, _)| sum)).complete().information;
+    (information, parts.into_iter().flat_map(|(_, _, norms)| norms).collect())
 }
 
 /// Evaluates the residuals of contacts with one fixture together, and calls `visit` for each.
 fn evaluate_batch(
     point: &LinearizationPoint<'_>,
-    batch: &[usize],
+    Batch { indices, .. }: &Batch<'_>,
     objective: Objective,
     factor: &mut ContactFactor,
     mut visit: impl FnMut(usize, &ContactFactor),
 ) {
-    let Some(&first) = batch.first() else { return };
-    let poses: Vec<Pose> = batch.iter().map(|&i| point.pose(i, factor.joint_positions())).collect();
-    let mut rows = vec![Residual::new(); batch.len()];
+    let Some(&first) = indices.first() else { return };
+    let poses: Vec<Pose> = indices.iter().map(|&i| point.pose(i, factor.joint_positions())).collect();
+    let mut rows = vec![Residual::new(); indices.len()];
     residual_rows(point, point.model.problem.contacts.fixture(first), &poses, objective, &mut rows);
-    for (&i, rows) in batch.iter().zip(rows) {
+    for (&i, rows) in indices.iter().zip(rows) {
         factor.evaluate_rows(point, i, objective, rows);
         visit(i, factor);
     }

@@ -1,15 +1,17 @@
 //! Sums over contacts with latent modes: what expectation–maximisation and the covariance need.
 
+use std::array::from_fn;
+
 use nalgebra::DVector;
 
-use super::assembly::sum_contacts;
+use super::assembly::{Batch, CHUNKS, CacheSlice, sum_contacts};
 use super::calibration_model::CalibrationModel;
 use super::contact_factor::ContactFactor;
 use super::linearization::LinearizationPoint;
 use super::objective::Objective;
-use super::stretches::{Stretch, stretches};
+use super::stretches::{MAX_STRETCHES, Stretch, stretches};
 use crate::estimate::contact_mode::{ContactCounts, ContactModePrior, MarginalLikelihood};
-use crate::manifold::{ContactCache, Residual};
+use crate::manifold::{ContactCache, MAX_ROWS, Residual};
 use crate::solver::NormalEquations;
 
 /// Which second derivatives are summed.
@@ -32,6 +34,9 @@ pub(crate) struct InformativeShare {
     pub of_distinct: f64,
 }
 
+/// Largest number of parts of the log that are summed by themselves, each in matrices over all
+/// parameters and odds: a multiple of the number of stretches.
+const MAX_PARTS: usize = 2 * MAX_STRETCHES;
 /// Least number of contacts in a stretch, whose information is that of a sample.
 const CONTACTS_PER_STRETCH: usize = 250;
 
@@ -43,9 +48,11 @@ pub(crate) struct ContactModeStatistics {
     pub derivatives: NormalEquations,
     /// `Σ s sᵀ` of each contact's score `s`: the covariance of their sum. Empty for complete data.
     pub score_outer_product: NormalEquations,
-    /// Sums of scores (inverse SI units) over blocks of contacts close in the log, one vector a
-    /// block.
+    /// Sums of scores (inverse SI units) over chunks of contacts close in the log, one vector a
+    /// chunk.
     pub block_scores: Vec<DVector<f64>>,
+    /// Number of the chunk of the last of these.
+    last_chunk: usize,
     /// Successive stretches of the log; none for complete data, or where contacts are too few for
     /// two.
     pub stretches: Vec<Stretch>,
@@ -73,6 +80,7 @@ impl ContactModeStatistics {
             derivatives: NormalEquations::new(size),
             score_outer_product: NormalEquations::new(score_size),
             block_scores: Vec::new(),
+            last_chunk: 0,
             stretches: Vec::new(),
             squared_distance: 0.0,
             sigma_sum: 0.0,
@@ -81,11 +89,11 @@ impl ContactModeStatistics {
         }
     }
 
-    /// Adds the sums over another block of contacts.
-    pub fn add_block(&mut self, other: &ContactModeStatistics) {
+    /// Adds the sums over another part of the log.
+    fn add_part(&mut self, other: &ContactModeStatistics) {
         self.derivatives.add(&other.derivatives);
         self.score_outer_product.add(&other.score_outer_product);
-        self.block_scores.push(other.score_outer_product.gradient.clone());
+        self.block_scores.extend_from_slice(&other.block_scores);
         self.squared_distance += other.squared_distance;
         self.sigma_sum += other.sigma_sum;
         self.indistinct += other.indistinct;
@@ -117,25 +125,80 @@ impl ContactModeStatistics {
         InformativeShare { of_all: share(one_sided), of_distinct: share(one_sided - self.indistinct) }
     }
 
-    /// Adds the likelihood of a one-sided contact with fixture `f`.
+    /// Adds contacts of one fixture, evaluated with `factor`.
+    fn add_batch(
+        &mut self,
+        point: &LinearizationPoint<'_>,
+        batch: &Batch<'_>,
+        caches: &mut CacheSlice<'_>,
+        factor: &mut ContactFactor,
+    ) {
+        let (model, f) = (point.model, point.model.problem.contacts.fixture(batch.indices[0]));
+        let index = &model.layout.dependencies[f];
+        let mut rows = BatchRows::new(f, index.len());
+        if self.curvature == Curvature::Observed && (self.block_scores.is_empty() || self.last_chunk != batch.chunk) {
+            self.block_scores.push(DVector::zeros(self.score_outer_product.gradient.len()));
+            self.last_chunk = batch.chunk;
+        }
+        for &i in batch.indices {
+            if model.is_one_sided(i) {
+                factor.evaluate_modes(point, i, caches.of(i));
+                self.indistinct += f64::from(u8::from(!factor.is_distinct()));
+            } else {
+                factor.evaluate(point, i, Objective::ContactModes);
+            }
+            match factor.likelihood() {
+                Some(likelihood) => self.add_likelihood(model, factor, likelihood, &mut rows),
+                None => self.add_residual(model, factor, &mut rows),
+            }
+        }
+        if self.curvature == Curvature::Observed {
+            self.add_rows(index, &rows);
+        }
+    }
+
+    /// Adds the derivatives of contacts by the parameters of `index`.
+    fn add_rows(&mut self, index: &[usize], rows: &BatchRows) {
+        self.derivatives.add_outer_products(index, &rows.jacobian, &rows.weighted);
+        self.score_outer_product.add_outer_products(index, &rows.scores, &rows.scores);
+        for score in rows.scores() {
+            for (&k, score) in index.iter().zip(score) {
+                self.derivatives.gradient[k] += score;
+                self.add_score(k, *score);
+            }
+        }
+    }
+
+    /// Adds to entry `k` of the sum of all scores.
+    fn add_score(&mut self, k: usize, score: f64) {
+        self.score_outer_product.gradient[k] += score;
+        if let Some(block) = self.block_scores.last_mut() {
+            block[k] += score;
+        }
+    }
+
+    /// Adds the likelihood of a one-sided contact: its derivatives by the
+    /// parameters to the sum for complete data, which have few parameters, else to `rows`.
     fn add_likelihood(
         &mut self,
         model: &CalibrationModel<'_>,
-        f: usize,
         factor: &ContactFactor,
         (likelihood, candidates): (&MarginalLikelihood, &Residual),
+        rows: &mut BatchRows,
     ) {
-        let index = &model.layout.dependencies[f];
-        let jacobian = factor.jacobian(index.len());
-        let information = match self.curvature {
-            Curvature::Complete => &likelihood.complete_information,
-            Curvature::Observed => &likelihood.observed_information,
-        };
-        self.derivatives.add_form(index, jacobian, |r| likelihood.score[r], |r, s| information[(r, s)]);
+        let f = rows.fixture;
+        let (score, jacobian) = (|r: usize| likelihood.score[r], factor.jacobian(rows.width));
+        match self.curvature {
+            Curvature::Complete => {
+                let information = &likelihood.complete_information;
+                self.derivatives.add_form(&model.layout.dependencies[f], jacobian, score, |r, s| information[(r, s)]);
+            }
+            Curvature::Observed => rows.push(jacobian, score, |r, s| likelihood.observed_information[(r, s)]),
+        }
         self.derivatives.cost += 2.0 * likelihood.nll;
         let (region, surfaces) = model.region(f, candidates);
         if self.curvature == Curvature::Observed {
-            self.add_odds(model, (f, region), factor, (likelihood, candidates));
+            self.add_odds(model, (f, region), (factor, rows), (likelihood, candidates));
         }
         let of_candidates = candidates.surfaces().iter().map(|surface| surface % surfaces);
         self.counts[f][region].add_contact(likelihood, of_candidates);
@@ -143,13 +206,13 @@ impl ContactModeStatistics {
         self.sigma_sum += likelihood.sigma_sum;
     }
 
-    /// Adds the outer product of a contact's score, and the derivatives by the odds `ln κⱼ` of its
-    /// region.
+    /// Adds the derivatives of a contact, the last of `contacts`, by the odds `ln κⱼ` of its
+    /// region, and their products with all of its score.
     fn add_odds(
         &mut self,
         model: &CalibrationModel<'_>,
         (f, region): (usize, usize),
-        factor: &ContactFactor,
+        (factor, contacts): (&ContactFactor, &BatchRows),
         (likelihood, candidates): (&MarginalLikelihood, &Residual),
     ) {
         let (index, prior) = (&model.layout.dependencies[f], &model.mode_priors[f][region]);
@@ -158,16 +221,18 @@ impl ContactModeStatistics {
         let surface = |k: usize| candidates.surfaces()[k] % prior.odds.len();
         let entry = |row: usize, column: usize| jacobian[row * index.len() + column];
         let rows = candidates.len();
-        let by_odds = (0..rows).map(|k| (first + surface(k), prior.active_share[surface(k)] - likelihood.active[k]));
-        let by_parameters = index
-            .iter()
-            .enumerate()
-            .map(|(column, &k)| (k, (0..rows).map(|row| likelihood.score[row] * entry(row, column)).sum()));
-        let score: Vec<(usize, f64)> = by_parameters.chain(by_odds).collect();
-        let squares = &mut self.score_outer_product;
-        for &(b, right) in &score {
-            squares.gradient[b] += right;
-            score.iter().filter(|(a, _)| *a <= b).for_each(|&(a, left)| squares.information[(a, b)] += left * right);
+        let by_odds: [f64; MAX_ROWS] =
+            from_fn(|k| if k < rows { prior.active_share[surface(k)] - likelihood.active[k] } else { 0.0 });
+        for of in 0..rows {
+            let (b, right) = (first + surface(of), by_odds[of]);
+            self.add_score(b, right);
+            let squares = &mut self.score_outer_product.information;
+            for (&k, left) in index.iter().zip(contacts.scores().next_back().into_iter().flatten()) {
+                squares[(k, b)] += left * right;
+            }
+            for other in (0..rows).filter(|&other| first + surface(other) <= b) {
+                squares[(first + surface(other), b)] += by_odds[other] * right;
+            }
         }
         let observed = &mut self.derivatives.information;
         for of in 0..rows {
@@ -182,25 +247,72 @@ impl ContactModeStatistics {
         }
     }
 
-    /// Adds the residual of a contact that is not one-sided, with the problem's loss.
-    fn add_residual(&mut self, model: &CalibrationModel<'_>, f: usize, factor: &ContactFactor) {
+    /// Adds the residual of a contact that is not one-sided, with the problem's loss, as
+    /// [`add_likelihood`](Self::add_likelihood) does a likelihood.
+    fn add_residual(&mut self, model: &CalibrationModel<'_>, factor: &ContactFactor, rows: &mut BatchRows) {
         let (loss, squared) = (model.problem.loss, factor.squared_norm());
         let (weight, weight_slope) = (loss.weight(squared), loss.weight_slope(squared));
         let residual = factor.residual();
         let score = |r: usize| weight * residual[r];
         let complete = |r: usize, s: usize| if r == s { weight } else { 0.0 };
-        let index = &model.layout.dependencies[f];
-        let jacobian = factor.jacobian(index.len());
+        let jacobian = factor.jacobian(rows.width);
         self.derivatives.cost += loss.cost(squared);
         match self.curvature {
-            Curvature::Complete => self.derivatives.add_form(index, jacobian, score, complete),
+            Curvature::Complete => {
+                let index = &model.layout.dependencies[rows.fixture];
+                self.derivatives.add_form(index, jacobian, score, complete);
+            }
             Curvature::Observed => {
                 let observed = |r, s| complete(r, s) + 2.0 * weight_slope * residual[r] * residual[s];
-                self.derivatives.add_form(index, jacobian, score, observed);
-                self.score_outer_product.add_form(index, jacobian, score, |r, s| score(r) * score(s));
+                rows.push(jacobian, score, observed);
             }
         }
     }
+}
+
+/// Rows of contacts with one fixture over the parameters that they depend on, row by row: with
+/// many parameters products of whole matrices are faster than sums over contacts.
+struct BatchRows {
+    fixture: usize,
+    width: usize,
+    /// Derivatives `J` of the rows of all contacts, and `K J` with the curvature `K` of each
+    /// contact.
+    jacobian: Vec<f64>,
+    weighted: Vec<f64>,
+    /// Score of each contact.
+    scores: Vec<f64>,
+}
+
+impl BatchRows {
+    fn new(fixture: usize, width: usize) -> Self {
+        BatchRows { fixture, width, jacobian: Vec::new(), weighted: Vec::new(), scores: Vec::new() }
+    }
+
+    /// Appends a contact with derivatives `jacobian`, row by row; `score(r)` is the derivative of
+    /// half its cost by row `r`, `curvature(r, s)` the second one by rows `r` and `s`.
+    fn push(&mut self, jacobian: &[f64], score: impl Fn(usize) -> f64, curvature: impl Fn(usize, usize) -> f64) {
+        let rows = || jacobian.chunks_exact(self.width.max(1)).enumerate();
+        self.jacobian.extend_from_slice(jacobian);
+        let (of_score, of_curvature) = (self.scores.len(), self.weighted.len());
+        self.scores.resize(of_score + self.width, 0.0);
+        self.weighted.resize(of_curvature + jacobian.len(), 0.0);
+        for (s, row) in rows() {
+            add_scaled(&mut self.scores[of_score..], row, score(s));
+            for (r, weighted) in self.weighted[of_curvature..].chunks_exact_mut(self.width.max(1)).enumerate() {
+                add_scaled(weighted, row, curvature(r, s));
+            }
+        }
+    }
+
+    /// The score of each contact.
+    fn scores(&self) -> impl DoubleEndedIterator<Item = &[f64]> {
+        self.scores.chunks_exact(self.width.max(1))
+    }
+}
+
+/// Adds `factor` times `row` to `sum`.
+fn add_scaled(sum: &mut [f64], row: &[f64], factor: f64) {
+    sum.iter_mut().zip(row).for_each(|(sum, entry)| *sum += factor * entry);
 }
 
 /// The sums over every `stride`-th contact at `theta`, weighted to stand for all.
@@ -213,26 +325,14 @@ pub(crate) fn contact_mode_statistics(
     let point = LinearizationPoint::new(model, theta);
     let empty = || ContactModeStatistics::new(model.layout.len(), &model.mode_priors, curvature);
     let scratch = || (ContactFactor::new(&point, curvature == Curvature::Observed), empty());
-    let (_, scratches) = sum_contacts(model, stride, caches, scratch, |batch, caches, (factor, statistics), _| {
-        for &i in batch {
-            let f = model.problem.contacts.fixture(i);
-            if model.is_one_sided(i) {
-                factor.evaluate_modes(&point, i, caches.of(i));
-                statistics.indistinct += f64::from(u8::from(!factor.is_distinct()));
-            } else {
-                factor.evaluate(&point, i, Objective::ContactModes);
-            }
-            match factor.likelihood() {
-                Some(likelihood) => statistics.add_likelihood(model, f, factor, likelihood),
-                None => statistics.add_residual(model, f, factor),
-            }
-        }
+    let max_parts = if curvature == Curvature::Observed { MAX_PARTS } else { CHUNKS };
+    let parts = sum_contacts(model, (stride, max_parts), caches, scratch, |batch, caches, (factor, statistics)| {
+        statistics.add_batch(&point, batch, caches, factor);
     });
     let mut total = empty();
-    let blocks: Vec<&ContactModeStatistics> = scratches.iter().map(|(_, statistics)| statistics).collect();
-    blocks.iter().for_each(|block| total.add_block(block));
+    parts.iter().for_each(|(_, part)| total.add_part(part));
     if curvature == Curvature::Observed {
-        let sums: Vec<&NormalEquations> = blocks.iter().map(|block| &block.derivatives).collect();
+        let sums: Vec<&NormalEquations> = parts.iter().map(|(_, part)| &part.derivatives).collect();
         total.stretches = stretches(&sums, model.problem.contacts.len() / stride / CONTACTS_PER_STRETCH);
     }
     total.scale(stride as f64);

@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::assembly::sum_contacts;
+use super::assembly::{CHUNKS, sum_contacts};
 use super::calibration_model::CalibrationModel;
 use super::contact_factor::ContactFactor;
 use super::linearization::LinearizationPoint;
@@ -11,7 +11,7 @@ use crate::manifold::ContactCache;
 use crate::solver::NormalEquations;
 
 /// Largest number of stretches that a log is divided into.
-const MAX_STRETCHES: usize = 10;
+pub(super) const MAX_STRETCHES: usize = 10;
 /// Least number of contacts in a stretch of residuals.
 const RESIDUALS_PER_STRETCH: usize = 32;
 
@@ -50,9 +50,9 @@ pub(crate) fn residual_stretches(
 ) -> (Vec<Stretch>, DMatrix<f64>) {
     let point = LinearizationPoint::new(model, theta);
     let loss = model.problem.loss;
-    let scratch = || (ContactFactor::new(&point, false), NormalEquations::new(model.layout.len()), 0.0);
-    let (_, scratches) = sum_contacts(model, 1, caches, scratch, |batch, _, (factor, sum, slope), _| {
-        for &i in batch {
+    let empty = || (ContactFactor::new(&point, false), NormalEquations::new(model.layout.len()), 0.0);
+    let parts = sum_contacts(model, (1, CHUNKS), caches, empty, |batch, _, (factor, sum, slope)| {
+        for &i in batch.indices {
             factor.evaluate(&point, i, Objective::Residual(loss));
             let index = &model.layout.dependencies[model.problem.contacts.fixture(i)];
             let (residual, squared) = (factor.residual(), factor.squared_norm());
@@ -64,9 +64,9 @@ pub(crate) fn residual_stretches(
             *slope += residual.len() as f64 * weight + 2.0 * squared * loss.weight_slope(squared);
         }
     });
-    let blocks: Vec<&NormalEquations> = scratches.iter().map(|(_, sum, _)| sum).collect();
+    let blocks: Vec<&NormalEquations> = parts.iter().map(|(_, sum, _)| sum).collect();
     let rows = blocks.iter().map(|block| block.rows).sum::<f64>().max(1.0);
-    let slope = scratches.iter().map(|(_, _, slope)| slope).sum::<f64>() / rows;
+    let slope = parts.iter().map(|(_, _, slope)| slope).sum::<f64>() / rows;
     let contacts = model.problem.contacts.len();
     let of_declared = loss.gaussian_variance((rows / contacts.max(1) as f64).round() as usize) * slope * slope;
     let variance = (blocks.iter().map(|block| block.squares).sum::<f64>() / rows).max(of_declared);

@@ -36,13 +36,22 @@ pub(crate) fn estimate_variance_components(search: &mut SearchState<'_>, observe
     let scale = search.model.layout.scale();
     search.free.rescale(&scale);
     let objective = Objective::Residual(search.model.problem.loss);
-    search.minimize(objective, 1, search.options().fine, observe);
+    let stride = stride(&search.model);
+    let options = if stride == 1 { search.options().fine } else { search.options().anneal };
+    search.minimize(objective, stride, options, observe);
 }
 
 fn has_variance_components(model: &CalibrationModel<'_>) -> bool {
     let is_component = |prior: &Prior| matches!(prior, Prior::VarianceComponent { .. });
     let of_prior = model.layout.parameters.iter().any(|parameter| is_component(&parameter.prior));
     !model.problem.contacts.is_empty() && (model.problem.noise.is_estimated || of_prior)
+}
+
+/// Difference of the indices of successive contacts from which the components are estimated. The
+/// noise of one-sided contacts is estimated again with their contact modes: a subsample suffices.
+fn stride(model: &CalibrationModel<'_>) -> usize {
+    let is_estimated_again = model.has_one_sided_contacts() && model.problem.noise.is_estimated;
+    if is_estimated_again { model.stride(model.problem.options.contact_mode.em_subsample[0]) } else { 1 }
 }
 
 /// Alternates between linearizations and expectation–maximisation on them.
@@ -98,7 +107,7 @@ impl LinearizedProblem {
     fn new(search: &mut SearchState<'_>) -> Self {
         let (model, theta) = (&search.model, search.theta.clone());
         let objective = Objective::Residual(model.problem.loss);
-        let contacts = contact_equations(model, &theta, (objective, 1), &mut search.caches).complete();
+        let contacts = contact_equations(model, &theta, (objective, stride(model)), &mut search.caches).complete();
         let mut distances = NormalEquations::new(theta.len());
         add_distances(&LinearizationPoint::new(model, &theta), &mut distances);
         LinearizedProblem { contacts, distances: distances.complete(), theta, factor: model.noise.factor }
