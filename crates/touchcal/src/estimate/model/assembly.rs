@@ -60,24 +60,24 @@ pub(crate) fn sum_contacts<S: Send>(
 ) -> Vec<S> {
     let contacts = &model.problem.contacts;
     let count = contacts.len().div_ceil(stride);
-    let chunk = count.div_ceil(CHUNKS).max(MIN_CHUNK);
-    let chunks = count.div_ceil(chunk);
+    let length = count.div_ceil(CHUNKS).max(MIN_CHUNK);
+    let chunks = count.div_ceil(length);
     let parts = chunks.min(max_parts);
     let mut of_parts = Vec::with_capacity(parts);
     for part in 0..parts {
         let chunks = part * chunks / parts..(part + 1) * chunks / parts;
-        let first = chunks.start * chunk * stride;
-        let (own, others) = caches.split_at_mut((chunks.len() * chunk * stride).min(caches.len()));
+        let first = chunks.start * length * stride;
+        let (own, others) = caches.split_at_mut((chunks.len() * length * stride).min(caches.len()));
         caches = others;
         of_parts.push((chunks, CacheSlice { first, caches: own }));
     }
     let sum = |(chunks, mut caches): (Range<usize>, CacheSlice<'_>)| {
         let mut sum = empty();
-        for part in chunks {
-            let indices: Vec<usize> = (part * chunk..((part + 1) * chunk).min(count)).map(|i| i * stride).collect();
+        for chunk in chunks {
+            let indices: Vec<usize> = (chunk * length..((chunk + 1) * length).min(count)).map(|i| i * stride).collect();
             let of_fixture = indices.chunk_by(|&a, &b| contacts.fixture(a) == contacts.fixture(b));
             let batches = of_fixture.flat_map(|indices| indices.chunks(BATCH));
-            batches.for_each(|indices| add(&Batch { chunk: part, indices }, &mut caches, &mut sum));
+            batches.for_each(|indices| add(&Batch { chunk, indices }, &mut caches, &mut sum));
         }
         sum
     };

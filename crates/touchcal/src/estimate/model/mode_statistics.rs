@@ -169,7 +169,7 @@ impl ContactModeStatistics {
         }
     }
 
-    /// Adds to entry `k` of the sum of all scores.
+    /// Adds to entry `k` of the sum of all scores, and of that over the present chunk.
     fn add_score(&mut self, k: usize, score: f64) {
         self.score_outer_product.gradient[k] += score;
         if let Some(block) = self.block_scores.last_mut() {
@@ -177,8 +177,8 @@ impl ContactModeStatistics {
         }
     }
 
-    /// Adds the likelihood of a one-sided contact: its derivatives by the
-    /// parameters to the sum for complete data, which have few parameters, else to `rows`.
+    /// Adds the likelihood of a one-sided contact. Its derivatives by the parameters go to the sums
+    /// with complete data, where parameters are few, and to `rows` otherwise.
     fn add_likelihood(
         &mut self,
         model: &CalibrationModel<'_>,
@@ -227,7 +227,7 @@ impl ContactModeStatistics {
             let (b, right) = (first + surface(of), by_odds[of]);
             self.add_score(b, right);
             let squares = &mut self.score_outer_product.information;
-            for (&k, left) in index.iter().zip(contacts.scores().next_back().into_iter().flatten()) {
+            for (&k, left) in index.iter().zip(contacts.last_score()) {
                 squares[(k, b)] += left * right;
             }
             for other in (0..rows).filter(|&other| first + surface(other) <= b) {
@@ -305,8 +305,13 @@ impl BatchRows {
     }
 
     /// The score of each contact.
-    fn scores(&self) -> impl DoubleEndedIterator<Item = &[f64]> {
+    fn scores(&self) -> impl Iterator<Item = &[f64]> {
         self.scores.chunks_exact(self.width.max(1))
+    }
+
+    /// The score of the contact that was appended last.
+    fn last_score(&self) -> &[f64] {
+        &self.scores[self.scores.len().saturating_sub(self.width)..]
     }
 }
 

@@ -29,12 +29,13 @@ use crate::estimate::result::PredictiveCheck;
 use crate::solver::FreeParameters;
 
 /// Least share `λ` (1) of the information on a direction that the stretch must have, and that the
-/// others must have: a third of the mean share of one of ten stretches. A smaller share is that of
-/// a few contacts, which scatters by itself.
+/// others must have: a third of the mean share of one of ten stretches. A smaller share comes from
+/// few contacts, and is itself uncertain.
 const MIN_SHARE: f64 = 0.03;
 
 /// Standard deviations of a squared ratio above 1 of which half widens the covariance: without
-/// anything missing the mean widening is then about one percent.
+/// anything missing the mean widening is then one percent with ten stretches of many directions,
+/// and two percent with few.
 const HALF_COUNTED: f64 = 1.5;
 
 /// How far the `stretches` of a log are from what the others predict; `covariance` is that of the
