@@ -8,6 +8,7 @@ mod progress;
 mod summary;
 mod table;
 
+use std::io::{ErrorKind, Write};
 use std::process::ExitCode;
 
 use clap::Parser;
@@ -22,7 +23,10 @@ const NOT_USABLE: u8 = 3;
 const INTERRUPTED: u8 = 130;
 
 fn main() -> ExitCode {
-    let args = Args::parse();
+    let args = match Args::try_parse() {
+        Ok(args) => args,
+        Err(answer) => return usage(&answer),
+    };
     progress::catch_interrupts();
     let result = match &args.command {
         Command::New(args) => command::new::run(args),
@@ -53,5 +57,18 @@ fn main() -> ExitCode {
                 _ => FAILED,
             })
         }
+    }
+}
+
+/// Answers `--help`, `--version` and wrong usage.
+fn usage(answer: &clap::Error) -> ExitCode {
+    let is_wrong = answer.use_stderr();
+    match answer.print().and_then(|()| std::io::stdout().flush()) {
+        Err(error) if error.kind() != ErrorKind::BrokenPipe && !is_wrong => {
+            output::diagnostic(&format!("error: {}", Failure::Stdout(error)));
+            ExitCode::from(FAILED)
+        }
+        _ if is_wrong => ExitCode::from(WRONG_USAGE),
+        _ => ExitCode::SUCCESS,
     }
 }

@@ -1,5 +1,6 @@
 //! Results on stdout, diagnostics on stderr.
 
+use std::borrow::Cow;
 use std::io::{ErrorKind, Write};
 
 use crate::failure::Failure;
@@ -7,7 +8,7 @@ use crate::failure::Failure;
 /// Writes to stdout; a closed pipe is no failure.
 pub fn print(text: &str) -> Result<(), Failure> {
     let mut stdout = std::io::stdout().lock();
-    match stdout.write_all(text.as_bytes()).and_then(|()| stdout.flush()) {
+    match stdout.write_all(printable(text).as_bytes()).and_then(|()| stdout.flush()) {
         Err(error) if error.kind() != ErrorKind::BrokenPipe => Err(Failure::Stdout(error)),
         _ => Ok(()),
     }
@@ -15,8 +16,19 @@ pub fn print(text: &str) -> Result<(), Failure> {
 
 /// Writes a line to stderr; a failure to do so is ignored.
 pub fn diagnostic(line: &str) {
-    let written = writeln!(std::io::stderr().lock(), "touchcal: {line}");
+    let written = writeln!(std::io::stderr().lock(), "touchcal: {}", printable(line));
     drop(written);
+}
+
+/// `text` with control characters but line breaks and tabs escaped: names in files must not command
+/// the terminal.
+fn printable(text: &str) -> Cow<'_, str> {
+    let commands = |c: char| c.is_control() && c != '\n' && c != '\t';
+    if !text.contains(commands) {
+        return Cow::Borrowed(text);
+    }
+    let escaped = |c: char| if commands(c) { c.escape_default().to_string() } else { c.to_string() };
+    Cow::Owned(text.chars().map(escaped).collect())
 }
 
 /// Writes the assumptions made in reading to stderr.

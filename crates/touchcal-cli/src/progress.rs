@@ -9,19 +9,20 @@ use touchcal::estimate::{Progress, Stage};
 
 /// Work shorter than this shows no progress.
 const DELAY: Duration = Duration::from_secs(1);
-/// Exit code of a process that SIGINT ended.
+/// Exit code of a process that a signal ended.
 const INTERRUPTED: i32 = 130;
 
 static INTERRUPT: AtomicBool = AtomicBool::new(false);
 
-/// Makes Ctrl-C end the work at its next step; a second one ends the process at once.
+/// Makes Ctrl-C, SIGTERM and SIGHUP end the work at its next step; a second one ends the process at
+/// once.
 pub fn catch_interrupts() {
     let caught = ctrlc::set_handler(|| {
         if INTERRUPT.swap(true, Ordering::SeqCst) {
             std::process::exit(INTERRUPTED);
         }
     });
-    // Without a handler Ctrl-C ends the process as ever; files are still written whole or not at
+    // Without a handler these end the process as ever; files are still written whole or not at
     // all.
     drop(caught);
 }

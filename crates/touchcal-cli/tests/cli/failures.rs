@@ -57,6 +57,37 @@ fn a_unit_left_out_of_a_key_is_suggested() {
     fails(folder.path(), &["inspect", "problem.toml"], 1, &["unknown field `sigma`", "did you mean `sigma_mm`?"]);
 }
 
+/// What a command prints may not get lost without a word.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_full_disk_behind_stdout_is_a_failure() {
+    let folder = tempfile::tempdir().unwrap();
+    for args in [&["--help"][..], &["calibrate", "--help"], &["--version"], &["reference"], &["completions", "bash"]] {
+        let full = std::fs::OpenOptions::new().write(true).open("/dev/full").unwrap();
+        let child = std::process::Command::new(env!("CARGO_BIN_EXE_touchcal"))
+            .current_dir(folder.path())
+            .args(args)
+            .stdout(full)
+            .stderr(std::process::Stdio::piped())
+            .spawn()
+            .unwrap();
+        let output = child.wait_with_output().unwrap();
+        assert_eq!(output.status.code(), Some(1), "{args:?}");
+        let message = String::from_utf8(output.stderr).unwrap();
+        assert!(message.contains("could not write to stdout"), "{args:?}: {message}");
+    }
+}
+
+#[test]
+fn names_do_not_command_the_terminal() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("p.toml"), "[robot]\nbuiltin = \"\\u001b[31m\"").unwrap();
+    let done = touchcal(folder.path(), &["inspect", "p.toml"]);
+    assert!(!stderr(&done).contains('\u{1b}') && !stderr(&done).is_empty());
+    let done = touchcal(folder.path(), &["inspect", "\u{1b}[31mno.toml"]);
+    assert!(stderr(&done).contains("\\u{1b}[31mno.toml: could not open"), "{}", stderr(&done));
+}
+
 #[test]
 fn missing_files_are_named() {
     let folder = one_socket(&SOCKET.replace("contacts.csv", "contact.csv"));
@@ -80,9 +111,14 @@ fn sockets_that_no_arm_can_have_so_far_apart_are_contradicted() {
     let warnings = || stdout(&touchcal(folder.path(), &["inspect", "problem.toml"]).success());
     second("hole_1.csv");
     assert!(!warnings().contains("Warning"), "{}", warnings());
-    // The same log twice, then a distance in metres.
-    second("hole_0.csv");
+    // The same contacts twice, in other digits and as the same rows, then a distance in metres.
+    let same = std::fs::read_to_string(at("contacts.csv")).unwrap();
+    std::fs::write(at("second.csv"), same.replace("e+00", "E+0")).unwrap();
     assert!(warnings().contains("`one` and `two` are declared 50 mm apart; by the nominal arm it is 0.0 mm"));
+    second("hole_0.csv");
+    let done = touchcal(folder.path(), &["inspect", "problem.toml"]);
+    let note = "second.csv: 31 of 31 contacts are rows that were read before, equal in all columns";
+    assert!(stderr(&done).contains(note), "{}", stderr(&done));
     second("hole_1.csv");
     std::fs::write(at("problem.toml"), problem.replace("mm = 50", "mm = 0.05")).unwrap();
     assert!(warnings().contains("`one` and `two` are declared 0.05 mm apart"), "{}", warnings());

@@ -1,4 +1,4 @@
-//! Ctrl-C.
+//! Ctrl-C and SIGTERM.
 
 use std::process::Command;
 use std::time::Duration;
@@ -16,14 +16,17 @@ fn an_interrupted_calibration_leaves_no_file() {
     let contacts = folder.path().join("hole.csv");
     let text = std::fs::read_to_string(&contacts).unwrap();
     let (header, rows) = text.split_once('\n').unwrap();
-    std::fs::write(&contacts, format!("{header}\n{}", rows.repeat(150))).unwrap();
-    let child = start(folder.path(), &["calibrate", "problem.toml", "--out", "out"]);
-    std::thread::sleep(Duration::from_secs(2));
-    assert!(Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap().success());
-    let output = child.wait_with_output().unwrap();
-    assert_eq!(output.status.code(), Some(130));
-    assert_eq!(String::from_utf8(output.stderr).unwrap(), "touchcal: error: interrupted; no result was written\n");
-    assert!(output.stdout.is_empty() && !folder.path().join("out").exists());
+    let moments = (0..150).flat_map(|k| rows.lines().map(move |row| format!("{row},{k}\n")));
+    std::fs::write(&contacts, format!("{header},t\n{}", moments.collect::<String>())).unwrap();
+    for signal in ["-INT", "-TERM"] {
+        let child = start(folder.path(), &["calibrate", "problem.toml", "--out", "out"]);
+        std::thread::sleep(Duration::from_secs(2));
+        assert!(Command::new("kill").args([signal, &child.id().to_string()]).status().unwrap().success());
+        let output = child.wait_with_output().unwrap();
+        assert_eq!(output.status.code(), Some(130), "{signal}");
+        assert_eq!(String::from_utf8(output.stderr).unwrap(), "touchcal: error: interrupted; no result was written\n");
+        assert!(output.stdout.is_empty() && !folder.path().join("out").exists());
+    }
 }
 
 #[test]

@@ -123,7 +123,10 @@ fn contacts_of_an_arm_that_misses_its_fixture_are_refused() {
     std::fs::write(folder.path().join("metres.toml"), in_metres).unwrap();
     let said = stderr(&touchcal(folder.path(), &["manifold", "metres.toml", "--out", "m.safetensors"]).code(3));
     assert!(said.contains("touchcal calibrate") && said.lines().count() == 1, "{said}");
-    // The same contacts again, with a fixture that has no shape.
+    // The same contacts again, in rows of their own, with a fixture that has no shape.
+    let log = std::fs::read_to_string(folder.path().join("hole.csv")).unwrap();
+    let of_second: String = log.lines().map(|row| format!("{row},again\n")).collect();
+    std::fs::write(folder.path().join("second.csv"), of_second).unwrap();
     let beside = |problem: &str| {
         let block = |heading: &str| {
             let (_, rest) = problem.split_once(heading).unwrap();
@@ -131,6 +134,7 @@ fn contacts_of_an_arm_that_misses_its_fixture_are_refused() {
         };
         let [fixture, contacts] =
             ["[[fixture]]", "[[contacts]]"].map(|heading| block(heading).replace("\"hole\"\n", "\"second\"\n"));
+        let contacts = contacts.replace("hole.csv", "second.csv");
         let fixture = shapeless(&fixture.replace("kind = \"second\"", "kind = \"hole\""));
         problem.replacen("[[contacts]]", &format!("{fixture}{contacts}[[contacts]]"), 1)
     };

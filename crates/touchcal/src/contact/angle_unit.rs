@@ -52,6 +52,8 @@ pub(crate) struct UnitCheck {
     beyond: u64,
     /// The first position beyond its limit: row, joint, position.
     first: Option<(u64, usize, f64)>,
+    /// Largest angle, either way.
+    largest: f64,
 }
 
 impl UnitCheck {
@@ -63,7 +65,7 @@ impl UnitCheck {
             (_, None) => Some((-UNLIMITED, UNLIMITED)),
         };
         let joints = robot.moving().map(|joint| (joint.name.clone(), range(joint)));
-        UnitCheck { unit, joints: joints.collect(), rows: 0, beyond: 0, first: None }
+        UnitCheck { unit, joints: joints.collect(), rows: 0, beyond: 0, first: None, largest: 0.0 }
     }
 
     /// Counts the joint positions (rad or m) of a row; returns the joint whose position is absurd,
@@ -77,12 +79,20 @@ impl UnitCheck {
             self.beyond += 1;
             self.first.get_or_insert((row, joint, q[joint]));
         }
+        let angles = self.joints.iter().zip(q).filter(|((_, range), _)| range.is_some());
+        self.largest = angles.fold(self.largest, |largest, (_, q)| largest.max(q.abs()));
         q.iter().position(|q| q.abs() > ABSURD)
     }
 
     /// Whether too many rows are beyond the limits for the unit.
     pub(crate) fn is_doubtful(&self) -> bool {
         self.beyond as f64 > SHARE * self.rows as f64
+    }
+
+    /// Whether angles are so small that those beyond the limits may be a turn too large: in degrees
+    /// some joint of nearly every arm is further from zero.
+    pub(crate) fn is_within_two_turns(&self) -> bool {
+        self.largest < 2.0 * TURN
     }
 
     /// The mismatch over all rows, if the declared unit does not fit the joint limits.
@@ -97,7 +107,13 @@ impl UnitCheck {
         let (expected, found) = match self.unit {
             AngleUnit::Radian | AngleUnit::Undeclared => (
                 format!("radians within the joint limits [{low:.4}, {high:.4}]"),
-                format!("{q}, and such in {many} of {all} rows: looks like degrees; declare unit = \"deg\""),
+                if self.is_within_two_turns() {
+                    format!(
+                        "{q}, and such in {many} of {all} rows: a turn too much, or degrees; subtract 2π, or declare unit = \"deg\""
+                    )
+                } else {
+                    format!("{q}, and such in {many} of {all} rows: looks like degrees; declare unit = \"deg\"")
+                },
             ),
             AngleUnit::Degree => (
                 format!("degrees within the joint limits [{:.1}, {:.1}]", low.to_degrees(), high.to_degrees()),

@@ -1,5 +1,8 @@
 //! From the rows of a log to contacts: detection, loads, and an arm at rest.
 
+use std::collections::HashSet;
+use std::hash::{DefaultHasher, Hash, Hasher};
+
 use super::detection::{Detection, Detector};
 use super::load::Load;
 use super::log::{ContactLog, Source};
@@ -9,6 +12,8 @@ use crate::se3::Wrench;
 /// Largest number of contacts that [`ContactIngest`] puts into one log. A contact of a 7-joint arm
 /// takes about 80 bytes of memory, and 56 for its load.
 pub const MAX_CONTACTS: usize = 20_000_000;
+/// Largest number of joint positions in one log, of arms with more joints: 1.3 GB.
+const MAX_POSITIONS: usize = 8 * MAX_CONTACTS;
 /// Motion of an arm at rest (rad or m): 0.01°, or as far as that is a metre from the axis.
 const REST: f64 = 1.7e-4;
 
@@ -22,12 +27,14 @@ pub(crate) struct Row {
     pub(crate) flag: bool,
     /// Temperature of the arm (°C); `None` where the log has none.
     pub(crate) temperature: Option<f64>,
+    /// Hash of all that the file holds of the row; `None` where not all of it is read.
+    pub(crate) fingerprint: Option<u64>,
 }
 
 impl Row {
     /// A row of an arm with `dof` moving joints.
     pub(crate) fn new(dof: usize) -> Row {
-        Row { q: vec![0.0; dof], wrench: [0.0; 6], flag: true, temperature: None }
+        Row { q: vec![0.0; dof], wrench: [0.0; 6], flag: true, temperature: None, fingerprint: None }
     }
 }
 
@@ -49,7 +56,12 @@ pub struct IngestOptions {
     pub load: Option<Load>,
 }
 
-/// Error of [`ContactIngest::push`]: the log holds [`MAX_CONTACTS`] contacts already.
+/// The contacts that were read so far, of all files, each once.
+#[derive(Clone, Debug, Default)]
+pub struct KnownRows(HashSet<u64>);
+
+/// Error of [`ContactIngest::push`]: the log holds [`MAX_CONTACTS`] contacts already, or as many
+/// joint positions as those of an arm with eight joints.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct LogFull;
 
@@ -66,17 +78,41 @@ pub struct ContactIngest<'a> {
     first: usize,
     /// Temperature of the next rows (°C).
     temperature: Option<f64>,
+    /// Hash of all that the file holds of the next row.
+    fingerprint: Option<u64>,
+    known: &'a mut KnownRows,
+    /// Number of rows in contact that were known before.
+    repeated: usize,
     /// The rows have forces, and nothing decides which of them are contacts.
     has_unused_forces: bool,
 }
 
 impl<'a> ContactIngest<'a> {
     /// Starts a file named `file`, with rows of `robot`; its contacts are appended to `log`, which
-    /// must be of as many moving joints and gets the file's name at once.
-    pub fn new(robot: &'a Robot, file: &str, options: IngestOptions, log: &'a mut ContactLog) -> Self {
+    /// must be of as many moving joints and gets the file's name at once. Contacts that are `known`
+    /// are left out, and those of the file become known: a row that is read twice is one
+    /// measurement.
+    pub fn new(
+        robot: &'a Robot,
+        file: &str,
+        options: IngestOptions,
+        (log, known): (&'a mut ContactLog, &'a mut KnownRows),
+    ) -> Self {
         let detector = options.detection.map(|d| Detector::new(d.threshold, d.release, d.debounce));
         let (file, first) = (log.add_file(file), log.len());
-        ContactIngest { robot, log, options, detector, file, first, temperature: None, has_unused_forces: false }
+        ContactIngest {
+            robot,
+            log,
+            options,
+            detector,
+            file,
+            first,
+            temperature: None,
+            fingerprint: None,
+            known,
+            repeated: 0,
+            has_unused_forces: false,
+        }
     }
 
     /// Declares that the rows have forces but no contact flags: without detection by force, all
@@ -89,6 +125,13 @@ impl<'a> ContactIngest<'a> {
     /// not known.
     pub fn set_temperature(&mut self, celsius: Option<f64>) {
         self.temperature = celsius;
+    }
+
+    /// Sets the hash of all that the file holds of the next row, by which rows that are read twice
+    /// are found; `None`, as at the start: they are found by their number and what
+    /// [`ContactIngest::push`] is given.
+    pub fn set_fingerprint(&mut self, fingerprint: Option<u64>) {
+        self.fingerprint = fingerprint;
     }
 
     /// Takes row `number` of the file (1 for the first): measured joint positions `q` (rad, or m
@@ -107,8 +150,13 @@ impl<'a> ContactIngest<'a> {
         if !is_touching {
             return Ok(());
         }
-        if self.log.len() >= MAX_CONTACTS {
+        if self.log.len() >= MAX_CONTACTS.min(MAX_POSITIONS / self.log.dof().max(1)) {
             return Err(LogFull);
+        }
+        let fingerprint = self.fingerprint.unwrap_or_else(|| self.fingerprint_of(number, q, &wrench));
+        if !self.known.0.insert(fingerprint) {
+            self.repeated += 1;
+            return Ok(());
         }
         self.log.push(q, self.options.fixture, Source { line: number, file: self.file });
         if self.options.load.is_some() {
@@ -118,6 +166,13 @@ impl<'a> ContactIngest<'a> {
             self.log.set_temperature(celsius);
         }
         Ok(())
+    }
+
+    fn fingerprint_of(&self, number: u64, q: &[f64], wrench: &Wrench) -> u64 {
+        let mut hasher = DefaultHasher::new();
+        number.hash(&mut hasher);
+        q.iter().chain(wrench).chain(&self.temperature).for_each(|value| value.to_bits().hash(&mut hasher));
+        hasher.finish()
     }
 
     /// Multiplies the joint positions of the file's contacts so far: `scale` has one factor (1) for
@@ -135,9 +190,16 @@ impl<'a> ContactIngest<'a> {
 
     /// Ends the file after `rows` rows, in contact or not: thins contacts
     /// ([`IngestOptions::apart`]), converts wrenches to loads ([`IngestOptions::load`]), and
-    /// appends notes on assumptions, each once: that contacts repeat one another while the arm is
-    /// at rest, and that forces were not used.
+    /// appends notes, each once: on rows that were read twice, that contacts repeat one another
+    /// while the arm is at rest, and that forces were not used.
     pub fn finish(&mut self, rows: u64) {
+        if self.repeated > 0 {
+            let all = self.repeated + self.log.len() - self.first;
+            self.note(&format!(
+                "{} of {all} contacts are rows that were read before, equal in all columns: each is counted once; check which logs are named, and with which fixture",
+                self.repeated
+            ));
+        }
         if let Some(note) = self.thin() {
             self.note(&note);
         }

@@ -18,6 +18,6 @@ pub use angle_unit::AngleUnit;
 pub(crate) use angle_unit::{UnitCheck, UnitGuess};
 pub use detection::{Detection, Detector};
 pub(crate) use ingest::Row;
-pub use ingest::{ContactIngest, IngestOptions, LogFull, MAX_CONTACTS};
+pub use ingest::{ContactIngest, IngestOptions, KnownRows, LogFull, MAX_CONTACTS};
 pub use load::{Load, LoadFrame, LoadOn};
 pub use log::{ContactLog, Source};

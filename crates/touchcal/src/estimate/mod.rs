@@ -27,6 +27,7 @@ pub use calibrate::calibrate;
 pub use evaluate::{apply_estimated_places, contact_distances, contact_poses, evaluate};
 pub use free_effects::calibrate_with_freed_effects;
 pub use inspect::{Inspection, JointRange, inspect};
+pub(crate) use model::parameter_count;
 pub use options::{
     ContactModeOptions, DeclarationCheckOptions, EstimatorOptions, IdentifiabilityOptions, MultiStartOptions,
     SearchOptions, UnseenEffects, VarianceComponentOptions, WarningThresholds,

@@ -5,8 +5,7 @@ use std::io::Read;
 
 use crate::support::small_arm::{ARM, arm};
 use proptest::prelude::*;
-use touchcal::contact::ContactLog;
-use touchcal::contact::{AngleUnit, Detection, Load, LoadFrame, LoadOn};
+use touchcal::contact::{AngleUnit, ContactLog, Detection, KnownRows, Load, LoadFrame, LoadOn};
 use touchcal::io::contact_csv;
 use touchcal::io::contact_log::{self, Columns, Options};
 use touchcal::io::urdf::{self, Ends};
@@ -87,9 +86,10 @@ fn order_renames_and_units_are_applied() {
 fn an_arm_at_rest_is_one_contact_if_contacts_are_to_be_apart() {
     // At rest, moving slowly, back, and at rest elsewhere; the encoder's last digit flickers.
     let moments = [0.5, 0.50001, 0.5, 0.50001, 0.51, 0.52, 0.5, 0.9, 0.90001, 0.9, 0.90001, 0.9];
-    let text = moments.iter().fold("q1,q2\n".to_owned(), |text, q| text + &format!("{q},0.1\n"));
+    let rows = moments.iter().enumerate().map(|(k, q)| format!("{k},{q},0.1\n"));
+    let text = format!("t,q1,q2\n{}", rows.collect::<String>());
     let thinned = Options { apart: Some(0.015), ..Options::default() };
-    let mut log = read("q1,q2\n0.5,0.1\n0.5,0.1\n").unwrap();
+    let mut log = read("t,q1,q2\n0,0.5,0.1\n1,0.5,0.1\n").unwrap();
     contact_csv::read(text.as_bytes(), "c.csv", &arm(), &thinned, &mut log).unwrap();
     // Contacts of the file before are not counted on, and stay.
     assert_eq!(q(&log), [[0.5, 0.1], [0.5, 0.1], [0.5, 0.1], [0.52, 0.1], [0.5, 0.1], [0.9, 0.1]]);
@@ -101,6 +101,28 @@ fn an_arm_at_rest_is_one_contact_if_contacts_are_to_be_apart() {
     assert!(all.notes()[0].contains("c.csv: in 7 of 12 contacts no joint has moved by 0.01 deg"), "{:?}", all.notes());
     let slide = "q1,q2\n0,0.1\n0,0.11\n0,0.12\n";
     assert_eq!(lines(&read_with(slide.as_bytes(), &thinned).unwrap()), [2, 4]);
+}
+
+#[test]
+fn rows_that_are_equal_in_all_columns_are_one_contact() {
+    let text = "t,q1,q2,fx,fy,fz,tx,ty,tz\n0,0.5,0.1,9,0,0,0,0,0\n1,0.5,0.1,9,0,0,0,0,0\n1,0.5,0.1,8,0,0,0,0,0\n1,0.5,0.1,9,0,0,0,0,0\n";
+    let note =
+        |repeated: usize, all: usize| format!("c.csv: {repeated} of {all} contacts are rows that were read before");
+    let options = Options { fixture: 1, ..force(1.0) };
+    let log = read_with(text.as_bytes(), &options).unwrap();
+    assert_eq!((lines(&log), log.rows_read()), (vec![2, 3, 4], 4));
+    assert!(log.notes()[0].starts_with(&note(1, 4)), "{:?}", log.notes());
+    // Once more, as contacts with another fixture, with a row that is new.
+    let (folder, mut log, mut known) = (tempfile::tempdir().unwrap(), ContactLog::new(2), KnownRows::default());
+    let paths = ["a.csv", "b.csv"].map(|name| folder.path().join(name));
+    std::fs::write(&paths[0], text).unwrap();
+    std::fs::write(&paths[1], format!("{text}2,0.5,0.1,9,0,0,0,0,0\n")).unwrap();
+    for (fixture, path) in paths.iter().enumerate() {
+        let options = Options { fixture, ..force(1.0) };
+        contact_log::read_new(path, &arm(), &options, (&mut log, &mut known)).unwrap();
+    }
+    assert_eq!((lines(&log), log.fixture(3), log.rows_read()), (vec![2, 3, 4, 6], 1, 9));
+    assert!(log.notes()[2].contains("b.csv: 4 of 5 contacts are rows that were read before"), "{:?}", log.notes());
 }
 
 const RECORDER: &str = "%  ZeitInSec ZeitInNanoSec axisQMsr_LBR_1[0] axisQMsr_LBR_1[1] axisQCmd_LBR_1[0] cartForce1_X cartForce1_Y cartForce1_Z \
@@ -217,6 +239,10 @@ fn degrees_where_radians_are_declared_are_noticed() {
         read("0,0\n45.0,0\n-80,0\n"),
         &["c.csv:2, joint `sh`", "[-2.0000, 2.0000]", "45", "looks like degrees; declare unit = \"deg\""],
     );
+    let turned = "7.5,0\n-8.0,0\n";
+    let (asked, of_recorder) = ("a turn too much, or degrees; subtract 2π", turned.replace(',', " ") + "0 0\n");
+    refused(read(turned), &["c.csv:1, joint `sh`", "7.5", asked]);
+    refused(read(&("% axisQMsr_LBR_1[0] axisQMsr_LBR_1[1]\n".to_owned() + &of_recorder)), &["joint `sh`", asked]);
     refused(read("0,0\n1e7,0\n"), &["c.csv:2, column q1", "a joint position"]);
     // An encoder a little beyond the limit, and one odd row of many, are no other unit.
     assert!(read("2.2,0\n-2.8,0\n").is_ok());
@@ -227,11 +253,14 @@ fn degrees_where_radians_are_declared_are_noticed() {
 
 #[test]
 fn gzip_is_unpacked_and_damage_noticed() {
-    let text = "0.1,0.2\n0.3,0.4\n".repeat(500);
-    let packed = gzip(text.as_bytes());
+    let packed_from = |first: usize| {
+        let rows = (first..first + 1000).map(|k| format!("0.{k:05},0.2\n"));
+        gzip(rows.collect::<String>().as_bytes())
+    };
+    let packed = packed_from(0);
     assert_eq!(read_with(&packed[..], &Options::default()).unwrap().len(), 1000);
-    let twice = [packed.clone(), packed.clone()].concat();
-    assert_eq!(read_with(&twice[..], &Options::default()).unwrap().len(), 2000);
+    let both = [packed.clone(), packed_from(1000)].concat();
+    assert_eq!(read_with(&both[..], &Options::default()).unwrap().len(), 2000);
     refused(read_with(&packed[..packed.len() / 2], &Options::default()), &["c.csv:", "complete gzip data", "damaged"]);
     let mut flipped = packed.clone();
     let at = flipped.len() - 6;

@@ -103,6 +103,8 @@ fn numbers_out_of_range_are_refused() {
 #[test]
 fn what_does_not_fit_together_is_refused() {
     refused("name = \"table\"", "name = \"hole\"", &["distinct names", "\"hole\" twice"]);
+    let command = "name = \"\\u001b[31m\"";
+    refused("name = \"table\"", command, &["fixture, name", "without control characters", "'\\u{1b}'"]);
     refused("between = [\"hole\", \"table\"]", "between = [\"hole\", \"hole\"]", &["two fixtures"]);
     refused("\"strain\", ", "\"strain\", \"strain\", ", &["distinct blocks"]);
     refused(
@@ -195,4 +197,19 @@ fn bad_outlines_are_refused() {
         let message = read_in(folder.path(), FULL).unwrap_err();
         assert!(message.contains(part), "expected `{part}` in: {message}");
     }
+}
+
+#[test]
+fn more_than_can_be_estimated_is_refused() {
+    let hole = &FULL[FULL.find("[[fixture]]").unwrap()..FULL.find("[[distance]]").unwrap()];
+    let hole = &hole[..hole[1..].find("[[fixture]]").unwrap() + 1];
+    let with = |count: usize| {
+        let more: String = (0..count).map(|k| hole.replace("name = \"hole\"", &format!("name = \"h{k}\""))).collect();
+        FULL.replace("[[distance]]", &format!("{more}[[distance]]"))
+    };
+    // Six of the place and seven gap biases each.
+    let message = read(&with(90)).unwrap_err();
+    assert!(message.contains("at most 1000 parameters to estimate, found 12"), "{message}");
+    let message = read(&with(1000)).unwrap_err();
+    assert!(message.contains("at most 1000 [[fixture]] tables, found 1002"), "{message}");
 }

@@ -98,6 +98,8 @@ fn bad_values_are_refused_with_joint_and_field() {
         ("0 0 0.36", "0 0 1 2", vec!["3 finite numbers in `xyz`"]),
         ("0 0 0.36", "0 0 NaN", vec!["found \"0 0 NaN\""]),
         ("0 0 0.36", "0 0 1e999", vec!["found \"0 0 1e999\""]),
+        ("0 0 0.36", "0 0 1e300", vec!["joint `a1`, origin", "numbers within ±1000 in `xyz`", "found \"0 0 1e300\""]),
+        ("name=\"a2\"", "name=\"a2&#10;\"", vec!["attribute `name` of <joint> without control characters", "'\\n'"]),
         ("0 0 2", "0 0 0", vec!["joint `a1`", "an axis with a direction", "found \"0 0 0\""]),
         (
             "continuous",
@@ -158,7 +160,9 @@ fn very_long_chains_are_refused_and_quickly() {
         .collect();
     assert_says(&error(&format!("<robot>{links}{joints}</robot>")), &["at most 1000 joints"]);
     let deep = format!("<robot>{}{}</robot>", "<a>".repeat(100_000), "</a>".repeat(100_000));
-    assert_says(&error(&deep), &["no link"]);
+    assert_says(&error(&deep), &["at most 200 elements within each other"]);
+    let many: String = (0..100_000).map(|k| format!(" a{k}='1'")).collect();
+    assert_says(&error(&format!("<robot{many}/>")), &["at most 1000 attributes of an element"]);
 }
 
 #[test]

@@ -139,6 +139,11 @@ impl PriorGroup {
     }
 }
 
+/// Number of parameters of a problem: those that it names, places, gap biases, and the wrench's.
+pub(crate) fn parameter_count(problem: &Problem) -> usize {
+    all_parameters(problem, &placements(problem).0).len()
+}
+
 /// Names of the placements in the order of their first fixture, and the placement of each fixture.
 fn placements(problem: &Problem) -> (Vec<&str>, Vec<usize>) {
     let mut names: Vec<&str> = Vec::new();

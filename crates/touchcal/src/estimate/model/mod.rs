@@ -25,7 +25,7 @@ pub(crate) use contact_factor::ContactFactor;
 pub(crate) use declared_factors::{add_distances, add_priors, distance_information, distance_row, prior_information};
 pub(crate) use em_step::em_step;
 pub(crate) use false_rows::no_contact_bounds;
-pub(crate) use layout::PriorGroup;
+pub(crate) use layout::{PriorGroup, parameter_count};
 pub(crate) use linearization::LinearizationPoint;
 pub(crate) use mode_statistics::{ContactModeStatistics, Curvature, InformativeShare, contact_mode_statistics};
 pub(crate) use objective::Objective;

@@ -12,7 +12,7 @@ use super::features::MeshFeatures;
 use super::weld::weld;
 
 /// Largest number of triangles that [`TriangleMesh::new`] accepts.
-pub const MAX_TRIANGLES: usize = 500_000;
+pub const MAX_TRIANGLES: usize = 20_000;
 /// Height (m) of a triangle below which it has no direction.
 const FLAT: f64 = 1e-9;
 
@@ -39,7 +39,9 @@ impl fmt::Display for PointMm {
 #[non_exhaustive]
 pub enum TriangleMeshError {
     /// Fewer than 4 triangles, or more than [`MAX_TRIANGLES`]; those of coinciding corners count.
-    #[error("a solid has 4 to {MAX_TRIANGLES} triangles, found {found}")]
+    #[error(
+        "a solid has 4 to {MAX_TRIANGLES} triangles, found {found} (simplify a finer one: nearer to the shape than the noise, such as 0.005 mm, suffices)"
+    )]
     TriangleCount {
         /// Number of triangles given.
         found: usize,

@@ -105,8 +105,9 @@ pub(crate) fn check_size(bytes: u64, limit: u64, file: &str) -> Result<(), IoErr
     Ok(())
 }
 
-/// UTF-8 or an error with the line.
+/// UTF-8, without its byte-order mark, or an error with the line.
 pub(crate) fn text_from<'a>(bytes: &'a [u8], file: &str) -> Result<&'a str, IoError> {
+    let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
     std::str::from_utf8(bytes).map_err(|error| {
         let before = &bytes[..error.valid_up_to()];
         let line = 1 + before.iter().filter(|&&byte| byte == b'\n').count() as u64;

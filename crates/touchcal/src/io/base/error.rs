@@ -5,6 +5,8 @@ use std::path::Path;
 
 /// Longest excerpt of a file that a message quotes (characters).
 const EXCERPT: usize = 60;
+/// Longest name that a message shows whole (characters).
+const LONGEST_NAME: usize = 80;
 
 /// A place in a file, shown as `file:line:column, field`; parts that are `None` are left out.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -124,6 +126,20 @@ pub(crate) fn caught<T>(file: &str, format: &str, read: impl FnOnce() -> Result<
     std::panic::catch_unwind(std::panic::AssertUnwindSafe(read)).unwrap_or_else(|_| {
         Err(IoError::unexpected(Place::file(file), format!("a whole {format} file"), "damaged data"))
     })
+}
+
+/// A number as messages show it: in full, or with an exponent where that takes more than 17 digits.
+pub(crate) fn shown_number(value: f64) -> String {
+    let is_plain = value == 0.0 || (1e-5..1e17).contains(&value.abs());
+    if is_plain { format!("{value}") } else { format!("{value:e}") }
+}
+
+/// `name` as messages show it: cut where it is long.
+pub(crate) fn shown_name(name: &str) -> String {
+    match name.char_indices().nth(LONGEST_NAME) {
+        Some((end, _)) => format!("{}…", &name[..end]),
+        None => name.to_owned(),
+    }
 }
 
 /// `text` in quotes, control characters escaped, shortened where it is long.

@@ -9,3 +9,4 @@ pub(super) mod number_columns;
 pub(super) mod paths;
 pub(super) mod suggest;
 pub(super) mod toml_text;
+pub(crate) mod xml;

@@ -1,5 +1,7 @@
 //! "Did you mean": the known name nearest to an unknown one.
 
+use super::error::shown_name;
+
 /// Longest name compared (bytes): the comparison takes time proportional to the product of both
 /// lengths.
 const LONGEST: usize = 100;
@@ -28,7 +30,7 @@ pub(crate) fn did_you_mean<'a>(unknown: &str, known: impl IntoIterator<Item = &'
 pub(crate) fn list<'a>(names: impl IntoIterator<Item = &'a str>) -> String {
     /// More names than this do not help anyone.
     const MOST: usize = 20;
-    let names: Vec<String> = names.into_iter().map(|name| format!("`{name}`")).collect();
+    let names: Vec<String> = names.into_iter().map(|name| format!("`{}`", shown_name(name))).collect();
     match names.as_slice() {
         [] => "none".to_owned(),
         [only] => only.clone(),

@@ -9,12 +9,13 @@
 //! with `%`) or made into CSV: `axisQMsr…[0]` is `q1`, `cartForce1_X` is `fx`, `cartTorque1_TauX`
 //! is `tx`. Angles are radians or degrees there; if that is not declared it is guessed.
 
+use std::hash::{DefaultHasher, Hash, Hasher};
 use std::io::Read;
 
 use super::contact_log::layout::{Holds, Layout};
 use super::contact_log::options::Options;
 use super::contact_log::rows::{LogRows, RowSink};
-use crate::contact::{ContactIngest, ContactLog, Row};
+use crate::contact::{ContactIngest, ContactLog, KnownRows, Row};
 use crate::io::base::csv::{Lines, finite, shown, unpacked};
 use crate::io::base::error::{IoError, Place};
 use crate::io::base::suggest::list;
@@ -42,7 +43,8 @@ pub fn read(
     options: &Options,
     log: &mut ContactLog,
 ) -> Result<(), IoError> {
-    let mut ingest = ContactIngest::new(robot, file, options.ingest(), log);
+    let mut known = KnownRows::default();
+    let mut ingest = ContactIngest::new(robot, file, options.ingest(), (log, &mut known));
     read_into(content, file, robot, options, &mut ingest)
 }
 
@@ -88,6 +90,9 @@ struct RowParser<'a> {
 
 impl RowParser<'_> {
     fn parse(&mut self, number: u64, line: &[u8]) -> Result<&Row, IoError> {
+        let mut hasher = DefaultHasher::new();
+        line.hash(&mut hasher);
+        self.row.fingerprint = Some(hasher.finish());
         let mut used = self.layout.used.iter().peekable();
         let mut count = 0;
         for (index, cell) in self.layout.separator.fields(line).enumerate() {

@@ -2,7 +2,7 @@
 
 use super::numbers::NumberRows;
 use super::options::Options;
-use crate::contact::{ContactIngest, ContactLog};
+use crate::contact::{ContactIngest, ContactLog, KnownRows};
 use crate::io::base::bytes::{self, Input};
 use crate::io::base::error::{IoError, Place};
 use crate::robot::Robot;
@@ -42,7 +42,8 @@ pub fn read_columns(
 ) -> Result<Input, IoError> {
     let names: Vec<&[u8]> = columns.names.iter().map(|name| name.as_bytes()).collect();
     let at = |file: &str, row| Place::file(file).line(row);
-    let mut ingest = ContactIngest::new(robot, name, options.ingest(), log);
+    let mut known = KnownRows::default();
+    let mut ingest = ContactIngest::new(robot, name, options.ingest(), (log, &mut known));
     let mut rows = NumberRows::new(&names, (name, at), (robot, options), &mut ingest)?;
     let used: Vec<usize> = rows.used().map(|(column, _)| column).collect();
     for row in 0..columns.rows {

@@ -28,5 +28,5 @@ mod table;
 
 pub use columns::{Columns, read_columns};
 pub use options::Options;
-pub use reader::read_file;
+pub use reader::{read_file, read_new};
 pub use table::LogTable;

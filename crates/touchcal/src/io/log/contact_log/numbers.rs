@@ -4,7 +4,7 @@ use super::layout::{Holds, Layout};
 use super::options::Options;
 use super::rows::{LogRows, RowSink};
 use crate::contact::Row;
-use crate::io::base::error::{IoError, Place};
+use crate::io::base::error::{IoError, Place, shown_number};
 use crate::robot::Robot;
 
 /// Takes rows one after the other, each by the numbers in the columns that are used.
@@ -49,7 +49,7 @@ impl<'a> NumberRows<'a> {
                 _ => {
                     let place = (self.place)(self.file, number).field(format!("column {name}"));
                     let expected = holds.expected(self.robot, self.options);
-                    return Err(IoError::unexpected(place, expected, format!("{value}")));
+                    return Err(IoError::unexpected(place, expected, shown_number(value)));
                 }
             }
         }

@@ -11,7 +11,7 @@ use super::options::Options;
 #[cfg(feature = "parquet")]
 use super::parquet;
 use super::rows::RowSink;
-use crate::contact::{ContactIngest, ContactLog};
+use crate::contact::{ContactIngest, ContactLog, KnownRows};
 use crate::io::base::bytes::{self, Hashing, Input};
 use crate::io::base::error::{IoError, Place};
 use crate::io::base::suggest::list;
@@ -38,8 +38,22 @@ const BAG_CONTENTS: &str = "metadata.yaml";
 /// not in the order of time, or no wrench is within 0.1 s of a joint state. `log` then holds a part
 /// of it and should be dropped.
 pub fn read_file(path: &Path, robot: &Robot, options: &Options, log: &mut ContactLog) -> Result<Input, IoError> {
+    read_new(path, robot, options, (log, &mut KnownRows::default()))
+}
+
+/// Adds the contacts of a file as [`read_file`] does, but for those that are `known` from other
+/// files.
+///
+/// # Errors
+/// As [`read_file`].
+pub fn read_new(
+    path: &Path,
+    robot: &Robot,
+    options: &Options,
+    (log, known): (&mut ContactLog, &mut KnownRows),
+) -> Result<Input, IoError> {
     let path = &log_in(path)?;
-    let mut ingest = ContactIngest::new(robot, &path.display().to_string(), options.ingest(), log);
+    let mut ingest = ContactIngest::new(robot, &path.display().to_string(), options.ingest(), (log, known));
     read_into(path, robot, options, &mut ingest)
 }
 

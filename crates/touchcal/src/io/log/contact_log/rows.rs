@@ -3,7 +3,7 @@
 use super::layout::{Holds, Layout};
 use super::options::Options;
 use crate::contact::{AngleUnit, ContactIngest, LogFull, MAX_CONTACTS, Row, UnitCheck, UnitGuess};
-use crate::io::base::error::{IoError, Place};
+use crate::io::base::error::{IoError, Place, shown_number};
 use crate::robot::Robot;
 
 /// Where the rows of a file go.
@@ -37,6 +37,7 @@ impl RowSink for ContactIngest<'_> {
 
     fn push(&mut self, number: u64, row: &Row) -> Result<(), LogFull> {
         self.set_temperature(row.temperature);
+        self.set_fingerprint(row.fingerprint);
         ContactIngest::push(self, number, &row.q, row.wrench, row.flag)
     }
 
@@ -113,7 +114,7 @@ impl<'a> LogRows<'a> {
         let place = || (self.place)(self.file, number);
         if let Some(joint) = self.units.row(number, &row.q) {
             let place = place().field(format!("column {}", self.names[joint]));
-            return Err(IoError::unexpected(place, "a joint position", format!("{}", row.q[joint])));
+            return Err(IoError::unexpected(place, "a joint position", shown_number(row.q[joint])));
         }
         if let Some(guess) = &mut self.guess {
             guess.row(number, &row.q);
@@ -132,11 +133,10 @@ impl<'a> LogRows<'a> {
     /// # Errors
     /// If joint positions do not fit the joint limits in their unit.
     pub(crate) fn finish(self) -> Result<(), IoError> {
-        let is_degrees = self.guess.is_some() && self.units.is_doubtful();
+        let is_degrees = self.guess.is_some() && self.units.is_doubtful() && !self.units.is_within_two_turns();
         let mismatch = match &self.guess {
             Some(guess) if is_degrees => guess.mismatch(),
-            Some(_) => None,
-            None => self.units.mismatch(),
+            _ => self.units.mismatch(),
         };
         if let Some(mismatch) = mismatch {
             let place = (self.place)(self.file, mismatch.row).field(format!("joint `{}`", mismatch.joint));

@@ -10,7 +10,7 @@ use super::context::{Allowed, Context, DEG, LARGEST, MAX_BYTES, MM};
 use super::schema::{AcceptToml, RegionToml};
 use crate::estimate::{Acceptance, Tool, configurations_within, workspace_configurations};
 use crate::io::base::bytes;
-use crate::io::base::error::IoError;
+use crate::io::base::error::{IoError, shown_number};
 use crate::robot::{JointKind, Kinematics, Robot};
 
 /// Poses of a task that is a box of joints or a region.
@@ -66,7 +66,7 @@ fn confidence(toml: &AcceptToml, context: &Context<'_>) -> Result<f64, IoError> 
         return Ok(value);
     }
     let place = context.place(number.span(), "accept, confidence");
-    Err(IoError::unexpected(place, "a number above 0.5, at most 0.999", format!("{value}")))
+    Err(IoError::unexpected(place, "a number above 0.5, at most 0.999", shown_number(value)))
 }
 
 /// Joint positions (rad or m) of the task.
@@ -107,7 +107,7 @@ fn listed(postures: &Spanned<Vec<Vec<f64>>>, robot: &Robot, context: &Context<'_
         return Err(wrong(expected, format!("{}", posture.len())));
     }
     if let Some(bad) = list.iter().flatten().find(|value| !within_bounds(**value)) {
-        return Err(wrong(format!("numbers within ±{LARGEST}"), format!("{bad}")));
+        return Err(wrong(format!("numbers within ±{LARGEST}"), shown_number(*bad)));
     }
     let in_si = |posture: &Vec<f64>| posture.iter().zip(units(robot)).map(|(value, unit)| value * unit).collect();
     Ok(list.iter().map(in_si).collect())

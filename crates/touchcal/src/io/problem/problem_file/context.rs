@@ -7,7 +7,7 @@ use nalgebra::{Quaternion, Translation3, UnitQuaternion};
 use toml::Spanned;
 
 use super::schema::{Number, PoseToml, Text};
-use crate::io::base::error::{IoError, Place, quoted};
+use crate::io::base::error::{IoError, Place, quoted, shown_number};
 use crate::io::base::suggest::did_you_mean;
 use crate::se3::Pose;
 
@@ -85,7 +85,7 @@ impl Context<'_> {
             return Ok(Some(value * unit));
         }
         let expected = format!("{expected}, at most {LARGEST}");
-        Err(IoError::unexpected(self.place(number.span(), field), expected, format!("{value}")))
+        Err(IoError::unexpected(self.place(number.span(), field), expected, shown_number(value)))
     }
 
     /// A number that must be there.
@@ -106,7 +106,7 @@ impl Context<'_> {
         let value = *number.get_ref();
         if value.fract() != 0.0 || !(1.0..=most).contains(&value) {
             let place = self.place(number.span(), field);
-            return Err(IoError::unexpected(place, format!("a whole number from 1 to {most}"), format!("{value}")));
+            return Err(IoError::unexpected(place, format!("a whole number from 1 to {most}"), shown_number(value)));
         }
         Ok(Some(value as usize))
     }
@@ -117,7 +117,7 @@ impl Context<'_> {
             None => Ok(*vector.get_ref()),
             Some(bad) => {
                 let expected = format!("numbers within ±{LARGEST}");
-                Err(IoError::unexpected(self.place(vector.span(), field), expected, format!("{bad}")))
+                Err(IoError::unexpected(self.place(vector.span(), field), expected, shown_number(*bad)))
             }
         }
     }
@@ -128,7 +128,7 @@ impl Context<'_> {
         let PoseToml { xyz_mm, quat_wxyz, rpy_deg } = pose.get_ref();
         let at = |part: &str| self.place(pose.span(), format!("{field}.{part}"));
         let finite = |numbers: &[f64], part: &str| match numbers.iter().find(|v| v.is_nan() || v.abs() > LARGEST) {
-            Some(bad) => Err(IoError::unexpected(at(part), format!("numbers within ±{LARGEST}"), format!("{bad}"))),
+            Some(bad) => Err(IoError::unexpected(at(part), format!("numbers within ±{LARGEST}"), shown_number(*bad))),
             None => Ok(()),
         };
         finite(xyz_mm, "xyz_mm")?;

@@ -23,11 +23,10 @@ use std::path::Path;
 
 use toml::Spanned;
 
-use crate::contact::ContactLog;
-use crate::contact::{AngleUnit, Detection, Load, LoadFrame, LoadOn};
-use crate::estimate::{DEFAULT_DISTANCE_SIGMA, Distance};
+use crate::contact::{AngleUnit, ContactLog, Detection, KnownRows, Load, LoadFrame, LoadOn};
+use crate::estimate::{DEFAULT_DISTANCE_SIGMA, Distance, Problem, parameter_count};
 use crate::io::base::bytes::{self, Input};
-use crate::io::base::error::{IoError, Place, quoted};
+use crate::io::base::error::{IoError, Place, quoted, shown_number};
 use crate::io::base::suggest::{did_you_mean, list};
 use crate::io::log::contact_log::{self, Options};
 use crate::io::problem::loaded::Loaded;
@@ -50,6 +49,10 @@ pub use tolerance::DeclaredPrior;
 
 /// Keys that declare what is assumed without them.
 const KEYS: &str = "sigma_mm, sigma_deg, clearance_sigma_mm, depth_sigma_mm, or exact = true";
+/// Most fixtures of a problem, and most parameters: memory grows with their square, time with their
+/// cube, to seconds for each step of the search.
+const MAX_FIXTURES: usize = 1000;
+const MAX_PARAMETERS: usize = 1000;
 /// Most rows that a change of contact may be made to wait for.
 const MAX_DEBOUNCE: i64 = 1_000_000;
 
@@ -58,9 +61,10 @@ const MAX_DEBOUNCE: i64 = 1_000_000;
 ///
 /// # Errors
 /// [`IoError`] if the text is longer than [`MAX_BYTES`], no TOML, of another schema than 1, has an
-/// unknown key, a name that does not resolve, a number out of range or no fixture or log; a file it
-/// refers to cannot be read; parts do not fit; or compliances are to be estimated that nothing
-/// determines, see [`Settings::problem`].
+/// unknown key, a name that does not resolve or has control characters, a number out of range, no
+/// fixture or log, or more than 1000 fixtures or parameters; a file it refers to cannot be read;
+/// parts do not fit; or compliances are to be estimated that nothing determines, see
+/// [`Settings::problem`].
 pub fn read(text: &str, file: &str, folder: &Path) -> Result<Loaded, IoError> {
     let context = Context { text, file, folder };
     bytes::check_size(text.len() as u64, MAX_BYTES, file)?;
@@ -128,6 +132,7 @@ fn build(toml: &ProblemToml, selection: &Selection, context: &Context<'_>) -> Re
         }
     }
     let (mut contacts, mut held_out) = (ContactLog::new(robot.dof()), ContactLog::new(robot.dof()));
+    let mut known = KnownRows::default();
     if toml.contacts.iter().all(|table| table.get_ref().held_out) {
         let found = if toml.contacts.is_empty() { "none" } else { "`held_out` in all of them" };
         return Err(IoError::unexpected(Place::file(context.file), "at least one [[contacts]] table", found));
@@ -140,7 +145,7 @@ fn build(toml: &ProblemToml, selection: &Selection, context: &Context<'_>) -> Re
         let Some(fixture) = selected[options.fixture] else { continue };
         let options = Options { joints, fixture, ..options };
         let log = if table.get_ref().held_out { &mut held_out } else { &mut contacts };
-        inputs.push(read_contacts(table, &robot, &options, context, log)?);
+        inputs.push(read_contacts(table, &robot, &options, context, (log, &mut known))?);
     }
     held_out.notes().iter().for_each(|note| contacts.note(note));
     assumptions.notes(KEYS).iter().for_each(|note| contacts.note(note));
@@ -148,7 +153,22 @@ fn build(toml: &ProblemToml, selection: &Selection, context: &Context<'_>) -> Re
     let mut problem = settings.problem(robot, (tool, fixtures, distances), contacts)?;
     problem.acceptance = acceptance;
     problem.held_out = held_out;
+    check_size(&problem, context)?;
     Ok(Loaded { problem, urdf, inputs })
+}
+
+/// Refuses more parameters than can be estimated.
+fn check_size(problem: &Problem, context: &Context<'_>) -> Result<(), IoError> {
+    let parameters = parameter_count(problem);
+    if parameters > MAX_PARAMETERS {
+        let found = format!("{parameters}: declare fewer joints, fixtures or blocks of parameters");
+        return Err(IoError::unexpected(
+            Place::file(context.file),
+            format!("at most {MAX_PARAMETERS} parameters to estimate"),
+            found,
+        ));
+    }
+    Ok(())
 }
 
 /// The robot that a table names, under the gravity it states.
@@ -200,9 +220,18 @@ fn fixture_names<'t>(
     if tables.is_empty() {
         return Err(IoError::unexpected(Place::file(context.file), "at least one [[fixture]] table", "none"));
     }
+    if let Some(table) = tables.get(MAX_FIXTURES) {
+        let found = format!("{}", tables.len());
+        let place = context.place(table.span(), "fixture");
+        return Err(IoError::unexpected(place, format!("at most {MAX_FIXTURES} [[fixture]] tables"), found));
+    }
     let mut names = HashMap::new();
     for (index, table) in tables.iter().enumerate() {
         let name = &table.get_ref().name;
+        if let Some(control) = name.get_ref().chars().find(|c| c.is_control()) {
+            let place = context.place(name.span(), "fixture, name");
+            return Err(IoError::unexpected(place, "a name without control characters", format!("{control:?}")));
+        }
         if names.insert(name.get_ref().as_str(), index).is_some() {
             let found = format!("{} twice", quoted(name.get_ref()));
             return Err(IoError::unexpected(context.place(name.span(), "fixture, name"), "distinct names", found));
@@ -238,7 +267,7 @@ fn options(
         return Err(IoError::unexpected(
             context.place(number.span(), "contacts, release_n"),
             expected,
-            format!("{release}"),
+            shown_number(release),
         ));
     }
     let apart = context.number(table.apart_deg.as_ref(), DEG, Allowed::Positive, "contacts, apart_deg")?;
@@ -289,8 +318,8 @@ fn read_contacts(
     robot: &Robot,
     options: &Options,
     context: &Context<'_>,
-    log: &mut ContactLog,
+    into: (&mut ContactLog, &mut KnownRows),
 ) -> Result<Input, IoError> {
     let path = context.path(&table.get_ref().file, "contacts, file")?;
-    contact_log::read_file(&path, robot, options, log)
+    contact_log::read_new(&path, robot, options, into)
 }

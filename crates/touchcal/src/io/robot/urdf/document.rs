@@ -3,10 +3,14 @@
 use roxmltree::{Document, Error, Node, ParsingOptions};
 
 use crate::io::base::error::{IoError, Place, quoted};
+use crate::io::base::xml::check_structure;
 
 /// Most XML nodes accepted. A large robot has tens of thousands; each takes some 100 bytes of
 /// memory.
 const MAX_NODES: u32 = 10_000_000;
+/// Largest coordinate (m), angle (rad), mass (kg) or compliance (rad/(N m)): a kilometre, and more
+/// than any arm has of the others.
+pub(super) const LARGEST: f64 = 1e3;
 /// Namespaces of xacro, old and new, begin so.
 const XACRO: &str = "http://www.ros.org/wiki/xacro";
 /// How to get rid of xacro.
@@ -14,6 +18,7 @@ const EXPAND: &str = "xacro, which must be expanded first: run `xacro file.xacro
 
 /// Parses the XML.
 pub(super) fn parse<'t>(text: &'t str, file: &str) -> Result<Document<'t>, IoError> {
+    check_structure(text, file)?;
     let options = ParsingOptions { nodes_limit: MAX_NODES, ..ParsingOptions::default() };
     Document::parse_with_options(text, options).map_err(|error| {
         let position = error.pos();
@@ -68,16 +73,23 @@ pub(super) fn children<'a, 't, 'n>(
 
 /// An attribute that must be there.
 pub(super) fn attribute<'a>(node: &Node<'a, '_>, name: &str, file: &str) -> Result<&'a str, IoError> {
-    node.attribute(name).ok_or_else(|| {
-        let expected = format!("attribute `{name}` of <{}>", node.tag_name().name());
-        IoError::unexpected(place(node, file), expected, "none")
-    })
+    let expected = || format!("attribute `{name}` of <{}>", node.tag_name().name());
+    let Some(value) = node.attribute(name) else {
+        return Err(IoError::unexpected(place(node, file), expected(), "none"));
+    };
+    match value.chars().find(|c| c.is_control()) {
+        Some(control) => {
+            let expected = format!("{} without control characters", expected());
+            Err(IoError::unexpected(place(node, file), expected, format!("{control:?}")))
+        }
+        None => Ok(value),
+    }
 }
 
-/// The numbers of an attribute, or nothing if it is absent.
+/// The numbers of an attribute, or nothing if it is absent; none may be larger than `largest`.
 pub(super) fn numbers<const N: usize>(
     node: &Node<'_, '_>,
-    name: &str,
+    (name, largest): (&str, f64),
     place: impl FnOnce() -> Place,
 ) -> Result<Option<[f64; N]>, IoError> {
     let Some(text) = node.attribute(name) else { return Ok(None) };
@@ -91,7 +103,10 @@ pub(super) fn numbers<const N: usize>(
         _ => false,
     });
     if complete && words.next().is_none() {
-        return Ok(Some(numbers));
+        if numbers.iter().all(|number| number.abs() <= largest) {
+            return Ok(Some(numbers));
+        }
+        return Err(IoError::unexpected(place(), format!("numbers within ±{largest} in `{name}`"), quoted(text)));
     }
     let expected = match N {
         1 => format!("a finite number in `{name}`"),

@@ -44,7 +44,8 @@ pub struct UrdfFile {
 /// [`IoError`] if the text is no URDF, has unexpanded xacro, names a link or joint twice or a link
 /// that it lacks, or has a link below two joints; if the chain cannot be found, is ambiguous, is
 /// longer than 1000 joints, or has no moving joint; or if a joint in it is of an unsupported kind,
-/// mimics another, or has a malformed origin, axis, limit, compliance or link mass.
+/// mimics another, or has a malformed origin, axis, limit, compliance or link mass, or one beyond
+/// ±1000 m, rad, kg or rad/(N m) (limits of joints are cut there).
 pub fn read(text: &str, file: &str, ends: Ends<'_>) -> Result<Robot, IoError> {
     read::robot(text, file, ends)
 }

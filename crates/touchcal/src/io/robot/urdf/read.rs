@@ -5,7 +5,7 @@ use std::collections::{HashMap, HashSet};
 use nalgebra::{Unit, Vector3};
 use roxmltree::Node;
 
-use super::document::{attribute, child, children, numbers, parse, place, robot_element};
+use super::document::{LARGEST, attribute, child, children, numbers, parse, place, robot_element};
 use super::numbers::pose;
 use super::weight::{compliance, inertia};
 use crate::io::base::error::{IoError, Place, quoted};
@@ -248,8 +248,8 @@ fn kind(node: &Node<'_, '_>, file: &str, at: &dyn Fn(&Node<'_, '_>) -> Place) ->
 pub(super) fn origin(joint: &Node<'_, '_>, file: &str) -> Result<Pose, IoError> {
     let Some(origin) = child(joint, "origin") else { return Ok(Pose::identity()) };
     let at = || place(&origin, file).field(format!("joint `{}`, origin", joint.attribute("name").unwrap_or_default()));
-    let xyz = numbers::<3>(&origin, "xyz", at)?.unwrap_or_default();
-    let rpy = numbers::<3>(&origin, "rpy", at)?.unwrap_or_default();
+    let xyz = numbers::<3>(&origin, ("xyz", LARGEST), at)?.unwrap_or_default();
+    let rpy = numbers::<3>(&origin, ("rpy", LARGEST), at)?.unwrap_or_default();
     Ok(pose(xyz, rpy))
 }
 
@@ -259,7 +259,7 @@ fn axis(
     at: &dyn Fn(&Node<'_, '_>) -> Place,
 ) -> Result<Unit<Vector3<f64>>, IoError> {
     let Some(axis) = child(node, "axis").filter(|_| kind != JointKind::Fixed) else { return Ok(Vector3::x_axis()) };
-    let xyz = numbers::<3>(&axis, "xyz", || at(&axis))?.unwrap_or([1.0, 0.0, 0.0]);
+    let xyz = numbers::<3>(&axis, ("xyz", LARGEST), || at(&axis))?.unwrap_or([1.0, 0.0, 0.0]);
     Unit::try_new(Vector3::from(xyz), SHORTEST_AXIS).filter(|axis| axis.iter().all(|v| v.is_finite())).ok_or_else(
         || {
             IoError::unexpected(
@@ -280,8 +280,8 @@ fn limits(
         return Ok(None);
     }
     let Some(limit) = child(node, "limit") else { return Ok(None) };
-    let lower = numbers::<1>(&limit, "lower", || at(&limit))?;
-    let upper = numbers::<1>(&limit, "upper", || at(&limit))?;
+    let lower = numbers::<1>(&limit, ("lower", f64::MAX), || at(&limit))?;
+    let upper = numbers::<1>(&limit, ("upper", f64::MAX), || at(&limit))?;
     if lower.is_none() && upper.is_none() {
         return Ok(None);
     }
@@ -290,5 +290,6 @@ fn limits(
     if lower > upper {
         return Err(IoError::unexpected(at(&limit), "lower limit ≤ upper limit", format!("{lower} and {upper}")));
     }
-    Ok(Some(Limits { lower, upper }))
+    // Files give joints without limits very large ones.
+    Ok(Some(Limits { lower: lower.clamp(-LARGEST, LARGEST), upper: upper.clamp(-LARGEST, LARGEST) }))
 }

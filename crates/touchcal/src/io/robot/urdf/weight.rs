@@ -2,8 +2,8 @@
 
 use roxmltree::Node;
 
-use super::document::{attribute, child, numbers, place};
-use crate::io::base::error::{IoError, Place};
+use super::document::{LARGEST, attribute, child, numbers, place};
+use crate::io::base::error::{IoError, Place, shown_number};
 use crate::robot::{Inertia, JointKind};
 
 /// The child element of a joint that holds its compliance. URDF does not know it: other readers
@@ -22,10 +22,10 @@ pub(super) fn inertia(link: &Node<'_, '_>, file: &str) -> Result<Option<Inertia>
     };
     let mass = required(&mass, "value", file, at(&mass))?;
     if mass < 0.0 {
-        return Err(IoError::unexpected(at(&inertial), "a mass of at least 0", format!("{mass}")));
+        return Err(IoError::unexpected(at(&inertial), "a mass of at least 0", shown_number(mass)));
     }
     let center = match child(&inertial, "origin") {
-        Some(origin) => numbers::<3>(&origin, "xyz", || at(&origin))?.unwrap_or_default(),
+        Some(origin) => numbers::<3>(&origin, ("xyz", LARGEST), || at(&origin))?.unwrap_or_default(),
         None => [0.0; 3],
     };
     Ok(Some(Inertia { mass, center: center.into() }))
@@ -46,5 +46,5 @@ pub(super) fn compliance(joint: &Node<'_, '_>, kind: JointKind, file: &str) -> R
 /// A number that must be there.
 fn required(element: &Node<'_, '_>, name: &str, file: &str, at: Place) -> Result<f64, IoError> {
     attribute(element, name, file)?;
-    numbers::<1>(element, name, || at).map(|number| number.map_or(0.0, |[number]| number))
+    numbers::<1>(element, (name, LARGEST), || at).map(|number| number.map_or(0.0, |[number]| number))
 }

@@ -7,7 +7,7 @@ use toml::Spanned;
 use super::declared::{distances, set_errors, tool_error};
 use super::schema::{ErrorsToml, ExplorationToml, RecorderToml, ScenarioToml, StiffnessToml, ThermalToml, TouchToml};
 use crate::io::base::bytes;
-use crate::io::base::error::{IoError, Place, quoted};
+use crate::io::base::error::{IoError, Place, quoted, shown_number};
 use crate::io::base::suggest::{did_you_mean, list};
 use crate::io::problem::problem_file;
 use crate::io::problem::problem_file::context::{Allowed, Context, DEG, MM};
@@ -168,7 +168,7 @@ fn set_share(value: &mut f64, number: &Option<Number>, field: &str, context: &Co
         return Ok(());
     }
     let place = context.place(number.as_ref().map_or(0..0, Spanned::span), field);
-    Err(IoError::unexpected(place, "a share from 0 to below 1", format!("{value}")))
+    Err(IoError::unexpected(place, "a share from 0 to below 1", shown_number(*value)))
 }
 
 fn errors(errors: &mut ArmErrors, toml: &ErrorsToml, context: &Context<'_>) -> Result<(), IoError> {

@@ -94,5 +94,6 @@ pub fn read(bytes: &[u8], file: &str, unit: f64) -> Result<TriangleMesh, IoError
 }
 
 fn too_many(place: Place) -> IoError {
-    IoError::unexpected(place, format!("at most {MAX_TRIANGLES} triangles"), "more")
+    let found = "more: simplify it, nearer to the shape than the noise, such as 0.005 mm, suffices";
+    IoError::unexpected(place, format!("a mesh of at most {MAX_TRIANGLES} triangles"), found)
 }

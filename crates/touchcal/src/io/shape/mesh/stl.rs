@@ -6,7 +6,7 @@ use nalgebra::Point3;
 use super::{Soup, too_many};
 use crate::geometry::MAX_TRIANGLES;
 use crate::io::base::bytes;
-use crate::io::base::error::{IoError, Place, quoted};
+use crate::io::base::error::{IoError, Place, quoted, shown_number};
 
 /// Bytes of a binary file before its triangles: a comment and the number of triangles.
 const HEADER: usize = 84;
@@ -50,7 +50,7 @@ fn binary(bytes: &[u8], count: usize, file: &str) -> Result<Soup, IoError> {
         let numbers: [f64; 9] = std::array::from_fn(number);
         if let Some(bad) = numbers.iter().find(|number| !number.is_finite()) {
             let place = Place::file(file).field(format!("triangle {}", k + 1));
-            return Err(IoError::unexpected(place, "finite coordinates", format!("{bad}")));
+            return Err(IoError::unexpected(place, "finite coordinates", shown_number(*bad)));
         }
         soup.push([0, 3, 6].map(|i| Point3::new(numbers[i], numbers[i + 1], numbers[i + 2])));
     }

@@ -6,7 +6,6 @@ use crate::io::base::error::{IoError, Place, quoted};
 /// Reads the vertices (m) of an outline; a first line without numbers is a header and must say
 /// `x_mm,y_mm`.
 pub(super) fn read(text: &str, file: &str) -> Result<Vec<[f64; 2]>, IoError> {
-    let text = text.strip_prefix('\u{feff}').unwrap_or(text);
     let mut vertices = Vec::new();
     let mut begun = false;
     for (index, line) in text.lines().enumerate().filter(|(_, line)| !line.trim().is_empty()) {

@@ -11,6 +11,7 @@ use super::curves::{Curves, append_arc, check_unit, no_such_name};
 use super::{Choice, LARGEST, TOLERANCE};
 use crate::io::base::error::{IoError, Place, quoted};
 use crate::io::base::suggest::did_you_mean;
+use crate::io::base::xml::check_structure;
 
 /// Most XML nodes of a drawing.
 const MAX_NODES: u32 = 1_000_000;
@@ -25,6 +26,7 @@ const NOT_DRAWN: [&str; 6] = ["defs", "symbol", "clipPath", "mask", "marker", "p
 /// Reads the vertices (m) of the only closed outline, or of the one in the element with the id
 /// asked for.
 pub(super) fn read(text: &str, file: &str, choice: Choice<'_>) -> Result<Vec<[f64; 2]>, IoError> {
+    check_structure(text, file)?;
     let options = ParsingOptions { allow_dtd: true, nodes_limit: MAX_NODES, ..ParsingOptions::default() };
     let document = Document::parse_with_options(text, options).map_err(|error| {
         let position = error.pos();
