@@ -10,7 +10,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use touchcal::estimate::{self, Verdict, apply_estimated_places, calibrate_with_freed_effects, contact_distances};
 use touchcal::io::Loaded;
-use touchcal::io::calibration_folder::{self, Solved};
+use touchcal::io::calibration_folder::{self, Solved, Wanted};
 use touchcal::io::estimate_file::{EstimateFile, ParameterEntry};
 use touchcal::io::urdf::{self, Ends};
 
@@ -298,7 +298,8 @@ impl Calibration {
     ///     their paths.
     fn save(&self, py: Python<'_>, folder: PathBuf) -> PyResult<(PathBuf, PathBuf, PathBuf)> {
         let loaded = &self.problem.get().loaded;
-        let written = py.detach(|| calibration_folder::write(&folder, loaded, &self.solved, &self.file)).map_err(io)?;
+        let write = || calibration_folder::write(&folder, loaded, &self.solved, &self.file, Wanted::default());
+        let written = py.detach(write).map_err(io)?;
         Ok((written.urdf, written.estimate, written.report))
     }
 

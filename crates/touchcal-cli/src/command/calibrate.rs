@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use touchcal::estimate::{Decision, Estimate, Status};
-use touchcal::io::calibration_folder::{self, Written};
+use touchcal::io::calibration_folder::{self, Wanted, Written};
 use touchcal::solver::StopReason;
 
 use crate::args::{CalibrateArgs, Source};
@@ -20,16 +20,11 @@ pub fn run(args: &CalibrateArgs) -> Result<Outcome, Failure> {
         calibration_folder::paths(&args.out),
         loaded.inputs.iter().map(|input| Path::new(&input.path)),
     )?;
+    calibration_folder::check_folder(&args.out)?;
     let solved = super::calibrate(&mut loaded, args.free_suspects)?;
     let file = calibration_folder::estimate_file(&loaded, &solved);
-    let mut written = calibration_folder::write(&args.out, &loaded, &solved, &file)?;
-    if args.driver_offsets {
-        written.driver = calibration_folder::write_driver(&args.out, &loaded, &solved.estimate)?;
-    }
-    #[cfg(feature = "mcap")]
-    if args.mcap {
-        written.mcap = Some(calibration_folder::write_mcap(&args.out, &loaded, &solved.estimate)?);
-    }
+    let wanted = Wanted { driver: args.driver_offsets, mcap: mcap(args) };
+    let written = calibration_folder::write(&args.out, &loaded, &solved, &file, wanted)?;
     let calibration = Calibration { loaded: &loaded, solved: &solved, file: &file, written: &written };
     if args.json {
         output::print(&file.to_json()?)?;
@@ -38,6 +33,16 @@ pub fn run(args: &CalibrateArgs) -> Result<Outcome, Failure> {
         output::print(&calibration.summary(detail, &next(&args.source, &written)))?;
     }
     Ok(outcome(&solved.estimate))
+}
+
+#[cfg(feature = "mcap")]
+fn mcap(args: &CalibrateArgs) -> bool {
+    args.mcap
+}
+
+#[cfg(not(feature = "mcap"))]
+fn mcap(_: &CalibrateArgs) -> bool {
+    false
 }
 
 /// The outcome of a calibration; a result that must not be used, or does not reach what is asked

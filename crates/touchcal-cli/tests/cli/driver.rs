@@ -1,7 +1,7 @@
 //! `calibrate --driver-offsets`: offsets and URDF that together are the calibrated arm.
 
 use super::new::filled_in;
-use super::{json, stdout, touchcal};
+use super::{json, stderr, stdout, touchcal};
 
 #[test]
 fn offsets_go_to_the_driver_and_leave_the_urdf_as_it_was() {
@@ -29,6 +29,42 @@ fn offsets_go_to_the_driver_and_leave_the_urdf_as_it_was() {
         compared += 1;
     }
     assert_eq!((compared, lines.len()), (7, 7));
+}
+
+#[test]
+fn a_folder_holds_one_calibration() {
+    let folder = filled_in("planes", &["planes.toml"]);
+    let at = |name: &str| folder.path().join(name);
+    let calibrate = |more: &[&str]| {
+        let args = ["calibrate", "planes/problem.toml", "--out", "out"];
+        touchcal(folder.path(), &[&args[..], more].concat())
+    };
+    calibrate(&["--driver-offsets"]).success();
+    std::fs::write(at("out/mine.txt"), "mine").unwrap();
+    // A second calibration has no files for a driver: the former ones go, others stay.
+    calibrate(&[]).success();
+    assert!(!at("out/driver").exists() && at("out/mine.txt").exists());
+    let names = |value: &serde_json::Value| value.as_object().unwrap().keys().cloned().collect::<Vec<_>>();
+    assert_eq!(names(&json(&at("out/touchcal.json"))["files"]), ["calibrated.urdf", "estimate.json", "report.html"]);
+    // What touchcal did not write is not replaced.
+    std::fs::create_dir(at("other")).unwrap();
+    std::fs::write(at("other/report.html"), "mine").unwrap();
+    let refused = touchcal(folder.path(), &["calibrate", "planes/problem.toml", "--out", "other"]).code(1);
+    let expected = "other/report.html: expected no file but those that touchcal wrote, found another";
+    assert!(stderr(&refused).contains(expected), "{}", stderr(&refused));
+    assert_eq!(std::fs::read_dir(at("other")).unwrap().count(), 1);
+    // A result whose writing was interrupted is not read, and replaced by the next one.
+    let manifest = std::fs::read_to_string(at("out/touchcal.json")).unwrap();
+    std::fs::write(at("out/touchcal.json"), manifest.replace("false", "true")).unwrap();
+    let evaluate = ["evaluate", "planes/problem.toml", "--urdf", "out/calibrated.urdf"];
+    let refused = touchcal(folder.path(), &evaluate).code(1);
+    assert!(
+        stderr(&refused).contains("out/calibrated.urdf: expected a file of a finished result"),
+        "{}",
+        stderr(&refused)
+    );
+    calibrate(&[]).success();
+    touchcal(folder.path(), &evaluate).success();
 }
 
 /// The log with its offsets taken off, as the driver does, scores with the driver's URDF as the raw

@@ -1,10 +1,16 @@
 //! Files that are written whole or not at all.
 
+use std::ffi::OsStr;
 use std::fs::File;
 use std::io::Write;
-use std::path::Path;
+use std::path::{Path, PathBuf};
+
+use tempfile::{NamedTempFile, PersistError};
 
 use crate::io::base::error::IoError;
+
+/// Temporary files begin so.
+const PREFIX: &str = ".touchcal-";
 
 /// Writes `bytes` to `path`: to a temporary file in the same folder, which is flushed to the disk
 /// and then renamed. A concurrent reader of `path` gets the old content or the new, never a part.
@@ -23,6 +29,28 @@ pub fn write(path: &Path, bytes: &[u8]) -> Result<(), IoError> {
 /// # Errors
 /// As [`write()`], and those of `content`; `path` is then as it was.
 pub fn write_by(path: &Path, content: impl FnOnce(&mut File) -> Result<(), IoError>) -> Result<(), IoError> {
+    prepare(path, content)?.replace()
+}
+
+/// A file that is written but not yet in its place.
+pub(crate) struct Prepared {
+    path: PathBuf,
+    temporary: NamedTempFile,
+}
+
+impl Prepared {
+    /// Puts the file in its place.
+    pub(crate) fn replace(self) -> Result<(), IoError> {
+        let failed = |error: PersistError| IoError::file(&self.path, "write", error.error);
+        self.temporary.persist(&self.path).map(drop).map_err(failed)
+    }
+}
+
+/// Writes what [`write_by`] does, to a temporary file.
+pub(crate) fn prepare(
+    path: &Path,
+    content: impl FnOnce(&mut File) -> Result<(), IoError>,
+) -> Result<Prepared, IoError> {
     let folder = match path.parent() {
         Some(parent) if !parent.as_os_str().is_empty() => parent,
         _ => Path::new("."),
@@ -33,8 +61,18 @@ pub fn write_by(path: &Path, content: impl FnOnce(&mut File) -> Result<(), IoErr
     content(temporary.as_file_mut())?;
     // Without this, a power cut after the rename could leave an empty file under the final name.
     temporary.as_file().sync_all().map_err(failed)?;
-    temporary.persist(path).map_err(|error| failed(error.error))?;
-    Ok(())
+    Ok(Prepared { path: path.to_owned(), temporary })
+}
+
+/// Removes temporary files that runs left in `folder` when they were ended; what cannot be removed
+/// stays.
+pub(crate) fn remove_left_over(folder: &Path) {
+    let is_temporary = |name: &OsStr| name.to_str().is_some_and(|name| name.starts_with(PREFIX));
+    for entry in std::fs::read_dir(folder).into_iter().flatten().flatten() {
+        if is_temporary(&entry.file_name()) {
+            std::fs::remove_file(entry.path()).ok();
+        }
+    }
 }
 
 /// Removes a file; of a symbolic link the link, not what it points to.
@@ -51,13 +89,13 @@ pub fn remove(path: &Path) -> Result<(), IoError> {
 fn builder() -> tempfile::Builder<'static, 'static> {
     use std::os::unix::fs::PermissionsExt;
     let mut builder = tempfile::Builder::new();
-    builder.prefix(".touchcal-").permissions(std::fs::Permissions::from_mode(0o666));
+    builder.prefix(PREFIX).permissions(std::fs::Permissions::from_mode(0o666));
     builder
 }
 
 #[cfg(not(unix))]
 fn builder() -> tempfile::Builder<'static, 'static> {
     let mut builder = tempfile::Builder::new();
-    builder.prefix(".touchcal-");
+    builder.prefix(PREFIX);
     builder
 }

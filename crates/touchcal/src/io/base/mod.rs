@@ -7,6 +7,7 @@ pub(super) mod error;
 #[cfg(feature = "parquet")]
 pub(super) mod number_columns;
 pub(super) mod paths;
+pub(super) mod result_folder;
 pub(super) mod suggest;
 pub(super) mod toml_text;
 pub(crate) mod xml;

@@ -4,9 +4,9 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use crate::estimate::{Estimate, Fixture, Problem, Progress, Score, Spread, Status, Warning, apply_estimated_places};
-use crate::io::base::atomic;
 use crate::io::base::bytes::Input;
 use crate::io::base::error::{IoError, Place};
+use crate::io::base::result_folder::{self, MANIFEST, ResultFile};
 use crate::io::problem::loaded::Loaded;
 use crate::io::result::estimate_file::{
     self, AcceptanceEntry, CompetingMinimumEntry, ContactCounts, EffectTestEntry, EstimateFile, FixtureResidual,
@@ -28,7 +28,9 @@ pub const REPORT: &str = "report.html";
 /// The file for Foxglove and Rerun.
 const MCAP: &str = "calibration.mcap";
 /// The files for a driver that takes encoder offsets.
-const DRIVER: [&str; 2] = ["robot.urdf", "joint_offsets.yaml"];
+const DRIVER: [&str; 2] = ["driver/robot.urdf", "driver/joint_offsets.yaml"];
+/// All of them.
+const NAMES: [&str; 6] = [CALIBRATED, ESTIMATE, REPORT, MCAP, DRIVER[0], DRIVER[1]];
 
 /// A finished calibration.
 #[derive(Clone, Debug)]
@@ -53,74 +55,84 @@ pub struct Written {
     /// Path of `report.html`.
     pub report: PathBuf,
     /// Paths of the URDF without encoder offsets `[0]` and of the YAML file of the offsets `[1]`,
-    /// which belong together; `None` unless [`write_driver`] wrote them.
+    /// which belong together; `None` unless they were [`Wanted`] and written.
     pub driver: Option<[PathBuf; 2]>,
-    /// Path of the MCAP file for Foxglove and Rerun; `None` unless `write_mcap` wrote it (cargo
-    /// feature `mcap`).
+    /// Path of the MCAP file for Foxglove and Rerun; `None` unless it was [`Wanted`] and written.
     pub mcap: Option<PathBuf>,
 }
 
+/// What a calibration's folder has besides URDF, estimate and report.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Wanted {
+    /// Files for a driver that takes encoder offsets.
+    pub driver: bool,
+    /// `calibration.mcap`, for Foxglove and Rerun (cargo feature `mcap`; without effect without
+    /// it).
+    pub mcap: bool,
+}
+
 /// Paths of all files that a calibration may write into `folder`, whether or not they exist: URDF,
-/// estimate, report, MCAP file, and the two files for a driver in `folder/driver`.
+/// estimate, report, MCAP file, the two files for a driver in `folder/driver`, and the manifest.
 pub fn paths(folder: &Path) -> Vec<PathBuf> {
-    let driver = DRIVER.iter().map(|name| folder.join("driver").join(name));
-    [CALIBRATED, ESTIMATE, REPORT, MCAP].iter().map(|name| folder.join(name)).chain(driver).collect()
+    NAMES.iter().chain([&MANIFEST]).map(|name| folder.join(name)).collect()
 }
 
-/// Writes `calibrated.urdf`, `estimate.json` and `report.html` into `folder`, in this order; `file`
-/// is what [`estimate_file()`] made of `solved`. Missing folders are made, existing files replaced.
-/// The optional paths of the result are `None`.
+/// Checks that `folder` has no file that a calibration would replace and that touchcal did not
+/// write.
 ///
 /// # Errors
-/// [`IoError`] if one of the files cannot be made (nothing is written then, see
-/// [`calibrated_urdf`], [`EstimateFile::to_json`] and [`page`]) or written (those before it stay).
-pub fn write(folder: &Path, loaded: &Loaded, solved: &Solved, file: &EstimateFile) -> Result<Written, IoError> {
-    let text = calibrated_urdf(loaded, &solved.estimate)?;
-    let json = file.to_json()?;
-    let page = page(loaded, solved, file)?;
-    let written = Written {
-        urdf: folder.join(CALIBRATED),
-        estimate: folder.join(ESTIMATE),
-        report: folder.join(REPORT),
-        driver: None,
-        mcap: None,
-    };
-    atomic::write(&written.urdf, text.as_bytes())?;
-    atomic::write(&written.estimate, json.as_bytes())?;
-    atomic::write(&written.report, page.as_bytes())?;
-    Ok(written)
+/// [`IoError`] with the path of such a file.
+pub fn check_folder(folder: &Path) -> Result<(), IoError> {
+    result_folder::check_own(folder, NAMES)
 }
 
-/// Writes what a driver that takes encoder offsets needs instead of `calibrated.urdf`, into
-/// `folder/driver`: the URDF without the offsets and the offsets ([`split_offsets`]), whose paths
-/// are returned in this order. `None`, and nothing written, if the nominal chain has other joints
-/// than the calibrated one.
+/// Writes `calibrated.urdf`, `estimate.json`, `report.html` and what else is `wanted` into
+/// `folder`, in place of a former calibration; `file` is what [`estimate_file()`] made of `solved`.
+/// Missing folders are made. The files are those of one calibration, also where writing is
+/// interrupted: `touchcal.json` lists them and says whether all are written, else
+/// [`urdf::read_file`] and [`EstimateFile::read_file`] refuse them.
+///
+/// There are no files for a driver if the nominal chain has other joints than the calibrated one.
 ///
 /// # Errors
-/// [`IoError`] if the URDF cannot be made, see [`calibrated_urdf`], or a file cannot be written;
-/// the first may then be written.
-pub fn write_driver(folder: &Path, loaded: &Loaded, estimate: &Estimate) -> Result<Option<[PathBuf; 2]>, IoError> {
+/// [`IoError`] if one of the files cannot be made (see [`calibrated_urdf`],
+/// [`EstimateFile::to_json`], [`page`]) or written, as [`check_folder`], and if another run is
+/// writing into the folder.
+pub fn write(
+    folder: &Path,
+    loaded: &Loaded,
+    solved: &Solved,
+    file: &EstimateFile,
+    wanted: Wanted,
+) -> Result<Written, IoError> {
+    let mut files = vec![
+        (CALIBRATED, calibrated_urdf(loaded, &solved.estimate)?.into_bytes()),
+        (ESTIMATE, file.to_json()?.into_bytes()),
+        (REPORT, page(loaded, solved, file)?.into_bytes()),
+    ];
+    let of_driver = if wanted.driver { driver_files(loaded, &solved.estimate)? } else { None };
+    let driver = of_driver.is_some().then(|| DRIVER.map(|name| folder.join(name)));
+    files.extend(of_driver.into_iter().flatten());
+    #[cfg(feature = "mcap")]
+    if wanted.mcap {
+        files.push((MCAP, crate::io::result::calibration_mcap::to_bytes(&loaded.problem, &solved.estimate)?));
+    }
+    let mcap = files.iter().any(|(name, _)| *name == MCAP).then(|| folder.join(MCAP));
+    result_folder::write(folder, &files)?;
+    let [urdf, estimate, report] = [CALIBRATED, ESTIMATE, REPORT].map(|name| folder.join(name));
+    Ok(Written { urdf, estimate, report, driver, mcap })
+}
+
+/// What a driver that takes encoder offsets needs instead of `calibrated.urdf`: the URDF without
+/// the offsets and the offsets ([`split_offsets`]), in this order. `None` if the nominal chain has
+/// other joints than the calibrated one.
+fn driver_files(loaded: &Loaded, estimate: &Estimate) -> Result<Option<[ResultFile; 2]>, IoError> {
     let Some((robot, offsets)) = split_offsets(&calibrated(loaded, estimate), &loaded.problem.robot) else {
         return Ok(None);
     };
-    let paths = DRIVER.map(|name| folder.join("driver").join(name));
-    let texts = [urdf::rewrite(&loaded.urdf, &robot)?, offsets_yaml::text(&robot, &offsets)];
-    for (path, text) in paths.iter().zip(texts) {
-        atomic::write(path, text.as_bytes())?;
-    }
-    Ok(Some(paths))
-}
-
-/// Writes `calibration.mcap`, for Foxglove and Rerun, into `folder`, and returns its path; see
-/// [`calibration_mcap`](crate::io::calibration_mcap).
-///
-/// # Errors
-/// [`IoError`] if it cannot be made or written; an older one is then as it was.
-#[cfg(feature = "mcap")]
-pub fn write_mcap(folder: &Path, loaded: &Loaded, estimate: &Estimate) -> Result<PathBuf, IoError> {
-    let path = folder.join(MCAP);
-    atomic::write(&path, &crate::io::result::calibration_mcap::to_bytes(&loaded.problem, estimate)?)?;
-    Ok(path)
+    let [urdf, yaml] = DRIVER;
+    let text = urdf::rewrite(&loaded.urdf, &robot)?;
+    Ok(Some([(urdf, text.into_bytes()), (yaml, offsets_yaml::text(&robot, &offsets).into_bytes())]))
 }
 
 /// The text of `calibrated.urdf`: that of the URDF that was read, with the calibrated joint origins

@@ -10,6 +10,7 @@ use super::estimate_schema_1;
 use crate::estimate::{NoiseSigma, ParameterPosterior, PosteriorEntry};
 use crate::io::base::bytes::{self, Input};
 use crate::io::base::error::{IoError, Place};
+use crate::io::base::result_folder;
 
 pub use super::estimate_check_entries::{
     AcceptanceEntry, Decision, HeldOutEntry, PredictiveCheckEntry, ScatterEntry, TaskErrorsEntry,
@@ -181,9 +182,10 @@ impl EstimateFile {
     /// Reads an `estimate.json` of schema 1 or 2.
     ///
     /// # Errors
-    /// As [`EstimateFile::from_json`], and if the file cannot be read or is larger than
-    /// [`MAX_BYTES`].
+    /// As [`EstimateFile::from_json`], and if the file cannot be read, is larger than
+    /// [`MAX_BYTES`], or is of a calibration whose writing was interrupted.
     pub fn read_file(path: &Path) -> Result<EstimateFile, IoError> {
+        result_folder::check_finished(path)?;
         let (text, input) = bytes::read_text(path, MAX_BYTES)?;
         EstimateFile::from_json(&text, &input.path)
     }
