@@ -89,6 +89,10 @@ pub enum Failure {
     /// Output into a file.
     #[error("{0}: expected a folder to write into, found a file; choose another --out")]
     IntoFile(String),
+    /// A campaign's folder that was removed meanwhile.
+    #[cfg(feature = "parquet")]
+    #[error("{0}: the folder of the campaign is gone, and with it the finished trials; the same command starts again")]
+    FolderGone(String),
     /// Parts that do not fit, or arguments that lack a part.
     #[error("could not start: {0}")]
     Setup(String),

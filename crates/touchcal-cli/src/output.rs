@@ -20,14 +20,14 @@ pub fn diagnostic(line: &str) {
     drop(written);
 }
 
-/// `text` with control characters but line breaks and tabs escaped: names in files must not command
-/// the terminal.
+/// `text` with control characters but line breaks and tabs escaped, as in JSON: names in files must
+/// not command the terminal.
 fn printable(text: &str) -> Cow<'_, str> {
     let commands = |c: char| c.is_control() && c != '\n' && c != '\t';
     if !text.contains(commands) {
         return Cow::Borrowed(text);
     }
-    let escaped = |c: char| if commands(c) { c.escape_default().to_string() } else { c.to_string() };
+    let escaped = |c: char| if commands(c) { format!("\\u{:04x}", u32::from(c)) } else { c.to_string() };
     Cow::Owned(text.chars().map(escaped).collect())
 }
 

@@ -2,29 +2,31 @@
 
 use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, LazyLock};
 use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
+use signal_hook::consts::{SIGINT, SIGTERM};
+use signal_hook::flag;
 use touchcal::estimate::{Progress, Stage};
 
 /// Work shorter than this shows no progress.
 const DELAY: Duration = Duration::from_secs(1);
-/// Exit code of a process that a signal ended.
+/// Exit code of a process that was interrupted.
 const INTERRUPTED: i32 = 130;
 
-static INTERRUPT: AtomicBool = AtomicBool::new(false);
+static INTERRUPT: LazyLock<Arc<AtomicBool>> = LazyLock::new(Arc::default);
 
-/// Makes Ctrl-C, SIGTERM and SIGHUP end the work at its next step; a second one ends the process at
-/// once.
+/// Makes Ctrl-C and SIGTERM end the work at its next step; a second one ends the process at once.
+/// SIGHUP is left as it is: `nohup` ignores it.
 pub fn catch_interrupts() {
-    let caught = ctrlc::set_handler(|| {
-        if INTERRUPT.swap(true, Ordering::SeqCst) {
-            std::process::exit(INTERRUPTED);
-        }
-    });
-    // Without a handler these end the process as ever; files are still written whole or not at
-    // all.
-    drop(caught);
+    for signal in [SIGINT, SIGTERM] {
+        let caught = flag::register_conditional_shutdown(signal, INTERRUPTED, Arc::clone(&INTERRUPT))
+            .and_then(|_| flag::register(signal, Arc::clone(&INTERRUPT)));
+        // Without a handler the signal ends the process as ever; files are still written whole or
+        // not at all.
+        drop(caught);
+    }
 }
 
 /// Whether the user interrupted the program.

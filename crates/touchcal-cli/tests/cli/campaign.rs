@@ -153,3 +153,21 @@ fn a_number_is_varied() {
     let wrong = run(&["--out", "wrong", "--shard", "3/2"]).code(2);
     assert!(stderr(&wrong).contains("expected i/n with i from 1 to n"), "{}", stderr(&wrong));
 }
+
+#[cfg(unix)]
+#[test]
+fn a_campaign_without_its_folder_ends_and_says_so() {
+    let folder = tempfile::tempdir().unwrap();
+    let scenario = folder.path().join("out/parts/scenario.toml");
+    let args = ["experiment", "campaign", "--preset", "paper", "--contacts", "1000", "--trials", "50", "--out", "out"];
+    let child = super::start(folder.path(), &args);
+    while !scenario.exists() {
+        std::thread::sleep(std::time::Duration::from_millis(20));
+    }
+    std::fs::remove_dir_all(folder.path().join("out")).unwrap();
+    let output = child.wait_with_output().unwrap();
+    assert_eq!(output.status.code(), Some(1));
+    let message = String::from_utf8(output.stderr).unwrap();
+    assert!(message.contains("out: the folder of the campaign is gone"), "{message}");
+    assert!(!folder.path().join("out").exists());
+}

@@ -81,11 +81,8 @@ fn a_full_disk_behind_stdout_is_a_failure() {
 #[test]
 fn names_do_not_command_the_terminal() {
     let folder = tempfile::tempdir().unwrap();
-    std::fs::write(folder.path().join("p.toml"), "[robot]\nbuiltin = \"\\u001b[31m\"").unwrap();
-    let done = touchcal(folder.path(), &["inspect", "p.toml"]);
-    assert!(!stderr(&done).contains('\u{1b}') && !stderr(&done).is_empty());
     let done = touchcal(folder.path(), &["inspect", "\u{1b}[31mno.toml"]);
-    assert!(stderr(&done).contains("\\u{1b}[31mno.toml: could not open"), "{}", stderr(&done));
+    assert!(stderr(&done).starts_with("touchcal: error: \\u001b[31mno.toml: could not open"), "{}", stderr(&done));
 }
 
 #[test]
@@ -117,7 +114,7 @@ fn sockets_that_no_arm_can_have_so_far_apart_are_contradicted() {
     assert!(warnings().contains("`one` and `two` are declared 50 mm apart; by the nominal arm it is 0.0 mm"));
     second("hole_0.csv");
     let done = touchcal(folder.path(), &["inspect", "problem.toml"]);
-    let note = "second.csv: 31 of 31 contacts are rows that were read before, equal in all columns";
+    let note = "second.csv: 31 of 31 contacts are rows that were read before, in this log or another";
     assert!(stderr(&done).contains(note), "{}", stderr(&done));
     second("hole_1.csv");
     std::fs::write(at("problem.toml"), problem.replace("mm = 50", "mm = 0.05")).unwrap();

@@ -9,7 +9,8 @@ use crate::robot::{JointKind, Robot};
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum AngleUnit {
     /// Not declared: radians, but degrees for a log of KUKA's recorder that does not fit the joint
-    /// limits in radians; for such a recorder's log a note tells which.
+    /// limits in radians and has angles beyond two turns; for such a recorder's log a note tells
+    /// which.
     #[default]
     Undeclared,
     /// Radians (rad).
@@ -109,7 +110,7 @@ impl UnitCheck {
                 format!("radians within the joint limits [{low:.4}, {high:.4}]"),
                 if self.is_within_two_turns() {
                     format!(
-                        "{q}, and such in {many} of {all} rows: a turn too much, or degrees; subtract 2π, or declare unit = \"deg\""
+                        "{q}, and such in {many} of {all} rows: too large by a turn, or degrees; bring angles into the limits by turns of 2π, or declare unit = \"deg\""
                     )
                 } else {
                     format!("{q}, and such in {many} of {all} rows: looks like degrees; declare unit = \"deg\"")

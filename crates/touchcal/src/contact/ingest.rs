@@ -10,9 +10,10 @@ use crate::robot::Robot;
 use crate::se3::Wrench;
 
 /// Largest number of contacts that [`ContactIngest`] puts into one log. A contact of a 7-joint arm
-/// takes about 80 bytes of memory, and 56 for its load.
+/// takes about 100 bytes of memory, and 56 for its load.
 pub const MAX_CONTACTS: usize = 20_000_000;
-/// Largest number of joint positions in one log, of arms with more joints: 1.3 GB.
+/// Largest number of joint positions in one log: with more than eight joints there may be fewer
+/// contacts.
 const MAX_POSITIONS: usize = 8 * MAX_CONTACTS;
 /// Motion of an arm at rest (rad or m): 0.01°, or as far as that is a metre from the axis.
 const REST: f64 = 1.7e-4;
@@ -60,8 +61,8 @@ pub struct IngestOptions {
 #[derive(Clone, Debug, Default)]
 pub struct KnownRows(HashSet<u64>);
 
-/// Error of [`ContactIngest::push`]: the log holds [`MAX_CONTACTS`] contacts already, or as many
-/// joint positions as those of an arm with eight joints.
+/// Error of [`ContactIngest::push`]: the log holds [`MAX_CONTACTS`] contacts already, or 8 times as
+/// many joint positions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct LogFull;
 
@@ -196,7 +197,7 @@ impl<'a> ContactIngest<'a> {
         if self.repeated > 0 {
             let all = self.repeated + self.log.len() - self.first;
             self.note(&format!(
-                "{} of {all} contacts are rows that were read before, equal in all columns: each is counted once; check which logs are named, and with which fixture",
+                "{} of {all} contacts are rows that were read before, in this log or another, and are counted once; check which logs are named, and with which fixture, unless the arm was at rest",
                 self.repeated
             ));
         }

@@ -2,8 +2,8 @@
 
 use nalgebra::{Point2, Vector2};
 
-/// Largest number of vertices that [`Polygon::new`] accepts: the time of a contact grows with the
-/// square of it where parts are far apart, to tens of milliseconds here.
+/// Largest number of vertices that [`Polygon::new`] accepts. Where parts are far apart, the time
+/// for a contact grows with the square of that number; with this many it is tens of milliseconds.
 pub const MAX_POLYGON_VERTICES: usize = 512;
 
 /// Why points are no outline, or an outline cannot be offset. Indices are those of the points as
@@ -13,7 +13,7 @@ pub const MAX_POLYGON_VERTICES: usize = 512;
 pub enum PolygonError {
     /// Fewer than 3 vertices, or more than [`MAX_POLYGON_VERTICES`].
     #[error(
-        "an outline needs 3 to {MAX_POLYGON_VERTICES} vertices, found {found} (of a finer one leave out those that bend it by less than the noise, such as 0.005 mm)"
+        "an outline needs 3 to {MAX_POLYGON_VERTICES} vertices, found {found} (simplify a finer one; within 0.005 mm of the part it is accurate enough)"
     )]
     VertexCount {
         /// Number of vertices given.
@@ -326,7 +326,7 @@ mod tests {
         let message = outline(&[(0.0, 0.0)]).unwrap_err().to_string();
         assert_eq!(
             message,
-            "an outline needs 3 to 512 vertices, found 1 (of a finer one leave out those that bend it by less than the noise, such as 0.005 mm)"
+            "an outline needs 3 to 512 vertices, found 1 (simplify a finer one; within 0.005 mm of the part it is accurate enough)"
         );
     }
 

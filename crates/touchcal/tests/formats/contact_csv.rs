@@ -240,7 +240,8 @@ fn degrees_where_radians_are_declared_are_noticed() {
         &["c.csv:2, joint `sh`", "[-2.0000, 2.0000]", "45", "looks like degrees; declare unit = \"deg\""],
     );
     let turned = "7.5,0\n-8.0,0\n";
-    let (asked, of_recorder) = ("a turn too much, or degrees; subtract 2π", turned.replace(',', " ") + "0 0\n");
+    let (asked, of_recorder) =
+        ("too large by a turn, or degrees; bring angles into the limits", turned.replace(',', " ") + "0 0\n");
     refused(read(turned), &["c.csv:1, joint `sh`", "7.5", asked]);
     refused(read(&("% axisQMsr_LBR_1[0] axisQMsr_LBR_1[1]\n".to_owned() + &of_recorder)), &["joint `sh`", asked]);
     refused(read("0,0\n1e7,0\n"), &["c.csv:2, column q1", "a joint position"]);

@@ -10,8 +10,7 @@ use parquet::file::properties::WriterProperties;
 use parquet::file::writer::SerializedFileWriter;
 use parquet::schema::parser::parse_message_type;
 use proptest::prelude::*;
-use touchcal::contact::ContactLog;
-use touchcal::contact::{AngleUnit, Detection};
+use touchcal::contact::{AngleUnit, ContactLog, Detection, KnownRows};
 use touchcal::io::contact_log::{self, Options};
 
 /// A value of a table, which says its column's type.
@@ -114,6 +113,22 @@ fn contacts_are_those_of_the_same_table_as_csv() {
                 assert_eq!((log.q(i), log.fixture(i)), (expected.q(i), 4));
             }
         }
+    }
+}
+
+/// Of a row only the columns that are used are read: rows of one file that are equal in these stay,
+/// those of a copy do not.
+#[test]
+fn a_copied_file_counts_once() {
+    let bytes = file(&[("q1", doubles([0.1, 0.1, 0.2])), ("q2", doubles([0.3; 3]))], 2);
+    let changed = file(&[("q1", doubles([0.1, 0.1, 0.2])), ("q2", doubles([0.3, 0.3, 0.4]))], 2);
+    let folder = tempfile::tempdir().unwrap();
+    let (mut log, mut known) = (ContactLog::new(2), KnownRows::default());
+    for (bytes, contacts) in [(&bytes, 3), (&bytes, 3), (&changed, 4)] {
+        let path = folder.path().join("log");
+        std::fs::write(&path, bytes).unwrap();
+        contact_log::read_new(&path, &arm(), &Options::default(), (&mut log, &mut known)).unwrap();
+        assert_eq!(log.len(), contacts);
     }
 }
 

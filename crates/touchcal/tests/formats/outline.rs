@@ -62,6 +62,21 @@ fn extrusion_points() -> String {
     pairs.join(" ")
 }
 
+/// A circle of 100 mm takes more pieces of a micrometre than an outline may have.
+#[test]
+fn a_large_circle_has_pieces_within_six_micrometres() {
+    let drawing = "<svg viewBox='0 0 200 200' width='200mm' height='200mm'><circle cx='100' cy='100' r='100'/></svg>";
+    let outline = read(drawing.as_bytes(), "a.svg", ANY).unwrap();
+    let centre = nalgebra::Point2::new(0.1, -0.1);
+    let off = (0..outline.len()).map(|k| {
+        let (a, b) = outline.edge(k);
+        (0.1 - (nalgebra::center(&a, &b) - centre).norm()).abs().max(((a - centre).norm() - 0.1).abs())
+    });
+    let most = off.fold(0.0, f64::max);
+    println!("{} pieces, {most:.2e} m", outline.len());
+    assert!((200..512).contains(&outline.len()) && (1e-6..6e-6).contains(&most), "{} {most}", outline.len());
+}
+
 #[test]
 fn straight_drawings_are_their_vertices() {
     let csv: String = Polygon::extrusion25()

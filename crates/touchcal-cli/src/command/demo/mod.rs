@@ -17,6 +17,7 @@ use crate::summary;
 /// truth.
 pub fn run(args: &DemoArgs) -> Result<Outcome, Failure> {
     scenario_file::check_folder(&args.out)?;
+    calibration_folder::check_folder(&args.out)?;
     let mut file = scenario_file::preset("paper")?;
     file.scenario.contacts = args.contacts as usize;
     let simulated = simulate::simulate(&file, args.seed.into())?;

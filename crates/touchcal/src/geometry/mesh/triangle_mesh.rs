@@ -40,7 +40,7 @@ impl fmt::Display for PointMm {
 pub enum TriangleMeshError {
     /// Fewer than 4 triangles, or more than [`MAX_TRIANGLES`]; those of coinciding corners count.
     #[error(
-        "a solid has 4 to {MAX_TRIANGLES} triangles, found {found} (simplify a finer one: nearer to the shape than the noise, such as 0.005 mm, suffices)"
+        "a solid has 4 to {MAX_TRIANGLES} triangles, found {found} (simplify a finer one; within 0.005 mm of the part it is accurate enough)"
     )]
     TriangleCount {
         /// Number of triangles given.

@@ -6,7 +6,7 @@ use nalgebra::{Point2, Point3};
 
 use crate::geometry::mesh::TriangleMesh;
 use crate::geometry::mesh_gap::MeshPair;
-use crate::geometry::polygon::{MAX_POLYGON_VERTICES, Polygon, signed_area};
+use crate::geometry::polygon::{Polygon, signed_area};
 use crate::geometry::prism_gap::PrismPair;
 
 /// How far a point may be off, as a part of the body's largest coordinate: STL rounds to 6e-8 of
@@ -14,6 +14,8 @@ use crate::geometry::prism_gap::PrismPair;
 const ROUNDING: f64 = 4.0 * f32::EPSILON as f64;
 /// Levels of a straight part: two ends of a peg; top, floor and bottom of a body with a hole.
 const MOST_LEVELS: usize = 3;
+/// Most points along the border of a cross-section, those on straight edges too.
+const MAX_BORDER_POINTS: usize = 10_000;
 
 /// Outlines of a peg and a hole that are given as meshes, if both are straight along z to the
 /// rounding of their files: a peg with two flat ends, its tip at z = 0, and a body with one hole
@@ -163,7 +165,7 @@ fn borders(triangles: &[[u32; 3]]) -> Option<Vec<Vec<u32>>> {
 /// The outline along a border, without the points that lie on the line between those that remain.
 fn outline(border: &[Point2<f64>], rounding: f64) -> Option<Polygon> {
     let n = border.len();
-    if n > MAX_POLYGON_VERTICES {
+    if n > MAX_BORDER_POINTS {
         return None;
     }
     // The point farthest from another is a corner.

@@ -9,8 +9,10 @@ use tempfile::{NamedTempFile, PersistError};
 
 use crate::io::base::error::IoError;
 
-/// Temporary files begin so.
-const PREFIX: &str = ".touchcal-";
+/// What the names of temporary files begin with: those of single files, and those of files that
+/// are one result.
+const OF_FILE: &str = ".touchcal-";
+pub(crate) const OF_RESULT: &str = ".touchcal-result-";
 
 /// Writes `bytes` to `path`: to a temporary file in the same folder, which is flushed to the disk
 /// and then renamed. A concurrent reader of `path` gets the old content or the new, never a part.
@@ -29,7 +31,7 @@ pub fn write(path: &Path, bytes: &[u8]) -> Result<(), IoError> {
 /// # Errors
 /// As [`write()`], and those of `content`; `path` is then as it was.
 pub fn write_by(path: &Path, content: impl FnOnce(&mut File) -> Result<(), IoError>) -> Result<(), IoError> {
-    prepare(path, content)?.replace()
+    prepare(path, OF_FILE, content)?.replace()
 }
 
 /// A file that is written but not yet in its place.
@@ -46,9 +48,10 @@ impl Prepared {
     }
 }
 
-/// Writes what [`write_by`] does, to a temporary file.
+/// Writes what [`write_by`] does, to a temporary file whose name begins with `prefix`.
 pub(crate) fn prepare(
     path: &Path,
+    prefix: &str,
     content: impl FnOnce(&mut File) -> Result<(), IoError>,
 ) -> Result<Prepared, IoError> {
     let folder = match path.parent() {
@@ -57,17 +60,17 @@ pub(crate) fn prepare(
     };
     std::fs::create_dir_all(folder).map_err(|source| IoError::file(folder, "make the folder", source))?;
     let failed = |source| IoError::file(path, "write", source);
-    let mut temporary = builder().tempfile_in(folder).map_err(failed)?;
+    let mut temporary = builder(prefix).tempfile_in(folder).map_err(failed)?;
     content(temporary.as_file_mut())?;
     // Without this, a power cut after the rename could leave an empty file under the final name.
     temporary.as_file().sync_all().map_err(failed)?;
     Ok(Prepared { path: path.to_owned(), temporary })
 }
 
-/// Removes temporary files that runs left in `folder` when they were ended; what cannot be removed
-/// stays.
+/// Removes temporary files of results that runs left in `folder` when they were ended; what cannot
+/// be removed stays.
 pub(crate) fn remove_left_over(folder: &Path) {
-    let is_temporary = |name: &OsStr| name.to_str().is_some_and(|name| name.starts_with(PREFIX));
+    let is_temporary = |name: &OsStr| name.to_str().is_some_and(|name| name.starts_with(OF_RESULT));
     for entry in std::fs::read_dir(folder).into_iter().flatten().flatten() {
         if is_temporary(&entry.file_name()) {
             std::fs::remove_file(entry.path()).ok();
@@ -86,16 +89,16 @@ pub fn remove(path: &Path) -> Result<(), IoError> {
 /// Temporary files are private by default, which the final file should not be: let the user's umask
 /// decide.
 #[cfg(unix)]
-fn builder() -> tempfile::Builder<'static, 'static> {
+fn builder(prefix: &str) -> tempfile::Builder<'_, 'static> {
     use std::os::unix::fs::PermissionsExt;
     let mut builder = tempfile::Builder::new();
-    builder.prefix(PREFIX).permissions(std::fs::Permissions::from_mode(0o666));
+    builder.prefix(prefix).permissions(std::fs::Permissions::from_mode(0o666));
     builder
 }
 
 #[cfg(not(unix))]
-fn builder() -> tempfile::Builder<'static, 'static> {
+fn builder(prefix: &str) -> tempfile::Builder<'_, 'static> {
     let mut builder = tempfile::Builder::new();
-    builder.prefix(PREFIX);
+    builder.prefix(prefix);
     builder
 }

@@ -7,10 +7,10 @@
 //! Wherever that ends early, the files are those of the former result, those of the new one, or
 //! unfinished: readers refuse these, and the next run replaces them.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs::{File, TryLockError};
 use std::io::{ErrorKind, Write};
-use std::path::{Path, PathBuf};
+use std::path::{Component, Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
@@ -42,13 +42,20 @@ struct Manifest {
 }
 
 impl Manifest {
-    fn read(folder: &Path) -> Result<Manifest, IoError> {
+    /// The manifest of a folder, if it has one.
+    fn read(folder: &Path) -> Result<Option<Manifest>, IoError> {
         let path = folder.join(MANIFEST);
         if !path.is_file() {
-            return Ok(Manifest::default());
+            return Ok(None);
         }
         let (text, input) = bytes::read_text(&path, MAX_BYTES)?;
-        serde_json::from_str(&text).map_err(|error| IoError::syntax(Place::file(input.path), error.to_string()))
+        let failed = |message: String| IoError::syntax(Place::file(&input.path), message);
+        let manifest: Manifest = serde_json::from_str(&text).map_err(|error| failed(error.to_string()))?;
+        let is_inside = |name: &&str| Path::new(name).components().all(|part| matches!(part, Component::Normal(_)));
+        if manifest.schema != 1 || !manifest.names().all(|name| is_inside(&name)) {
+            return Err(failed("expected schema 1, and files in this folder".to_owned()));
+        }
+        Ok(Some(manifest))
     }
 
     fn write(&self, folder: &Path) -> Result<(), IoError> {
@@ -58,23 +65,38 @@ impl Manifest {
         atomic::write(&path, &serde_json::to_vec_pretty(self).map_err(failed)?)
     }
 
-    fn lists(&self, name: &str) -> bool {
-        self.files.contains_key(name) || self.obsolete.iter().any(|known| known == name)
+    fn names(&self) -> impl Iterator<Item = &str> {
+        self.files.keys().chain(&self.obsolete).map(String::as_str)
+    }
+
+    /// Whether a file is as it was written. In an unfinished result it may be that of either.
+    fn is_own(&self, folder: &Path, name: &str) -> bool {
+        let as_written = |sha256: &String| {
+            let found = std::fs::File::open(folder.join(name)).and_then(|file| bytes::Hashing::new(file).finish());
+            found.is_ok_and(|found| found == *sha256)
+        };
+        self.names().any(|known| known == name) && (self.unfinished || self.files.get(name).is_none_or(as_written))
     }
 }
 
-/// Checks that no file of these `names` in `folder` is anything but touchcal's.
+/// Checks that no file of these `names` in `folder` is anything but what touchcal wrote: the
+/// manifest lists it, or it is one of the files `without_manifest` that earlier versions wrote.
 ///
 /// # Errors
-/// [`IoError`] if there is one that the manifest does not list, or the manifest cannot be read.
-pub(crate) fn check_own<'n>(folder: &Path, names: impl IntoIterator<Item = &'n str>) -> Result<(), IoError> {
+/// [`IoError`] if there is another, or the manifest cannot be read.
+pub(crate) fn check_own(folder: &Path, names: &[&str], without_manifest: &[&str]) -> Result<(), IoError> {
     let manifest = Manifest::read(folder)?;
-    let mut foreign = names.into_iter().filter(|name| folder.join(name).exists() && !manifest.lists(name));
-    match foreign.next() {
+    let is_own = |name: &str| match &manifest {
+        Some(manifest) => manifest.is_own(folder, name),
+        None => without_manifest.contains(&name),
+    };
+    let exists = |name: &&str| folder.join(name).symlink_metadata().is_ok();
+    let listed = manifest.iter().flat_map(Manifest::names);
+    match names.iter().copied().chain(listed).filter(exists).find(|name| !is_own(name)) {
         None => Ok(()),
         Some(name) => {
             let place = Place::file(folder.join(name).display().to_string());
-            let found = format!("another, which {MANIFEST} does not list: move it, or choose another folder");
+            let found = "another, or one that was changed since: move it, or choose another folder";
             Err(IoError::unexpected(place, "no file but those that touchcal wrote", found))
         }
     }
@@ -84,45 +106,47 @@ pub(crate) fn check_own<'n>(folder: &Path, names: impl IntoIterator<Item = &'n s
 /// no result.
 ///
 /// # Errors
-/// [`IoError`] if it is, or the manifest cannot be read.
+/// [`IoError`] if it is.
 pub(crate) fn check_finished(path: &Path) -> Result<(), IoError> {
-    for folder in path.ancestors().skip(1).take(2) {
-        let Some(name) = path.strip_prefix(folder).ok().and_then(Path::to_str) else { continue };
-        let manifest = Manifest::read(folder)?;
-        if manifest.unfinished && manifest.lists(&name.replace('\\', "/")) {
-            let found = "one whose writing was interrupted: write it again";
-            return Err(IoError::unexpected(
-                Place::file(path.display().to_string()),
-                "a file of a finished result",
-                found,
-            ));
+    let absolute = std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
+    for folder in absolute.ancestors().skip(1).take(2) {
+        let Some(name) = absolute.strip_prefix(folder).ok().and_then(Path::to_str) else { continue };
+        // A file of that name that is no manifest is of somebody else.
+        let Ok(Some(manifest)) = Manifest::read(folder) else { continue };
+        let name = name.replace('\\', "/");
+        if manifest.unfinished && manifest.names().any(|known| known == name) {
+            let found = "one of a result that is not completely written: it was interrupted, or goes on";
+            let place = Place::file(path.display().to_string());
+            return Err(IoError::unexpected(place, "a file of a finished result", found));
         }
     }
     Ok(())
 }
 
-/// Writes the files of a result, by their paths in `folder`, in place of a former one.
+/// Writes the files of a result, by their paths in `folder`, in place of a former one, also of one
+/// `without_manifest`.
 ///
 /// # Errors
 /// As [`check_own`]; and if another run is writing into the folder, or a file cannot be written.
-pub(crate) fn write(folder: &Path, files: &[ResultFile]) -> Result<(), IoError> {
+pub(crate) fn write(folder: &Path, files: &[ResultFile], without_manifest: &[&str]) -> Result<(), IoError> {
     std::fs::create_dir_all(folder).map_err(|source| IoError::file(folder, "make the folder", source))?;
     let lock = lock(folder)?;
-    check_own(folder, files.iter().map(|(name, _)| *name))?;
-    let folders: Vec<PathBuf> =
-        files.iter().filter_map(|(name, _)| Some(folder.join(name).parent()?.to_owned())).collect();
+    let names: Vec<&str> = files.iter().map(|(name, _)| *name).collect();
+    check_own(folder, &names, without_manifest)?;
+    let former = Manifest::read(folder)?.unwrap_or_default();
+    let all = former.names().chain(names);
+    let folders: BTreeSet<PathBuf> = all.filter_map(|name| Some(folder.join(name).parent()?.to_owned())).collect();
     folders.iter().for_each(|folder| atomic::remove_left_over(folder));
-    let former = Manifest::read(folder)?;
     let mut pending = Vec::with_capacity(files.len());
     for (name, content) in files {
         let path = folder.join(name);
         let write = |file: &mut File| file.write_all(content).map_err(|source| IoError::file(&path, "write", source));
-        pending.push(atomic::prepare(&path, write)?);
+        pending.push(atomic::prepare(&path, atomic::OF_RESULT, write)?);
     }
     let listed = files.iter().map(|(name, content)| ((*name).to_owned(), bytes::sha256(content)));
     let mut manifest = Manifest { schema: 1, unfinished: true, files: listed.collect(), obsolete: Vec::new() };
-    let known = former.files.into_keys().chain(former.obsolete);
-    manifest.obsolete = known.filter(|name| !manifest.files.contains_key(name)).collect();
+    let known = former.names().chain(without_manifest.iter().copied());
+    manifest.obsolete = known.filter(|name| !manifest.files.contains_key(*name)).map(str::to_owned).collect();
     manifest.write(folder)?;
     for file in pending {
         file.replace()?;
@@ -164,49 +188,76 @@ mod tests {
         std::fs::read_to_string(folder.join(name)).unwrap_or_default()
     }
 
+    fn refused(folder: &Path, files: &[ResultFile]) -> String {
+        write(folder, files, &[]).unwrap_err().to_string()
+    }
+
     #[test]
     fn a_result_replaces_its_own_files_and_no_others() {
         let folder = tempfile::tempdir().unwrap();
         let folder = folder.path();
         std::fs::write(folder.join("mine"), "kept").unwrap();
-        write(folder, &[("a", b"1".to_vec()), ("sub/b", b"1".to_vec())]).unwrap();
-        std::fs::write(folder.join(".touchcal-left"), "over").unwrap();
-        write(folder, &[("a", b"2".to_vec()), ("c", b"2".to_vec())]).unwrap();
+        write(folder, &[("a", b"1".to_vec()), ("sub/b", b"1".to_vec())], &[]).unwrap();
+        std::fs::write(folder.join("sub").join(format!("{}left", atomic::OF_RESULT)), "over").unwrap();
+        write(folder, &[("a", b"2".to_vec()), ("c", b"2".to_vec())], &[]).unwrap();
         assert_eq!(["a", "c", "mine"].map(|name| content(folder, name)), ["2", "2", "kept"]);
-        assert!(!folder.join("sub").exists() && !folder.join(".touchcal-left").exists());
-        let refused = write(folder, &[("mine", b"3".to_vec())]).unwrap_err().to_string();
-        assert!(refused.contains("mine: expected no file but those that touchcal wrote"), "{refused}");
-        assert_eq!(content(folder, "mine"), "kept");
+        assert!(!folder.join("sub").exists());
+        let expected = "mine: expected no file but those that touchcal wrote";
+        assert!(refused(folder, &[("mine", b"3".to_vec())]).contains(expected));
+        // Changed since, though the new result would only remove it.
+        std::fs::write(folder.join("c"), "changed").unwrap();
+        assert!(refused(folder, &[("a", b"3".to_vec())]).contains("c: expected no file but those that touchcal wrote"));
         let other = lock(folder).unwrap();
-        let refused = write(folder, &[("a", b"3".to_vec())]).unwrap_err().to_string();
-        assert!(refused.contains("expected a folder that no other run writes into"), "{refused}");
+        let expected = "expected a folder that no other run writes into";
+        assert!(refused(folder, &[("a", b"3".to_vec())]).contains(expected));
         drop(other);
-        assert_eq!(content(folder, "a"), "2");
+        assert_eq!(["a", "c", "mine"].map(|name| content(folder, name)), ["2", "changed", "kept"]);
     }
 
-    /// Stopped before each file of the new result is in its place: with the former files, with a
-    /// mixture, and before a former one is removed.
+    #[test]
+    fn files_of_earlier_versions_are_replaced_where_that_is_said() {
+        let folder = tempfile::tempdir().unwrap();
+        let folder = folder.path();
+        for name in ["a", "b"] {
+            std::fs::write(folder.join(name), "1").unwrap();
+        }
+        assert!(refused(folder, &[("a", b"2".to_vec())]).contains("a: expected no file"));
+        write(folder, &[("a", b"2".to_vec())], &["a", "b"]).unwrap();
+        assert!(content(folder, "a") == "2" && !folder.join("b").exists());
+    }
+
     #[test]
     fn an_unfinished_result_is_refused_and_replaced() {
-        for stopped_after in 0..3 {
-            let folder = tempfile::tempdir().unwrap();
-            let folder = folder.path();
-            write(folder, &[("a", b"1".to_vec()), ("b", b"1".to_vec()), ("old", b"1".to_vec())]).unwrap();
-            assert!(["a", "b", "old", "none"].iter().all(|name| check_finished(&folder.join(name)).is_ok()));
-            let listed = |name: &str| (name.to_owned(), bytes::sha256("2"));
-            let files = BTreeMap::from([listed("a"), listed("b")]);
-            let obsolete = vec!["old".to_owned()];
-            Manifest { schema: 1, unfinished: true, files, obsolete }.write(folder).unwrap();
-            for name in ["a", "b"].iter().take(stopped_after) {
-                std::fs::write(folder.join(name), "2").unwrap();
-            }
-            for name in ["a", "b", "old"] {
-                let refused = check_finished(&folder.join(name)).unwrap_err().to_string();
-                assert!(refused.contains("expected a file of a finished result"), "{refused}");
-            }
-            write(folder, &[("a", b"3".to_vec())]).unwrap();
-            assert!(check_finished(&folder.join("a")).is_ok() && content(folder, "a") == "3");
-            assert!(!folder.join("b").exists() && !folder.join("old").exists());
+        let folder = tempfile::tempdir().unwrap();
+        let folder = folder.path();
+        let names = ["a", "sub/b", "old"];
+        write(folder, &names.map(|name| (name, b"1".to_vec())), &[]).unwrap();
+        assert!(names.iter().all(|name| check_finished(&folder.join(name)).is_ok()));
+        // Ended after the first of two files is in its place.
+        let files = ["a", "sub/b"].map(|name| (name.to_owned(), bytes::sha256("2")));
+        let obsolete = vec!["old".to_owned()];
+        Manifest { schema: 1, unfinished: true, files: BTreeMap::from(files), obsolete }.write(folder).unwrap();
+        std::fs::write(folder.join("a"), "2").unwrap();
+        for name in names {
+            let refused = check_finished(&folder.join(name)).unwrap_err().to_string();
+            assert!(refused.contains("expected a file of a finished result"), "{refused}");
+        }
+        write(folder, &[("a", b"3".to_vec())], &[]).unwrap();
+        assert!(check_finished(&folder.join("a")).is_ok() && content(folder, "a") == "3");
+        assert!(!folder.join("sub").exists() && !folder.join("old").exists());
+    }
+
+    #[test]
+    fn a_manifest_names_no_files_elsewhere() {
+        let folder = tempfile::tempdir().unwrap();
+        let (inside, outside) = (folder.path().join("out"), folder.path().join("mine"));
+        std::fs::write(&outside, "kept").unwrap();
+        write(&inside, &[("a", b"1".to_vec())], &[]).unwrap();
+        for name in ["../mine", outside.to_str().unwrap()] {
+            let manifest = Manifest { schema: 1, obsolete: vec![name.to_owned()], ..Manifest::default() };
+            manifest.write(&inside).unwrap();
+            assert!(refused(&inside, &[("a", b"2".to_vec())]).contains("expected schema 1, and files in this folder"));
+            assert!(outside.exists());
         }
     }
 }

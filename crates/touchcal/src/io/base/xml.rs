@@ -26,6 +26,10 @@ pub(crate) fn check_structure(text: &str, file: &str) -> Result<(), IoError> {
                 depth = depth.saturating_sub(1);
                 continue;
             }
+            Event::DocType(declarations) if has_markup(declarations.as_bytes()) => {
+                let place = Place::file(file).at_byte(text, start);
+                return Err(IoError::unexpected(place, "entities without elements", "some with"));
+            }
             Event::Eof => return Ok(()),
             _ => continue,
         };
@@ -45,6 +49,12 @@ pub(crate) fn check_structure(text: &str, file: &str) -> Result<(), IoError> {
             return Err(IoError::unexpected(place, format!("at most {most} {of}"), "more"));
         }
     }
+}
+
+/// Whether entities may have elements, which count where the entities are named.
+fn has_markup(declarations: &[u8]) -> bool {
+    let begins = |pair: &[u8]| pair[0] == b'<' && pair[1] != b'!' && pair[1] != b'?' || pair == b"&#";
+    declarations.windows(2).any(begins)
 }
 
 #[cfg(test)]
@@ -67,6 +77,14 @@ mod tests {
         assert_eq!(message(&attributes(MAX_ATTRIBUTES + 1, "b")), Err(expected.to_owned()));
         let expected = "f:4:1: expected at most 1000 declarations of namespaces, found more";
         let declared = attributes(600, "xmlns:b");
+        let entity = |value: &str| format!("<!DOCTYPE r [<!ENTITY e \"{value}\">]><r>&e;</r>");
+        assert_eq!(message(&entity("http://a")), Ok(()));
+        for value in ["<g/>", "&#60;g/>"] {
+            assert_eq!(
+                message(&entity(value)),
+                Err("f:1:1: expected entities without elements, found some with".to_owned())
+            );
+        }
         let twice = format!("<s>\n{declared}{declared}</s>");
         assert_eq!(message(&twice), Err(expected.to_owned()));
     }

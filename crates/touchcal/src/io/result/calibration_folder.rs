@@ -83,14 +83,14 @@ pub fn paths(folder: &Path) -> Vec<PathBuf> {
 /// # Errors
 /// [`IoError`] with the path of such a file.
 pub fn check_folder(folder: &Path) -> Result<(), IoError> {
-    result_folder::check_own(folder, NAMES)
+    result_folder::check_own(folder, &NAMES, former_names(folder))
 }
 
 /// Writes `calibrated.urdf`, `estimate.json`, `report.html` and what else is `wanted` into
 /// `folder`, in place of a former calibration; `file` is what [`estimate_file()`] made of `solved`.
-/// Missing folders are made. The files are those of one calibration, also where writing is
-/// interrupted: `touchcal.json` lists them and says whether all are written, else
-/// [`urdf::read_file`] and [`EstimateFile::read_file`] refuse them.
+/// Missing folders are made. `touchcal.json` lists the files and says whether all are written: if
+/// writing is interrupted, the folder may hold files of two calibrations, which
+/// [`urdf::read_file`] and [`EstimateFile::read_file`] refuse.
 ///
 /// There are no files for a driver if the nominal chain has other joints than the calibrated one.
 ///
@@ -118,9 +118,15 @@ pub fn write(
         files.push((MCAP, crate::io::result::calibration_mcap::to_bytes(&loaded.problem, &solved.estimate)?));
     }
     let mcap = files.iter().any(|(name, _)| *name == MCAP).then(|| folder.join(MCAP));
-    result_folder::write(folder, &files)?;
+    result_folder::write(folder, &files, former_names(folder))?;
     let [urdf, estimate, report] = [CALIBRATED, ESTIMATE, REPORT].map(|name| folder.join(name));
     Ok(Written { urdf, estimate, report, driver, mcap })
+}
+
+/// The files of a calibration in `folder` if it is one of a version that wrote no manifest.
+fn former_names(folder: &Path) -> &'static [&'static str] {
+    let is_calibration = || EstimateFile::read_file(&folder.join(ESTIMATE)).is_ok();
+    if !folder.join(MANIFEST).exists() && is_calibration() { &NAMES } else { &[] }
 }
 
 /// What a driver that takes encoder offsets needs instead of `calibrated.urdf`: the URDF without

@@ -67,9 +67,15 @@ impl Campaign {
         Ok(total)
     }
 
+    fn check_folder(&self) -> Result<(), Failure> {
+        let folder = self.folder();
+        if folder.is_dir() { Ok(()) } else { Err(Failure::FolderGone(folder.display().to_string())) }
+    }
+
     fn compute(&self, number: u64, counter: &Counter) -> Result<Part, Failure> {
         let first_seed = self.parts.first_seed();
         let trial = |trial: u64| {
+            self.check_folder()?;
             if interrupted() {
                 return Err(Failure::ExperimentInterrupted);
             }
@@ -89,6 +95,7 @@ impl Campaign {
         if interrupted() {
             return Err(Failure::ExperimentInterrupted);
         }
+        self.check_folder()?;
         let part = self.parts.part(rows, core_seconds);
         self.parts.keep(number, &campaign_parquet::to_bytes(&part)?)?;
         Ok(part)

@@ -119,7 +119,8 @@ impl<'a> LogRows<'a> {
         if let Some(guess) = &mut self.guess {
             guess.row(number, &row.q);
         }
-        let full = |LogFull| IoError::unexpected(place(), format!("at most {MAX_CONTACTS} contacts"), "more");
+        let expected = || format!("at most {MAX_CONTACTS} contacts, of 8 joints or fewer");
+        let full = |LogFull| IoError::unexpected(place(), expected(), "more");
         self.sink.push(number, row).map_err(full)
     }
 

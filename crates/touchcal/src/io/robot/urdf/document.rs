@@ -8,8 +8,8 @@ use crate::io::base::xml::check_structure;
 /// Most XML nodes accepted. A large robot has tens of thousands; each takes some 100 bytes of
 /// memory.
 const MAX_NODES: u32 = 10_000_000;
-/// Largest coordinate (m), angle (rad), mass (kg) or compliance (rad/(N m)): a kilometre, and more
-/// than any arm has of the others.
+/// Largest coordinate (m), angle (rad), mass (kg) or compliance (rad/(N m)), far beyond those of
+/// any arm.
 pub(super) const LARGEST: f64 = 1e3;
 /// Namespaces of xacro, old and new, begin so.
 const XACRO: &str = "http://www.ros.org/wiki/xacro";

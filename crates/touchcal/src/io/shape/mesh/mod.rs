@@ -94,6 +94,6 @@ pub fn read(bytes: &[u8], file: &str, unit: f64) -> Result<TriangleMesh, IoError
 }
 
 fn too_many(place: Place) -> IoError {
-    let found = "more: simplify it, nearer to the shape than the noise, such as 0.005 mm, suffices";
+    let found = "more: simplify the mesh; within 0.005 mm of the part it is accurate enough";
     IoError::unexpected(place, format!("a mesh of at most {MAX_TRIANGLES} triangles"), found)
 }

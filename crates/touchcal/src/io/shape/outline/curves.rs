@@ -16,6 +16,9 @@ const STRAIGHT: f64 = 1e6;
 const MAX_POINTS: usize = 1_000_000;
 /// Most open pieces that are joined.
 const MAX_PIECES: usize = 10_000;
+/// Largest distance (m) of the vertices that an outline with too many loses from the pieces that
+/// stay.
+const COARSE: f64 = 5e-6;
 /// How many of too many outlines a message names.
 const NAMED: usize = 4;
 
@@ -48,6 +51,22 @@ pub(super) fn append_arc(path: &mut BezPath, arc: &Arc, to: Point, unit: f64) {
     if let Some(PathEl::CurveTo(a, b, _)) = path.pop() {
         path.curve_to(a, b, to);
     }
+}
+
+/// The vertices of an outline without those that are nearer than [`COARSE`] to the line between the
+/// ones that stay.
+fn thinned(points: &[Point]) -> Vec<Point> {
+    let mut kept: Vec<Point> = points.iter().take(1).copied().collect();
+    let mut last = 0;
+    for next in 2..=points.len() {
+        let along = points[next % points.len()] - points[last];
+        let is_off = |between: &Point| (along.cross(*between - points[last]) / along.hypot()).abs() > COARSE;
+        if points[last + 1..next].iter().any(is_off) {
+            kept.push(points[next - 1]);
+            last = next - 1;
+        }
+    }
+    kept
 }
 
 impl<'a> Curves<'a> {
@@ -124,17 +143,19 @@ impl<'a> Curves<'a> {
             let expected = "one closed outline; `outline_name` says which id or layer it is";
             return Err(IoError::unexpected(Place::file(file), expected, found));
         }
-        let Some(outline) = outlines.pop() else {
+        let Some(mut outline) = outlines.pop() else {
             return Err(IoError::unexpected(Place::file(file), "a closed outline", "none"));
         };
         if outline.points.len() > MAX_POLYGON_VERTICES {
+            outline.points = thinned(&outline.points);
+        }
+        if outline.points.len() > MAX_POLYGON_VERTICES {
             let place = Place::file(file).line(outline.line).field(outline.label);
             let found = format!("{}", outline.points.len());
-            return Err(IoError::unexpected(
-                place,
-                format!("an outline of at most {MAX_POLYGON_VERTICES} vertices"),
-                found,
-            ));
+            let expected = format!(
+                "an outline of at most {MAX_POLYGON_VERTICES} vertices where curves become pieces within {COARSE} m; leave out details"
+            );
+            return Err(IoError::unexpected(place, expected, found));
         }
         Ok(outline.points.iter().map(|p| [p.x, p.y]).collect())
     }

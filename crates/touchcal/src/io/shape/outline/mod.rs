@@ -1,7 +1,8 @@
 //! Outlines of pegs and holes: vertices as comma-separated values, or drawings as SVG or DXF.
 //!
 //! Curves of drawings become straight pieces, whose vertices lie on the curve and which are nowhere
-//! farther from it than [`TOLERANCE`].
+//! farther from it than [`TOLERANCE`]; or than 6 µm, if there would be more than
+//! [`MAX_POLYGON_VERTICES`].
 
 mod csv;
 mod curves;
