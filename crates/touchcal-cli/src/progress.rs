@@ -16,17 +16,26 @@ const DELAY: Duration = Duration::from_secs(1);
 const INTERRUPTED: i32 = 130;
 
 static INTERRUPT: LazyLock<Arc<AtomicBool>> = LazyLock::new(Arc::default);
+static ENDS_AT_ONCE: LazyLock<Arc<AtomicBool>> = LazyLock::new(|| Arc::new(AtomicBool::new(true)));
 
-/// Makes Ctrl-C and SIGTERM end the work at its next step; a second one ends the process at once.
-/// SIGHUP is left as it is: `nohup` ignores it.
+/// Makes Ctrl-C and SIGTERM end the process with the exit code of an interrupt: at once, or after
+/// [`defer_interrupts`] at the next step of the work, where a second one still ends the process at
+/// once. SIGHUP is left as it is: `nohup` ignores it.
 pub fn catch_interrupts() {
     for signal in [SIGINT, SIGTERM] {
-        let caught = flag::register_conditional_shutdown(signal, INTERRUPTED, Arc::clone(&INTERRUPT))
+        let caught = flag::register_conditional_shutdown(signal, INTERRUPTED, Arc::clone(&ENDS_AT_ONCE))
+            .and_then(|_| flag::register_conditional_shutdown(signal, INTERRUPTED, Arc::clone(&INTERRUPT)))
             .and_then(|_| flag::register(signal, Arc::clone(&INTERRUPT)));
         // Without a handler the signal ends the process as ever; files are still written whole or
         // not at all.
         drop(caught);
     }
+}
+
+/// Begins work that asks at each step whether it was [`interrupted`], or that writes files: from now
+/// on an interrupt does not end the process at once.
+pub fn defer_interrupts() {
+    ENDS_AT_ONCE.store(false, Ordering::SeqCst);
 }
 
 /// Whether the user interrupted the program.

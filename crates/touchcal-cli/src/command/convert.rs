@@ -19,6 +19,7 @@ pub fn run(args: &ConvertArgs) -> Result<Outcome, Failure> {
     };
     let table = LogTable::read_file(&args.log, &arm.robot, &args.options())?;
     output::notes(table.notes());
+    crate::progress::defer_interrupts();
     table.write_file(&args.out)?;
     let (rows, columns) = (table.rows().len(), table.columns().join(", "));
     output::print(&format!("{}: {rows} rows of {columns}\n", args.out.display()))?;

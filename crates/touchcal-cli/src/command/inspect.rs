@@ -23,9 +23,6 @@ pub fn run(args: &InspectArgs) -> Result<Outcome, Failure> {
     let spinner = Spinner::new("Inspecting");
     let inspection = inspect(&loaded.problem, &mut |progress| spinner.observe(progress));
     drop(spinner);
-    if inspection.reason == StopReason::Interrupted || crate::progress::interrupted() {
-        return Err(Failure::Interrupted);
-    }
     let detail = if args.all { Detail::Every } else { Detail::Grouped };
     let text = if args.json { json(&loaded, &inspection)? } else { text(&loaded, &inspection, detail) };
     output::print(&text)?;

@@ -38,9 +38,7 @@ pub fn run(args: &ManifoldArgs) -> Result<Outcome, Failure> {
     };
     let coverage = Coverage::of(&samples, metric);
     let file = ManifoldFile { samples, provenance };
-    if crate::progress::interrupted() {
-        return Err(Failure::Interrupted);
-    }
+    crate::progress::defer_interrupts();
     atomic::write(&args.out, &file.to_bytes()?)?;
     let summary =
         Summary { file: &file, coverage: &coverage, distance: recording.distance, logs: recording.logs, args };

@@ -88,6 +88,7 @@ fn selection_flags(only: &[String], except: &[String]) -> String {
 /// Calibrates with progress, until interrupted. With `free_suspects` the problem becomes the one
 /// with what contacts contradict as parameters.
 fn calibrate(loaded: &mut Loaded, free_suspects: bool) -> Result<Solved, Failure> {
+    crate::progress::defer_interrupts();
     let spinner = Spinner::new("Calibrating");
     let start = Instant::now();
     let mut steps = Vec::new();

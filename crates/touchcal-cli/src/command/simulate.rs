@@ -10,7 +10,7 @@ use touchcal::statistics::floor_rank;
 use crate::args::{ScenarioSource, SimulateArgs};
 use crate::failure::{Failure, Outcome};
 use crate::output;
-use crate::progress::{Spinner, interrupted};
+use crate::progress::{Spinner, defer_interrupts, interrupted};
 use crate::table::Table;
 
 /// Simulates a scenario and writes logs, problem, scenario and truth.
@@ -41,6 +41,7 @@ pub fn scenario(source: &ScenarioSource) -> Result<ScenarioFile, Failure> {
 
 /// Simulates with progress, until interrupted.
 pub fn simulate(file: &ScenarioFile, seeds: Seeds) -> Result<SimulatedTrial, Failure> {
+    defer_interrupts();
     let spinner = Spinner::new("Simulating");
     let truth = sim::draw_truth(&file.scenario, seeds.errors);
     let mut observer = |contacts: usize| {

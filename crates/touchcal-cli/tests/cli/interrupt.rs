@@ -29,6 +29,28 @@ fn an_interrupted_calibration_leaves_no_file() {
     }
 }
 
+/// Reading a log, and commands that have no steps.
+#[test]
+fn an_interrupt_ends_reading_at_once() {
+    let folder = tempfile::tempdir().unwrap();
+    touchcal(folder.path(), &["simulate", "--preset", "paper", "--contacts", "500", "--out", "."]).success();
+    let contacts = folder.path().join("hole.csv");
+    let text = std::fs::read_to_string(&contacts).unwrap();
+    let (header, rows) = text.split_once('\n').unwrap();
+    // Seconds of reading.
+    std::fs::write(&contacts, format!("{header}\n{}", rows.repeat(2_000))).unwrap();
+    for command in [&["inspect", "problem.toml"][..], &["calibrate", "problem.toml", "--out", "out"]] {
+        let child = start(folder.path(), command);
+        std::thread::sleep(Duration::from_millis(300));
+        let sent = std::time::Instant::now();
+        assert!(Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap().success());
+        let output = child.wait_with_output().unwrap();
+        assert!(sent.elapsed() < Duration::from_secs(1), "{command:?}: {:?}", sent.elapsed());
+        assert_eq!(output.status.code(), Some(130), "{command:?}");
+        assert!(output.stdout.is_empty() && !folder.path().join("out").exists());
+    }
+}
+
 #[test]
 fn an_interrupted_simulation_leaves_no_file() {
     let folder = tempfile::tempdir().unwrap();

@@ -17,6 +17,7 @@ use crate::failure::{Failure, Outcome};
 
 /// Runs the experiment asked for.
 pub fn run(args: &ExperimentArgs) -> Result<Outcome, Failure> {
+    crate::progress::defer_interrupts();
     match args {
         ExperimentArgs::Table1(args) => table1::run(args),
         #[cfg(feature = "parquet")]

@@ -34,6 +34,7 @@ const WARM_UP_STEPS: u64 = 5;
 
 /// Reads samples, trains, writes the network, prints its accuracy.
 pub fn run(args: &TrainArgs) -> Result<Outcome, Failure> {
+    progress::defer_interrupts();
     probe(args.device.into()).map_err(TrainingError::from)?;
     let checkpoint = args.out.join(CHECKPOINT);
     let resumed = match (args.resume, checkpoint.exists()) {
