@@ -32,8 +32,8 @@ pub fn catch_interrupts() {
     }
 }
 
-/// Begins work that asks at each step whether it was [`interrupted`], or that writes files: from now
-/// on an interrupt does not end the process at once.
+/// Begins work that asks at each step whether it was [`interrupted`], or that writes files: from
+/// now on an interrupt does not end the process at once.
 pub fn defer_interrupts() {
     ENDS_AT_ONCE.store(false, Ordering::SeqCst);
 }
