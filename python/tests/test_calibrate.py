@@ -82,7 +82,9 @@ def test_a_problem_in_code_has_the_bits_of_its_file(workcell: Path) -> None:
         peg, touchcal.offset_outline(peg, 0.5 * 1e-3), length=40 * 1e-3, depth=30 * 1e-3
     )
     mm, deg = 1e-3, np.pi / 180
-    log = touchcal.ContactLog.from_file(robot, workcell / "hole.csv", force_threshold=3)
+    log, again = (
+        touchcal.ContactLog.from_file(robot, workcell / name, force_threshold=3) for name in ("hole.csv", "again.csv")
+    )
     problem = touchcal.Problem(
         robot,
         touchcal.Tool(touchcal.pose((0, 0, 150 * mm), quat_wxyz=(0, 0, 1, 0)), exact=True),
@@ -103,7 +105,7 @@ def test_a_problem_in_code_has_the_bits_of_its_file(workcell: Path) -> None:
         noise={"encoder_deg": 0.002, "contact_mm": 0.005, "encoder_trend_deg": 0},
         estimate={"loss": "geman_mcclure", "loss_scale": 3, "unseen_effects": "ignore"},
         accept=tomllib.loads(TASK)["accept"],
-        held_out={"hole": log},
+        held_out={"hole": again},
     )
     in_code = touchcal.calibrate(problem)
     assert in_code.parameters == from_file.parameters
