@@ -91,7 +91,7 @@ pub enum Failure {
     IntoFile(String),
     /// A campaign's folder that was removed meanwhile.
     #[cfg(feature = "parquet")]
-    #[error("{0}: the folder of the campaign is gone, and with it the finished trials; the same command starts again")]
+    #[error("{0}: the folder of the campaign is gone; the same command starts from the first trial")]
     FolderGone(String),
     /// Parts that do not fit, or arguments that lack a part.
     #[error("could not start: {0}")]

@@ -21,7 +21,7 @@ pub fn diagnostic(line: &str) {
 }
 
 /// `text` with control characters but line breaks and tabs escaped, as in JSON: names in files must
-/// not command the terminal.
+/// not control the terminal.
 fn printable(text: &str) -> Cow<'_, str> {
     let commands = |c: char| c.is_control() && c != '\n' && c != '\t';
     if !text.contains(commands) {

@@ -115,7 +115,7 @@ pub(crate) fn check_finished(path: &Path) -> Result<(), IoError> {
         let Ok(Some(manifest)) = Manifest::read(folder) else { continue };
         let name = name.replace('\\', "/");
         if manifest.unfinished && manifest.names().any(|known| known == name) {
-            let found = "one of a result that is not completely written: it was interrupted, or goes on";
+            let found = "a file of an unfinished one: writing it was interrupted, or another run is writing it";
             let place = Place::file(path.display().to_string());
             return Err(IoError::unexpected(place, "a file of a finished result", found));
         }

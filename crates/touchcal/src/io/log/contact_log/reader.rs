@@ -28,7 +28,8 @@ const BAG_CONTENTS: &str = "metadata.yaml";
 /// Adds the contacts of a file, or of the only file in a bag's folder, to `log`, in the order of
 /// the rows, and returns the file's fingerprint. The format is known by the first bytes, whatever
 /// the file's name. Joint positions are in rad and m, in the order of the moving joints of `robot`,
-/// base first; `log` must be one of [`Robot::dof`] joints.
+/// base first; `log` must be one of [`Robot::dof`] joints. Of rows that are equal in all columns of
+/// comma-separated values only the first is a contact.
 ///
 /// # Errors
 /// [`IoError`] if the file cannot be read or needs a cargo feature that this build lacks, a bag's
@@ -41,8 +42,8 @@ pub fn read_file(path: &Path, robot: &Robot, options: &Options, log: &mut Contac
     read_new(path, robot, options, (log, &mut KnownRows::default()))
 }
 
-/// Adds the contacts of a file as [`read_file`] does, but for those that are `known` from other
-/// files.
+/// Adds the contacts of a file as [`read_file`] does, without those that are `known` from other
+/// files; those of this file are then known too.
 ///
 /// # Errors
 /// As [`read_file`].

@@ -119,7 +119,7 @@ impl<'a> LogRows<'a> {
         if let Some(guess) = &mut self.guess {
             guess.row(number, &row.q);
         }
-        let expected = || format!("at most {MAX_CONTACTS} contacts, of 8 joints or fewer");
+        let expected = || format!("at most {MAX_CONTACTS} contacts, fewer of an arm with more than 8 joints");
         let full = |LogFull| IoError::unexpected(place(), expected(), "more");
         self.sink.push(number, row).map_err(full)
     }

@@ -21,8 +21,8 @@ use crate::io::base::error::{IoError, Place};
 pub const MAX_BYTES: u64 = 16 << 20;
 /// Largest coordinate (m). A larger one is in another unit.
 const LARGEST: f64 = 10.0;
-/// Largest distance (m) of the straight pieces from a curve of a drawing, and of ends of curves
-/// that are joined from each other.
+/// Largest distance (m) of the straight pieces from a curve of a drawing that needs no more than
+/// [`MAX_POLYGON_VERTICES`] of them, and of ends of curves that are joined from each other.
 pub const TOLERANCE: f64 = 1e-6;
 
 /// What part of a drawing to read, and its unit; all `None` for files of vertices.
