@@ -32,6 +32,32 @@ fn kuka_fitted_in_front_is_right_on_the_left() {
     assert!(mean(&score) <= 0.15 && mean(&score["nominal"]) > 0.5, "{score}");
 }
 
+/// With two joints exchanged contacts scatter by decimetres: that is no noise, though none is
+/// declared.
+#[test]
+fn learned_noise_has_a_bound() {
+    let folder = tempfile::tempdir().unwrap();
+    let mukca = data().canonicalize().unwrap().join("mukca");
+    for log in ["front/hole_0.csv", "front/hole_1.csv"] {
+        let text = std::fs::read_to_string(mukca.join("kuka_14").join(log)).unwrap();
+        let exchanged = text.lines().map(|row| {
+            let mut columns: Vec<&str> = row.split(',').collect();
+            columns.swap(2, 3);
+            columns.join(",") + "\n"
+        });
+        std::fs::create_dir_all(folder.path().join("logs/front")).unwrap();
+        std::fs::write(folder.path().join("logs").join(log), exchanged.collect::<String>()).unwrap();
+    }
+    let problem = sockets(folder.path(), &folder.path().join("logs"), &mukca.join("iiwa14.urdf"), &[]);
+    touchcal(folder.path(), &["calibrate", problem, "--out", "out"]).code(3);
+    let estimate = json(&folder.path().join("out/estimate.json"));
+    let warnings = estimate["warnings"].as_array().unwrap();
+    let found = warnings.iter().find(|warning| warning["kind"] == "noise_contradicted");
+    let message = found.unwrap_or_else(|| panic!("{estimate}"))["message"].as_str().unwrap();
+    assert!(message.contains("times more than the assumed noise"), "{message}");
+    assert!(warnings.iter().any(|warning| warning["kind"] == "mistaken_declaration"), "{warnings:?}");
+}
+
 /// The fitted placement itself scores through the URDF alone as in the estimate: the tool's place
 /// is in it.
 #[test]

@@ -184,7 +184,10 @@ fn is_mistaken(estimate: &Estimate) -> bool {
 /// of `n` contacts their log-likelihood gains `n (f² − 1 − ln f²) / 2`.
 fn suspected_noise(problem: &Problem, estimate: &Estimate) -> Option<FreedEffect> {
     let is_larger = |warning: &Warning| {
-        matches!(warning, Warning::NoiseExceeded { declared: true, .. } | Warning::NoiseContradicted { .. })
+        matches!(
+            warning,
+            Warning::NoiseExceeded { declared: true, .. } | Warning::NoiseContradicted { declared: true, .. }
+        )
     };
     if problem.noise.is_estimated || !estimate.warnings.iter().any(is_larger) {
         return None;

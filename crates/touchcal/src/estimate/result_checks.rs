@@ -6,7 +6,7 @@ use super::input_checks::input_warnings;
 use super::model::has_exact_declarations;
 use super::options::WarningThresholds;
 use super::problem::{Fixture, Problem};
-use super::result::{Estimate, ParameterEstimate, PredictiveCheck, Warning};
+use super::result::{Estimate, ParameterEstimate, Warning};
 use super::search::{SearchState, uses_contact_modes};
 use super::uncertainty::{CalibratedTool, tool_displacement, tool_positions};
 use crate::parameter::{Parameter, ParameterId};
@@ -15,6 +15,9 @@ use crate::se3::Pose;
 
 /// Prior standard deviations from which a rotation of a part is ruled out.
 const SYMMETRY_DEVIATIONS: f64 = 5.0;
+/// Largest noise (m) of contacts that is learned: real arms with backlash and printed sockets leave
+/// two millimetres.
+const MAX_LEARNED_NOISE: f64 = 10e-3;
 
 /// Numbers by which warnings about a result are decided.
 pub(super) struct FitStatistics {
@@ -43,7 +46,7 @@ pub(super) fn result_warnings(
     let problem = search.model.problem;
     let mut warnings = input_warnings(&search.model);
     warnings.extend(data_warnings(search, statistics));
-    warnings.extend(fit_warnings(search, statistics, estimate.predictive_check.as_ref()));
+    warnings.extend(fit_warnings(search, statistics, estimate));
     if let Some(other) = estimate.competing_minima.first() {
         warnings.push(Warning::CompetingMinimum {
             minima: estimate.competing_minima.len(),
@@ -90,17 +93,16 @@ fn data_warnings(search: &SearchState<'_>, statistics: &FitStatistics) -> Vec<Wa
 }
 
 /// Whether the contacts fit.
-fn fit_warnings(
-    search: &SearchState<'_>,
-    statistics: &FitStatistics,
-    predictive_check: Option<&PredictiveCheck>,
-) -> Vec<Warning> {
-    let problem = search.model.problem;
+fn fit_warnings(search: &SearchState<'_>, statistics: &FitStatistics, estimate: &Estimate) -> Vec<Warning> {
+    let (problem, predictive_check) = (search.model.problem, estimate.predictive_check.as_ref());
     let thresholds = &problem.options.thresholds;
     let mut warnings = Vec::new();
     let (factor, declared) = (statistics.noise_factor, !problem.noise.is_estimated);
+    let learned = estimate.noise.contact * factor;
     if factor > thresholds.noise_factor[1] && search.model.has_one_sided_contacts() && declared {
-        warnings.push(Warning::NoiseContradicted { factor });
+        warnings.push(Warning::NoiseContradicted { factor, declared });
+    } else if learned > MAX_LEARNED_NOISE && !declared {
+        warnings.push(Warning::NoiseContradicted { factor: learned / problem.noise.contact, declared });
     } else if factor > thresholds.noise_factor[0] {
         warnings.push(Warning::NoiseExceeded { factor, declared });
     }

@@ -13,6 +13,9 @@ use crate::estimate::search::SearchState;
 use crate::parameter::Block;
 use crate::solver::{LevenbergMarquardtOptions, NormalEquations, minimize};
 
+/// Linearizations after which a coarse fit is near its minimum, though not in it.
+const EARLY: usize = 5;
+
 /// A coarse fit of a problem with all its contacts.
 pub(super) struct CoarseFit {
     /// The problem.
@@ -31,11 +34,21 @@ pub(super) struct CoarseFit {
 impl CoarseFit {
     /// The minimum of the cost from zero, after at most `max_iterations`.
     pub fn minimum(problem: Problem, max_iterations: usize) -> CoarseFit {
+        CoarseFit::minimum_below(problem, max_iterations, f64::INFINITY)
+    }
+
+    /// The minimum, or where the search was after [`EARLY`] linearizations if it then costs more
+    /// than `early_cost`.
+    pub fn minimum_below(problem: Problem, max_iterations: usize, early_cost: f64) -> CoarseFit {
         let mut search = SearchState::new(&problem);
         let options = LevenbergMarquardtOptions { max_iterations, ..problem.options.search.coarse };
         let (start, free) = (search.theta.clone(), search.free.clone());
         let linearize = |theta: &DVector<f64>| normal_equations(&mut search, theta);
-        let minimum = minimize(linearize, start, &free, options, &mut |_, _| ControlFlow::Continue(()));
+        let mut observe = |iteration, cost| match iteration >= EARLY && cost > early_cost {
+            true => ControlFlow::Break(()),
+            false => ControlFlow::Continue(()),
+        };
+        let minimum = minimize(linearize, start, &free, options, &mut observe);
         CoarseFit::at(problem, minimum.theta)
     }
 

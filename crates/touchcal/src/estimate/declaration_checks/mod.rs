@@ -23,6 +23,9 @@ use other_arms::{other_arms, other_arms_with_another_tip};
 const UNKNOWN: PlacePrior = PlacePrior::Gaussian { sigma: 1.0, sigma_angle: std::f64::consts::PI };
 /// Least standard deviation (m) of known distances in a coarse fit: the scale of envelopes.
 const MIN_DISTANCE_SIGMA: f64 = 0.5e-3;
+/// Cost over that of the declarations (1), above which a fit without a mistake ends early: it would
+/// have to come below a half of that.
+const MAX_EARLY_COST: f64 = 10.0;
 
 /// The mistake without which contacts agree with the declarations far better, if there is one:
 /// neither the parameters of `search` nor the minimum of the coarse stage come near. `None` for a
@@ -45,7 +48,8 @@ pub(super) fn declaration_warning(search: &SearchState<'_>) -> Option<Warning> {
         return None;
     }
     let corrected = possible_mistakes(&few).into_par_iter().map(|mistake| {
-        let fit = CoarseFit::minimum(without_mistake(&few, &mistake), options.max_iterations);
+        let without = without_mistake(&few, &mistake);
+        let fit = CoarseFit::minimum_below(without, options.max_iterations, MAX_EARLY_COST * declared.cost);
         (mistake, fit)
     });
     let mut candidates: Vec<(DeclarationMistake, CoarseFit)> = corrected.collect();

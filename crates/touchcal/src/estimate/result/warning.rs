@@ -57,21 +57,21 @@ pub enum Warning {
         /// Uncertainty of distances between tool positions after over before the calibration (1).
         remaining: f64,
     },
-    /// Contacts scatter more than the declared noise explains, or the assumed or estimated one
-    /// where none is declared; standard deviations are scaled accordingly.
+    /// Contacts scatter more than the declared, assumed or estimated noise; intervals allow for it.
     NoiseExceeded {
         /// Measured over declared, assumed or estimated standard deviation (1).
         factor: f64,
         /// Whether the noise was declared.
         declared: bool,
     },
-    /// One-sided contacts scatter so much more than declared that it is no noise.
+    /// Contacts scatter so much more than the declared or assumed noise that it is no noise.
     NoiseContradicted {
-        /// Measured over declared standard deviation (1).
+        /// Measured over declared or assumed standard deviation (1).
         factor: f64,
+        /// Whether the noise was declared.
+        declared: bool,
     },
-    /// Errors of contacts close in the log are correlated; standard deviations are scaled
-    /// accordingly.
+    /// Errors of contacts close in the log are correlated; standard deviations allow for that.
     CorrelatedErrors {
         /// Design effect: number of contacts that carry the information of an independent one (1).
         design_effect: f64,
@@ -294,7 +294,7 @@ impl Warning {
             Warning::Unobservable { names } => unobservable_message(names),
             Warning::ArmUndetermined { remaining } => arm_undetermined_message(*remaining),
             Warning::NoiseExceeded { factor, declared } => noise_message(*factor, *declared),
-            Warning::NoiseContradicted { factor } => noise_contradicted_message(*factor),
+            Warning::NoiseContradicted { factor, declared } => noise_contradicted_message(*factor, *declared),
             Warning::CorrelatedErrors { design_effect, .. } => design_effect_message(*design_effect),
             Warning::NotTouching { name, gap } => not_touching_message(name, *gap),
             Warning::FewInformativeContacts { informative_fraction, inflation, .. } => {
@@ -347,7 +347,7 @@ impl Warning {
                 "check the noise values, the shapes of the parts, and whether more parameters should be free"
             }
             Warning::NoiseContradicted { .. } => {
-                "declare the noise as large as it is; else check the shapes of the parts and the nominal places"
+                "check the shapes of the parts and the nominal places; if contacts do scatter so much, declare that noise"
             }
             Warning::CorrelatedErrors { .. } => {
                 "an effect is not in the model: the tool's length or pose (or its standard deviation), the shapes of the parts, or joints that are compliant under the contact force"

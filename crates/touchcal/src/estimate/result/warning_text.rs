@@ -49,8 +49,8 @@ pub(super) fn few_informative_message(informative_fraction: f64, inflation: f64)
     format!("only {share:.0} % of the one-sided contacts are informative; intervals are scaled by {inflation}")
 }
 
-pub(super) fn noise_contradicted_message(factor: f64) -> String {
-    format!("contacts scatter {factor:.1} times more than the declared noise")
+pub(super) fn noise_contradicted_message(factor: f64, declared: bool) -> String {
+    format!("contacts scatter {factor:.1} times more than the {} noise", noise_name(declared))
 }
 
 pub(super) fn little_motion_message(joint: &str, range: f64) -> String {
@@ -71,8 +71,14 @@ pub(super) fn far_from_prior_message(name: &str, deviations: f64) -> String {
 
 /// Message on contacts that scatter `factor` (1) times more than noise that is `declared`, or not.
 pub(super) fn noise_message(factor: f64, declared: bool) -> String {
-    let noise = if declared { "declared" } else { "assumed" };
-    format!("contacts scatter {factor:.1} times more than the {noise} noise, which widens all intervals")
+    format!(
+        "contacts scatter {factor:.1} times more than the {} noise, which widens all intervals",
+        noise_name(declared)
+    )
+}
+
+fn noise_name(declared: bool) -> &'static str {
+    if declared { "declared" } else { "assumed" }
 }
 
 /// Message on correlated contacts with this design effect (1).

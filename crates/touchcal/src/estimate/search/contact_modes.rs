@@ -142,7 +142,7 @@ pub(crate) fn residual_prediction(search: &mut SearchState<'_>) -> Option<Predic
     let theta = search.theta.clone().resize_vertically(model.layout.len(), 0.0);
     let known = distance_information(&search.model, &search.theta) + prior_information(&search.model);
     let (stretches, covariance) = residual_stretches(model, &theta, &mut search.caches);
-    predictive_check(&stretches, (&covariance, &known), &search.free, errors)
+    predictive_check(&stretches, (&covariance, 1.0), &known, &search.free, errors)
 }
 
 /// The parameters' covariance by the marginal likelihood of all contacts, and how far stretches of
@@ -162,8 +162,8 @@ pub(crate) fn sandwich(search: &mut SearchState<'_>) -> Option<(Sandwich, Option
     let free = FreeParameters::new(search.free.scale().clone().resize_vertically(size, 0.0));
     let sandwich = sandwich_covariance(&statistics, &known, &free, &model.mode_priors);
     let own_known = known.view((0, 0), (own, own)).into_owned();
-    let covariance = &statistics.score_outer_product.information * sandwich.design_effect;
-    let check = predictive_check(&statistics.stretches, (&covariance, &own_known), &search.free, errors);
+    let covariance = (&statistics.score_outer_product.information, sandwich.design_effect);
+    let check = predictive_check(&statistics.stretches, covariance, &own_known, &search.free, errors);
     let of_walks = errors.iter().map(|&(k, sigma)| DVector::from_fn(size, |of, _| if of == k { sigma } else { 0.0 }));
     let all: Vec<DVector<f64>> = model.shape_errors().into_iter().chain(of_walks).collect();
     let mut sandwich = sandwich.with_errors(&statistics, &all);

@@ -33,19 +33,26 @@ use crate::solver::FreeParameters;
 /// few contacts, and is itself uncertain.
 const MIN_SHARE: f64 = 0.03;
 
-/// Standard deviations of a squared ratio above 1 of which half widens the covariance: without
-/// anything missing the mean widening is then one percent with ten stretches of many directions,
-/// and two percent with few.
+/// Standard deviations of a squared ratio above 1 of which half counts.
 const HALF_COUNTED: f64 = 1.5;
 
-/// How far the `stretches` of a log are from what the others predict; `covariance` is that of the
-/// sum of all scores, and `known` the information of priors and distances (inverse SI units).
-/// Stretches and `covariance` have further parameters behind those that are estimated; `errors` are
-/// indices and standard deviations (SI) of those that are off. `None` with less than two stretches,
-/// or if a number is not finite.
+/// Probability (0 to 1) of the variance found, if errors are independent, at which half of what
+/// counts widens the covariance.
+const SIGNIFICANT: f64 = 1e-3;
+
+/// How far the `stretches` of a log are from what the others predict. `covariance` is that of the
+/// sum of all scores if errors are independent, and `design_effect` by how much it is larger;
+/// `known` is the information of priors and distances (inverse SI units). Stretches and
+/// `covariance` have further parameters behind those that are estimated; `errors` are indices and
+/// standard deviations (SI) of those that are off. `None` with less than two stretches, or if a
+/// number is not finite.
+///
+/// An excess widens the covariance as far as it is not chance. Where blocks of contacts already
+/// show that errors are correlated, it is not, however small.
 pub(crate) fn predictive_check(
     stretches: &[Stretch],
-    (covariance, known): (&DMatrix<f64>, &DMatrix<f64>),
+    (covariance, design_effect): (&DMatrix<f64>, f64),
+    known: &DMatrix<f64>,
     free: &FreeParameters,
     errors: &[(usize, f64)],
 ) -> Option<PredictiveCheck> {
@@ -56,7 +63,7 @@ pub(crate) fn predictive_check(
         stretches.iter().map(|stretch| ScaledStretch::new(stretch, free, errors)).collect();
     let all = Total {
         information: scaled.iter().map(|stretch| &stretch.information).sum::<DMatrix<f64>>() + free.scaled(known),
-        covariance: own(covariance, free),
+        covariance: own(covariance, free) * design_effect,
         known: free.scaled(known),
         changes: scaled.iter().map(|stretch| &stretch.changes).sum(),
     };
@@ -77,7 +84,9 @@ pub(crate) fn predictive_check(
     let independent = share * degrees_of_freedom as f64;
     let distribution = ChiSquared::new(independent).ok()?;
     let (square, p_value) = (statistic / degrees_of_freedom as f64, distribution.sf(share * statistic));
-    let widening = shrunk_variance_factor(square, HALF_COUNTED.powi(2) * 2.0 / independent).sqrt();
+    let excess = shrunk_variance_factor(square, HALF_COUNTED.powi(2) * 2.0 / independent) - 1.0;
+    let of_independent = distribution.sf(share * statistic * design_effect);
+    let widening = (1.0 + excess * SIGNIFICANT / (SIGNIFICANT + of_independent)).sqrt();
     let check = PredictiveCheck { ratio: square.sqrt(), p_value, widening, stretches: ratios };
     square.is_finite().then_some(check)
 }
@@ -181,7 +190,7 @@ mod tests {
     fn checked(stretches: &[Stretch], covariance: DMatrix<f64>, errors: &[(usize, f64)]) -> PredictiveCheck {
         let free = FreeParameters::new(DVector::repeat(PARAMETERS, 2.0));
         let known = DMatrix::zeros(PARAMETERS, PARAMETERS);
-        predictive_check(stretches, (&covariance, &known), &free, errors).expect("a prediction")
+        predictive_check(stretches, (&covariance, 1.0), &known, &free, errors).expect("a prediction")
     }
 
     fn predicted(parts: &[(DMatrix<f64>, DVector<f64>)]) -> PredictiveCheck {
@@ -280,7 +289,7 @@ mod tests {
             });
             let free = FreeParameters::new(DVector::repeat(PARAMETERS, 2.0));
             let stretches: Vec<Stretch> = stretches.collect();
-            let found = predictive_check(&stretches, (&covariance, &known), &free, &[]).expect("a prediction");
+            let found = predictive_check(&stretches, (&covariance, 1.0), &known, &free, &[]).expect("a prediction");
             squares += found.ratio.powi(2) / TRIALS as f64;
             small += usize::from(found.p_value < 0.1);
         }
