@@ -255,6 +255,33 @@ mod tests {
         assert!((0..20).all(|seed| predicted(&regression(5, 0.5, seed)).p_value < 1e-9));
     }
 
+    /// An excess that chance makes widens by less than a percent; the same ratios count where the
+    /// covariance has a design effect already.
+    #[test]
+    fn chance_does_not_widen() {
+        let free = FreeParameters::new(DVector::repeat(PARAMETERS, 2.0));
+        let known = DMatrix::zeros(PARAMETERS, PARAMETERS);
+        let (mut of_independent, mut of_correlated) = (0.0, 0.0);
+        for seed in 0..400 {
+            let parts = regression(5, 0.0, seed);
+            let (solution, _) = solve(&parts.iter().collect::<Vec<_>>());
+            let stretches = parts.iter().map(|(columns, observed)| Stretch {
+                score: columns.tr_mul(&(columns * &solution - observed)),
+                information: columns.tr_mul(columns),
+            });
+            let stretches: Vec<Stretch> = stretches.collect();
+            let covariance: DMatrix<f64> = parts.iter().map(|(columns, _)| columns.tr_mul(columns)).sum();
+            let widening = |design_effect: f64| {
+                let covariance = &covariance / design_effect;
+                let found = predictive_check(&stretches, (&covariance, design_effect), &known, &free, &[]);
+                found.expect("a prediction").widening.powi(2) / 400.0
+            };
+            of_independent += widening(1.0);
+            of_correlated += widening(10.0);
+        }
+        assert!(of_independent < 1.02 && of_correlated > 1.05, "{of_independent} {of_correlated}");
+    }
+
     /// Regressions by least squares with weights that have nothing to do with the noise, and a
     /// prior from which the parameters are drawn: the covariance of the scores is not their
     /// information.
