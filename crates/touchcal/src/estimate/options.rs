@@ -149,9 +149,9 @@ pub struct ContactModeOptions {
     /// search starts where the least gaps lead, where a surface that carries many contacts may be
     /// some standard deviations away; with the declared noise its odds would be estimated as zero.
     pub em_initial_inflation: f64,
-    /// Newton decrement `gᵀH⁻¹g` (1) below which the parameters' step of an iteration is taken
-    /// without a line search; 1 is a step of one standard deviation.
-    pub em_step_decrement: f64,
+    /// Root mean square (1), in standard deviations of their noise, by which a step may move the
+    /// active candidates to be taken without a line search; longer searches end there too.
+    pub em_step_length: f64,
     /// Shares (0 to 1) of one-sided contacts that must be informative: the sum of the probabilities
     /// that they touch something, over the number of all, and over that of those whose surfaces can
     /// be distinguished. At or below either the least gap of each contact is used instead.
@@ -185,7 +185,7 @@ impl Default for ContactModeOptions {
             em_max_iterations: 10,
             em_tolerance: 0.04,
             em_initial_inflation: 3.0,
-            em_step_decrement: 1.0,
+            em_step_length: 0.1,
             min_informative_share: [0.05, 0.5],
             odds_strength: 5.0,
             noise_strength: 100.0,

@@ -1,6 +1,6 @@
 //! Which surfaces are near enough to be candidate contacts.
 
-use nalgebra::Matrix6;
+use nalgebra::{Matrix3, Matrix6};
 
 /// A gate: how near a surface must be at a noisy pose to be a candidate contact. It accepts gaps
 /// `d` with `d − gap_bias < deviations · √(gᵀ covariance g + own_variance)`, where `g` is the
@@ -30,10 +30,23 @@ impl Gate {
     /// within `radius` (m, not negative) of the tool's origin, whatever the direction of the
     /// surface.
     pub fn cutoff(&self, radius: f64) -> f64 {
-        let size = |k: usize| self.covariance.fixed_view::<3, 3>(k, k).symmetric_eigenvalues().max().max(0.0).sqrt();
+        let size = |k: usize| largest_eigenvalue(&self.covariance.fixed_view::<3, 3>(k, k).into()).max(0.0).sqrt();
         let deviation = (size(0) + radius * size(3)).hypot(self.own_variance.sqrt());
         self.gap_bias.max(0.0) + self.deviations * deviation
     }
+}
+
+/// The largest eigenvalue of a symmetric matrix, in closed form: Smith, *Eigenvalues of a symmetric
+/// 3×3 matrix* (1961).
+fn largest_eigenvalue(matrix: &Matrix3<f64>) -> f64 {
+    let mean = matrix.trace() / 3.0;
+    let deviation = matrix - Matrix3::from_diagonal_element(mean);
+    let size = (deviation.norm_squared() / 6.0).sqrt();
+    if size == 0.0 {
+        return mean;
+    }
+    let half_determinant = 0.5 * (deviation / size).determinant();
+    mean + 2.0 * size * (half_determinant.clamp(-1.0, 1.0).acos() / 3.0).cos()
 }
 
 #[cfg(test)]
@@ -44,6 +57,21 @@ mod tests {
 
     use super::*;
     use crate::se3::twist;
+
+    #[test]
+    fn the_largest_eigenvalue_is_that_of_an_iterative_decomposition() {
+        let mut chance = Pcg64::seed_from_u64(2);
+        for k in 0..1000 {
+            let mut columns = Matrix3::from_fn(|_, _| chance.random_range(-1.0..=1.0));
+            // Of full rank, of rank two, and of rank one.
+            (k % 3..3).skip(1).for_each(|column| columns.fill_column(column, 0.0));
+            let covariance = columns * columns.transpose();
+            let expected = covariance.symmetric_eigenvalues().max();
+            assert!((largest_eigenvalue(&covariance) / expected - 1.0).abs() < 1e-12, "{covariance}");
+        }
+        assert_eq!(largest_eigenvalue(&Matrix3::zeros()), 0.0);
+        assert!(largest_eigenvalue(&Matrix3::from_element(f64::NAN)).is_nan());
+    }
 
     #[test]
     fn no_surface_beyond_the_cutoff_is_accepted() {

@@ -13,7 +13,7 @@ pub(crate) use adam::AdamMoments;
 pub use adam::{Adam, AdamStep};
 pub(crate) use free_parameters::FreeParameters;
 pub use levenberg_marquardt::LevenbergMarquardtOptions;
-pub(crate) use levenberg_marquardt::minimize;
+pub(crate) use levenberg_marquardt::{first_step, minimize};
 pub use loss::Loss;
 pub(crate) use normal_equations::NormalEquations;
 pub use termination::{StopReason, Termination};

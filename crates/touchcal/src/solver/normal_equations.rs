@@ -40,16 +40,14 @@ impl NormalEquations {
     /// depends on, ascending; `jacobian`, of equal length, its derivatives by them (inverse SI
     /// units). Cost, squares and rows stay as they are: the caller adds the row's share.
     pub fn add_row(&mut self, index: &[usize], jacobian: &[f64], residual: f64, weight: f64) {
+        let entries = Entries::new(index);
         for (b, (&column, &right)) in index.iter().zip(jacobian).enumerate() {
             let weighted = weight * right;
             if weighted == 0.0 {
                 continue;
             }
             self.gradient[column] += weighted * residual;
-            let mut target = self.information.column_mut(column);
-            for (&row, &left) in index[..=b].iter().zip(jacobian) {
-                target[row] += weighted * left;
-            }
+            entries.add_scaled(self.information.column_mut(column).as_mut_slice(), &jacobian[..=b], weighted);
         }
     }
 
@@ -67,14 +65,13 @@ impl NormalEquations {
     ) {
         let width = index.len();
         let count = jacobian.len() / width.max(1);
+        let entries = Entries::new(index);
         for (b, &column) in index.iter().enumerate() {
             self.gradient[column] += (0..count).map(|r| score(r) * jacobian[r * width + b]).sum::<f64>();
             let mut target = self.information.column_mut(column);
             for r in 0..count {
                 let right: f64 = (0..count).map(|s| curvature(r, s) * jacobian[s * width + b]).sum();
-                for (&row, &left) in index[..=b].iter().zip(&jacobian[r * width..]) {
-                    target[row] += right * left;
-                }
+                entries.add_scaled(target.as_mut_slice(), &jacobian[r * width..=r * width + b], right);
             }
         }
     }
@@ -86,11 +83,10 @@ impl NormalEquations {
         let count = left.len() / width.max(1);
         let columns = |rows| DMatrixView::from_slice(rows, width, count);
         let products = columns(left) * columns(right).transpose();
+        let entries = Entries::new(index);
         for (b, &column) in index.iter().enumerate() {
-            let mut target = self.information.column_mut(column);
-            for (&row, product) in index[..=b].iter().zip(products.column(b).iter()) {
-                target[row] += product;
-            }
+            let target = &mut self.information.column_mut(column);
+            entries.add_scaled(target.as_mut_slice(), &products.column(b).as_slice()[..=b], 1.0);
         }
     }
 
@@ -126,6 +122,31 @@ impl NormalEquations {
             scaled[(k, k)] += if free.is_free(k) { damping } else { 1.0 };
         }
         Some(DampedInformation { factor: Cholesky::new(scaled)?, scale: free.scale().clone() })
+    }
+}
+
+/// The parameters that rows depend on, as entries of a column over all parameters.
+struct Entries<'i> {
+    /// Ascending.
+    index: &'i [usize],
+    /// The number of the first of them that follow each other without a gap: mostly all.
+    successive: usize,
+}
+
+impl<'i> Entries<'i> {
+    fn new(index: &'i [usize]) -> Self {
+        let first = index.first().copied().unwrap_or(0);
+        Entries { index, successive: index.iter().zip(first..).take_while(|(k, next)| **k == *next).count() }
+    }
+
+    /// Adds `factor` times `values`, those of the first of the entries, to a `column`.
+    fn add_scaled(&self, column: &mut [f64], values: &[f64], factor: f64) {
+        let (head, tail) = values.split_at(self.successive.min(values.len()));
+        let first = self.index.first().copied().unwrap_or(0);
+        column[first..].iter_mut().zip(head).for_each(|(sum, value)| *sum += factor * value);
+        for (&k, value) in self.index[head.len()..].iter().zip(tail) {
+            column[k] += factor * value;
+        }
     }
 }
 

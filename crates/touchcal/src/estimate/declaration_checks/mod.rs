@@ -26,6 +26,9 @@ const MIN_DISTANCE_SIGMA: f64 = 0.5e-3;
 /// Cost over that of the declarations (1), above which a fit without a mistake ends early: it would
 /// have to come below a half of that.
 const MAX_EARLY_COST: f64 = 10.0;
+/// Of so many contacts one is in a first fit without each mistake. With fewer contacts of more
+/// weight its minimum costs less, if anything.
+const CONTACTS_PER_FIRST: usize = 4;
 
 /// The mistake without which contacts agree with the declarations far better, if there is one:
 /// neither the parameters of `search` nor the minimum of the coarse stage come near. `None` for a
@@ -33,7 +36,7 @@ const MAX_EARLY_COST: f64 = 10.0;
 pub(super) fn declaration_warning(search: &SearchState<'_>) -> Option<Warning> {
     let problem = search.model.problem;
     let options = &problem.options.declaration_check;
-    let few = subsample(problem);
+    let few = subsample(problem, options.contacts);
     // Where none of these few contacts has a known load there are no parameters of the wrench.
     if SearchState::new(&few).theta.len() != search.theta.len() {
         return None;
@@ -47,10 +50,15 @@ pub(super) fn declaration_warning(search: &SearchState<'_>) -> Option<Warning> {
     if declared.is_plausible(options) {
         return None;
     }
-    let corrected = possible_mistakes(&few).into_par_iter().map(|mistake| {
-        let without = without_mistake(&few, &mistake);
-        let fit = CoarseFit::minimum_below(without, options.max_iterations, MAX_EARLY_COST * declared.cost);
-        (mistake, fit)
+    let fit_without = |mistake: &DeclarationMistake, problem: &Problem| {
+        let without = without_mistake(problem, mistake);
+        CoarseFit::minimum_below(without, options.max_iterations, MAX_EARLY_COST * declared.cost)
+    };
+    let fewer = subsample(&few, options.contacts.div_ceil(CONTACTS_PER_FIRST));
+    let corrected = possible_mistakes(&few).into_par_iter().filter_map(|mistake| {
+        let is_possible = fit_without(&mistake, &fewer).cost < declared.cost;
+        let fit = is_possible.then(|| fit_without(&mistake, &few))?;
+        Some((mistake, fit))
     });
     let mut candidates: Vec<(DeclarationMistake, CoarseFit)> = corrected.collect();
     candidates.extend(other_arms(&few));
@@ -66,11 +74,11 @@ pub(super) fn declaration_warning(search: &SearchState<'_>) -> Option<Warning> {
     Some(Warning::MistakenDeclaration { mistake, declared: declared.agreement(), corrected: corrected.agreement() })
 }
 
-/// The problem with a part of its contacts, evenly spread over the log. Known distances are no more
-/// accurate than a coarse fit; fixtures without a declared place may be anywhere, since that where
-/// the nominal arm has them is no declaration.
-fn subsample(problem: &Problem) -> Problem {
-    let stride = problem.contacts.len().div_ceil(problem.options.declaration_check.contacts).max(1);
+/// The problem with about so many of its `contacts` (> 0), evenly spread over the log. Known
+/// distances are no more accurate than a coarse fit; fixtures without a declared place may be
+/// anywhere, since that where the nominal arm has them is no declaration.
+fn subsample(problem: &Problem, contacts: usize) -> Problem {
+    let stride = problem.contacts.len().div_ceil(contacts).max(1);
     let contacts = problem.contacts.filtered(|i| i % stride == 0);
     // Not a clone: a log may have millions of contacts.
     let mut few = Problem {

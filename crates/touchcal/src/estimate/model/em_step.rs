@@ -10,11 +10,12 @@ use super::mode_statistics::{ContactModeStatistics, Curvature, InformativeShare,
 use super::objective::Objective;
 use crate::estimate::contact_mode::{ContactCounts, ContactModePrior, PseudoCounts};
 use crate::manifold::ContactCache;
-use crate::solver::FreeParameters;
+use crate::solver::{FreeParameters, first_step};
 
-/// Fixed-point iterations for the width of a group of parameters from one evaluation of the
-/// contacts.
+/// Most fixed-point iterations for the width of a group of parameters from one evaluation of the
+/// contacts, and the relative change (1) of a width from which on there are no more.
 const WIDTH_ITERATIONS: usize = 20;
+const WIDTH_TOLERANCE: f64 = 1e-3;
 
 /// The outcome of an iteration.
 pub(crate) struct EmStep {
@@ -26,6 +27,8 @@ pub(crate) struct EmStep {
     pub cost: f64,
     /// Newton step of the parameters (SI), if it is short enough to be taken without a line search.
     pub step: Option<DVector<f64>>,
+    /// Newton decrement (1) of the longest of such steps.
+    pub short_decrement: f64,
 }
 
 /// Updates the model's contact odds, noise of candidate contacts and prior widths of groups of
@@ -48,21 +51,24 @@ pub(crate) fn em_step(
     add_distances(&LinearizationPoint::new(model, theta), &mut statistics.derivatives);
     let data = statistics.derivatives.clone().complete().information;
     add_priors(model, theta, Objective::ContactModes, &mut statistics.derivatives);
+    let short_decrement = options.contact_mode.em_step_length.powi(2) * statistics.active();
     let normal = statistics.derivatives.complete();
-    let step = normal.damped(free, 0.0).map(|damped| damped.step(&normal.gradient));
-    let step = step.filter(|step| -normal.gradient.dot(step) < options.contact_mode.em_step_decrement);
+    let step = first_step(&normal, free).filter(|(_, decrement)| *decrement < short_decrement).map(|(step, _)| step);
     (model.mode_priors, model.noise.mode_factor) = (priors, noise);
     let of_gaps = PriorGroup::directional_gap_biases(&model.layout, options);
     for group in of_gaps.iter().chain(&PriorGroup::variance_components(&model.layout)) {
         for _ in 0..WIDTH_ITERATIONS {
             let covariance = free.covariance(&(&data + prior_information(model)));
             let sigma = group.m_step(theta, &covariance);
-            for &k in &group.members {
-                change = change.max(model.layout.set_prior_sigma(k, sigma));
+            let changes = group.members.iter().map(|&k| model.layout.set_prior_sigma(k, sigma));
+            let of_width = changes.fold(0.0, f64::max);
+            change = change.max(of_width);
+            if of_width < WIDTH_TOLERANCE {
+                break;
             }
         }
     }
-    EmStep { informative_share, change, cost: normal.cost, step }
+    EmStep { informative_share, change, cost: normal.cost, step, short_decrement }
 }
 
 /// The contact mode priors with the greatest expected likelihood, over-relaxed. Without the bounds
@@ -90,8 +96,7 @@ fn maximize_priors(
 fn maximize_noise(model: &CalibrationModel<'_>, statistics: &ContactModeStatistics) -> f64 {
     let strength = model.problem.options.contact_mode.noise_strength;
     let before = model.noise.mode_factor;
-    let active: f64 = statistics.counts.iter().flatten().flat_map(ContactCounts::active).sum();
-    let degrees_of_freedom = (active - model.layout.len() as f64).max(0.0) + strength;
+    let degrees_of_freedom = (statistics.active() - model.layout.len() as f64).max(0.0) + strength;
     before * ((statistics.squared_distance + strength / before.powi(2)) / degrees_of_freedom).sqrt()
 }
 

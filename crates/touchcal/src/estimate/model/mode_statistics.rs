@@ -125,6 +125,11 @@ impl ContactModeStatistics {
         InformativeShare { of_all: share(one_sided), of_distinct: share(one_sided - self.indistinct) }
     }
 
+    /// Expected number of active candidates.
+    pub fn active(&self) -> f64 {
+        self.counts.iter().flatten().flat_map(ContactCounts::active).sum()
+    }
+
     /// Adds contacts of one fixture, evaluated with `factor`.
     fn add_batch(
         &mut self,

@@ -121,7 +121,7 @@ fn iterate(
             }
         }
         None => {
-            let decrement = search.model.problem.options.contact_mode.em_step_decrement;
+            let decrement = em.short_decrement;
             let options = LevenbergMarquardtOptions { decrement, ..search.options().fine_contact_modes };
             search.minimize(Objective::ContactModes, stride, options, observe);
         }
