@@ -75,8 +75,8 @@ fn a_wrong_minimum_is_avoided() {
 }
 
 /// With little clearance the peg hardly gets in, and contacts at the rim, where edges take turns,
-/// say nothing. One contact in seven inside the hole determines the arm; where it is one in
-/// thirteen, a warning says how many they are.
+/// say nothing. One contact in ten inside the hole determines the arm; where it is less than one in
+/// twenty, a warning says so.
 #[test]
 fn a_peg_at_the_rim_is_said_to_tell_little() {
     let robot = urdf::read_builtin("iiwa14", Ends::default()).expect("an arm").robot;
@@ -87,9 +87,7 @@ fn a_peg_at_the_rim_is_said_to_tell_little() {
         let parts = PrismPair::new(peg, 0.04, hole, 0.03).expect("parts");
         scenario.touches[0].parts = Parts::PegInHole(Box::new(parts));
         let simulated = sim::simulate(&scenario, 5001).expect("contacts");
-        let depths = || simulated.logs[0].truth.iter().map(|row| -row.fixture_from_tool.translation.z);
-        let inside = depths().filter(|depth| *depth > 1e-3).count() as f64 / depths().count() as f64;
-        (solve(&problem(&scenario, &simulated)), inside)
+        solve(&problem(&scenario, &simulated))
     };
     let share = |estimate: &Estimate| {
         estimate.warnings.iter().find_map(|warning| match warning {
@@ -97,18 +95,16 @@ fn a_peg_at_the_rim_is_said_to_tell_little() {
             _ => None,
         })
     };
-    let (narrow, inside) = with_clearance(0.2e-3);
+    let narrow = with_clearance(0.2e-3);
     assert_eq!((share(&narrow), narrow.status.is_usable()), (None, true), "{:?}", narrow.warnings);
-    assert!(inside < 0.16, "{inside}");
     // Truth is the same as in every trial of `paper` but for signs: 5 % and 5 degrees.
     for entry in narrow.parameters.iter().filter(|entry| entry.parameter.id.kinematic().is_some()) {
         let size = if entry.parameter.name == "strain" { 0.05 } else { 5.0_f64.to_radians() };
         let deviations = (entry.value.abs() - size) / entry.sigma.expect("one-sided contacts have an uncertainty");
         assert!(deviations.abs() < 4.0, "{}: {deviations}", entry.parameter.name);
     }
-    let (tight, inside) = with_clearance(0.03e-3);
-    let share = share(&tight).expect("few tell");
-    assert!(inside < 0.08 && (share - inside).abs() < 0.005, "{share}, {inside}");
+    let share = share(&with_clearance(0.03e-3)).expect("few tell");
+    assert!(share < 0.05, "{share}");
 }
 
 /// Contacts of a second and a half leave several minima: each is listed once, with how far the tool

@@ -47,10 +47,10 @@ fn has_variance_components(model: &CalibrationModel<'_>) -> bool {
     !model.problem.contacts.is_empty() && (model.problem.noise.is_estimated || of_prior)
 }
 
-/// Difference of the indices of successive contacts from which the components are estimated. Those
-/// of one-sided contacts are estimated again with their contact modes: a subsample suffices.
+/// Difference of the indices of successive contacts from which the components are estimated. The
+/// noise of one-sided contacts is estimated again with their contact modes: a subsample suffices.
 fn stride(model: &CalibrationModel<'_>) -> usize {
-    let is_estimated_again = model.has_one_sided_contacts();
+    let is_estimated_again = model.has_one_sided_contacts() && model.problem.noise.is_estimated;
     if is_estimated_again { model.stride(model.problem.options.contact_mode.em_subsample[0]) } else { 1 }
 }
 

@@ -10,14 +10,10 @@
 //! that whiten the rows as constants, as it must for its root to be unbiased, so the cost of many
 //! contacts has its minimum elsewhere; and where the nearest feature of a contact changes the cost
 //! jumps, by as much however many contacts there are.
-//!
-//! There Newton steps are accelerated by what the one before left: where active sets are latent,
-//! the information of known ones makes each step too short, by the same share each time (Anderson,
-//! *Iterative procedures for nonlinear integral equations* (1965), of depth one).
 
 use std::ops::ControlFlow;
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DVector;
 
 use super::free_parameters::FreeParameters;
 use super::normal_equations::{DampedInformation, NormalEquations};
@@ -51,10 +47,6 @@ const INITIAL_DAMPING: f64 = 1e-9;
 const MIN_DAMPING: f64 = 1e-14;
 const FIRST_DAMPING: f64 = 1e-6;
 const MAX_DAMPING: f64 = 1e6;
-/// Least and largest share by which acceleration mixes the last step into the next: three times as
-/// long a step, and half of one.
-const MIN_MIX: f64 = -2.0;
-const MAX_MIX: f64 = 0.5;
 /// Growth of the damping after a first failure; it doubles with each failure in a row.
 const DAMPING_GROWTH: f64 = 4.0;
 
@@ -71,14 +63,6 @@ struct Trial {
     theta: DVector<f64>,
     normal: NormalEquations,
     gain: f64,
-}
-
-/// The last step that was taken.
-struct Taken {
-    /// The Newton step.
-    newton: DVector<f64>,
-    /// The change of the parameters, of that step or an accelerated one.
-    change: DVector<f64>,
 }
 
 /// The step (SI) that a minimization would try first, and its Newton decrement (1); `None` where
@@ -102,9 +86,10 @@ pub(crate) fn minimize(
 ) -> Minimum {
     let mut normal = linearize(&theta);
     let largest = largest_information(&normal, free);
-    let (mut damping, mut growth) = (INITIAL_DAMPING, DAMPING_GROWTH);
+    let mut damping = INITIAL_DAMPING;
+    let mut growth = DAMPING_GROWTH;
     let mut decrement = f64::INFINITY;
-    let (mut iterations, mut last) = (1, None::<Taken>);
+    let mut iterations = 1;
     let reason = loop {
         if observe(iterations, normal.cost).is_break() {
             break StopReason::Interrupted;
@@ -120,13 +105,11 @@ pub(crate) fn minimize(
             }
             continue;
         };
-        let newton = damped.step(&normal.gradient);
-        decrement = -normal.gradient.dot(&newton);
+        let step = damped.step(&normal.gradient);
+        decrement = -normal.gradient.dot(&step);
         if iterations >= options.max_iterations && decrement > options.decrement {
             break StopReason::IterationLimit;
         }
-        let is_near = damping <= INITIAL_DAMPING && is_short(&normal, decrement, options.gradient_test_below);
-        let step = accelerated(&newton, last.as_ref().filter(|_| is_near), &normal.information);
         let mut attempt = |share: f64| {
             iterations += 1;
             let candidate = &theta + &step * share;
@@ -140,7 +123,6 @@ pub(crate) fn minimize(
             trial = attempt((1.0 / (2.0 - trial.gain)).clamp(MIN_STEP_SHARE, MAX_STEP_SHARE));
         }
         if trial.normal.cost.is_finite() && trial.gain > 0.0 {
-            last = Some(Taken { newton, change: &trial.theta - theta });
             theta = trial.theta;
             normal = trial.normal;
             damping = (damping * (1.0 - (2.0 * trial.gain - 1.0).powi(3)).max(0.1)).max(MIN_DAMPING);
@@ -148,7 +130,6 @@ pub(crate) fn minimize(
         } else if decrement <= KINK_TOLERANCE * options.decrement {
             break StopReason::Converged;
         } else {
-            last = None;
             damping = (damping * growth).max(FIRST_DAMPING);
             growth *= 2.0;
         }
@@ -168,21 +149,6 @@ fn largest_information(normal: &NormalEquations, free: &FreeParameters) -> f64 {
     free.scaled(&normal.information).diagonal().max().max(f64::MIN_POSITIVE)
 }
 
-/// Whether a step with this Newton decrement is so short that the gradient judges it.
-fn is_short(before: &NormalEquations, decrement: f64, gradient_test_below: f64) -> bool {
-    decrement <= gradient_test_below.powi(2) * before.rows
-}
-
-/// The `newton` step mixed with the `last` one, if there is one, so that the least Newton step is
-/// left where Newton steps change linearly with the parameters.
-fn accelerated(newton: &DVector<f64>, last: Option<&Taken>, information: &DMatrix<f64>) -> DVector<f64> {
-    let Some(last) = last else { return newton.clone() };
-    let change = newton - &last.newton;
-    let weighted = information * &change;
-    let mix = (weighted.dot(newton) / weighted.dot(&change)).clamp(MIN_MIX, MAX_MIX);
-    if mix.is_finite() { newton - (&last.change + change) * mix } else { newton.clone() }
-}
-
 /// Measured over predicted progress of a step: 1 is all of it, above 0 is progress.
 fn gain(
     (before, after): (&NormalEquations, &NormalEquations),
@@ -190,7 +156,7 @@ fn gain(
     decrement: f64,
     gradient_test_below: f64,
 ) -> f64 {
-    if is_short(before, decrement, gradient_test_below) {
+    if decrement <= gradient_test_below.powi(2) * before.rows {
         1.0 - damped.decrement(&after.gradient) / decrement
     } else {
         (before.cost - after.cost) / decrement
