@@ -149,8 +149,8 @@ pub struct ContactModeOptions {
     /// search starts where the least gaps lead, where a surface that carries many contacts may be
     /// some standard deviations away; with the declared noise its odds would be estimated as zero.
     pub em_initial_inflation: f64,
-    /// Root mean square (1), in standard deviations of their noise, by which a step may move the
-    /// active candidates to be taken without a line search; longer searches end there too.
+    /// Root mean square change (1) of the active candidates' distances, over their noise, up to
+    /// which a step is taken without a line search; a line search ends at such a step, too.
     pub em_step_length: f64,
     /// Shares (0 to 1) of one-sided contacts that must be informative: the sum of the probabilities
     /// that they touch something, over the number of all, and over that of those whose surfaces can

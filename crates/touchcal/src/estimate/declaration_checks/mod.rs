@@ -26,8 +26,8 @@ const MIN_DISTANCE_SIGMA: f64 = 0.5e-3;
 /// Cost over that of the declarations (1), above which a fit without a mistake ends early: it would
 /// have to come below a half of that.
 const MAX_EARLY_COST: f64 = 10.0;
-/// Of so many contacts one is in a first fit without each mistake. With fewer contacts of more
-/// weight its minimum costs less, if anything.
+/// A first fit without each mistake has one in so many of the contacts. All contacts together
+/// have the same weight whatever their number, so fewer of them are fitted no worse.
 const CONTACTS_PER_FIRST: usize = 4;
 
 /// The mistake without which contacts agree with the declarations far better, if there is one:
