@@ -1,4 +1,4 @@
-"""The document: the template's text with the sections' tables, all of one revision and one form."""
+"""The document: the template's text with the sections' tables, each with the revision and the form it was measured in."""
 
 import importlib
 import json
@@ -12,8 +12,8 @@ from .commands import FILES, ROOT, revision
 
 TEMPLATE = ROOT / "scripts/validation/template.md"
 PLACE = re.compile(r"\{\{(\w+)\}\}")
-# Lines of the template that only one form shows: `<!-- long -->` and `<!-- short -->` at their beginning.
-ONLY = re.compile(r"^<!-- (short|long) -->", re.MULTILINE)
+# A section between its marks, as the document has it.
+SECTION = "<!-- {0} -->\n{1}<!-- /{0} -->\n"
 
 
 def references():
@@ -32,9 +32,9 @@ def machine():
     return f"{os.cpu_count()} × {model}"
 
 
-def given(options):
+def given():
     """Places that are no sections."""
-    return {"version": revision(), "form": options.form, "references": references(), "machine": machine()}
+    return {"references": references(), "machine": machine()}
 
 
 def is_measured(path, options):
@@ -60,39 +60,42 @@ def measure(name, options, path):
     print(f"measured {name} in {seconds:.0f} s", file=sys.stderr)
 
 
+def stamped(measured):
+    """The text of a section, below the revision and the form it was measured in."""
+    return f"Measured with touchcal {measured['revision']}, in the {measured['form']} form.\n\n{measured['text']}"
+
+
+def written(name, document):
+    """The text of a section that the document has already."""
+    found = re.search(SECTION.format(name, "(.*?)"), document, re.DOTALL)
+    return found and found[1]
+
+
 def write(options):
     """Measures the sections that are due, writes the document; 1 if anything is missed, else 0."""
-    template = ONLY.sub("", "\n".join(line for line in TEMPLATE.read_text().splitlines() if is_shown(line, options)) + "\n")
-    known = given(options)
+    template, known = TEMPLATE.read_text(), given()
     sections = [name for name in PLACE.findall(template) if name not in known]
     if unknown := set(options.only) - set(sections):
         sys.exit(f"expected sections ({', '.join(sections)}), found {', '.join(sorted(unknown))}")
     FILES.mkdir(parents=True, exist_ok=True)
-    paths = {name: FILES / f"{name}.json" for name in sections}
-    for name in sections:
-        if name in options.only or not options.only and not is_measured(paths[name], options):
+    due = options.only or sections
+    paths = {name: FILES / f"{name}.json" for name in due}
+    for name in due:
+        if name in options.only or not is_measured(paths[name], options):
             measure(name, options, paths[name])
 
-    measured = {name: json.loads(path.read_text()) for name, path in paths.items() if path.exists()}
-    stale = [
-        name
-        for name in sections
-        if name not in measured or (measured[name]["revision"], measured[name]["form"]) != (revision(), options.form)
-    ]
-    if stale:
-        print(f"not written: other revision or form, or never measured: {', '.join(stale)}", file=sys.stderr)
-        for name in set(options.only) & measured.keys():
-            print(measured[name]["text"])
+    measured = {name: json.loads(path.read_text()) for name, path in paths.items()}
+    document = options.out.read_text() if options.out.exists() else ""
+    texts = {name: stamped(measured[name]) if name in measured else written(name, document) for name in sections}
+    if lacking := [name for name, text in texts.items() if text is None]:
+        print(f"not written, {options.out} lacks these sections: {', '.join(lacking)}", file=sys.stderr)
+        for each in measured.values():
+            print(each["text"])
     else:
-        text = PLACE.sub(lambda place: known.get(place[1]) or measured[place[1]]["text"], template)
-        options.out.write_text(text)
+        place = lambda found: known.get(found[1]) or SECTION.format(found[1], texts[found[1]])
+        options.out.write_text(PLACE.sub(place, template))
         print(f"written: {options.out}, {sum(each['seconds'] for each in measured.values())} s", file=sys.stderr)
     missed = [what for each in measured.values() for what in each["missed"]]
     for what in missed:
         print(f"missed   {what}", file=sys.stderr)
-    return int(bool(missed or stale and not options.only))
-
-
-def is_shown(line, options):
-    only = ONLY.match(line)
-    return not only or only[1] == options.form
+    return int(bool(missed or lacking))

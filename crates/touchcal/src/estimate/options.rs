@@ -140,10 +140,10 @@ pub struct ContactModeOptions {
     pub em_subsample: [usize; 2],
     /// Maximum number of iterations of expectation–maximisation for each of the two subsamples.
     pub em_max_iterations: usize,
-    /// Mean relative change of the odds (1), or that of the noise or of a bias width if it is
-    /// larger, below which the iterations with the last subsample end: from other starts, results
-    /// then differ by some hundredths of a standard deviation. For the first subsample it is larger
-    /// by the ratio of their sizes.
+    /// Mean relative change of the odds (1), or that of the noise if it is larger, below which the
+    /// iterations with the last subsample end: from other starts, results then differ by some
+    /// hundredths of a standard deviation. For the first subsample it is larger by the ratio of
+    /// their sizes.
     pub em_tolerance: f64,
     /// Ratio of the initial standard deviation of the noise to the declared one (1, > 0). The
     /// search starts where the least gaps lead, where a surface that carries many contacts may be

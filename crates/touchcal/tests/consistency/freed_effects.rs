@@ -50,7 +50,7 @@ fn a_compliance_that_leaves_no_likelihood_is_freed() {
 /// compliance there, and a larger noise does not help.
 #[test]
 fn a_compliance_is_freed_where_tests_show_nothing() {
-    let (problem, truth) = posed("compliance_2e-5", 20000);
+    let (problem, truth) = posed("compliance_2e-5", 20004);
     let without = calibrate(&problem, &mut |_| ControlFlow::Continue(()));
     let tests = &without.effect_tests;
     let threshold = problem.options.thresholds.effect_p_value;

@@ -228,11 +228,12 @@ impl ContactFactor {
         let (layout, f) = (&point.model.layout, point.model.problem.contacts.fixture(i));
         let dependencies = &layout.dependencies[f];
         let fixture_motion = point.fixture_motion(f, fixture_from_tool);
-        for (r, row) in self.rows.jacobian().iter().enumerate() {
-            let jacobian = &mut self.jacobian[r * dependencies.len()..(r + 1) * dependencies.len()];
-            for (entry, &k) in jacobian.iter_mut().zip(dependencies) {
-                let derivative = || point.derivative((k, i), row, fixture_motion.as_ref(), &self.kinematics);
-                *entry = of_bias(layout.parameters[k].id, r).unwrap_or_else(derivative);
+        let (rows, width) = (self.rows.jacobian(), dependencies.len());
+        for (column, &k) in dependencies.iter().enumerate() {
+            let id = layout.parameters[k].id;
+            let motion = point.tool_motion((k, i), fixture_motion.as_ref(), &self.kinematics);
+            for (r, row) in rows.iter().enumerate() {
+                self.jacobian[r * width + column] = of_bias(id, r).unwrap_or_else(|| row.dot(&motion));
             }
         }
     }

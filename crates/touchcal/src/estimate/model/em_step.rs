@@ -10,7 +10,7 @@ use super::mode_statistics::{ContactModeStatistics, Curvature, InformativeShare,
 use super::objective::Objective;
 use crate::estimate::contact_mode::{ContactCounts, ContactModePrior, PseudoCounts};
 use crate::manifold::ContactCache;
-use crate::solver::{FreeParameters, first_step};
+use crate::solver::{FreeParameters, NormalEquations, first_step};
 
 /// Most fixed-point iterations for the width of a group of parameters from one evaluation of the
 /// contacts, and the relative change (1) of a width from which on there are no more.
@@ -21,7 +21,7 @@ const WIDTH_TOLERANCE: f64 = 1e-3;
 pub(crate) struct EmStep {
     /// How many one-sided contacts are informative.
     pub informative_share: InformativeShare,
-    /// Mean relative change of the odds (1), or that of the noise or of a width if it is larger.
+    /// Mean relative change of the odds (1), or that of the noise if it is larger.
     pub change: f64,
     /// Cost (1) before the iteration.
     pub cost: f64,
@@ -46,29 +46,63 @@ pub(crate) fn em_step(
     let informative_share = statistics.informative_share(model);
     let priors = maximize_priors(model, &statistics, no_contact_bounds);
     let noise = maximize_noise(model, &statistics);
-    let mut change =
+    let change =
         mean_change(&statistics, &model.mode_priors, &priors).max((noise / model.noise.mode_factor).ln().abs());
     add_distances(&LinearizationPoint::new(model, theta), &mut statistics.derivatives);
-    let data = statistics.derivatives.clone().complete().information;
-    add_priors(model, theta, Objective::ContactModes, &mut statistics.derivatives);
     let short_decrement = options.contact_mode.em_step_length.powi(2) * statistics.active();
-    let normal = statistics.derivatives.complete();
-    let step = first_step(&normal, free).filter(|(_, decrement)| *decrement < short_decrement).map(|(step, _)| step);
+    let posterior = LinearizedPosterior { theta, data: &statistics.derivatives, free, short_decrement };
+    let (cost, step) = posterior.step(model);
     (model.mode_priors, model.noise.mode_factor) = (priors, noise);
-    let of_gaps = PriorGroup::directional_gap_biases(&model.layout, options);
+    let step = maximize_widths(model, &posterior, step);
+    EmStep { informative_share, change, cost, step, short_decrement }
+}
+
+/// The posterior of the parameters with the contacts' derivatives at `theta`, the odds and the
+/// noise kept, and a model's widths of priors.
+struct LinearizedPosterior<'e> {
+    theta: &'e DVector<f64>,
+    /// Sums over contacts and distances, upper triangle.
+    data: &'e NormalEquations,
+    free: &'e FreeParameters,
+    short_decrement: f64,
+}
+
+impl LinearizedPosterior<'_> {
+    /// The cost at `theta`, and the Newton step from there if it is short.
+    fn step(&self, model: &CalibrationModel<'_>) -> (f64, Option<DVector<f64>>) {
+        let mut normal = self.data.clone();
+        add_priors(model, self.theta, Objective::ContactModes, &mut normal);
+        let normal = normal.complete();
+        let short = |(step, decrement): (DVector<f64>, f64)| (decrement < self.short_decrement).then_some(step);
+        (normal.cost, first_step(&normal, self.free).and_then(short))
+    }
+}
+
+/// Sets the widths of groups of parameters to those with the greatest expected likelihood, the
+/// parameters' mean following them by steps as long as those are short; returns the last of them.
+fn maximize_widths(
+    model: &mut CalibrationModel<'_>,
+    posterior: &LinearizedPosterior<'_>,
+    mut step: Option<DVector<f64>>,
+) -> Option<DVector<f64>> {
+    let data = posterior.data.clone().complete().information;
+    let of_gaps = PriorGroup::directional_gap_biases(&model.layout, &model.problem.options);
     for group in of_gaps.iter().chain(&PriorGroup::variance_components(&model.layout)) {
         for _ in 0..WIDTH_ITERATIONS {
-            let covariance = free.covariance(&(&data + prior_information(model)));
-            let sigma = group.m_step(theta, &covariance);
+            let covariance = posterior.free.covariance(&(&data + prior_information(model)));
+            let mean = step.as_ref().map_or_else(|| posterior.theta.clone(), |step| posterior.theta + step);
+            let sigma = group.m_step(&mean, &covariance);
             let changes = group.members.iter().map(|&k| model.layout.set_prior_sigma(k, sigma));
-            let of_width = changes.fold(0.0, f64::max);
-            change = change.max(of_width);
-            if of_width < WIDTH_TOLERANCE {
+            let change = changes.fold(0.0, f64::max);
+            if step.is_some() {
+                step = posterior.step(model).1.or(step);
+            }
+            if change < WIDTH_TOLERANCE {
                 break;
             }
         }
     }
-    EmStep { informative_share, change, cost: normal.cost, step, short_decrement }
+    step
 }
 
 /// The contact mode priors with the greatest expected likelihood, over-relaxed. Without the bounds

@@ -188,34 +188,29 @@ impl<'m> LinearizationPoint<'m> {
         self.model.layout.dependencies[f].iter().any(is_pose).then(motion)
     }
 
-    /// Derivative by parameter `k` of a quantity that changes by `row · ξ` for a twist ξ of the
-    /// tool in its own frame in contact `i`, given
+    /// `∂ξ/∂θₖ` of the tool's twist ξ in its own frame, in contact `i`, by parameter `k`, given
     /// [`fixture_motion`](LinearizationPoint::fixture_motion).
-    pub fn derivative(
+    pub fn tool_motion(
         &self,
         (k, i): (usize, usize),
-        row: &Twist,
         fixture_motion: Option<&Matrix6<f64>>,
         scratch: &KinematicsScratch,
-    ) -> f64 {
+    ) -> Twist {
         match self.model.layout.parameters[k].id {
-            ParameterId::Kinematic(_) => row.dot(&scratch.parameters[self.model.layout.kinematic_index[k]]),
+            ParameterId::Kinematic(_) => scratch.parameters[self.model.layout.kinematic_index[k]],
             ParameterId::Fixture(_, component) => {
-                fixture_motion.map_or(0.0, |motion| row.dot(&motion.column(component)))
+                fixture_motion.map_or_else(Twist::zeros, |motion| motion.column(component).into_owned())
             }
-            ParameterId::JointDrift(_, joint) => -row.dot(&scratch.joints[joint]),
-            ParameterId::JointTrend(joint) => -row.dot(&scratch.joints[joint]) * self.trend_position(i),
-            ParameterId::JointWalk(joint, k) => -row.dot(&scratch.joints[joint]) * self.half_waves(k, i),
+            ParameterId::JointDrift(_, joint) => -scratch.joints[joint],
+            ParameterId::JointTrend(joint) => scratch.joints[joint] * -self.trend_position(i),
+            ParameterId::JointWalk(joint, k) => scratch.joints[joint] * -self.half_waves(k, i),
             ParameterId::JointHarmonic(joint, phase) => {
                 let measured = self.model.problem.contacts.q(i)[joint];
-                -row.dot(&scratch.joints[joint]) * if phase == 0 { measured.sin() } else { measured.cos() }
+                scratch.joints[joint] * if phase == 0 { -measured.sin() } else { -measured.cos() }
             }
-            ParameterId::GapBias(_) | ParameterId::DirectionalGapBias(..) | ParameterId::Distance(_) => 0.0,
-            ParameterId::WrenchBias(k) => -row.dot(&scratch.load.column(k)) / (1.0 + self.wrench_scale),
-            ParameterId::WrenchScale => {
-                let load = Twist::from(self.load(i));
-                -row.dot(&(scratch.load * load)) / (1.0 + self.wrench_scale)
-            }
+            ParameterId::GapBias(_) | ParameterId::DirectionalGapBias(..) | ParameterId::Distance(_) => Twist::zeros(),
+            ParameterId::WrenchBias(k) => scratch.load.column(k) / -(1.0 + self.wrench_scale),
+            ParameterId::WrenchScale => scratch.load * Twist::from(self.load(i)) / -(1.0 + self.wrench_scale),
         }
     }
 

@@ -6,7 +6,6 @@ use super::annealing::anneal;
 use super::state::SearchState;
 use crate::estimate::model::Objective;
 use crate::estimate::result::Observer;
-use crate::solver::StopReason;
 
 /// From zero towards the manifolds' envelopes; with parameters fixed that nothing determines there,
 /// once more.
@@ -27,7 +26,7 @@ pub(crate) fn coarse_to_fine(search: &mut SearchState<'_>, observe: Observer<'_>
         anneal(search, observe);
         // One-sided contacts proceed to their contact modes, for which a subsample leads close
         // enough.
-        if !search.model.has_one_sided_contacts() || search.termination.reason != StopReason::Converged {
+        if !search.model.has_one_sided_contacts() || !search.has_minimum() {
             fine(search, observe);
         }
         if !search.fix_unobservable() {

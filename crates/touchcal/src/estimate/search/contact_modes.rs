@@ -54,8 +54,7 @@ pub(crate) fn refine(search: &mut SearchState<'_>, observe: Observer<'_>) {
 /// parameters where their likelihood is greatest. Does nothing unless the search has converged.
 pub(super) fn fit_contact_modes(search: &mut SearchState<'_>, observe: Observer<'_>) {
     let options = search.model.problem.options.contact_mode;
-    let is_applicable = search.model.has_one_sided_contacts()
-        && matches!(search.termination.reason, StopReason::Converged | StopReason::IterationLimit);
+    let is_applicable = search.model.has_one_sided_contacts() && search.has_minimum();
     // Noise estimated from least gaps may be far too small: of many candidates the least hardly
     // scatters.
     search.model.noise.mode_factor = (1.0 / search.model.noise.factor).max(1.0);

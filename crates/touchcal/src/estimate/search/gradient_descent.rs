@@ -156,7 +156,7 @@ fn sum_absolute(
         point.pose_and_jacobian(i, q, scratch);
         let fixture_motion = point.fixture_motion(f, pose);
         for &k in &model.layout.dependencies[f] {
-            gradient[k] += point.derivative((k, i), twist, fixture_motion.as_ref(), scratch);
+            gradient[k] += twist.dot(&point.tool_motion((k, i), fixture_motion.as_ref(), scratch));
         }
     }
     (sum, gradient)

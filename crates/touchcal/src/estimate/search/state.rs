@@ -87,6 +87,11 @@ impl<'p> SearchState<'p> {
         self.termination.reason == StopReason::Interrupted
     }
 
+    /// Whether the last minimization came near a minimum.
+    pub fn has_minimum(&self) -> bool {
+        matches!(self.termination.reason, StopReason::Converged | StopReason::IterationLimit)
+    }
+
     /// Minima that contacts do not rule out: the likely ones; all of them, if the search continued
     /// from another start and stretches of the log were not predicted from each other
     /// (`is_predicted`).

@@ -71,9 +71,8 @@ fn derivatives_by_errors_of_the_wrench_are_those_of_differences() {
                 se3::log(&(pose.inverse() * point.pose(i, &mut [0.0; 7])))
             };
             let difference = (moved(STEP) - moved(-STEP)) / (2.0 * STEP);
-            for row in 0..6 {
-                let unit = Twist::from_fn(|r, _| f64::from(u8::from(r == row)));
-                let derivative = at.derivative((k, i), &unit, None, &scratch);
+            let motion = at.tool_motion((k, i), None, &scratch);
+            for (row, derivative) in motion.iter().enumerate() {
                 let name = &model.layout.parameters[k].name;
                 assert_eq!(difference.amax() > 1e-6, i % 2 == 0, "{name}, contact {i}");
                 // Of up to 4e-3 rad for a scale of 1, and what a cubic term adds.
@@ -127,9 +126,8 @@ fn derivatives_by_errors_of_encoders_are_those_of_differences() {
                 se3::log(&(pose.inverse() * point.pose(i, &mut [0.0; 7])))
             };
             let difference = (moved(STEP) - moved(-STEP)) / (2.0 * STEP);
-            for row in 0..6 {
-                let unit = Twist::from_fn(|r, _| f64::from(u8::from(r == row)));
-                let derivative = at.derivative((k, i), &unit, None, &scratch);
+            let motion = at.tool_motion((k, i), None, &scratch);
+            for (row, derivative) in motion.iter().enumerate() {
                 let name = &model.layout.parameters[k].name;
                 // A harmonic is that of the measured position, so that derivatives are exact.
                 assert!(
