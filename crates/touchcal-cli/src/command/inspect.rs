@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use serde::Serialize;
-use touchcal::estimate::{Inspection, StopReason, inspect};
+use touchcal::estimate::{Inspection, Severity, StopReason, inspect};
 use touchcal::io::Input;
 use touchcal::io::estimate_file::{ResidualStats, WarningEntry};
 use touchcal::io::{Loaded, calibration_folder};
@@ -16,7 +16,8 @@ use crate::progress::Spinner;
 use crate::summary::{self, Detail, ParameterRow};
 use crate::table::Table;
 
-/// Reads a problem, computes expected standard deviations, prints them.
+/// Reads a problem, computes expected standard deviations, prints them; [`Outcome::NotUsable`] if
+/// contacts contradict the problem so far that a calibration would not be usable.
 pub fn run(args: &InspectArgs) -> Result<Outcome, Failure> {
     super::refuse_replaced(&args.source, &args.arm, ["inspect", ""])?;
     let loaded = super::load(&args.source)?;
@@ -26,7 +27,8 @@ pub fn run(args: &InspectArgs) -> Result<Outcome, Failure> {
     let detail = if args.all { Detail::Every } else { Detail::Grouped };
     let text = if args.json { json(&loaded, &inspection)? } else { text(&loaded, &inspection, detail) };
     output::print(&text)?;
-    Ok(Outcome::Done)
+    let is_contradicted = inspection.warnings.iter().any(|warning| warning.severity() == Severity::Unusable);
+    Ok(if is_contradicted { Outcome::NotUsable } else { Outcome::Done })
 }
 
 fn text(loaded: &Loaded, inspection: &Inspection, detail: Detail) -> String {

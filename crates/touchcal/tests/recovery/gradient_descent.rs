@@ -26,6 +26,17 @@ fn adam_on_exact_gaps_comes_near() {
     assert!(offset < 0.05 && strain < 1e-3, "{offset}°, {strain}");
 }
 
+/// Where the elbow hardly moves the loss is a long narrow valley: against its gradient nothing
+/// descends any more while the arm is still more than a degree off.
+#[test]
+fn adam_in_a_narrow_valley_has_not_converged() {
+    for steps in [400, 600] {
+        let (offset, _, status) =
+            errors("extrusion/paper/trial_00", GradientDescent { steps, ..GradientDescent::default() });
+        assert!(offset > 0.5 && !status.is_usable(), "{steps} steps: {offset}°");
+    }
+}
+
 #[test]
 fn plain_descent_comes_nearer_than_it_began() {
     let descent = GradientDescent { optimizer: Optimizer::Plain, rate: 0.3, steps: 1000, ..GradientDescent::default() };

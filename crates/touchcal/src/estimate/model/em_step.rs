@@ -25,7 +25,8 @@ pub(crate) struct EmStep {
     pub change: f64,
     /// Cost (1) before the iteration.
     pub cost: f64,
-    /// Newton step of the parameters (SI), if it is short enough to be taken without a line search.
+    /// Newton step of the parameters (SI), if it is short enough to be taken without a line search;
+    /// where later widths make it long, the last that was short.
     pub step: Option<DVector<f64>>,
     /// Newton decrement (1) of the longest of such steps.
     pub short_decrement: f64,
@@ -57,8 +58,8 @@ pub(crate) fn em_step(
     EmStep { informative_share, change, cost, step, short_decrement }
 }
 
-/// The posterior of the parameters with the contacts' derivatives at `theta`, the odds and the
-/// noise kept, and a model's widths of priors.
+/// The posterior of the parameters in the problem linearized at `theta`, with the odds and the
+/// noise before this iteration and a model's widths of priors.
 struct LinearizedPosterior<'e> {
     theta: &'e DVector<f64>,
     /// Sums over contacts and distances, upper triangle.
@@ -78,8 +79,9 @@ impl LinearizedPosterior<'_> {
     }
 }
 
-/// Sets the widths of groups of parameters to those with the greatest expected likelihood, the
-/// parameters' mean following them by steps as long as those are short; returns the last of them.
+/// Sets the widths of groups of parameters, one group after the other, to those with the greatest
+/// expected likelihood. `step` is the Newton step with the widths before; a new one follows each
+/// change of a width if it is short. Returns the last short one.
 fn maximize_widths(
     model: &mut CalibrationModel<'_>,
     posterior: &LinearizedPosterior<'_>,

@@ -25,8 +25,8 @@ pub(crate) fn coarse_to_fine(search: &mut SearchState<'_>, observe: Observer<'_>
         after_coarse.copy_from(&search.theta);
         anneal(search, observe);
         // One-sided contacts proceed to their contact modes, for which a subsample leads close
-        // enough.
-        if !search.model.has_one_sided_contacts() || !search.has_minimum() {
+        // enough, if annealing reached its last and smallest noise.
+        if !search.model.has_one_sided_contacts() || !search.is_finished() {
             fine(search, observe);
         }
         if !search.fix_unobservable() {

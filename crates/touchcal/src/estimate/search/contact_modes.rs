@@ -51,10 +51,11 @@ pub(crate) fn refine(search: &mut SearchState<'_>, observe: Observer<'_>) {
 }
 
 /// Estimates the odds of contact modes by expectation–maximisation and, with subsamples, finds the
-/// parameters where their likelihood is greatest. Does nothing unless the search has converged.
+/// parameters where their likelihood is greatest. Does nothing if the search was interrupted or
+/// failed.
 pub(super) fn fit_contact_modes(search: &mut SearchState<'_>, observe: Observer<'_>) {
     let options = search.model.problem.options.contact_mode;
-    let is_applicable = search.model.has_one_sided_contacts() && search.has_minimum();
+    let is_applicable = search.model.has_one_sided_contacts() && search.is_finished();
     // Noise estimated from least gaps may be far too small: of many candidates the least hardly
     // scatters.
     search.model.noise.mode_factor = (1.0 / search.model.noise.factor).max(1.0);

@@ -23,11 +23,12 @@ use crate::solver::{Adam, AdamMoments, Loss, NormalEquations, StopReason, Termin
 const BATCH: usize = 256;
 /// Decay rates as Kingma & Ba (2015) recommend; gradients are far above this ε.
 const ADAM: Adam = Adam { beta1: 0.9, beta2: 0.999, epsilon: 1e-12 };
-/// The descent has converged if no step against the mean gradient of its last tenth lowers the loss
-/// by more than this share. That the loss no longer falls would prove nothing, as the steps have
-/// shrunk.
+/// The descent has converged if no step against the mean gradient of its last tenth, and none along
+/// the displacement over its second half, lowers the loss by more than this share. That the loss no
+/// longer falls would prove nothing, as the steps have shrunk; nor does the gradient in a narrow
+/// valley, where it points to the opposite slope.
 const TOLERANCE: f64 = 1e-3;
-/// Lengths of the steps tried for that, in first steps.
+/// Lengths of the steps tried for that, in units of the first step and of that displacement.
 const TRIAL_STEPS: [f64; 4] = [1.0, 0.1, 0.01, 0.001];
 
 /// Descends from zero; fixed parameters stay there.
@@ -39,6 +40,7 @@ pub(crate) fn descend(search: &mut SearchState<'_>, options: &GradientDescent, o
     let mut stepper = Stepper::new(options.optimizer, scale.len());
     let last_tenth = options.steps - options.steps.div_ceil(10);
     let mut mean_gradient = DVector::zeros(scale.len());
+    let mut halfway = theta.clone();
     let mut last = f64::INFINITY;
     let mut stopped = None;
     for step in 0..options.steps {
@@ -53,6 +55,9 @@ pub(crate) fn descend(search: &mut SearchState<'_>, options: &GradientDescent, o
         }
         last = loss;
         let gradient = gradient.component_mul(scale);
+        if step == options.steps / 2 {
+            halfway.copy_from(&theta);
+        }
         if step >= last_tenth {
             mean_gradient += &gradient / (options.steps - last_tenth) as f64;
         }
@@ -65,8 +70,12 @@ pub(crate) fn descend(search: &mut SearchState<'_>, options: &GradientDescent, o
         None => {
             let norm = mean_gradient.norm().max(f64::MIN_POSITIVE);
             let down = mean_gradient.component_mul(scale) * (-options.rate / norm);
-            let tried = TRIAL_STEPS.map(|length| mean_absolute(model, &(&theta + &down * length), stride).0);
-            let measured = 1.0 - tried.into_iter().fold(last, f64::min) / last.max(f64::MIN_POSITIVE);
+            let displacement = &theta - &halfway;
+            let tried = [down, displacement]
+                .into_iter()
+                .flat_map(|direction| TRIAL_STEPS.map(|length| &theta + &direction * length));
+            let least = tried.map(|theta| mean_absolute(model, &theta, stride).0).fold(last, f64::min);
+            let measured = 1.0 - least / last.max(f64::MIN_POSITIVE);
             let has_converged = measured <= TOLERANCE;
             let reason = if has_converged { StopReason::Converged } else { StopReason::IterationLimit };
             (reason, options.steps, measured)

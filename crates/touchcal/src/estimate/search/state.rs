@@ -87,8 +87,8 @@ impl<'p> SearchState<'p> {
         self.termination.reason == StopReason::Interrupted
     }
 
-    /// Whether the last minimization came near a minimum.
-    pub fn has_minimum(&self) -> bool {
+    /// Whether the last minimization converged or reached its limit of iterations.
+    pub fn is_finished(&self) -> bool {
         matches!(self.termination.reason, StopReason::Converged | StopReason::IterationLimit)
     }
 
