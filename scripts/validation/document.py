@@ -1,4 +1,4 @@
-"""The document: the template's text with the sections' tables, each with the revision and the form it was measured in."""
+"""The document: the template's text with the sections' tables, each with revision, form and machine of its measurement."""
 
 import importlib
 import json
@@ -12,7 +12,7 @@ from .commands import FILES, ROOT, revision
 
 TEMPLATE = ROOT / "scripts/validation/template.md"
 PLACE = re.compile(r"\{\{(\w+)\}\}")
-# A section between its marks, as the document has it: written with its text, found with a pattern as text.
+# A section of the document between its marks; with a pattern as text, the pattern that finds it.
 SECTION = "<!-- {0} -->\n{1}<!-- /{0} -->\n"
 
 

@@ -12,38 +12,17 @@
 #[path = "../tests/support/mod.rs"]
 mod support;
 
-use support::{data, mujoco_trials, timed};
-use touchcal::io::problem_file;
+use support::{mujoco_problem, mujoco_trials, timed};
 
 /// Number of times that each calibration is timed. The least time counts: machines are noisy.
 const REPEATS: usize = 3;
 
-const PROBLEM: &str = r#"
-[robot]
-builtin = "iiwa14"
-[tool]
-kind = "peg"
-tip_from_tool = { xyz_mm = [0, 0, 150], quat_wxyz = [0, 0, 1, 0] }
-builtin = "extrusion25"
-length_mm = 40
-[[fixture]]
-name = "hole"
-kind = "hole"
-base_from_fixture = { xyz_mm = [600, 100, 150], rpy_deg = [0, 0, 20] }
-outline_offset_mm = 0.5
-depth_mm = 30
-[[contacts]]
-file = "contact.csv.gz"
-fixture = "hole"
-[estimate]
-parameters = ["strain", "joint_offset"]
-"#;
 const NOISE: &str = "[noise]\nencoder_deg = 0.002\ncontact_mm = 0.02\n";
+const ESTIMATE: &str = "[estimate]\nparameters = [\"strain\", \"joint_offset\"]\n";
 
-/// Least time (s) of a calibration of a log, whose result must be usable.
-fn least(log: &str, problem: &str) -> f64 {
-    let folder = data().join("mujoco_iiwa14").join(log);
-    let problem = problem_file::read(problem, "problem.toml", &folder).unwrap().problem;
+/// Least time (s) of a calibration of a log with this `noise`, whose result must be usable.
+fn least(log: &str, noise: &str) -> f64 {
+    let problem = mujoco_problem(log, "builtin = \"extrusion25\"", "", &format!("{noise}{ESTIMATE}"));
     let time = |_| {
         let (estimate, time) = timed(&problem);
         assert!(estimate.status.is_usable(), "{log}");
@@ -57,8 +36,8 @@ fn main() {
     let mut slowest: f64 = 0.0;
     println!("log | noise declared | noise estimated");
     for log in &logs {
-        let declared = least(log, &format!("{PROBLEM}{NOISE}"));
-        let estimated = least(log, PROBLEM);
+        let declared = least(log, NOISE);
+        let estimated = least(log, "");
         slowest = slowest.max(declared).max(estimated);
         println!("{log} | {declared:.2} s | {estimated:.2} s");
     }

@@ -32,9 +32,7 @@ pub struct Truth {
 /// A simulated peg-in-hole trial of `mujoco_iiwa14`, such as `extrusion/paper/trial_00`, with all
 /// that is declared exact, and its truth.
 pub fn mujoco_trial(name: &str) -> (Problem, Truth) {
-    let base = data().join("mujoco_iiwa14");
-    let folder = base.join(name);
-    let text = std::fs::read_to_string(folder.join("truth.json")).expect("truth.json");
+    let text = std::fs::read_to_string(data().join("mujoco_iiwa14").join(name).join("truth.json")).expect("truth.json");
     let truth: serde_json::Value = serde_json::from_str(&text).expect("JSON");
     let offset = truth["b_rad"].as_array().expect("b_rad").iter().map(|b| b.as_f64().expect("a number")).collect();
     let truth = Truth { strain: truth["r"].as_f64().expect("r"), offset };
@@ -45,6 +43,14 @@ pub fn mujoco_trial(name: &str) -> (Problem, Truth) {
     } else {
         "builtin = \"extrusion25\"".to_owned()
     };
+    let rest = "[noise]\nencoder_deg = 0.002\ncontact_mm = 0.02\nencoder_trend_deg = 0\n\
+                [estimate]\nparameters = [\"strain\", \"joint_offset\"]\nloss = \"geman_mcclure\"\n";
+    (mujoco_problem(name, &outline, "exact = true", rest), truth)
+}
+
+/// The problem of a recorded log: a peg with an `outline`, a line of tool and hole about what is
+/// `exact`, and the `rest` of the file, each as in a problem file.
+pub fn mujoco_problem(name: &str, outline: &str, exact: &str, rest: &str) -> Problem {
     let toml = format!(
         r#"
 [robot]
@@ -52,7 +58,7 @@ builtin = "iiwa14"
 [tool]
 kind = "peg"
 tip_from_tool = {{ xyz_mm = [0, 0, 150], quat_wxyz = [0, 0, 1, 0] }}
-exact = true
+{exact}
 {outline}
 length_mm = 40
 [[fixture]]
@@ -61,20 +67,14 @@ kind = "hole"
 base_from_fixture = {{ xyz_mm = [600, 100, 150], rpy_deg = [0, 0, 20] }}
 outline_offset_mm = 0.5
 depth_mm = 30
-exact = true
+{exact}
 [[contacts]]
 file = "contact.csv.gz"
 fixture = "hole"
-[noise]
-encoder_deg = 0.002
-contact_mm = 0.02
-encoder_trend_deg = 0
-[estimate]
-parameters = ["strain", "joint_offset"]
-loss = "geman_mcclure"
-"#
+{rest}"#
     );
-    (problem_file::read(&toml, "problem.toml", &folder).expect("a valid problem").problem, truth)
+    let folder = data().join("mujoco_iiwa14").join(name);
+    problem_file::read(&toml, "problem.toml", &folder).expect("a valid problem").problem
 }
 
 /// The trials of a folder such as `extrusion/paper`, sorted.

@@ -59,7 +59,8 @@ pub(crate) fn em_step(
 }
 
 /// The posterior of the parameters in the problem linearized at `theta`, with the odds and the
-/// noise before this iteration and a model's widths of priors.
+/// noise before this iteration and a model's widths of priors. Unlike that of variance components
+/// its mean is a damped Newton step away, since candidates enter and leave the gate farther off.
 struct LinearizedPosterior<'e> {
     theta: &'e DVector<f64>,
     /// Sums over contacts and distances, upper triangle.
