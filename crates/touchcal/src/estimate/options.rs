@@ -67,21 +67,19 @@ pub struct SearchOptions {
     /// Share (0 to below 1) of the contacts that lie within the scale of the first, widest cost;
     /// with 1 it is not widened.
     pub annealing_inliers: f64,
-    /// Stopping rule of the coarse stage, which minimizes squared distances of a subsample from the
-    /// manifolds' envelopes.
+    /// Stopping rule of the coarse stage: of a subsample's distances from manifolds' envelopes.
     pub coarse: LevenbergMarquardtOptions,
-    /// Stopping rule of the intermediate steps of annealing and subsamples. Its
-    /// decrement is multiplied by the number of contacts for which one of the subsample stands.
+    /// Stopping rule of the intermediate steps of annealing and subsamples. Its decrement is times
+    /// the number of contacts for which one of the subsample stands.
     pub anneal: LevenbergMarquardtOptions,
-    /// Stopping rule of each step of annealing with the marginal likelihood of one-sided contacts.
-    /// Its decrement is multiplied like that of `anneal`.
+    /// That of annealing with the marginal likelihood of one-sided contacts, its decrement as that.
     pub anneal_contact_modes: LevenbergMarquardtOptions,
-    /// Stopping rule of the last step, with all contacts, and after variance components were
-    /// estimated.
+    /// Stopping rule of the last step, with all contacts, and of that after variance components.
     pub fine: LevenbergMarquardtOptions,
-    /// Stopping rule of the last step with the marginal likelihood of all contacts. Candidate
-    /// contacts enter and leave the gate: the cost jumps by more than a step of some standard
-    /// deviations gains, so steps are judged by the gradient from farther off.
+    /// Stopping rule of the last step with the marginal likelihood of all contacts. As candidates
+    /// enter and leave the gate the cost jumps by more than a step of some standard deviations
+    /// gains, so steps are judged by the gradient from farther off. Directions of which contacts
+    /// say little beside others stay about where expectation–maximisation ends.
     pub fine_contact_modes: LevenbergMarquardtOptions,
     /// Prior standard deviation (m, > 0) of a fixture's gap bias: parts neither float nor penetrate
     /// by much more.
@@ -90,7 +88,13 @@ pub struct SearchOptions {
 
 impl Default for SearchOptions {
     fn default() -> Self {
-        let fine = LevenbergMarquardtOptions { max_iterations: 60, decrement: 1e-2, gradient_test_below: 0.03 };
+        let fine = LevenbergMarquardtOptions {
+            max_iterations: 60,
+            decrement: 1e-2,
+            gradient_test_below: 0.03,
+            least_information: 0.0,
+        };
+        let contact_modes = LevenbergMarquardtOptions { gradient_test_below: 0.1, ..fine };
         SearchOptions {
             max_restarts: 3,
             fit_subsample: 250,
@@ -100,13 +104,9 @@ impl Default for SearchOptions {
             annealing_inliers: 0.9,
             coarse: LevenbergMarquardtOptions { max_iterations: 100, decrement: 1e-3, ..fine },
             anneal: LevenbergMarquardtOptions { decrement: 1e-1, ..fine },
-            anneal_contact_modes: LevenbergMarquardtOptions {
-                max_iterations: 15,
-                decrement: 1e-1,
-                gradient_test_below: 0.1,
-            },
+            anneal_contact_modes: LevenbergMarquardtOptions { max_iterations: 15, decrement: 1e-1, ..contact_modes },
             fine,
-            fine_contact_modes: LevenbergMarquardtOptions { gradient_test_below: 0.1, ..fine },
+            fine_contact_modes: LevenbergMarquardtOptions { least_information: 1e-7, ..contact_modes },
             gap_bias_sigma: 0.1e-3,
         }
     }

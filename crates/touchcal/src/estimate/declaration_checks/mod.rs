@@ -17,7 +17,7 @@ use super::result::{DeclarationMistake, Warning};
 use super::search::SearchState;
 use alternatives::{possible_mistakes, without_mistake};
 use coarse_fit::CoarseFit;
-use other_arms::{other_arms, other_arms_with_another_tip};
+use other_arms::{better_than_places, other_arms, other_arms_with_another_tip};
 
 /// Standard deviations (m, rad) of fixtures' places that are not declared.
 const UNKNOWN: PlacePrior = PlacePrior::Gaussian { sigma: 1.0, sigma_angle: std::f64::consts::PI };
@@ -50,10 +50,9 @@ pub(super) fn declaration_warning(search: &SearchState<'_>) -> Option<Warning> {
     if declared.is_plausible(options) {
         return None;
     }
-    let fit_without = |mistake: &DeclarationMistake, problem: &Problem| {
-        let without = without_mistake(problem, mistake);
-        CoarseFit::minimum_below(without, options.max_iterations, MAX_EARLY_COST * declared.cost)
-    };
+    let fit =
+        |problem: Problem| CoarseFit::minimum_below(problem, options.max_iterations, MAX_EARLY_COST * declared.cost);
+    let fit_without = |mistake: &DeclarationMistake, problem: &Problem| fit(without_mistake(problem, mistake));
     let fewer = subsample(&few, options.contacts.div_ceil(CONTACTS_PER_FIRST));
     let corrected = possible_mistakes(&few).into_par_iter().filter_map(|mistake| {
         let is_possible = fit_without(&mistake, &fewer).cost < declared.cost;
@@ -61,14 +60,14 @@ pub(super) fn declaration_warning(search: &SearchState<'_>) -> Option<Warning> {
         Some((mistake, fit))
     });
     let mut candidates: Vec<(DeclarationMistake, CoarseFit)> = corrected.collect();
-    candidates.extend(other_arms(&few));
     let explains = |(_, fit): &(DeclarationMistake, CoarseFit)| {
         fit.is_plausible(options) && fit.is_far_better_than(declared.cost, options)
     };
     candidates.retain(explains);
+    let possible = |arms: Vec<_>| better_than_places(&few, arms.into_iter().filter(explains).collect());
+    candidates.extend(possible(other_arms(&few, fit)));
     if candidates.is_empty() {
-        candidates = other_arms_with_another_tip(&few);
-        candidates.retain(explains);
+        candidates = possible(other_arms_with_another_tip(&few, fit));
     }
     let (mistake, corrected) = candidates.into_iter().min_by(|(_, one), (_, other)| one.cost.total_cmp(&other.cost))?;
     Some(Warning::MistakenDeclaration { mistake, declared: declared.agreement(), corrected: corrected.agreement() })

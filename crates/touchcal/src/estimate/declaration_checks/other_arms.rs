@@ -23,16 +23,21 @@ const COST_OF_PARAMETER: f64 = 4.0;
 /// distances, which have similar effects.
 const MIN_ADVANTAGE: f64 = 20.0;
 
-/// Coarse fits as other arms that agree with the contacts better than wrong places of tool and
-/// fixtures, or wrong distances, would.
-pub(super) fn other_arms(problem: &Problem) -> Vec<(DeclarationMistake, CoarseFit)> {
-    let mut arms = strained_arms(problem);
-    arms.extend(known_arms(problem));
-    better_than_places(problem, arms)
+/// The problem with other arms, each with what `fit` makes of it.
+pub(super) fn other_arms(
+    problem: &Problem,
+    fit: impl Fn(Problem) -> CoarseFit,
+) -> Vec<(DeclarationMistake, CoarseFit)> {
+    let mut arms = strained_arms(problem, &fit);
+    arms.extend(known_arms(problem, &fit));
+    arms
 }
 
-/// Those among known arms of other lengths whose tip may be anywhere.
-pub(super) fn other_arms_with_another_tip(problem: &Problem) -> Vec<(DeclarationMistake, CoarseFit)> {
+/// Those with known arms of other lengths whose tip may be anywhere.
+pub(super) fn other_arms_with_another_tip(
+    problem: &Problem,
+    fit: impl Fn(Problem) -> CoarseFit,
+) -> Vec<(DeclarationMistake, CoarseFit)> {
     let mut any_tip = problem.clone();
     any_tip.tool.prior = OTHER_TIP;
     // The last segment ends at the tip.
@@ -42,13 +47,18 @@ pub(super) fn other_arms_with_another_tip(problem: &Problem) -> Vec<(Declaration
         let mut lengths = segments(arm).into_iter().zip(&own);
         lengths.any(|(other, own)| (other.length - own.length).abs() > MIN_STRAIN * own.length)
     });
-    better_than_places(problem, known_arms(&any_tip))
+    known_arms(&any_tip, fit)
 }
 
-fn better_than_places(
+/// Those of `arms` that agree with the contacts better than wrong places of tool and fixtures, or
+/// wrong distances, would.
+pub(super) fn better_than_places(
     problem: &Problem,
     mut arms: Vec<(DeclarationMistake, CoarseFit)>,
 ) -> Vec<(DeclarationMistake, CoarseFit)> {
+    if arms.is_empty() {
+        return arms;
+    }
     let max_iterations = problem.options.declaration_check.max_iterations;
     let without_distances = Problem { distances: Vec::new(), ..problem.clone() };
     let wrong = [with_free_places(problem), without_distances];
@@ -59,7 +69,7 @@ fn better_than_places(
 }
 
 /// The arm in another size, and with other lengths.
-fn strained_arms(problem: &Problem) -> Vec<(DeclarationMistake, CoarseFit)> {
+fn strained_arms(problem: &Problem, fit: impl Fn(Problem) -> CoarseFit) -> Vec<(DeclarationMistake, CoarseFit)> {
     let has = |block: Block| problem.parameters.iter().any(|parameter| parameter.id.block() == block);
     let mut strains = Vec::new();
     if !has(Block::SegmentStrain) {
@@ -72,7 +82,7 @@ fn strained_arms(problem: &Problem) -> Vec<(DeclarationMistake, CoarseFit)> {
         let (first, count) = (problem.parameters.len(), strains.len());
         let mut strained = problem.clone();
         strained.parameters.extend(strains.into_iter().map(|strain| strain.with_sigma(STRAIN_SIGMA)));
-        let mut fit = CoarseFit::minimum(strained, problem.options.declaration_check.max_iterations);
+        let mut fit = fit(strained);
         fit.cost += COST_OF_PARAMETER * count as f64;
         let values = fit.theta.rows(first, count);
         let segments = segments(&problem.robot).into_iter().enumerate();
@@ -87,12 +97,11 @@ fn strained_arms(problem: &Problem) -> Vec<(DeclarationMistake, CoarseFit)> {
 }
 
 /// The arms that the problem knows besides its own, of as many joints.
-fn known_arms(problem: &Problem) -> Vec<(DeclarationMistake, CoarseFit)> {
-    let max_iterations = problem.options.declaration_check.max_iterations;
+fn known_arms(problem: &Problem, fit: impl Fn(Problem) -> CoarseFit) -> Vec<(DeclarationMistake, CoarseFit)> {
     let arms = problem.other_arms.iter().filter(|arm| arm.dof() == problem.robot.dof());
     let each = arms.map(|arm| {
         let robot = arm.clone().with_gravity(*problem.robot.gravity());
-        let fit = CoarseFit::minimum(Problem { robot, ..problem.clone() }, max_iterations);
+        let fit = fit(Problem { robot, ..problem.clone() });
         (DeclarationMistake::OtherArm { name: arm.name().to_owned() }, fit)
     });
     each.collect()

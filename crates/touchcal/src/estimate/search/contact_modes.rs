@@ -122,7 +122,8 @@ fn iterate(
         }
         None => {
             let decrement = em.short_decrement;
-            let options = LevenbergMarquardtOptions { decrement, ..search.options().fine_contact_modes };
+            let options =
+                LevenbergMarquardtOptions { decrement, least_information: 0.0, ..search.options().fine_contact_modes };
             search.minimize(Objective::ContactModes, stride, options, observe);
         }
     }

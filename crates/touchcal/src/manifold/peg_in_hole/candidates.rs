@@ -29,7 +29,7 @@ const ALONG: f64 = 0.9;
 /// Largest radius of such a circle, over the peg's.
 const LARGEST: f64 = 1.1;
 /// Room for as many features near a pose as there mostly are.
-const EXPECTED: usize = 32;
+const EXPECTED: usize = 64;
 /// Height of a normal below which it is of no surface: nothing in a hole faces down by more than
 /// the peg is tilted. Edges that cross each other a little the wrong way have such normals.
 const DOWN: f64 = -0.3;
@@ -51,7 +51,7 @@ pub(super) fn push_candidates(
             features.push(NearFeature { covariance_gradient, gap: gap.clone() });
         }
     });
-    let mut candidates = grouped(features);
+    let mut candidates = grouped(&features);
     for k in (0..candidates.len()).rev() {
         if is_implied(k, &candidates, &gate.covariance, gate.own_variance) {
             candidates.remove(k);
@@ -70,12 +70,13 @@ pub(super) fn push_candidates(
 }
 
 /// The candidates that features make, one for each direction, the nearest first.
-fn grouped(mut features: Vec<NearFeature>) -> Vec<Candidate> {
-    let mut candidates: Vec<Candidate> = Vec::with_capacity(MAX_ROWS);
-    let nearer = |(_, a): &(usize, &NearFeature), (_, b): &(usize, &NearFeature)| a.gap.value.total_cmp(&b.gap.value);
-    while let Some((k, _)) = features.iter().enumerate().min_by(nearer) {
-        let mut candidate = Candidate::new(features.swap_remove(k));
-        features.retain(|feature| {
+fn grouped(features: &[NearFeature]) -> Vec<Candidate<'_>> {
+    let mut candidates: Vec<Candidate<'_>> = Vec::with_capacity(MAX_ROWS);
+    let mut ungrouped: Vec<&NearFeature> = features.iter().collect();
+    let nearer = |(_, a): &(usize, &&NearFeature), (_, b): &(usize, &&NearFeature)| a.gap.value.total_cmp(&b.gap.value);
+    while let Some((k, _)) = ungrouped.iter().enumerate().min_by(nearer) {
+        let mut candidate = Candidate::new(ungrouped.swap_remove(k));
+        ungrouped.retain(|feature| {
             let is_alike = alike(&candidate.nearest.gap.gradient, &feature.gap.gradient);
             if is_alike {
                 candidate.merge(feature);
@@ -90,7 +91,7 @@ fn grouped(mut features: Vec<NearFeature>) -> Vec<Candidate> {
 /// Whether two candidates are of one curved surface, as in a round hole or in a corner with more
 /// radius than the peg's: a peg touches it in one place at a time. Beside that place it is near in
 /// every contact, and touched in none, as no surface of its own would be.
-fn are_of_one_curve(a: &Candidate, b: &Candidate, hole: &Hole, hole_from_peg: &Pose) -> bool {
+fn are_of_one_curve(a: &Candidate<'_>, b: &Candidate<'_>, hole: &Hole, hole_from_peg: &Pose) -> bool {
     let [a, b] = [a, b].map(|candidate| &candidate.nearest.gap);
     let turn = b.normal_in_fixture - a.normal_in_fixture;
     let way = b.point_in_fixture - a.point_in_fixture;
@@ -109,15 +110,15 @@ struct NearFeature {
 
 /// The features that push in one direction: the nearest of them, and the mean of all that are as
 /// near within the noise. Noise would choose among those, and the one chosen is too near.
-struct Candidate {
-    nearest: NearFeature,
+struct Candidate<'f> {
+    nearest: &'f NearFeature,
     weight: f64,
     distance: f64,
     gradient: Twist,
 }
 
-impl Candidate {
-    fn new(nearest: NearFeature) -> Self {
+impl<'f> Candidate<'f> {
+    fn new(nearest: &'f NearFeature) -> Self {
         Candidate { weight: 1.0, distance: nearest.gap.value, gradient: nearest.gap.gradient, nearest }
     }
 
@@ -141,11 +142,11 @@ impl Candidate {
 /// n_a + β n_b` and `d ≥ α d_a + β d_b`, but for little noise, with neither `α` nor `β` negative.
 /// Where peg and hole are rounded alike, a corner's directions are all touched with those of its
 /// two sides: as candidates of their own they would count the sides again.
-fn is_implied(k: usize, candidates: &[Candidate], covariance: &Matrix6<f64>, own_variance: f64) -> bool {
+fn is_implied(k: usize, candidates: &[Candidate<'_>], covariance: &Matrix6<f64>, own_variance: f64) -> bool {
     let candidate = &candidates[k];
     let deviation = (candidate.gradient.dot(&(covariance * candidate.gradient)) + own_variance).sqrt();
     let others = || candidates.iter().enumerate().filter(|(other, _)| *other != k).map(|(_, other)| other);
-    let is_between = |a: &Candidate, b: &Candidate| {
+    let is_between = |a: &Candidate<'_>, b: &Candidate<'_>| {
         let [normal, a_normal, b_normal] = [candidate, a, b].map(|each| se3::linear(&each.gradient));
         let (by_a, by_b, both) = (normal.dot(&a_normal), normal.dot(&b_normal), a_normal.dot(&b_normal));
         let apart = 1.0 - both * both;
@@ -172,9 +173,9 @@ mod tests {
     use super::*;
     use crate::se3::twist;
 
-    /// A candidate that pushes in the plane z = 0 along an angle (rad), at a point of the tool's
-    /// axis at that height (m).
-    fn candidate(angle: f64, distance: f64, height: f64) -> Candidate {
+    /// A feature that pushes in the plane z = 0 along an angle (rad), at a point of the tool's axis
+    /// at that height (m).
+    fn feature(angle: f64, distance: f64, height: f64) -> NearFeature {
         let normal = Vector3::new(angle.cos(), angle.sin(), 0.0);
         let point = Vector3::new(0.0, 0.0, height);
         let gap = SignedGap {
@@ -183,26 +184,27 @@ mod tests {
             point_in_fixture: point.into(),
             normal_in_fixture: normal,
         };
-        Candidate::new(NearFeature { covariance_gradient: Twist::zeros(), gap })
+        NearFeature { covariance_gradient: Twist::zeros(), gap }
     }
 
     #[test]
     fn candidates_between_two_others_are_implied_unless_they_are_nearer() {
         let covariance = Matrix6::from_diagonal(&Twist::new(4e-10, 4e-10, 4e-10, 1e-8, 1e-8, 1e-8));
-        let is_implied = |middle: Candidate| {
-            let candidates = [candidate(0.0, 10e-6, 0.0), candidate(std::f64::consts::FRAC_PI_2, 30e-6, 0.0), middle];
+        let is_implied = |middle: NearFeature| {
+            let features = [feature(0.0, 10e-6, 0.0), feature(std::f64::consts::FRAC_PI_2, 30e-6, 0.0), middle];
+            let candidates = features.each_ref().map(Candidate::new);
             let found = [0, 1, 2].map(|k| super::is_implied(k, &candidates, &covariance, 2e-10));
             assert!(!found[0] && !found[1]);
             found[2]
         };
         let angle = 0.5_f64;
         let on_line = 10e-6 * angle.cos() + 30e-6 * angle.sin();
-        assert!(is_implied(candidate(angle, on_line, 0.0)));
-        assert!(is_implied(candidate(angle, on_line + 50e-6, 0.0)));
-        assert!(!is_implied(candidate(angle, on_line - 10e-6, 0.0)));
+        assert!(is_implied(feature(angle, on_line, 0.0)));
+        assert!(is_implied(feature(angle, on_line + 50e-6, 0.0)));
+        assert!(!is_implied(feature(angle, on_line - 10e-6, 0.0)));
         // Noise turns the tool by 0.1 mrad.
-        assert!(!is_implied(candidate(angle, on_line, 0.2)));
+        assert!(!is_implied(feature(angle, on_line, 0.2)));
         // Beside the two, not between them.
-        assert!(!is_implied(candidate(-angle, on_line, 0.0)));
+        assert!(!is_implied(feature(-angle, on_line, 0.0)));
     }
 }

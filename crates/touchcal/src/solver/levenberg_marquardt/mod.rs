@@ -33,6 +33,10 @@ pub struct LevenbergMarquardtOptions {
     /// cost, if it moves the whitened rows by less than this (1, ≥ 0, root mean square): a share of
     /// their noise. At 0 the cost judges all steps.
     pub gradient_test_below: f64,
+    /// Information (1, ≥ 0), as a share of the largest one in scaled units, below which a direction
+    /// hardly counts in the decrement that ends the minimization: it is added to all. At 0 each
+    /// direction counts, however little is known of it.
+    pub least_information: f64,
 }
 
 /// Where no step descends, a decrement of up to this many times the limit still counts as the
@@ -88,7 +92,7 @@ pub(crate) fn minimize(
     let largest = largest_information(&normal, free);
     let mut damping = INITIAL_DAMPING;
     let mut growth = DAMPING_GROWTH;
-    let mut decrement = f64::INFINITY;
+    let mut remaining = f64::INFINITY;
     let mut iterations = 1;
     let reason = loop {
         if observe(iterations, normal.cost).is_break() {
@@ -106,8 +110,11 @@ pub(crate) fn minimize(
             continue;
         };
         let step = damped.step(&normal.gradient);
-        decrement = -normal.gradient.dot(&step);
-        if iterations >= options.max_iterations && decrement > options.decrement {
+        let decrement = -normal.gradient.dot(&step);
+        let is_wider = options.least_information > damping;
+        let counted = is_wider.then(|| normal.damped(free, options.least_information * largest)).flatten();
+        remaining = counted.map_or(decrement, |counted| counted.decrement(&normal.gradient));
+        if iterations >= options.max_iterations && remaining > options.decrement {
             break StopReason::IterationLimit;
         }
         let mut attempt = |share: f64| {
@@ -127,20 +134,20 @@ pub(crate) fn minimize(
             normal = trial.normal;
             damping = (damping * (1.0 - (2.0 * trial.gain - 1.0).powi(3)).max(0.1)).max(MIN_DAMPING);
             growth = DAMPING_GROWTH;
-        } else if decrement <= KINK_TOLERANCE * options.decrement {
+        } else if remaining <= KINK_TOLERANCE * options.decrement {
             break StopReason::Converged;
         } else {
             damping = (damping * growth).max(FIRST_DAMPING);
             growth *= 2.0;
         }
-        if decrement <= options.decrement {
+        if remaining <= options.decrement {
             break StopReason::Converged;
         }
         if damping > MAX_DAMPING {
             break StopReason::NoDescent;
         }
     };
-    let termination = Termination { reason, measured: decrement, threshold: options.decrement, iterations };
+    let termination = Termination { reason, measured: remaining, threshold: options.decrement, iterations };
     Minimum { theta, termination }
 }
 
@@ -165,3 +172,43 @@ fn gain(
 
 #[cfg(test)]
 mod nist;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The cost `(1e4 (x − 1))² + (0.1 (y − 25))²`.
+    fn linearize(theta: &DVector<f64>) -> NormalEquations {
+        let mut normal = NormalEquations::new(2);
+        for (k, (slope, minimum)) in [(1e4, 1.0), (0.1, 25.0)].into_iter().enumerate() {
+            let residual = slope * (theta[k] - minimum);
+            normal.add_row(&[k], &[slope], residual, 1.0);
+            normal.cost += residual * residual;
+            normal.rows += 1.0;
+        }
+        normal.complete()
+    }
+
+    /// The damping starts at ten times the information of y, which so takes more steps.
+    #[test]
+    fn a_direction_of_little_information_need_not_be_at_its_minimum() {
+        let end = |least_information| {
+            let options = LevenbergMarquardtOptions {
+                max_iterations: 100,
+                decrement: 1e-2,
+                gradient_test_below: 0.1,
+                least_information,
+            };
+            let free = FreeParameters::new(DVector::repeat(2, 1.0));
+            minimize(linearize, DVector::zeros(2), &free, options, &mut |_, _| ControlFlow::Continue(()))
+        };
+        let (all, strong) = (end(0.0), end(1e-7));
+        for minimum in [&all, &strong] {
+            assert_eq!(minimum.termination.reason, StopReason::Converged);
+            assert!((minimum.theta[0] - 1.0).abs() < 1e-8, "{}", minimum.theta);
+        }
+        let iterations = [&all, &strong].map(|minimum| minimum.termination.iterations);
+        assert!(iterations[1] <= 3 && iterations[0] > 5, "{iterations:?}");
+        assert!(strong.theta[1] < 20.0 && all.theta[1] > 24.9, "{} {}", strong.theta, all.theta);
+    }
+}
