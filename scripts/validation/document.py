@@ -18,7 +18,7 @@ SECTION = "<!-- {0} -->\n{1}<!-- /{0} -->\n"
 
 def references():
     """The pinned references, `numpy 2.4.6, …`."""
-    lines = (ROOT / "scripts/requirements/validation.txt").read_text().splitlines()
+    lines = (ROOT / "scripts/requirements/validation.in").read_text().splitlines()
     return ", ".join(line.replace("==", " ") for line in lines if "==" in line)
 
 
