@@ -17,9 +17,11 @@ SECTION = "<!-- {0} -->\n{1}<!-- /{0} -->\n"
 
 
 def references():
-    """The pinned references, `numpy 2.4.6, …`."""
-    lines = (ROOT / "scripts/requirements/validation.in").read_text().splitlines()
-    return ", ".join(line.replace("==", " ") for line in lines if "==" in line)
+    """The references that are asked for with the versions that are pinned, `numpy 2.4.6, …`."""
+    asked, pinned = ((ROOT / f"scripts/requirements/validation.{kind}").read_text().splitlines() for kind in ("in", "txt"))
+    names = [line.split("==")[0] for line in asked if "==" in line]
+    versions = dict(line.split(" ")[0].split("==") for line in pinned if "==" in line)
+    return ", ".join(f"{name} {versions[name]}" for name in names)
 
 
 def machine():

@@ -89,7 +89,7 @@ def of_kinds(kinds):
 
 
 def on_simulated_contacts(options):
-    """All kinds, with at least as many answers as two excitations give."""
+    """All kinds. Those that are tried with one excitation have twice the trials: as many answers as with two."""
     trials = TRIALS[options.form]
     found = battery("falsified", ["--trials", trials], options)
     few = [kind["kind"] for kind in found if kind["trials"] < 2 * trials]

@@ -48,6 +48,13 @@ pub(super) struct EffectTests {
     untested: Vec<OmittedEffect>,
 }
 
+impl EffectTests {
+    /// Those tests alone, in the same order.
+    pub fn outcomes(&self) -> Vec<EffectTest> {
+        self.tests.iter().map(|found| found.test.clone()).collect()
+    }
+}
+
 /// Score tests of all effects that the model leaves out. None where the minimum was not reached or
 /// is none, contacts have no likelihood, or parameters are too many.
 pub(super) fn effect_tests(search: &mut SearchState<'_>, estimate: &Estimate) -> EffectTests {
@@ -146,7 +153,6 @@ pub(super) fn apply_effect_tests(
             let EffectTest { effect, p_value, displacement, .. } = test.clone();
             warnings.push(Warning::OmittedEffect { effect, p_value, displacement, usable });
         }
-        estimate.effect_tests.push(test);
     }
     estimate.untested.extend(untested.iter().map(OmittedEffect::name));
     for (k, entry) in estimate.parameters.iter_mut().enumerate() {

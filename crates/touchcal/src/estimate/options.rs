@@ -69,17 +69,17 @@ pub struct SearchOptions {
     pub annealing_inliers: f64,
     /// Stopping rule of the coarse stage: of a subsample's distances from manifolds' envelopes.
     pub coarse: LevenbergMarquardtOptions,
-    /// Stopping rule of the intermediate steps of annealing and subsamples. Its decrement is times
-    /// the number of contacts for which one of the subsample stands.
+    /// Stopping rule of the intermediate steps of annealing and subsamples. Its decrement is
+    /// multiplied by the number of contacts for which one of the subsample stands.
     pub anneal: LevenbergMarquardtOptions,
-    /// That of annealing with the marginal likelihood of one-sided contacts, its decrement as that.
+    /// Stopping rule of annealing with one-sided contacts; its decrement is multiplied likewise.
     pub anneal_contact_modes: LevenbergMarquardtOptions,
-    /// Stopping rule of the last step, with all contacts, and of that after variance components.
+    /// Stopping rule of the last stage, with all contacts, and after the variance components.
     pub fine: LevenbergMarquardtOptions,
     /// Stopping rule of the last step with the marginal likelihood of all contacts. As candidates
     /// enter and leave the gate the cost jumps by more than a step of some standard deviations
-    /// gains, so steps are judged by the gradient from farther off. Directions of which contacts
-    /// say little beside others stay about where expectation–maximisation ends.
+    /// gains, so steps are judged by the gradient from farther off. Directions of little
+    /// information stay about where expectation–maximisation ends.
     pub fine_contact_modes: LevenbergMarquardtOptions,
     /// Prior standard deviation (m, > 0) of a fixture's gap bias: parts neither float nor penetrate
     /// by much more.
@@ -288,11 +288,11 @@ pub struct WarningThresholds {
     /// much scatter is no noise, but another shape or place.
     pub noise_factor: [f64; 2],
     /// Design effects (1) above which there is a warning `[0]` (standard deviations are doubled at
-    /// 4) and from which the result is not usable `[1]`: errors common to so many contacts bias the
-    /// result by an amount that the contacts do not determine. It is not usable above `[0]`
-    /// already where one-sided contacts scatter more than at a right minimum
-    /// ([`MultiStartOptions::min_scatter`]), stretches of the log do not contradict each other, and
-    /// standard deviations do not allow for effects that the model leaves out.
+    /// 4) and from which the result is not usable `[1]`: errors common to so many contacts bias it
+    /// by an amount that contacts do not determine, unless tests show above all a random walk of
+    /// encoders. It is not usable above `[0]` already where one-sided contacts scatter more than at
+    /// a right minimum ([`MultiStartOptions::min_scatter`]), stretches of the log do not contradict
+    /// each other, and standard deviations do not allow for effects that the model leaves out.
     pub design_effect: [f64; 2],
     /// Range of a joint's positions (rad, or m for a prismatic joint) below which its parameters
     /// resemble those of its neighbours and there is a warning.

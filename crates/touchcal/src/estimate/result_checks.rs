@@ -6,7 +6,7 @@ use super::input_checks::input_warnings;
 use super::model::has_exact_declarations;
 use super::options::WarningThresholds;
 use super::problem::{Fixture, Problem};
-use super::result::{Estimate, ParameterEstimate, Warning};
+use super::result::{EffectTest, Estimate, OmittedEffect, ParameterEstimate, Warning};
 use super::search::{SearchState, uses_contact_modes};
 use super::uncertainty::{CalibratedTool, tool_displacement, tool_positions};
 use crate::parameter::{Parameter, ParameterId};
@@ -118,7 +118,15 @@ fn fit_warnings(search: &SearchState<'_>, statistics: &FitStatistics, estimate: 
         // What biases all stretches of the log alike, no stretch shows.
         let is_measured = predictive_check.is_some_and(|found| found.p_value < thresholds.prediction_p_value);
         let is_unexplained = search.has_excess_scatter && !problem.allows_for_unseen_effects() && !is_measured;
-        let usable = design_effect < thresholds.design_effect[1] && !is_unexplained;
+        // A walk of encoders correlates errors; how far it moves the tool is known from its test.
+        let is_walk = |test: &EffectTest| {
+            test.effect == OmittedEffect::JointWalk
+                && test.p_value < thresholds.effect_p_value
+                && test.displacement <= test.radius
+        };
+        let is_told = estimate.effect_tests.first().is_some_and(is_walk);
+        let is_limited = design_effect < thresholds.design_effect[1] || is_told;
+        let usable = is_limited && !is_unexplained;
         warnings.push(Warning::CorrelatedErrors { design_effect, usable });
     }
     let informative = search.informative_share.filter(|_| statistics.has_least_gap_inflation);

@@ -180,6 +180,7 @@ pub(super) fn summarize(mut search: SearchState<'_>) -> Estimate {
 /// Tests the estimate, and adds the warnings that follow.
 fn check(estimate: &mut Estimate, search: &mut SearchState<'_>, statistics: &FitStatistics) {
     let tests = effect_tests(search, estimate);
+    estimate.effect_tests = tests.outcomes();
     estimate.warnings.extend(declaration_warning(search));
     estimate.warnings.extend(result_warnings(search, estimate, statistics));
     let of_effects = apply_effect_tests(estimate, tests, &search.model.problem.options.thresholds);

@@ -50,9 +50,10 @@ pub(super) fn declaration_warning(search: &SearchState<'_>) -> Option<Warning> {
     if declared.is_plausible(options) {
         return None;
     }
-    let fit =
-        |problem: Problem| CoarseFit::minimum_below(problem, options.max_iterations, MAX_EARLY_COST * declared.cost);
-    let fit_without = |mistake: &DeclarationMistake, problem: &Problem| fit(without_mistake(problem, mistake));
+    let fit_without = |mistake: &DeclarationMistake, problem: &Problem| {
+        let without = without_mistake(problem, mistake);
+        CoarseFit::minimum_below(without, options.max_iterations, MAX_EARLY_COST * declared.cost)
+    };
     let fewer = subsample(&few, options.contacts.div_ceil(CONTACTS_PER_FIRST));
     let corrected = possible_mistakes(&few).into_par_iter().filter_map(|mistake| {
         let is_possible = fit_without(&mistake, &fewer).cost < declared.cost;
@@ -65,9 +66,9 @@ pub(super) fn declaration_warning(search: &SearchState<'_>) -> Option<Warning> {
     };
     candidates.retain(explains);
     let possible = |arms: Vec<_>| better_than_places(&few, arms.into_iter().filter(explains).collect());
-    candidates.extend(possible(other_arms(&few, fit)));
+    candidates.extend(possible(other_arms(&few)));
     if candidates.is_empty() {
-        candidates = possible(other_arms_with_another_tip(&few, fit));
+        candidates = possible(other_arms_with_another_tip(&few));
     }
     let (mistake, corrected) = candidates.into_iter().min_by(|(_, one), (_, other)| one.cost.total_cmp(&other.cost))?;
     Some(Warning::MistakenDeclaration { mistake, declared: declared.agreement(), corrected: corrected.agreement() })

@@ -23,21 +23,15 @@ const COST_OF_PARAMETER: f64 = 4.0;
 /// distances, which have similar effects.
 const MIN_ADVANTAGE: f64 = 20.0;
 
-/// The problem with other arms, each with what `fit` makes of it.
-pub(super) fn other_arms(
-    problem: &Problem,
-    fit: impl Fn(Problem) -> CoarseFit,
-) -> Vec<(DeclarationMistake, CoarseFit)> {
-    let mut arms = strained_arms(problem, &fit);
-    arms.extend(known_arms(problem, &fit));
+/// Other arms of which the contacts may be, each with its coarse fit.
+pub(super) fn other_arms(problem: &Problem) -> Vec<(DeclarationMistake, CoarseFit)> {
+    let mut arms = strained_arms(problem);
+    arms.extend(known_arms(problem));
     arms
 }
 
-/// Those with known arms of other lengths whose tip may be anywhere.
-pub(super) fn other_arms_with_another_tip(
-    problem: &Problem,
-    fit: impl Fn(Problem) -> CoarseFit,
-) -> Vec<(DeclarationMistake, CoarseFit)> {
+/// Known arms of other lengths whose tip may be anywhere, each with its coarse fit.
+pub(super) fn other_arms_with_another_tip(problem: &Problem) -> Vec<(DeclarationMistake, CoarseFit)> {
     let mut any_tip = problem.clone();
     any_tip.tool.prior = OTHER_TIP;
     // The last segment ends at the tip.
@@ -47,7 +41,7 @@ pub(super) fn other_arms_with_another_tip(
         let mut lengths = segments(arm).into_iter().zip(&own);
         lengths.any(|(other, own)| (other.length - own.length).abs() > MIN_STRAIN * own.length)
     });
-    known_arms(&any_tip, fit)
+    known_arms(&any_tip)
 }
 
 /// Those of `arms` that agree with the contacts better than wrong places of tool and fixtures, or
@@ -69,7 +63,7 @@ pub(super) fn better_than_places(
 }
 
 /// The arm in another size, and with other lengths.
-fn strained_arms(problem: &Problem, fit: impl Fn(Problem) -> CoarseFit) -> Vec<(DeclarationMistake, CoarseFit)> {
+fn strained_arms(problem: &Problem) -> Vec<(DeclarationMistake, CoarseFit)> {
     let has = |block: Block| problem.parameters.iter().any(|parameter| parameter.id.block() == block);
     let mut strains = Vec::new();
     if !has(Block::SegmentStrain) {
@@ -82,7 +76,7 @@ fn strained_arms(problem: &Problem, fit: impl Fn(Problem) -> CoarseFit) -> Vec<(
         let (first, count) = (problem.parameters.len(), strains.len());
         let mut strained = problem.clone();
         strained.parameters.extend(strains.into_iter().map(|strain| strain.with_sigma(STRAIN_SIGMA)));
-        let mut fit = fit(strained);
+        let mut fit = CoarseFit::minimum(strained, problem.options.declaration_check.max_iterations);
         fit.cost += COST_OF_PARAMETER * count as f64;
         let values = fit.theta.rows(first, count);
         let segments = segments(&problem.robot).into_iter().enumerate();
@@ -97,11 +91,12 @@ fn strained_arms(problem: &Problem, fit: impl Fn(Problem) -> CoarseFit) -> Vec<(
 }
 
 /// The arms that the problem knows besides its own, of as many joints.
-fn known_arms(problem: &Problem, fit: impl Fn(Problem) -> CoarseFit) -> Vec<(DeclarationMistake, CoarseFit)> {
+fn known_arms(problem: &Problem) -> Vec<(DeclarationMistake, CoarseFit)> {
+    let max_iterations = problem.options.declaration_check.max_iterations;
     let arms = problem.other_arms.iter().filter(|arm| arm.dof() == problem.robot.dof());
     let each = arms.map(|arm| {
         let robot = arm.clone().with_gravity(*problem.robot.gravity());
-        let fit = fit(Problem { robot, ..problem.clone() });
+        let fit = CoarseFit::minimum(Problem { robot, ..problem.clone() }, max_iterations);
         (DeclarationMistake::OtherArm { name: arm.name().to_owned() }, fit)
     });
     each.collect()

@@ -33,9 +33,9 @@ pub struct LevenbergMarquardtOptions {
     /// cost, if it moves the whitened rows by less than this (1, ≥ 0, root mean square): a share of
     /// their noise. At 0 the cost judges all steps.
     pub gradient_test_below: f64,
-    /// Information (1, ≥ 0), as a share of the largest one in scaled units, below which a direction
-    /// hardly counts in the decrement that ends the minimization: it is added to all. At 0 each
-    /// direction counts, however little is known of it.
+    /// Share (1, ≥ 0) of the largest scaled information that is added to each direction in the
+    /// decrement that ends the minimization, and in the last step. Directions of less information
+    /// may end standard deviations away from their minimum; at 0 none does.
     pub least_information: f64,
 }
 
@@ -92,7 +92,7 @@ pub(crate) fn minimize(
     let largest = largest_information(&normal, free);
     let mut damping = INITIAL_DAMPING;
     let mut growth = DAMPING_GROWTH;
-    let mut remaining = f64::INFINITY;
+    let mut decrement = f64::INFINITY;
     let mut iterations = 1;
     let reason = loop {
         if observe(iterations, normal.cost).is_break() {
@@ -109,12 +109,13 @@ pub(crate) fn minimize(
             }
             continue;
         };
-        let step = damped.step(&normal.gradient);
-        let decrement = -normal.gradient.dot(&step);
         let is_wider = options.least_information > damping;
-        let counted = is_wider.then(|| normal.damped(free, options.least_information * largest)).flatten();
-        remaining = counted.map_or(decrement, |counted| counted.decrement(&normal.gradient));
-        if iterations >= options.max_iterations && remaining > options.decrement {
+        let strong = is_wider.then(|| normal.damped(free, options.least_information * largest)).flatten();
+        // The last step moves the directions that count.
+        let damped = strong.filter(|strong| strong.decrement(&normal.gradient) <= options.decrement).unwrap_or(damped);
+        let step = damped.step(&normal.gradient);
+        decrement = -normal.gradient.dot(&step);
+        if iterations >= options.max_iterations && decrement > options.decrement {
             break StopReason::IterationLimit;
         }
         let mut attempt = |share: f64| {
@@ -134,20 +135,20 @@ pub(crate) fn minimize(
             normal = trial.normal;
             damping = (damping * (1.0 - (2.0 * trial.gain - 1.0).powi(3)).max(0.1)).max(MIN_DAMPING);
             growth = DAMPING_GROWTH;
-        } else if remaining <= KINK_TOLERANCE * options.decrement {
+        } else if decrement <= KINK_TOLERANCE * options.decrement {
             break StopReason::Converged;
         } else {
             damping = (damping * growth).max(FIRST_DAMPING);
             growth *= 2.0;
         }
-        if remaining <= options.decrement {
+        if decrement <= options.decrement {
             break StopReason::Converged;
         }
         if damping > MAX_DAMPING {
             break StopReason::NoDescent;
         }
     };
-    let termination = Termination { reason, measured: remaining, threshold: options.decrement, iterations };
+    let termination = Termination { reason, measured: decrement, threshold: options.decrement, iterations };
     Minimum { theta, termination }
 }
 
