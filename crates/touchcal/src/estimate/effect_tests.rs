@@ -49,7 +49,7 @@ pub(super) struct EffectTests {
 }
 
 impl EffectTests {
-    /// Those tests alone, in the same order.
+    /// The outcome of each test, that with the least p-value first.
     pub fn outcomes(&self) -> Vec<EffectTest> {
         self.tests.iter().map(|found| found.test.clone()).collect()
     }
@@ -150,7 +150,7 @@ pub(super) fn apply_effect_tests(
                 let change = change.rows(0, parameters);
                 estimate.covariance += change * change.transpose();
             }
-            let EffectTest { effect, p_value, displacement, .. } = test.clone();
+            let EffectTest { effect, p_value, displacement, .. } = test;
             warnings.push(Warning::OmittedEffect { effect, p_value, displacement, usable });
         }
     }

@@ -118,14 +118,15 @@ fn fit_warnings(search: &SearchState<'_>, statistics: &FitStatistics, estimate: 
         // What biases all stretches of the log alike, no stretch shows.
         let is_measured = predictive_check.is_some_and(|found| found.p_value < thresholds.prediction_p_value);
         let is_unexplained = search.has_excess_scatter && !problem.allows_for_unseen_effects() && !is_measured;
-        // A walk of encoders correlates errors; how far it moves the tool is known from its test.
+        // A random walk of encoders correlates errors too. Its score test tells the displacement of
+        // the tool.
         let is_walk = |test: &EffectTest| {
             test.effect == OmittedEffect::JointWalk
                 && test.p_value < thresholds.effect_p_value
                 && test.displacement <= test.radius
         };
-        let is_told = estimate.effect_tests.first().is_some_and(is_walk);
-        let is_limited = design_effect < thresholds.design_effect[1] || is_told;
+        let is_explained = estimate.effect_tests.first().is_some_and(is_walk);
+        let is_limited = design_effect < thresholds.design_effect[1] || is_explained;
         let usable = is_limited && !is_unexplained;
         warnings.push(Warning::CorrelatedErrors { design_effect, usable });
     }

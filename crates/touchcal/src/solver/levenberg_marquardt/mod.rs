@@ -35,7 +35,7 @@ pub struct LevenbergMarquardtOptions {
     pub gradient_test_below: f64,
     /// Share (1, ≥ 0) of the largest scaled information that is added to each direction in the
     /// decrement that ends the minimization, and in the last step. Directions of less information
-    /// may end standard deviations away from their minimum; at 0 none does.
+    /// may end standard deviations away from their minimum. At 0 all directions count alike.
     pub least_information: f64,
 }
 
@@ -111,7 +111,7 @@ pub(crate) fn minimize(
         };
         let is_wider = options.least_information > damping;
         let strong = is_wider.then(|| normal.damped(free, options.least_information * largest)).flatten();
-        // The last step moves the directions that count.
+        // The last step moves only the directions that count in the decrement.
         let damped = strong.filter(|strong| strong.decrement(&normal.gradient) <= options.decrement).unwrap_or(damped);
         let step = damped.step(&normal.gradient);
         decrement = -normal.gradient.dot(&step);
@@ -190,7 +190,7 @@ mod tests {
         normal.complete()
     }
 
-    /// The damping starts at ten times the information of y, which so takes more steps.
+    /// The damping starts at ten times the information of y, so that y takes more steps than x.
     #[test]
     fn a_direction_of_little_information_need_not_be_at_its_minimum() {
         let end = |least_information| {
