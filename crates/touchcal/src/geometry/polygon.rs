@@ -151,18 +151,31 @@ impl Polygon {
     /// # Errors
     /// [`PolygonError::EdgeLost`] if an edge shrinks to nothing, otherwise as [`Polygon::new`].
     pub fn offset_mitred(&self, distance: f64) -> Result<Self, PolygonError> {
+        self.offset_mitred_by(|_| distance)
+    }
+
+    /// The same with a distance (m) for each outward unit normal of an edge.
+    ///
+    /// # Errors
+    /// As [`Polygon::offset_mitred`].
+    pub fn offset_mitred_by(&self, distance: impl Fn(&Vector2<f64>) -> f64) -> Result<Self, PolygonError> {
         let n = self.len();
         let moved: Vec<Point2<f64>> = (0..n)
             .map(|i| {
                 let (before, after) = (self.outward((i + n - 1) % n), self.outward(i));
-                // The point at `distance` from both edges' lines.
-                self.vertices[i] + (before + after) * (distance / (1.0 + before.dot(&after)))
+                let (first, second) = (distance(&before), distance(&after));
+                // The point at these distances from both edges' lines.
+                let cosine = before.dot(&after);
+                let common = (before + after) * (0.5 * (first + second) / (1.0 + cosine));
+                let difference = 0.5 * (first - second);
+                let apart = if difference == 0.0 { 0.0 } else { difference / (1.0 - cosine) };
+                self.vertices[i] + common + (before - after) * apart
             })
             .collect();
         for edge in 0..n {
             let was = self.vertices[(edge + 1) % n] - self.vertices[edge];
             if (moved[(edge + 1) % n] - moved[edge]).dot(&was) <= 0.0 {
-                return Err(PolygonError::EdgeLost { distance, edge });
+                return Err(PolygonError::EdgeLost { distance: distance(&self.outward(edge)), edge });
             }
         }
         Polygon::new(moved)

@@ -13,9 +13,11 @@ pub struct Exploration {
     pub radius: f64,
     /// Amplitude of each component of the rotation vector, x, y and z (rad, ≥ 0).
     pub tilt: f64,
-    /// Distance of the command beyond the deepest pose that the fixture allows (m, ≥ 0). At its
-    /// other end the press is where an upright tool first touches.
+    /// Distance of the command beyond the deepest pose that the fixture allows (m, ≥ 0).
     pub press: f64,
+    /// Height of the command's upper end over where an upright tool first touches (m, ≥ 0): above 0
+    /// the tool leaves the fixture between presses.
+    pub lift: f64,
     /// Amplitude of the swing of each joint about its posture (rad, or m for a prismatic joint;
     /// ≥ 0), neighbours in opposite directions. Only redundant joints follow it.
     pub swing: f64,
@@ -28,11 +30,12 @@ impl Exploration {
     /// The commanded pose, `time` seconds after the start, over a fixture that is first touched at
     /// one height and goes down to another (m).
     pub(super) fn command(&self, time: f64, (top, bottom): (f64, f64)) -> Pose {
-        let Exploration { radius, tilt, press, .. } = *self;
+        let Exploration { radius, tilt, press, lift, .. } = *self;
         let wave = |hertz: f64, phase: f64| self.wave(time, hertz, phase);
         let reach = radius * (0.6 + 0.4 * wave(0.31, 0.0));
-        let below = (top - bottom + press) * (0.5 - 0.5 * wave(0.17, 0.25));
-        let translation = Pose::translation(reach * wave(1.3, 0.25), reach * wave(1.3, 0.0), top - below);
+        let upper = top + lift;
+        let below = (upper - bottom + press) * (0.5 - 0.5 * wave(0.17, 0.25));
+        let translation = Pose::translation(reach * wave(1.3, 0.25), reach * wave(1.3, 0.0), upper - below);
         let rotation =
             Twist::new(0.0, 0.0, 0.0, tilt * wave(0.73, 0.1), tilt * wave(0.59, 0.4), tilt * wave(0.43, 0.7));
         translation * se3::exp(&rotation)

@@ -17,6 +17,8 @@ const POSTURE: [f64; 7] = [0.0, 0.73, 0.26, -1.56, -0.23, 0.87, -0.02];
 /// Coefficients of expansion (1/K) of an aluminium alloy and of a laminate of carbon fibre.
 const ALUMINIUM: f64 = 23e-6;
 const CFRP: f64 = 2e-6;
+/// Coefficient of friction of machined metal on metal, lightly lubricated.
+const FRICTION: f64 = 0.2;
 /// Distance of two sockets of a block (m).
 const SPACING: f64 = 50.0 * MM;
 
@@ -32,18 +34,25 @@ pub enum PartsError {
 }
 
 /// A built-in scenario. All are of an iiwa 14, and differ in its possible errors and in what it
-/// touches: a 25 mm T-slot extrusion explores a hole of 1.0 mm clearance, 30 mm deep, at a known
-/// pose, recorded at 300 Hz until it has 3000 contacts, where nothing else is said.
+/// touches: a 25 mm T-slot extrusion explores a hole of 1.0 mm clearance, 30 mm deep, recorded at
+/// 300 Hz until it has 3000 contacts, where nothing else is said.
+///
+/// [`Preset::Paper`] alone is exact and without friction. The others have friction of 0.2; those
+/// with a peg also form errors of 0.01 mm, a tool mounted to 0.05 mm and 0.02°, a hole as wide and
+/// as deep as declared to 0.02 mm, and a force sensor with a noise of 0.2 N and a time constant of
+/// 10 ms (standard deviations).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Preset {
     /// The experiment of Negi, Manyar & Gupta (2025, arXiv 2506.17458): strain ±0.05, encoder
-    /// biases ±5°, of either sign with equal probability.
+    /// biases ±5°, of either sign with equal probability; parts and places exact.
     Paper,
     /// An aluminium arm in low Earth orbit, its temperature recorded: strain within ±0.003, ±0.001
-    /// on top of it for each segment, encoder biases within ±0.1°, all uniform.
+    /// on top of it for each segment, encoder biases within ±0.1°, all uniform; the hole's pose
+    /// known to 0.1 mm and 0.02° (standard deviations).
     LeoAluminium,
     /// An arm of carbon fibre in low Earth orbit, its temperature recorded: strain within ±2e-4,
-    /// encoder biases within ±0.02°, both uniform.
+    /// encoder biases within ±0.02°, both uniform; the hole's pose known to 0.1 mm and 0.02°
+    /// (standard deviations).
     LeoCfrp,
     /// A cell in a hall: no strain, encoder biases within ±0.3°, uniform; the hole's pose known to
     /// 1 mm and 0.2° (standard deviations).
@@ -101,15 +110,21 @@ impl Preset {
             },
         };
         let thermal = |expansion| Some(Thermal { expansion, reference: 20.0, sensor_sigma: 0.1 });
+        let surveyed = PlaceError { length: 0.1 * MM, angle: 0.02 * DEG };
         match self {
-            Preset::Paper => {}
-            Preset::LeoAluminium => scenario.thermal = thermal(ALUMINIUM),
-            Preset::LeoCfrp => scenario.thermal = thermal(CFRP),
-            Preset::Workcell => {
-                scenario.touches[0].place_error = PlaceError { length: 1.0 * MM, angle: 0.2 * DEG };
+            Preset::Paper => return Ok(scenario),
+            Preset::LeoAluminium => {
+                scenario.thermal = thermal(ALUMINIUM);
+                as_made(&mut scenario, surveyed);
             }
+            Preset::LeoCfrp => {
+                scenario.thermal = thermal(CFRP);
+                as_made(&mut scenario, surveyed);
+            }
+            Preset::Workcell => as_made(&mut scenario, PlaceError { length: 1.0 * MM, angle: 0.2 * DEG }),
             Preset::Mukca => in_sockets(&mut scenario),
         }
+        scenario.friction = FRICTION;
         Ok(scenario)
     }
 }
@@ -135,11 +150,14 @@ fn in_hole(robot: Robot) -> Result<Scenario, PartsError> {
             parts: Parts::PegInHole(Box::new(PrismPair::new(peg, 40.0 * MM, hole, 30.0 * MM)?)),
             clearance_sigma: 0.0,
             depth_sigma: 0.0,
+            unequal_clearance_sigma: 0.0,
+            rim_radius: 0.0,
             postures: vec![POSTURE.to_vec()],
             exploration: Exploration {
                 radius: 4.0 * MM,
                 tilt: 5.0 * DEG,
                 press: 6.0 * MM,
+                lift: 0.0,
                 swing: 6.0 * DEG,
                 pace: 1.0,
             },
@@ -153,6 +171,19 @@ fn in_hole(robot: Robot) -> Result<Scenario, PartsError> {
         recorder: Recorder { encoder_sigma: 0.002 * DEG, ..Recorder::exact(300.0, 3.0) },
         thermal: None,
     })
+}
+
+/// Parts as they are made and mounted, at a place that is known so well.
+fn as_made(scenario: &mut Scenario, place_error: PlaceError) {
+    scenario.contact_sigma = 0.01 * MM;
+    scenario.tool_error = PlaceError { length: 0.05 * MM, angle: 0.02 * DEG };
+    for touch in &mut scenario.touches {
+        touch.place_error = place_error;
+        touch.clearance_sigma = 0.02 * MM;
+        touch.depth_sigma = 0.02 * MM;
+    }
+    scenario.recorder.force_sigma = 0.2;
+    scenario.recorder.force_lag = 0.01;
 }
 
 /// A ball in two sockets, placed in front, to the left and to the right.
@@ -174,6 +205,7 @@ fn in_sockets(scenario: &mut Scenario) {
                     radius: 0.0,
                     tilt: 30.0 * DEG,
                     press: 10.0 * MM,
+                    lift: 0.0,
                     swing: 20.0 * DEG,
                     pace: 1.0,
                 },

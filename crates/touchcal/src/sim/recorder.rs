@@ -31,6 +31,9 @@ pub struct Recorder {
     /// Standard deviation of the change of each turning joint's encoder offset from the first to
     /// the last contact by a random walk, whose mean over all contacts is zero (rad).
     pub encoder_walk: f64,
+    /// Time constant (s) of the force sensor's first-order low-pass filter, 0 for none: rows just
+    /// after a contact count as contacts, rows just after its beginning do not.
+    pub force_lag: f64,
     /// Standard deviation of the noise of each component of the force in each row (N).
     pub force_sigma: f64,
     /// Standard deviation of the noise of each component of the torque in each row (N m).
@@ -63,6 +66,7 @@ impl Recorder {
             encoder_trend: 0.0,
             warm_up: 0.0,
             encoder_walk: 0.0,
+            force_lag: 0.0,
             force_sigma: 0.0,
             torque_sigma: 0.0,
             force_bias: 0.0,
@@ -93,6 +97,15 @@ impl Recorder {
     pub(super) fn encoder(&self, q: f64, chance: &mut Pcg64) -> f64 {
         let read = q + self.encoder_sigma * normal(chance);
         if self.encoder_step > 0.0 { (read / self.encoder_step).round() * self.encoder_step } else { read }
+    }
+
+    /// Low-pass filters a true wrench in place of the one `before` it, in the row before.
+    pub(super) fn filtered(&self, before: [f64; 6], wrench: [f64; 6]) -> [f64; 6] {
+        if self.force_lag == 0.0 {
+            return wrench;
+        }
+        let share = -(-1.0 / (self.rate * self.force_lag)).exp_m1();
+        std::array::from_fn(|k| before[k] + share * (wrench[k] - before[k]))
     }
 
     /// A true wrench as the sensor shows it, to its last digit.

@@ -8,7 +8,7 @@ use rand_pcg::Pcg64;
 
 use super::equilibrium::{Equilibrium, Rest};
 use super::inverse_kinematics::Follower;
-use super::parts::NearPairs;
+use super::parts::TrueParts;
 use super::recorder::{EncoderChanges, WrenchErrors, at_tip, force, normal};
 use super::scenario::{Scenario, Thermal, Touch};
 use super::simulation_error::SimulationError;
@@ -175,10 +175,11 @@ pub fn run(
     );
     let mut logs: Vec<Log> = Vec::with_capacity(touches);
     for (f, touch) in scenario.touches.iter().enumerate() {
-        let parts = truth.parts(scenario, f).ok_or_else(|| {
+        let shapes = truth.parts(scenario, f).ok_or_else(|| {
             let [wider_mm, deeper_mm] = truth.shape_errors(f).map(|error| 1e3 * error);
             SimulationError::Shape { fixture: touch.name.clone(), wider_mm, deeper_mm }
         })?;
+        let parts = TrueParts { shapes, rim_radius: touch.rim_radius };
         let mut chance = chance(seed, 1 + f as u64);
         // Six numbers go unused, so that the log of a seed stays what it was when biases were drawn
         // here.
@@ -196,6 +197,7 @@ pub fn run(
             temperatures: &temperatures,
             chance,
             wrench_errors: truth.wrench_errors(),
+            filtered_wrench: [0.0; 6],
             encoder_changes: &encoder_changes,
             before,
             log: Log { dof: scenario.robot.dof(), ..Log::default() },
@@ -222,7 +224,7 @@ fn check_distances(scenario: &Scenario, truth: &Truth) -> Result<(), SimulationE
 struct Run<'a> {
     scenario: &'a Scenario,
     touch: &'a Touch,
-    parts: &'a Parts,
+    parts: &'a TrueParts,
     base_from_fixture: Pose,
     tip_from_tool: Pose,
     follower: Follower<'a>,
@@ -230,6 +232,8 @@ struct Run<'a> {
     temperatures: &'a [f64],
     chance: Pcg64,
     wrench_errors: WrenchErrors,
+    /// True wrench at the tip as the sensor's filter has it (N, N m).
+    filtered_wrench: [f64; 6],
     encoder_changes: &'a EncoderChanges,
     /// Contacts with earlier fixtures.
     before: usize,
@@ -245,6 +249,7 @@ impl Run<'_> {
             let wanted = self.scenario.contacts * (k + 1) / touch.postures.len();
             let heights = self.parts.heights();
             let start = Pose::translation(0.0, 0.0, heights.0 + START);
+            self.filtered_wrench = [0.0; 6];
             let mut tool = Equilibrium::new(self.parts, self.scenario.stiffness, self.scenario.friction, start);
             let mut joints = posture.clone();
             let mut swung = posture.clone();
@@ -291,7 +296,8 @@ impl Run<'_> {
             TrueRow { fixture_from_tool: placed, force: se3::linear(&rest.wrench).norm(), touching: rest.touching };
         let mut load = at_tip(&self.tip_from_tool, &rest.wrench);
         let [missed, spurious]: [f64; 2] = std::array::from_fn(|_| self.chance.random());
-        let mut wrench = recorder.wrench(load, &self.wrench_errors, &mut self.chance);
+        self.filtered_wrench = recorder.filtered(self.filtered_wrench, load);
+        let mut wrench = recorder.wrench(self.filtered_wrench, &self.wrench_errors, &mut self.chance);
         let seen = force(&wrench) > recorder.force_threshold;
         if seen && spurious < recorder.spurious {
             load = [0.0; 6];
@@ -332,7 +338,7 @@ impl Run<'_> {
     /// A pose close to the fixture that does not touch it: inside of a hole, above anything else.
     fn free_pose(&mut self, near: &Pose) -> Pose {
         let mut even = |size: f64| size * self.chance.random_range(-1.0..=1.0);
-        let Parts::PegInHole(parts) = self.parts else {
+        let Parts::PegInHole(parts) = &self.parts.shapes else {
             return Translation3::new(0.0, 0.0, 3e-3 + even(2e-3)) * near;
         };
         let depth = parts.depth();

@@ -1,10 +1,11 @@
 //! The true errors of one trial, drawn from a scenario.
 
+use nalgebra::Vector2;
 use rand::RngExt;
 use rand_pcg::Pcg64;
 
 use super::recorder::{Recorder, WrenchErrors, normal};
-use super::scenario::{ArmErrors, Distribution, PlaceError, Scenario};
+use super::scenario::{ArmErrors, Distribution, PlaceError, Scenario, Touch};
 use crate::geometry::{Parts, PrismPair};
 use crate::parameter::{
     Parameter, ParameterId, joint_compliance, joint_offset, joint_origin, joint_trend, kinematic_part, segment_strain,
@@ -27,6 +28,9 @@ pub struct Truth {
     pub clearance: Vec<f64>,
     /// How much deeper each hole is than its nominal depth (m; negative for shallower), likewise.
     pub depth: Vec<f64>,
+    /// How much wider each hole is along x and y than by its clearance (m per side), likewise: a
+    /// wall with the outward normal `n` is further out by `nₓ² x + n_y² y`.
+    pub unequal_clearance: Vec<[f64; 2]>,
     /// Error of each of the scenario's measured distances: measured minus true (m); missing ones
     /// count as 0.
     pub distance_error: Vec<f64>,
@@ -63,7 +67,10 @@ impl Truth {
         errors.retain(|(_, value)| *value != 0.0);
         let depth = scenario.touches.iter().map(|touch| touch.depth_sigma * normal(chance)).collect();
         let distance_error = scenario.distances.iter().map(|measured| measured.sigma * normal(chance)).collect();
-        Truth { errors, clearance, depth, distance_error }
+        let unequal =
+            |touch: &Touch, chance: &mut Pcg64| [(); 2].map(|()| touch.unequal_clearance_sigma * normal(chance));
+        let unequal_clearance = scenario.touches.iter().map(|touch| unequal(touch, chance)).collect();
+        Truth { errors, clearance, depth, unequal_clearance, distance_error }
     }
 
     /// Value (SI) of the parameter `column`; 0 if it is not among the errors.
@@ -135,9 +142,12 @@ impl Truth {
     /// What tool and fixture `f` truly are. None if the hole does not survive its change.
     pub(super) fn parts(&self, scenario: &Scenario, f: usize) -> Option<Parts> {
         let [wider, deeper] = self.shape_errors(f);
+        let unequal = self.unequal_clearance.get(f).copied().unwrap_or_default();
         match &scenario.touches[f].parts {
-            Parts::PegInHole(parts) if wider != 0.0 || deeper != 0.0 => {
-                let hole = parts.hole().offset_mitred(wider).ok()?;
+            Parts::PegInHole(parts) if [wider, deeper, unequal[0], unequal[1]] != [0.0; 4] => {
+                let further =
+                    |normal: &Vector2<f64>| wider + unequal[0] * normal.x.powi(2) + unequal[1] * normal.y.powi(2);
+                let hole = parts.hole().offset_mitred_by(further).ok()?;
                 let parts = PrismPair::new(parts.peg().clone(), parts.length(), hole, parts.depth() + deeper).ok()?;
                 Some(Parts::PegInHole(Box::new(parts)))
             }

@@ -22,8 +22,7 @@ struct Arm {
 
 fn arm(preset: Preset, seed: u64) -> Arm {
     let robot = urdf::read_builtin("iiwa14", Ends::default()).expect("built in").robot;
-    let mut scenario = preset.scenario(robot).expect("a scenario");
-    scenario.contacts = 600;
+    let scenario = preset.scenario(robot).expect("a scenario");
     let simulated = sim::simulate(&scenario, seed).expect("contacts");
     let problem = problem(&scenario, &simulated);
     let estimate = solve(&problem);
@@ -100,7 +99,7 @@ fn without_parameters_of_the_arm_nothing_is_decided() {
 
 #[test]
 fn passes_and_fails_are_right() {
-    decisions_are_right(6);
+    decisions_are_right(16);
 }
 
 #[test]

@@ -49,13 +49,15 @@ depth_mm = 30
 sigma_mm = 0.3
 clearance_sigma_mm = 0.01
 depth_sigma_mm = 0.02
+unequal_clearance_sigma_mm = 0.03
+rim_radius_mm = 0.4
 postures_deg = [[0, 42, 15, -89, -13, 50, -1], [10, 45, -10, -85, 10, 48, 0]]
 [[fixture]]
 name = "table top"
 kind = "plane"
 base_from_fixture = { xyz_mm = [500, -100, 100] }
 postures_deg = [[0, 42, 15, -89, -13, 50, -1]]
-exploration = { radius_mm = 20, tilt_deg = 3, press_mm = 4, swing_deg = 8, pace = 0.5 }
+exploration = { radius_mm = 20, tilt_deg = 3, press_mm = 4, lift_mm = 6, swing_deg = 8, pace = 0.5 }
 exact = true
 [[distance]]
 between = ["left", "table top"]
@@ -69,6 +71,7 @@ nm_per_rad = 40
 [recorder]
 rate_hz = 100
 encoder_deg = 0.001
+force_lag_s = 0.01
 encoder_step_deg = 0.0005
 encoder_trend_deg = 0.004
 warm_up_k = 7
@@ -105,6 +108,7 @@ fn every_key_is_read() {
     near(scenario.robot.gravity().z, -1.62);
     near(scenario.stiffness.rotation, 40.0);
     near(scenario.recorder.torque_bias, 0.02);
+    near(scenario.recorder.force_lag, 0.01);
     near(scenario.recorder.wrench_scale, 0.03);
     near(scenario.recorder.encoder_step, 0.0005f64.to_radians());
     near(scenario.recorder.encoder_trend, 0.004f64.to_radians());
@@ -115,10 +119,13 @@ fn every_key_is_read() {
     near(left.place_error.length, 0.3e-3);
     near(left.clearance_sigma, 0.01e-3);
     near(left.depth_sigma, 0.02e-3);
+    near(left.unequal_clearance_sigma, 0.03e-3);
+    near(left.rim_radius, 0.4e-3);
     // The file's own exploration for all, the preset's where it says nothing.
     near(left.exploration.press, 5e-3);
     near(left.exploration.tilt, 5f64.to_radians());
     near(table.exploration.press, 4e-3);
+    near(table.exploration.lift, 6e-3);
     near(table.exploration.pace, 0.5);
     assert_eq!((left.postures.len(), table.postures.len()), (2, 1));
     near(left.postures[1][5], 48f64.to_radians());

@@ -17,5 +17,6 @@ mod nearest_sample;
 mod peg_in_hole_blend;
 mod peg_in_hole_distance;
 mod se3;
+mod simulated_shapes;
 mod simulation;
 mod straight_meshes;

@@ -12,7 +12,7 @@ fn iiwa() -> Robot {
     urdf::read_builtin("iiwa14", Ends::default()).expect("built in").robot
 }
 
-fn paper(contacts: usize) -> Scenario {
+pub(crate) fn paper(contacts: usize) -> Scenario {
     Scenario { contacts, ..Preset::Paper.scenario(iiwa()).expect("parts") }
 }
 
@@ -54,7 +54,7 @@ fn keyed(contacts: usize) -> Scenario {
     scenario
 }
 
-fn hole(scenario: &Scenario) -> &PrismPair {
+pub(crate) fn hole(scenario: &Scenario) -> &PrismPair {
     match &scenario.touches[0].parts {
         Parts::PegInHole(parts) => parts,
         _ => panic!("a hole"),
@@ -359,23 +359,29 @@ fn temperatures_tell_the_strain() {
     }
 }
 
+/// Rows after a contact count as contacts until the filtered force is below the threshold.
 #[test]
-fn a_wider_and_deeper_hole_is_felt_as_drawn() {
-    let mut scenario = Scenario { contact_sigma: 0.0, ..paper(300) };
-    scenario.touches[0].clearance_sigma = 0.05e-3;
-    scenario.touches[0].depth_sigma = 0.2e-3;
-    let simulated = sim::simulate(&scenario, 6).unwrap();
-    let Truth { clearance, depth, .. } = &simulated.truth;
-    let wider = hole(&scenario).hole().offset_mitred(clearance[0]).unwrap();
-    let believed = hole(&scenario);
-    let deep = believed.depth() + depth[0];
-    let parts = touchcal::geometry::PrismPair::new(believed.peg().clone(), believed.length(), wider, deep).unwrap();
-    for row in simulated.logs[0].truth.iter().filter(|row| row.force > 1.0) {
-        assert!(parts.gap(&row.fixture_from_tool).value.abs() < 1e-6);
+fn a_lagging_force_sensor_flags_rows_that_are_free_again() {
+    const LAG: f64 = 0.1;
+    let mut scenario = paper(3000);
+    scenario.touches[0].exploration.lift = 10e-3;
+    let sharp = only_log(&scenario, 4);
+    scenario.recorder.force_lag = LAG;
+    let lagging = only_log(&scenario, 4);
+    let share = 1.0 - (-1.0 / (300.0 * LAG)).exp();
+    let mut filtered = [0.0; 6];
+    let mut free_contacts = 0;
+    for row in 0..sharp.len().min(lagging.len()) {
+        filtered = std::array::from_fn(|k| filtered[k] + share * (sharp.wrench[row][k] - filtered[k]));
+        let apart = (0..6).map(|k| (filtered[k] - lagging.wrench[row][k]).abs()).fold(0.0, f64::max);
+        assert!(apart < 1e-3, "row {row}: {apart}");
+        assert_eq!(sharp.truth[row], lagging.truth[row]);
+        if lagging.contact[row] && !lagging.truth[row].touching {
+            free_contacts += 1;
+            assert!(row > 0 && lagging.contact[row - 1], "row {row}");
+        }
+        assert!(!sharp.contact[row] || sharp.truth[row].touching);
     }
-    assert!(clearance[0].abs() > 1e-6 && depth[0].abs() > 1e-5);
-    // What is drawn of the rest is the same without.
-    let exact = sim::simulate(&Scenario { contact_sigma: 0.0, ..paper(300) }, 6).unwrap();
-    assert_eq!(exact.truth.errors, simulated.truth.errors);
-    assert_eq!((exact.truth.clearance[0], exact.truth.depth[0]), (0.0, 0.0));
+    println!("{free_contacts} of {} contacts are free", lagging.contacts().count());
+    assert!(free_contacts > 0);
 }

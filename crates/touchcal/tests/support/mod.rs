@@ -150,7 +150,8 @@ pub fn simulated(parts: &PrismPair, seed: u64) -> (Trial, Search) {
     let mut scenario = Preset::Paper.scenario(robot).expect("parts");
     scenario.contact_sigma = 20e-6;
     scenario.stiffness.rotation = 30.0;
-    scenario.touches[0].exploration = Exploration { radius: 2e-3, tilt: 0.04, press: 3e-3, swing: 0.2, pace: 1.0 };
+    scenario.touches[0].exploration =
+        Exploration { radius: 2e-3, tilt: 0.04, press: 3e-3, lift: 0.0, swing: 0.2, pace: 1.0 };
     scenario.touches[0].parts = Parts::PegInHole(Box::new(parts.clone()));
     let noise = Noise { encoder: 3.5e-5, contact: 20e-6, is_estimated: false };
     let search = Search { method: Method::LevenbergMarquardt, noise, loss: Loss::GemanMcClure(3.0) };

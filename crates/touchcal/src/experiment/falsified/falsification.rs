@@ -20,6 +20,9 @@ const PURPOSE: u64 = 0x5EED_FA15_E000_0001;
 /// Compliance (rad/(N m)) of joints where the wrench is false: of good harmonic drives.
 const WRENCH_COMPLIANCE: f64 = 1e-4;
 
+/// Height (m) above a fixture to which a tool is lifted where rows just after contacts matter.
+const LIFT: f64 = 10e-3;
+
 /// Standard deviation (rad) of joints that are away from contact.
 const AWAY: f64 = 0.3 * std::f64::consts::PI / 180.0;
 /// Size (rad) by which each joint is off where another object is touched.
@@ -63,6 +66,14 @@ pub enum Falsification {
     Outline(f64),
     /// Friction with this coefficient (1, ≥ 0) between tool and fixture, which no model has.
     Friction(f64),
+    /// The hole is wider or narrower along x of the fixture's frame, and along y, by draws of this
+    /// standard deviation (m a side).
+    UnequalClearance(f64),
+    /// The edges of the hole's rim are worn to this radius (m, ≥ 0), which no model has.
+    WornRim(f64),
+    /// The tool leaves the fixture between presses, and the force sensor has a low-pass filter of
+    /// this time constant (s, ≥ 0): rows just after a contact count as contacts.
+    ForceLag(f64),
     /// Joints that give way to the contact's load by this compliance (rad/(N m)), undeclared.
     JointCompliance(f64),
     /// One encoder's offset changes linearly by this much (rad) from the first to the last contact;
@@ -129,6 +140,9 @@ impl Falsification {
         !matches!(
             self,
             Falsification::Friction(_)
+                | Falsification::UnequalClearance(_)
+                | Falsification::WornRim(_)
+                | Falsification::ForceLag(_)
                 | Falsification::JointCompliance(_)
                 | Falsification::EncoderNoise(_)
                 | Falsification::FewContacts(_)
@@ -161,6 +175,14 @@ impl Falsification {
     pub fn falsify_scenario(&self, scenario: &mut Scenario) {
         match *self {
             Falsification::Friction(coefficient) => scenario.friction = coefficient,
+            Falsification::UnequalClearance(sigma) => {
+                scenario.touches.iter_mut().for_each(|touch| touch.unequal_clearance_sigma = sigma);
+            }
+            Falsification::WornRim(radius) => scenario.touches.iter_mut().for_each(|touch| touch.rim_radius = radius),
+            Falsification::ForceLag(lag) => {
+                scenario.recorder.force_lag = lag;
+                scenario.touches.iter_mut().for_each(|touch| touch.exploration.lift = LIFT);
+            }
             Falsification::JointCompliance(compliance) => scenario.errors.joint_compliance = compliance,
             Falsification::EncoderNoise(factor) => scenario.recorder.encoder_sigma *= factor,
             Falsification::FewContacts(contacts) => scenario.contacts = scenario.contacts.min(contacts),

@@ -197,6 +197,7 @@ struct TruthJson<'a> {
     parameters: BTreeMap<String, f64>,
     clearance_mm: BTreeMap<&'a str, f64>,
     depth_mm: BTreeMap<&'a str, f64>,
+    unequal_clearance_mm: BTreeMap<&'a str, [f64; 2]>,
     #[serde(skip_serializing_if = "Vec::is_empty")]
     distances: Vec<DistanceJson<'a>>,
     rows: BTreeMap<&'a str, RowsJson>,
@@ -222,7 +223,8 @@ struct RowsJson {
 
 /// The text of `truth.json`: the true errors of arm, tool and fixtures, by the names that
 /// `estimate.json` has for them (SI units, rad; those that were not drawn are left out), each
-/// fixture's true errors of clearance (mm per side) and depth (mm), the measured distances as they
+/// fixture's true errors of clearance (mm per side), depth (mm) and clearance along x and y (mm per
+/// side), the measured distances as they
 /// are and as they are declared (mm), the seeds, and how many rows of each log are contacts, missed
 /// or spurious.
 ///
@@ -258,6 +260,9 @@ pub fn truth_text(
         parameters: named.map(|(parameter, value)| (parameter.name, value)).collect(),
         clearance_mm: names().zip(simulated.truth.clearance.iter().map(|wider| 1e3 * wider)).collect(),
         depth_mm: names().zip(simulated.truth.depth.iter().map(|deeper| 1e3 * deeper)).collect(),
+        unequal_clearance_mm: names()
+            .zip(simulated.truth.unequal_clearance.iter().map(|by| by.map(|m| 1e3 * m)))
+            .collect(),
         distances: scenario.distances.iter().enumerate().map(distance).collect(),
         rows: names().zip(simulated.logs.iter().map(rows)).collect(),
     };

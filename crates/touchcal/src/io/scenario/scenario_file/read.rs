@@ -199,6 +199,7 @@ fn recorder(scenario: &mut Scenario, toml: &RecorderToml, context: &Context<'_>)
     set(&mut recorder.encoder_trend, &toml.encoder_trend_deg, DEG, "recorder, encoder_trend_deg", context)?;
     set(&mut recorder.warm_up, &toml.warm_up_k, 1.0, "recorder, warm_up_k", context)?;
     set(&mut recorder.encoder_walk, &toml.encoder_walk_deg, DEG, "recorder, encoder_walk_deg", context)?;
+    set(&mut recorder.force_lag, &toml.force_lag_s, 1.0, "recorder, force_lag_s", context)?;
     set(&mut recorder.force_sigma, &toml.force_sigma_n, 1.0, "recorder, force_sigma_n", context)?;
     set(&mut recorder.torque_sigma, &toml.torque_sigma_nm, 1.0, "recorder, torque_sigma_nm", context)?;
     set(&mut recorder.force_bias, &toml.force_bias_n, 1.0, "recorder, force_bias_n", context)?;
@@ -229,6 +230,7 @@ fn exploration(
     set(&mut exploration.radius, &toml.radius_mm, MM, &named("radius_mm"), context)?;
     set(&mut exploration.tilt, &toml.tilt_deg, DEG, &named("tilt_deg"), context)?;
     set(&mut exploration.press, &toml.press_mm, MM, &named("press_mm"), context)?;
+    set(&mut exploration.lift, &toml.lift_mm, MM, &named("lift_mm"), context)?;
     set(&mut exploration.swing, &toml.swing_deg, DEG, &named("swing_deg"), context)?;
     set_positive(&mut exploration.pace, &toml.pace, (1.0, 1e3), &named("pace"), context)
 }
@@ -279,6 +281,8 @@ fn touches(scenario: &mut Scenario, toml: &ScenarioToml, context: &Context<'_>) 
             parts,
             clearance_sigma: 0.0,
             depth_sigma: 0.0,
+            unequal_clearance_sigma: 0.0,
+            rim_radius: 0.0,
             postures: postures(touch, &scenario.robot, &field, context)?,
             exploration: usual,
         };

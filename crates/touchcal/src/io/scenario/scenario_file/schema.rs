@@ -68,6 +68,8 @@ pub(super) struct TouchToml {
     pub(super) free: bool,
     pub(super) clearance_sigma_mm: Option<Number>,
     pub(super) depth_sigma_mm: Option<Number>,
+    pub(super) unequal_clearance_sigma_mm: Option<Number>,
+    pub(super) rim_radius_mm: Option<Number>,
     pub(super) exact: Option<Spanned<Value>>,
     pub(super) postures_deg: Spanned<Vec<Vec<f64>>>,
     #[serde(default)]
@@ -123,6 +125,7 @@ pub(super) struct ExplorationToml {
     pub(super) radius_mm: Option<Number>,
     pub(super) tilt_deg: Option<Number>,
     pub(super) press_mm: Option<Number>,
+    pub(super) lift_mm: Option<Number>,
     pub(super) swing_deg: Option<Number>,
     pub(super) pace: Option<Number>,
 }
@@ -143,6 +146,7 @@ pub(super) struct RecorderToml {
     pub(super) encoder_trend_deg: Option<Number>,
     pub(super) warm_up_k: Option<Number>,
     pub(super) encoder_walk_deg: Option<Number>,
+    pub(super) force_lag_s: Option<Number>,
     pub(super) force_sigma_n: Option<Number>,
     pub(super) torque_sigma_nm: Option<Number>,
     pub(super) force_bias_n: Option<Number>,

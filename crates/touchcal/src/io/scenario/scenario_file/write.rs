@@ -77,6 +77,7 @@ pub fn scenario_text(file: &ScenarioFile) -> Vec<TextFile> {
     line.number("encoder_trend_deg", recorder.encoder_trend.to_degrees());
     line.number("warm_up_k", recorder.warm_up);
     line.number("encoder_walk_deg", recorder.encoder_walk.to_degrees());
+    line.number("force_lag_s", recorder.force_lag);
     line.number("force_sigma_n", recorder.force_sigma);
     line.number("torque_sigma_nm", recorder.torque_sigma);
     line.number("force_bias_n", recorder.force_bias);
@@ -114,6 +115,8 @@ impl Lines<'_> {
         }
         self.number("clearance_sigma_mm", 1e3 * touch.clearance_sigma);
         self.number("depth_sigma_mm", 1e3 * touch.depth_sigma);
+        self.number("unequal_clearance_sigma_mm", 1e3 * touch.unequal_clearance_sigma);
+        self.number("rim_radius_mm", 1e3 * touch.rim_radius);
         let posture = |posture: &Vec<f64>| format!("[{}]", in_user_units(scenario, posture).join(", "));
         let postures: Vec<String> = touch.postures.iter().map(posture).collect();
         self.raw("postures_deg", &format!("[{}]", postures.join(", ")));
@@ -122,6 +125,7 @@ impl Lines<'_> {
             ("radius_mm", 1e3 * exploration.radius),
             ("tilt_deg", exploration.tilt.to_degrees()),
             ("press_mm", 1e3 * exploration.press),
+            ("lift_mm", 1e3 * exploration.lift),
             ("swing_deg", exploration.swing.to_degrees()),
             ("pace", exploration.pace),
         ];
