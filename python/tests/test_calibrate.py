@@ -87,7 +87,9 @@ def test_a_problem_in_code_has_the_bits_of_its_file(workcell: Path) -> None:
     )
     problem = touchcal.Problem(
         robot,
-        touchcal.Tool(touchcal.pose((0, 0, 150 * mm), quat_wxyz=(0, 0, 1, 0)), exact=True),
+        touchcal.Tool(
+            touchcal.pose((0, 0, 150 * mm), quat_wxyz=(0, 0, 1, 0)), sigma=0.05 * mm, sigma_angle=0.02 * deg
+        ),
         [
             touchcal.Fixture(
                 "hole",
@@ -97,12 +99,13 @@ def test_a_problem_in_code_has_the_bits_of_its_file(workcell: Path) -> None:
                 ),
                 sigma=1 * mm,
                 sigma_angle=0.2 * deg,
-                exact=["clearance", "depth"],
+                clearance_sigma=0.02 * mm,
+                depth_sigma=0.02 * mm,
             )
         ],
         {"hole": log},
         parameters=["joint_offset"],
-        noise={"encoder_deg": 0.002, "contact_mm": 0.005, "encoder_trend_deg": 0},
+        noise={"encoder_deg": 0.002, "contact_mm": 0.01, "encoder_trend_deg": 0},
         estimate={"loss": "geman_mcclure", "loss_scale": 3, "unseen_effects": "ignore"},
         accept=tomllib.loads(TASK)["accept"],
         held_out={"hole": again},
@@ -153,14 +156,14 @@ def settings(folder: Path, table: str) -> dict[str, object]:
 def test_what_is_left_out_is_tested(workcell: Path) -> None:
     calibration = touchcal.calibrate(touchcal.Problem.from_toml(workcell / "problem.toml"))
     tests = {test.effect: test for test in calibration.effect_tests}
-    # The tool is declared exact; the fixture has a standard deviation and is estimated.
-    assert {"joint_compliance", "joint_origin", "joint_trend", "tool"} <= set(tests)
-    assert "fixture.hole" not in tests
+    # Tool and fixture have standard deviations and are estimated.
+    assert {"joint_origin", "joint_trend", "joint_walk"} <= set(tests)
+    assert not {"tool", "fixture.hole"} & set(tests)
     p_values = [test.p_value for test in calibration.effect_tests]
     assert p_values == sorted(p_values) and all(0 <= p <= 1 for p in p_values)
-    test = tests["joint_compliance"]
+    test = tests["joint_trend"]
     assert test.description and test.degrees_of_freedom >= 1 and test.statistic > 0 and test.radius > 0
-    value, sigma = test.values["joint_compliance.joint_a2"]
+    value, sigma = test.values["joint_trend.joint_a2"]
     assert np.isfinite(value) and sigma >= 0
     # All entries are those of the file.
     written = json.loads(calibration.to_json())["effect_tests"]
@@ -171,8 +174,7 @@ def test_what_is_left_out_is_tested(workcell: Path) -> None:
 def test_what_is_declared_is_tested(workcell: Path) -> None:
     calibration = touchcal.calibrate(touchcal.Problem.from_toml(workcell / "problem.toml"))
     tests = {test.name: test for test in calibration.prior_tests}
-    # The tool is declared exact; the fixture has a standard deviation.
-    assert {"fixture.hole", "noise"} <= set(tests) and "tool" not in tests
+    assert {"fixture.hole", "tool", "noise"} <= set(tests)
     test = tests["fixture.hole"]
     assert 0 < test.p_value <= 1 and test.degrees_of_freedom >= 1 and test.displacement > 0
     x = next(entry for entry in calibration.parameters if entry.name == "fixture.hole.x")

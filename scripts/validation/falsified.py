@@ -17,7 +17,7 @@ USEFUL = 0.95
 # What is false is within what is declared or assumed, or nothing is: these answers must not be refused.
 DRAWN = "hole_drawn tool_drawn shapes_drawn trends_drawn spacing_drawn all_drawn wrench_bias".split()
 ANSWERED = """nothing_exact nothing hole_1mm hole_0.3mm hole_0.1mm hole_sigma_2mm tool_0.5mm tool_0.1mm clearance_wide_0.05mm
-    clearance_narrow_0.05mm clearance_wide_0.02mm clearance_unequal_0.03mm rim_worn_0.3mm depth_0.05mm outline_0.2_percent encoder_drift encoder_walk""".split() + DRAWN
+    clearance_narrow_0.05mm clearance_wide_0.02mm depth_0.05mm outline_0.2_percent encoder_drift encoder_walk""".split() + DRAWN
 # Where the error is drawn from the declared standard deviation: bounds of the mean NEES, and of the
 # tool's standard deviation over its error. Few answers scatter too much: in the long form only.
 SHARP = {"nees": (0.3, 2.0), "sigma": 2.0}

@@ -34,13 +34,13 @@ pub enum PartsError {
 }
 
 /// A built-in scenario. All are of an iiwa 14, and differ in its possible errors and in what it
-/// touches: a 25 mm T-slot extrusion explores a hole of 1.0 mm clearance, 30 mm deep, recorded at
-/// 300 Hz until it has 3000 contacts, where nothing else is said.
+/// touches: a 25 mm T-slot extrusion explores a hole of 1.0 mm clearance, 30 mm deep, until it
+/// has 3000 contacts, where nothing else is said.
 ///
-/// [`Preset::Paper`] alone is exact and without friction. The others have friction of 0.2; those
-/// with a peg also form errors of 0.01 mm, a tool mounted to 0.05 mm and 0.02°, a hole as wide and
-/// as deep as declared to 0.02 mm, and a force sensor with a noise of 0.2 N and a time constant of
-/// 10 ms (standard deviations).
+/// [`Preset::Paper`] alone is exact and without friction, recorded at 300 Hz. The others have
+/// friction of 0.2; those with a peg are recorded at 100 Hz, and have form errors of 0.01 mm, a
+/// tool mounted to 0.05 mm and 0.02°, a hole as wide and as deep as declared to 0.02 mm, and a
+/// force sensor with a noise of 0.2 N and a time constant of 10 ms (standard deviations).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Preset {
     /// The experiment of Negi, Manyar & Gupta (2025, arXiv 2506.17458): strain ±0.05, encoder
@@ -182,6 +182,7 @@ fn as_made(scenario: &mut Scenario, place_error: PlaceError) {
         touch.clearance_sigma = 0.02 * MM;
         touch.depth_sigma = 0.02 * MM;
     }
+    scenario.recorder.rate = 100.0;
     scenario.recorder.force_sigma = 0.2;
     scenario.recorder.force_lag = 0.01;
 }
