@@ -5,6 +5,8 @@ use nalgebra::{Point2, Vector2};
 /// Largest number of vertices that [`Polygon::new`] accepts. Where parts are far apart, the time
 /// for a contact grows with the square of that number; with this many it is tens of milliseconds.
 pub const MAX_POLYGON_VERTICES: usize = 512;
+/// Below this difference of one and the cosine of their angle, edges lie on one line.
+const COLLINEAR: f64 = 1e-12;
 
 /// Why points are no outline, or an outline cannot be offset. Indices are those of the points as
 /// they were given.
@@ -168,7 +170,8 @@ impl Polygon {
                 let cosine = before.dot(&after);
                 let common = (before + after) * (0.5 * (first + second) / (1.0 + cosine));
                 let difference = 0.5 * (first - second);
-                let apart = if difference == 0.0 { 0.0 } else { difference / (1.0 - cosine) };
+                // Edges on one line have one distance.
+                let apart = if 1.0 - cosine < COLLINEAR { 0.0 } else { difference / (1.0 - cosine) };
                 self.vertices[i] + common + (before - after) * apart
             })
             .collect();

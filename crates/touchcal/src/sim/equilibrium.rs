@@ -8,7 +8,8 @@
 
 use nalgebra::{Cholesky, Matrix3, Matrix3x6, Matrix6, Point3, Translation3, UnitQuaternion, Vector3};
 
-use super::parts::{Near, Pair, TrueParts};
+use super::parts::{Near, NearPairs, Pair};
+use crate::geometry::Parts;
 use crate::se3::{self, Pose, Twist};
 
 /// Isotropic stiffness of an arm under Cartesian impedance control, at the tool's origin.
@@ -116,7 +117,7 @@ impl Rubbing {
 
 /// A tool that is pushed along a fixture, command by command.
 pub(super) struct Equilibrium<'a> {
-    parts: &'a TrueParts,
+    parts: &'a Parts,
     stiffness: Stiffness,
     /// Coefficient of friction μ.
     friction: f64,
@@ -131,7 +132,7 @@ pub(super) struct Equilibrium<'a> {
 
 impl<'a> Equilibrium<'a> {
     /// A tool at rest at `fixture_from_tool`, with friction μ (1).
-    pub fn new(parts: &'a TrueParts, stiffness: Stiffness, friction: f64, fixture_from_tool: Pose) -> Self {
+    pub fn new(parts: &'a Parts, stiffness: Stiffness, friction: f64, fixture_from_tool: Pose) -> Self {
         Equilibrium {
             parts,
             stiffness,

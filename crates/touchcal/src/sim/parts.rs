@@ -29,19 +29,27 @@ pub(super) struct Near {
     pub normal_in_tool: Vector3<f64>,
 }
 
-/// Tool and fixture as they truly are.
-pub(super) struct TrueParts {
-    /// Their shapes, with sharp edges.
-    pub shapes: Parts,
-    /// Radius to which the edges of a hole's rim are worn (m, ≥ 0).
-    pub rim_radius: f64,
-}
-
-impl TrueParts {
+/// The surface elements of tool and fixture that are close to each other.
+pub(super) trait NearPairs {
     /// Heights (m) of the tool's origin over the fixture's where it first touches, upright, and
     /// where it can go no deeper.
-    pub fn heights(&self) -> (f64, f64) {
-        match &self.shapes {
+    fn heights(&self) -> (f64, f64);
+
+    /// Distance (m) by which a step may move points of the tool at most, so that linearisation does
+    /// not jump past a pair. None where the fixture is convex and linearisation is exact in
+    /// translation.
+    fn reach(&self) -> Option<f64>;
+
+    /// Largest distance (m) of the tool's surface from its origin.
+    fn size(&self) -> f64;
+
+    /// Visits the pairs nearer than [`NearPairs::reach`], all of them where there is none.
+    fn visit_near(&self, fixture_from_tool: &Pose, visit: impl FnMut(Near));
+}
+
+impl NearPairs for Parts {
+    fn heights(&self) -> (f64, f64) {
+        match self {
             Parts::PegInHole(parts) => (0.0, -parts.depth()),
             Parts::BallInSocket => (0.0, 0.0),
             Parts::OnPlane { points, radius } => {
@@ -51,39 +59,33 @@ impl TrueParts {
         }
     }
 
-    /// Distance (m) by which a step may move points of the tool at most, so that linearisation does
-    /// not jump past a pair. None where the fixture is convex and linearisation is exact in
-    /// translation.
-    pub fn reach(&self) -> Option<f64> {
-        match self.shapes {
+    fn reach(&self) -> Option<f64> {
+        match self {
             Parts::PegInHole(_) => Some(0.3e-3),
             Parts::BallInSocket | Parts::OnPlane { .. } => None,
         }
     }
 
-    /// Largest distance (m) of the tool's surface from its origin.
-    pub fn size(&self) -> f64 {
-        match &self.shapes {
+    fn size(&self) -> f64 {
+        match self {
             Parts::PegInHole(parts) => parts.peg().bounding_radius().hypot(parts.depth().min(parts.length())),
             Parts::BallInSocket => 0.0,
             Parts::OnPlane { points, radius } => points.iter().map(|p| p.coords.norm()).fold(0.0, f64::max) + radius,
         }
     }
 
-    /// Visits the pairs nearer than [`TrueParts::reach`], all of them where there is none.
-    pub fn visit_near(&self, fixture_from_tool: &Pose, mut visit: impl FnMut(Near)) {
-        match &self.shapes {
+    fn visit_near(&self, fixture_from_tool: &Pose, mut visit: impl FnMut(Near)) {
+        match self {
             Parts::PegInHole(parts) => {
                 let reach = self.reach().unwrap_or(f64::INFINITY);
                 visit_features_below(parts, fixture_from_tool, reach, |gap, feature| {
-                    let sharp = Near {
+                    visit(Near {
                         pair: Pair::Feature(feature),
                         gap: gap.value,
                         gradient: gap.gradient,
                         point_in_tool: fixture_from_tool.inverse_transform_point(&gap.point_in_fixture),
                         normal_in_tool: gap.gradient.fixed_rows::<3>(0).into_owned(),
-                    };
-                    visit(worn(sharp, fixture_from_tool, self.rim_radius));
+                    });
                 });
             }
             Parts::BallInSocket => {
@@ -97,26 +99,6 @@ impl TrueParts {
                 }
             }
         }
-    }
-}
-
-/// The pair where edges of the rim are rounded to `radius` (m). Only normals at the rim are
-/// oblique: the wall's is horizontal, that of floor and top vertical. The round has its axis inside
-/// the solid, `radius` below the top and `radius` behind the wall.
-fn worn(sharp: Near, fixture_from_tool: &Pose, radius: f64) -> Near {
-    let normal = fixture_from_tool.rotation * sharp.normal_in_tool;
-    let horizontal = normal.x.hypot(normal.y);
-    if radius == 0.0 || normal.z <= 0.0 || horizontal < 1e-9 {
-        return sharp;
-    }
-    let to_axis = -Vector3::new(normal.x / horizontal, normal.y / horizontal, 1.0) * radius;
-    let recess = -normal.dot(&to_axis) - radius;
-    let axis_in_tool = sharp.point_in_tool + fixture_from_tool.rotation.inverse() * to_axis;
-    Near {
-        gap: sharp.gap + recess,
-        gradient: twist(&sharp.normal_in_tool, &axis_in_tool.coords.cross(&sharp.normal_in_tool)),
-        point_in_tool: axis_in_tool + sharp.normal_in_tool * radius,
-        ..sharp
     }
 }
 

@@ -99,7 +99,8 @@ impl Recorder {
         if self.encoder_step > 0.0 { (read / self.encoder_step).round() * self.encoder_step } else { read }
     }
 
-    /// Low-pass filters a true wrench in place of the one `before` it, in the row before.
+    /// One step of the sensor's filter: from its wrench in the row `before`, and the true one of
+    /// this row.
     pub(super) fn filtered(&self, before: [f64; 6], wrench: [f64; 6]) -> [f64; 6] {
         if self.force_lag == 0.0 {
             return wrench;

@@ -69,10 +69,6 @@ pub struct Touch {
     /// [`Touch::clearance_sigma`], and, independently of it, along y (m per side, ≥ 0); without
     /// effect on parts other than a peg in a hole.
     pub unequal_clearance_sigma: f64,
-    /// Radius to which the edges of the hole's rim are worn (m, ≥ 0), 0 for sharp ones; without
-    /// effect on parts other than a peg in a hole. Walls stay straight up to the fixture's top face
-    /// where a corner of the peg touches them.
-    pub rim_radius: f64,
     /// Postures near which to work, each in turn: lists of joint positions (rad, or m for a
     /// prismatic joint; exactly one for each moving joint, base first). Without a posture the log
     /// is empty.

@@ -8,7 +8,7 @@ use rand_pcg::Pcg64;
 
 use super::equilibrium::{Equilibrium, Rest};
 use super::inverse_kinematics::Follower;
-use super::parts::TrueParts;
+use super::parts::NearPairs;
 use super::recorder::{EncoderChanges, WrenchErrors, at_tip, force, normal};
 use super::scenario::{Scenario, Thermal, Touch};
 use super::simulation_error::SimulationError;
@@ -175,11 +175,10 @@ pub fn run(
     );
     let mut logs: Vec<Log> = Vec::with_capacity(touches);
     for (f, touch) in scenario.touches.iter().enumerate() {
-        let shapes = truth.parts(scenario, f).ok_or_else(|| {
+        let parts = truth.parts(scenario, f).ok_or_else(|| {
             let [wider_mm, deeper_mm] = truth.shape_errors(f).map(|error| 1e3 * error);
             SimulationError::Shape { fixture: touch.name.clone(), wider_mm, deeper_mm }
         })?;
-        let parts = TrueParts { shapes, rim_radius: touch.rim_radius };
         let mut chance = chance(seed, 1 + f as u64);
         // Six numbers go unused, so that the log of a seed stays what it was when biases were drawn
         // here.
@@ -224,7 +223,7 @@ fn check_distances(scenario: &Scenario, truth: &Truth) -> Result<(), SimulationE
 struct Run<'a> {
     scenario: &'a Scenario,
     touch: &'a Touch,
-    parts: &'a TrueParts,
+    parts: &'a Parts,
     base_from_fixture: Pose,
     tip_from_tool: Pose,
     follower: Follower<'a>,
@@ -338,7 +337,7 @@ impl Run<'_> {
     /// A pose close to the fixture that does not touch it: inside of a hole, above anything else.
     fn free_pose(&mut self, near: &Pose) -> Pose {
         let mut even = |size: f64| size * self.chance.random_range(-1.0..=1.0);
-        let Parts::PegInHole(parts) = &self.parts.shapes else {
+        let Parts::PegInHole(parts) = self.parts else {
             return Translation3::new(0.0, 0.0, 3e-3 + even(2e-3)) * near;
         };
         let depth = parts.depth();

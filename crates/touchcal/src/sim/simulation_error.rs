@@ -42,7 +42,7 @@ pub enum SimulationError {
     Interrupted,
     /// A hole that is not valid after the changes of width and depth drawn for it.
     #[error(
-        "`{fixture}` cannot be {wider_mm:+.3} mm wider and {deeper_mm:+.3} mm deeper: lower its clearance_sigma or depth_sigma"
+        "`{fixture}` cannot be {wider_mm:+.3} mm wider and {deeper_mm:+.3} mm deeper: lower its clearance_sigma, depth_sigma or unequal_clearance_sigma"
     )]
     Shape {
         /// Name of the fixture.

@@ -50,7 +50,6 @@ sigma_mm = 0.3
 clearance_sigma_mm = 0.01
 depth_sigma_mm = 0.02
 unequal_clearance_sigma_mm = 0.03
-rim_radius_mm = 0.4
 postures_deg = [[0, 42, 15, -89, -13, 50, -1], [10, 45, -10, -85, 10, 48, 0]]
 [[fixture]]
 name = "table top"
@@ -120,7 +119,6 @@ fn every_key_is_read() {
     near(left.clearance_sigma, 0.01e-3);
     near(left.depth_sigma, 0.02e-3);
     near(left.unequal_clearance_sigma, 0.03e-3);
-    near(left.rim_radius, 0.4e-3);
     // The file's own exploration for all, the preset's where it says nothing.
     near(left.exploration.press, 5e-3);
     near(left.exploration.tilt, 5f64.to_radians());

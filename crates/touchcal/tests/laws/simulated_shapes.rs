@@ -1,6 +1,6 @@
 //! Simulated contacts with holes that are not as declared.
 
-use nalgebra::{Matrix2, Vector2};
+use nalgebra::{Matrix2, Point2, Vector2};
 use touchcal::geometry::{GapQuery, Polygon, PrismPair};
 use touchcal::sim::{self, Scenario, Truth};
 
@@ -54,4 +54,24 @@ fn a_hole_wider_in_one_direction_is_felt_as_drawn() {
     assert!(x.abs() > 1e-6 && y.abs() > 1e-6 && (x - y).abs() > 1e-6);
     let exact = sim::simulate(&Scenario { contact_sigma: 0.0, ..paper(300) }, 6).unwrap();
     assert_eq!(exact.truth.errors, simulated.truth.errors);
+}
+
+/// Each edge of the moved outline lies on the line at the distance of its normal, with slanted
+/// edges and with a vertex on one of them.
+#[test]
+fn edges_move_by_the_distances_of_their_normals() {
+    let third = Point2::new(0.01 - 0.02 / 3.0, 0.014 / 3.0);
+    let corners = [Point2::new(-0.01, -0.002), Point2::new(0.01, 0.0), third, Point2::new(-0.01, 0.014)];
+    let outline = Polygon::new(corners.to_vec()).unwrap();
+    let distance = |normal: &Vector2<f64>| 1e-4 * normal.x.powi(2) - 5e-5 * normal.y.powi(2);
+    let moved = outline.offset_mitred_by(distance).unwrap();
+    for i in 0..corners.len() {
+        let next = (i + 1) % corners.len();
+        let along = outline.vertices()[next] - outline.vertices()[i];
+        let normal = Vector2::new(along.y, -along.x).normalize();
+        for vertex in [i, next] {
+            let out = normal.dot(&(moved.vertices()[vertex] - outline.vertices()[i]));
+            assert!((out - distance(&normal)).abs() < 1e-15, "{i}: {out:e}");
+        }
+    }
 }

@@ -21,7 +21,8 @@ pub enum Excitation {
     /// The same parts and errors with four elbow positions, and the elbow swinging by 20° about
     /// each.
     Rich,
-    /// [`Preset::Mukca`]: a ball in pairs of sockets at a known distance, three placements.
+    /// [`Preset::Mukca`] without friction: a ball in pairs of sockets at a known distance, three
+    /// placements.
     Sockets,
 }
 
@@ -44,6 +45,7 @@ impl Excitation {
         let preset = if self == Excitation::Sockets { Preset::Mukca } else { Preset::Paper };
         let mut scenario = preset.scenario(robot)?;
         scenario.contacts = contacts;
+        scenario.friction = 0.0;
         match self {
             Excitation::Paper => {}
             Excitation::Rich => {

@@ -69,8 +69,6 @@ pub enum Falsification {
     /// The hole is wider or narrower along x of the fixture's frame, and along y, by draws of this
     /// standard deviation (m a side).
     UnequalClearance(f64),
-    /// The edges of the hole's rim are worn to this radius (m, ≥ 0), which no model has.
-    WornRim(f64),
     /// The tool leaves the fixture between presses, and the force sensor has a low-pass filter of
     /// this time constant (s, ≥ 0): rows just after a contact count as contacts.
     ForceLag(f64),
@@ -141,7 +139,6 @@ impl Falsification {
             self,
             Falsification::Friction(_)
                 | Falsification::UnequalClearance(_)
-                | Falsification::WornRim(_)
                 | Falsification::ForceLag(_)
                 | Falsification::JointCompliance(_)
                 | Falsification::EncoderNoise(_)
@@ -178,7 +175,6 @@ impl Falsification {
             Falsification::UnequalClearance(sigma) => {
                 scenario.touches.iter_mut().for_each(|touch| touch.unequal_clearance_sigma = sigma);
             }
-            Falsification::WornRim(radius) => scenario.touches.iter_mut().for_each(|touch| touch.rim_radius = radius),
             Falsification::ForceLag(lag) => {
                 scenario.recorder.force_lag = lag;
                 scenario.touches.iter_mut().for_each(|touch| touch.exploration.lift = LIFT);

@@ -9,7 +9,7 @@ use super::schema::{DistanceToml, TouchToml};
 use crate::estimate::{PlacePrior, ShapeTolerance};
 use crate::io::base::error::IoError;
 use crate::io::problem::problem_file::context::{Allowed, Context, MM};
-use crate::io::problem::problem_file::schema::{Number, ToolToml};
+use crate::io::problem::problem_file::schema::ToolToml;
 use crate::io::problem::problem_file::selection::two_fixtures;
 use crate::io::problem::problem_file::tolerance::{
     PlaceKeys, TOOL_PARTS, distance_sigma, exact_parts, fixture_parts, place_prior, shape_tolerance,
@@ -54,12 +54,8 @@ pub(super) fn set_errors(
     let shape_keys = [touch.clearance_sigma_mm.as_ref(), touch.depth_sigma_mm.as_ref()];
     let shape = shape_tolerance(shape_keys, &exact, ShapeTolerance::EXACT, &name, context)?;
     (fixture.clearance_sigma, fixture.depth_sigma) = (shape.clearance, shape.depth);
-    let length = |number: &Option<Number>, key: &str| {
-        let number = context.number(number.as_ref(), MM, Allowed::NotNegative, &format!("{name}, {key}"))?;
-        Ok(number.unwrap_or(0.0))
-    };
-    fixture.unequal_clearance_sigma = length(&touch.unequal_clearance_sigma_mm, "unequal_clearance_sigma_mm")?;
-    fixture.rim_radius = length(&touch.rim_radius_mm, "rim_radius_mm")?;
+    let (unequal, key) = (touch.unequal_clearance_sigma_mm.as_ref(), format!("{name}, unequal_clearance_sigma_mm"));
+    fixture.unequal_clearance_sigma = context.number(unequal, MM, Allowed::NotNegative, &key)?.unwrap_or(0.0);
     let first = before.iter().find(|other| other.block() == fixture.block());
     match first.filter(|first| is_exact_place && first.place_error != PlaceError::default()) {
         None => Ok(()),

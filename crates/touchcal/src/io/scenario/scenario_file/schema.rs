@@ -69,7 +69,6 @@ pub(super) struct TouchToml {
     pub(super) clearance_sigma_mm: Option<Number>,
     pub(super) depth_sigma_mm: Option<Number>,
     pub(super) unequal_clearance_sigma_mm: Option<Number>,
-    pub(super) rim_radius_mm: Option<Number>,
     pub(super) exact: Option<Spanned<Value>>,
     pub(super) postures_deg: Spanned<Vec<Vec<f64>>>,
     #[serde(default)]

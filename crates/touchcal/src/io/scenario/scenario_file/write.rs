@@ -116,7 +116,6 @@ impl Lines<'_> {
         self.number("clearance_sigma_mm", 1e3 * touch.clearance_sigma);
         self.number("depth_sigma_mm", 1e3 * touch.depth_sigma);
         self.number("unequal_clearance_sigma_mm", 1e3 * touch.unequal_clearance_sigma);
-        self.number("rim_radius_mm", 1e3 * touch.rim_radius);
         let posture = |posture: &Vec<f64>| format!("[{}]", in_user_units(scenario, posture).join(", "));
         let postures: Vec<String> = touch.postures.iter().map(posture).collect();
         self.raw("postures_deg", &format!("[{}]", postures.join(", ")));
