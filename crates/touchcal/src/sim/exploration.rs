@@ -15,8 +15,8 @@ pub struct Exploration {
     pub tilt: f64,
     /// Distance of the command beyond the deepest pose that the fixture allows (m, ≥ 0).
     pub press: f64,
-    /// Height of the command's upper end over where an upright tool first touches (m, ≥ 0): above 0
-    /// the tool leaves the fixture between presses.
+    /// Height of the command's upper end above the pose in which an upright tool first touches
+    /// (m, ≥ 0). Above 0 the tool leaves the fixture between presses.
     pub lift: f64,
     /// Amplitude of the swing of each joint about its posture (rad, or m for a prismatic joint;
     /// ≥ 0), neighbours in opposite directions. Only redundant joints follow it.

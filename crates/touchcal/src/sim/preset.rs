@@ -34,8 +34,8 @@ pub enum PartsError {
 }
 
 /// A built-in scenario. All are of an iiwa 14, and differ in its possible errors and in what it
-/// touches: a 25 mm T-slot extrusion explores a hole of 1.0 mm clearance, 30 mm deep, until it
-/// has 3000 contacts, where nothing else is said.
+/// touches. Unless the preset says otherwise, a 25 mm T-slot extrusion explores a hole of 1.0 mm
+/// clearance, 30 mm deep, until the log has 3000 contacts.
 ///
 /// [`Preset::Paper`] alone is exact and without friction, recorded at 300 Hz. The others have
 /// friction of 0.2; those with a peg are recorded at 100 Hz, and have form errors of 0.01 mm, a
@@ -115,13 +115,13 @@ impl Preset {
             Preset::Paper => return Ok(scenario),
             Preset::LeoAluminium => {
                 scenario.thermal = thermal(ALUMINIUM);
-                as_made(&mut scenario, surveyed);
+                with_tolerances(&mut scenario, surveyed);
             }
             Preset::LeoCfrp => {
                 scenario.thermal = thermal(CFRP);
-                as_made(&mut scenario, surveyed);
+                with_tolerances(&mut scenario, surveyed);
             }
-            Preset::Workcell => as_made(&mut scenario, PlaceError { length: 1.0 * MM, angle: 0.2 * DEG }),
+            Preset::Workcell => with_tolerances(&mut scenario, PlaceError { length: 1.0 * MM, angle: 0.2 * DEG }),
             Preset::Mukca => in_sockets(&mut scenario),
         }
         scenario.friction = FRICTION;
@@ -172,8 +172,9 @@ fn in_hole(robot: Robot) -> Result<Scenario, PartsError> {
     })
 }
 
-/// Parts as they are made and mounted, at a place that is known so well.
-fn as_made(scenario: &mut Scenario, place_error: PlaceError) {
+/// Gives parts form errors, tool and hole tolerances, the hole's place this one, and the force
+/// sensor noise and a filter.
+fn with_tolerances(scenario: &mut Scenario, place_error: PlaceError) {
     scenario.contact_sigma = 0.01 * MM;
     scenario.tool_error = PlaceError { length: 0.05 * MM, angle: 0.02 * DEG };
     for touch in &mut scenario.touches {

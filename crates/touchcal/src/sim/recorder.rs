@@ -31,8 +31,9 @@ pub struct Recorder {
     /// Standard deviation of the change of each turning joint's encoder offset from the first to
     /// the last contact by a random walk, whose mean over all contacts is zero (rad).
     pub encoder_walk: f64,
-    /// Time constant (s) of the force sensor's first-order low-pass filter, 0 for none: rows just
-    /// after a contact count as contacts, rows just after its beginning do not.
+    /// Time constant (s, ≥ 0) of the force sensor's first-order low-pass filter, 0 for none. With
+    /// it, rows just after the end of a contact count as contacts, and rows just after its
+    /// beginning do not.
     pub force_lag: f64,
     /// Standard deviation of the noise of each component of the force in each row (N).
     pub force_sigma: f64,
@@ -99,8 +100,8 @@ impl Recorder {
         if self.encoder_step > 0.0 { (read / self.encoder_step).round() * self.encoder_step } else { read }
     }
 
-    /// One step of the sensor's filter: from its wrench in the row `before`, and the true one of
-    /// this row.
+    /// One step of the sensor's filter: the filtered wrench of this row, from that of the row
+    /// `before` and the true `wrench` of this row.
     pub(super) fn filtered(&self, before: [f64; 6], wrench: [f64; 6]) -> [f64; 6] {
         if self.force_lag == 0.0 {
             return wrench;

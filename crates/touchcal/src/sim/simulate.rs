@@ -231,7 +231,7 @@ struct Run<'a> {
     temperatures: &'a [f64],
     chance: Pcg64,
     wrench_errors: WrenchErrors,
-    /// True wrench at the tip as the sensor's filter has it (N, N m).
+    /// Low-pass filtered true wrench at the tip (N, N m), before bias, scale and noise.
     filtered_wrench: [f64; 6],
     encoder_changes: &'a EncoderChanges,
     /// Contacts with earlier fixtures.
