@@ -17,8 +17,8 @@ const POSTURE: [f64; 7] = [0.0, 0.73, 0.26, -1.56, -0.23, 0.87, -0.02];
 /// Coefficients of expansion (1/K) of an aluminium alloy and of a laminate of carbon fibre.
 const ALUMINIUM: f64 = 23e-6;
 const CFRP: f64 = 2e-6;
-/// Coefficient of friction of machined metal on metal, lightly lubricated.
-const FRICTION: f64 = 0.2;
+/// Coefficient of friction of machined metal on metal, lubricated.
+const FRICTION: f64 = 0.1;
 /// Distance of two sockets of a block (m).
 const SPACING: f64 = 50.0 * MM;
 
@@ -38,9 +38,10 @@ pub enum PartsError {
 /// clearance, 30 mm deep, until the log has 3000 contacts.
 ///
 /// [`Preset::Paper`] alone is exact and without friction, recorded at 300 Hz. The others have
-/// friction of 0.2; those with a peg are recorded at 100 Hz, and have form errors of 0.01 mm, a
-/// tool mounted to 0.05 mm and 0.02°, a hole as wide and as deep as declared to 0.02 mm, and a
-/// force sensor with a noise of 0.2 N and a time constant of 10 ms (standard deviations).
+/// friction of 0.1; those with a peg are recorded at 100 Hz, each trial along a path of its own,
+/// and have form errors of 0.01 mm, a tool mounted to 0.05 mm and 0.02°, a hole as wide and as deep
+/// as declared to 0.02 mm, and a force sensor with a noise of 0.2 N and a time constant of 10 ms
+/// (standard deviations).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Preset {
     /// The experiment of Negi, Manyar & Gupta (2025, arXiv 2506.17458): strain ±0.05, encoder
@@ -159,6 +160,7 @@ fn in_hole(robot: Robot) -> Result<Scenario, PartsError> {
                 lift: 0.0,
                 swing: 6.0 * DEG,
                 pace: 1.0,
+                random_phases: false,
             },
         }],
         distances: Vec::new(),
@@ -172,8 +174,8 @@ fn in_hole(robot: Robot) -> Result<Scenario, PartsError> {
     })
 }
 
-/// Gives parts form errors, tool and hole tolerances, the hole's place this one, and the force
-/// sensor noise and a filter.
+/// Gives parts form errors, tool and hole tolerances, the hole's place this one, each trial its own
+/// path, and the force sensor noise and a filter.
 fn with_tolerances(scenario: &mut Scenario, place_error: PlaceError) {
     scenario.contact_sigma = 0.01 * MM;
     scenario.tool_error = PlaceError { length: 0.05 * MM, angle: 0.02 * DEG };
@@ -181,6 +183,7 @@ fn with_tolerances(scenario: &mut Scenario, place_error: PlaceError) {
         touch.place_error = place_error;
         touch.clearance_sigma = 0.02 * MM;
         touch.depth_sigma = 0.02 * MM;
+        touch.exploration.random_phases = true;
     }
     scenario.recorder.rate = 100.0;
     scenario.recorder.force_sigma = 0.2;
@@ -209,6 +212,7 @@ fn in_sockets(scenario: &mut Scenario) {
                     lift: 0.0,
                     swing: 20.0 * DEG,
                     pace: 1.0,
+                    random_phases: false,
                 },
                 ..hole.clone()
             });

@@ -7,6 +7,7 @@ use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
 
 use super::equilibrium::{Equilibrium, Rest};
+use super::exploration::Phases;
 use super::inverse_kinematics::Follower;
 use super::parts::NearPairs;
 use super::recorder::{EncoderChanges, WrenchErrors, at_tip, force, normal};
@@ -33,7 +34,7 @@ pub struct Seeds {
     /// Seed of [`draw_truth`]: of the true errors of arm, tool, fixtures, force sensor and measured
     /// distances.
     pub errors: u64,
-    /// Seed of [`run`]: of noise, form errors, missed and spurious contacts.
+    /// Seed of [`run`]: of noise, form errors, missed and spurious contacts, and of random phases.
     pub noise: u64,
 }
 
@@ -179,6 +180,7 @@ pub fn run(
             let [wider_mm, deeper_mm] = truth.shape_errors(f).map(|error| 1e3 * error);
             SimulationError::Shape { fixture: touch.name.clone(), wider_mm, deeper_mm }
         })?;
+        let phases = touch.exploration.phases(&mut chance(seed, 2 + (touches + f) as u64));
         let mut chance = chance(seed, 1 + f as u64);
         // Six numbers go unused, so that the log of a seed stays what it was when biases were drawn
         // here.
@@ -192,6 +194,7 @@ pub fn run(
             parts: &parts,
             base_from_fixture: truth.base_from_fixture(scenario, f),
             tip_from_tool: truth.tip_from_tool(scenario),
+            phases,
             follower: Follower::new(&arm),
             temperatures: &temperatures,
             chance,
@@ -226,6 +229,7 @@ struct Run<'a> {
     parts: &'a Parts,
     base_from_fixture: Pose,
     tip_from_tool: Pose,
+    phases: Phases,
     follower: Follower<'a>,
     /// True temperature of each segment (°C).
     temperatures: &'a [f64],
@@ -254,7 +258,7 @@ impl Run<'_> {
             let mut swung = posture.clone();
             while found < wanted {
                 let time = self.log.len() as f64 / recorder.rate;
-                let command = touch.exploration.command(time, heights);
+                let command = touch.exploration.command(&self.phases, time, heights);
                 let fixture = || touch.name.clone();
                 let no_rest = || SimulationError::NoRest { fixture: fixture(), time };
                 let rest = tool.settle(&command).ok_or_else(no_rest)?;
@@ -264,7 +268,7 @@ impl Run<'_> {
                 } else {
                     rest.fixture_from_tool
                 };
-                touch.exploration.swung(posture, time, &mut swung);
+                touch.exploration.swung(&self.phases, posture, time, &mut swung);
                 if !self.record((time, found), (&rest, placed), &mut joints, &swung) {
                     return Err(SimulationError::OutOfReach { fixture: fixture(), time });
                 }

@@ -73,7 +73,7 @@ fn insertion(seed: u64, contacts: usize, encoder_sigma: f64) -> (Problem, DVecto
     scenario.recorder.encoder_sigma = encoder_sigma;
     scenario.stiffness.rotation = 30.0;
     scenario.touches[0].exploration =
-        Exploration { radius: 2e-3, tilt: 0.04, press: 3e-3, lift: 0.0, swing: 0.2, pace: 1.0 };
+        Exploration { radius: 2e-3, tilt: 0.04, press: 3e-3, lift: 0.0, swing: 0.2, pace: 1.0, random_phases: false };
     let trial = Trial::simulated(&scenario, seed).expect("contacts");
     let Parts::PegInHole(parts) = &scenario.touches[0].parts else { panic!("a hole") };
     let noise = Noise { encoder: ENCODER, contact: CONTACT, is_estimated: false };

@@ -56,7 +56,7 @@ name = "table top"
 kind = "plane"
 base_from_fixture = { xyz_mm = [500, -100, 100] }
 postures_deg = [[0, 42, 15, -89, -13, 50, -1]]
-exploration = { radius_mm = 20, tilt_deg = 3, press_mm = 4, lift_mm = 6, swing_deg = 8, pace = 0.5 }
+exploration = { radius_mm = 20, tilt_deg = 3, press_mm = 4, lift_mm = 6, swing_deg = 8, pace = 0.5, random_phases = false }
 exact = true
 [[distance]]
 between = ["left", "table top"]
@@ -125,6 +125,7 @@ fn every_key_is_read() {
     near(table.exploration.press, 4e-3);
     near(table.exploration.lift, 6e-3);
     near(table.exploration.pace, 0.5);
+    assert!(left.exploration.random_phases && !table.exploration.random_phases);
     assert_eq!((left.postures.len(), table.postures.len()), (2, 1));
     near(left.postures[1][5], 48f64.to_radians());
     let [measured, exact] = &scenario.distances[..] else { panic!("two distances") };

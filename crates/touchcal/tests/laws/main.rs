@@ -11,6 +11,7 @@
 #[path = "../support/mod.rs"]
 mod support;
 
+mod exploration;
 mod measured_distances;
 mod mesh_gap;
 mod nearest_sample;

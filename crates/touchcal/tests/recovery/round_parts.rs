@@ -29,8 +29,15 @@ fn facets_tell_no_turn() {
         let mut scenario =
             Preset::Paper.scenario(urdf::read_builtin("iiwa14", Ends::default()).unwrap().robot).unwrap();
         scenario.contact_sigma = 20e-6;
-        scenario.touches[0].exploration =
-            Exploration { radius: 2e-3, tilt: 0.04, press: 3e-3, lift: 0.0, swing: 0.2, pace: 1.0 };
+        scenario.touches[0].exploration = Exploration {
+            radius: 2e-3,
+            tilt: 0.04,
+            press: 3e-3,
+            lift: 0.0,
+            swing: 0.2,
+            pace: 1.0,
+            random_phases: false,
+        };
         scenario.touches[0].parts = Parts::PegInHole(Box::new(of_sides(500)));
         let trial = Trial::simulated(&scenario, seed).unwrap();
         let noise = Noise { encoder: 3.5e-5, contact: 20e-6, is_estimated: false };

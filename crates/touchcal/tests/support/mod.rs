@@ -151,7 +151,7 @@ pub fn simulated(parts: &PrismPair, seed: u64) -> (Trial, Search) {
     scenario.contact_sigma = 20e-6;
     scenario.stiffness.rotation = 30.0;
     scenario.touches[0].exploration =
-        Exploration { radius: 2e-3, tilt: 0.04, press: 3e-3, lift: 0.0, swing: 0.2, pace: 1.0 };
+        Exploration { radius: 2e-3, tilt: 0.04, press: 3e-3, lift: 0.0, swing: 0.2, pace: 1.0, random_phases: false };
     scenario.touches[0].parts = Parts::PegInHole(Box::new(parts.clone()));
     let noise = Noise { encoder: 3.5e-5, contact: 20e-6, is_estimated: false };
     let search = Search { method: Method::LevenbergMarquardt, noise, loss: Loss::GemanMcClure(3.0) };

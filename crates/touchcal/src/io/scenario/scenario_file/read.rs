@@ -232,6 +232,7 @@ fn exploration(
     set(&mut exploration.press, &toml.press_mm, MM, &named("press_mm"), context)?;
     set(&mut exploration.lift, &toml.lift_mm, MM, &named("lift_mm"), context)?;
     set(&mut exploration.swing, &toml.swing_deg, DEG, &named("swing_deg"), context)?;
+    exploration.random_phases = toml.random_phases.unwrap_or(exploration.random_phases);
     set_positive(&mut exploration.pace, &toml.pace, (1.0, 1e3), &named("pace"), context)
 }
 

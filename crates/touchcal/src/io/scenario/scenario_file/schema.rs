@@ -127,6 +127,7 @@ pub(super) struct ExplorationToml {
     pub(super) lift_mm: Option<Number>,
     pub(super) swing_deg: Option<Number>,
     pub(super) pace: Option<Number>,
+    pub(super) random_phases: Option<bool>,
 }
 
 #[derive(Debug, Default, Deserialize)]

@@ -128,7 +128,8 @@ impl Lines<'_> {
             ("swing_deg", exploration.swing.to_degrees()),
             ("pace", exploration.pace),
         ];
-        let keys: Vec<String> = keys.iter().map(|(key, value)| format!("{key} = {}", number(*value))).collect();
+        let mut keys: Vec<String> = keys.iter().map(|(key, value)| format!("{key} = {}", number(*value))).collect();
+        keys.push(format!("random_phases = {}", exploration.random_phases));
         self.raw("exploration", &format!("{{ {} }}", keys.join(", ")));
     }
 
