@@ -11,8 +11,10 @@ use touchcal::sim::{self, Preset};
 fn where_a_peg_sticks_there_is_no_floor() {
     let robot = urdf::read_builtin("iiwa14", Ends::default()).expect("built in").robot;
     let mut scenario = Preset::Workcell.scenario(robot).expect("parts");
-    // At this rate the log ends within the first press, which does not reach the floor.
+    // At this rate the log ends within the first press, which along this path does not reach the
+    // floor.
     scenario.recorder.rate = 300.0;
+    scenario.touches[0].exploration.random_phases = false;
     scenario.friction = 0.25;
     scenario.contact_sigma = 20e-6;
     scenario.touches[0].clearance_sigma = 30e-6;
