@@ -44,7 +44,10 @@ fn a_preset_is_simulated_and_calibrated() {
 fn another_noise_leaves_the_arm_as_it_is() {
     let folder = tempfile::tempdir().unwrap();
     let at = |name: &str| folder.path().join(name);
-    let args = ["simulate", "--preset", "workcell", "--contacts", "50", "--seed", "3"];
+    // Random phases would be another path.
+    let text = "preset = \"workcell\"\ncontacts = 50\n[exploration]\nrandom_phases = false\n";
+    std::fs::write(at("path.toml"), text).unwrap();
+    let args = ["simulate", "path.toml", "--seed", "3"];
     let simulate = |more: &[&str]| touchcal(folder.path(), &[&args[..], more].concat()).success();
     simulate(&["--out", "a"]);
     simulate(&["--out", "same", "--noise-seed", "3"]);
