@@ -20,7 +20,7 @@ use crate::progress::Observer;
 ///
 /// Attributes:
 ///     seed: what it was drawn from.
-///     noise_seed: what its noise was drawn from.
+///     noise_seed: what its noise and random phases were drawn from.
 #[pyclass(frozen, module = "touchcal")]
 #[derive(Debug)]
 pub struct Simulation {
@@ -121,7 +121,7 @@ impl Simulation {
 ///     scenario: path of a scenario.toml; or the name of a preset: a str without `/` and `.`.
 ///     seed: of errors, noise and exploration; the same seed gives the same logs.
 ///     contacts: contacts with each fixture; default: what the scenario says.
-///     noise_seed: of the noise alone: the same arm, recorded once more; default: `seed`.
+///     noise_seed: of noise and random phases: the same arm, recorded once more; default: `seed`.
 ///     progress: called with a `Progress` now and then; what it raises ends the work, as Ctrl-C
 ///         does.
 ///

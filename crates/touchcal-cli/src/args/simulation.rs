@@ -45,7 +45,7 @@ pub struct SimulateArgs {
     /// Seed of the errors and the noise
     #[arg(long, default_value_t = 1)]
     pub seed: u64,
-    /// Seed of the noise alone: the same arm, recorded again
+    /// Seed of noise and random phases: the same arm, recorded again
     #[arg(long, value_name = "SEED")]
     pub noise_seed: Option<u64>,
 }

@@ -44,7 +44,7 @@ fn a_preset_is_simulated_and_calibrated() {
 fn another_noise_leaves_the_arm_as_it_is() {
     let folder = tempfile::tempdir().unwrap();
     let at = |name: &str| folder.path().join(name);
-    // Random phases would be another path.
+    // With random phases another noise seed draws another path.
     let text = "preset = \"workcell\"\ncontacts = 50\n[exploration]\nrandom_phases = false\n";
     std::fs::write(at("path.toml"), text).unwrap();
     let args = ["simulate", "path.toml", "--seed", "3"];

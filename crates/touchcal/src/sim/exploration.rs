@@ -32,8 +32,8 @@ pub struct Exploration {
     pub pace: f64,
     /// Whether spiral, rotations and swing have random phases, drawn in each trial: no two trials
     /// then follow the same path. Spiral and rotations grow from nothing during the first press, so
-    /// that the tool enters whatever their phases. If not, all trials follow one path, and have the
-    /// errors in common that friction causes along it.
+    /// that the tool enters whatever their phases. If not, all trials follow the same path, and
+    /// share the errors that friction causes along it.
     pub random_phases: bool,
 }
 

@@ -38,10 +38,10 @@ pub enum PartsError {
 /// clearance, 30 mm deep, until the log has 3000 contacts.
 ///
 /// [`Preset::Paper`] alone is exact and without friction, recorded at 300 Hz. The others have
-/// friction of 0.1; those with a peg are recorded at 100 Hz, each trial along a path of its own,
-/// and have form errors of 0.01 mm, a tool mounted to 0.05 mm and 0.02°, a hole as wide and as deep
-/// as declared to 0.02 mm, and a force sensor with a noise of 0.2 N and a time constant of 10 ms
-/// (standard deviations).
+/// friction of 0.1. Those with a peg are recorded at 100 Hz, each trial along a path of its own,
+/// and have form errors of 0.01 mm, a tool mounted to 0.05 mm and 0.02°, a hole as wide and as
+/// deep as declared to 0.02 mm, and a force sensor with a noise of 0.2 N (standard deviations) and
+/// a filter with a time constant of 10 ms.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Preset {
     /// The experiment of Negi, Manyar & Gupta (2025, arXiv 2506.17458): strain ±0.05, encoder
