@@ -37,7 +37,7 @@ fn options(
     joints: Option<Vec<String>>,
     columns: Option<BTreeMap<String, String>>,
     (threshold, release, debounce, apart): Chosen,
-    load: (Option<&str>, Option<&str>),
+    load: (Option<&str>, Option<&str>, Option<f64>),
 ) -> PyResult<Options> {
     let unit = match unit {
         None => AngleUnit::Undeclared,
@@ -68,21 +68,26 @@ fn options(
     Ok(Options { unit, joints, columns: columns.unwrap_or_default(), detection, apart, load, ..Options::default() })
 }
 
-/// What the wrench says of the load: `load_on` and `load_frame`.
-fn load((on, frame): (Option<&str>, Option<&str>)) -> PyResult<Option<Load>> {
-    let on = match (on, frame) {
-        (None, None) => return Ok(None),
-        (None, Some(_)) => return Err(unexpected("load_frame", "`load_on`", "`load_frame` without it")),
-        (Some("tool"), _) => LoadOn::Tool,
-        (Some("fixture"), _) => LoadOn::Fixture,
-        (Some(other), _) => return Err(unexpected("load_on", "\"tool\" or \"fixture\"", format!("{other:?}"))),
+/// What the wrench says of the load: `load_on`, `load_frame` and `load_lag`.
+fn load((on, frame, lag): (Option<&str>, Option<&str>, Option<f64>)) -> PyResult<Option<Load>> {
+    let on = match on {
+        None if frame.is_some() => return Err(unexpected("load_frame", "`load_on`", "`load_frame` without it")),
+        None if lag.is_some() => return Err(unexpected("load_lag", "`load_on`", "`load_lag` without it")),
+        None => return Ok(None),
+        Some("tool") => LoadOn::Tool,
+        Some("fixture") => LoadOn::Fixture,
+        Some(other) => return Err(unexpected("load_on", "\"tool\" or \"fixture\"", format!("{other:?}"))),
     };
     let frame = match frame {
         None | Some("tip") => LoadFrame::Tip,
         Some("base") => LoadFrame::Base,
         Some(other) => return Err(unexpected("load_frame", "\"tip\" or \"base\"", format!("{other:?}"))),
     };
-    Ok(Some(Load { on, frame }))
+    let lag = lag.unwrap_or(0.0);
+    if !(lag >= 0.0 && lag.is_finite()) {
+        return Err(unexpected("load_lag", "a number of rows, at least 0", format!("{lag}")));
+    }
+    Ok(Some(Load { on, frame, lag }))
 }
 
 impl ContactLog {
@@ -172,6 +177,8 @@ impl ContactLog {
     ///         joints then give way to it as to gravity. Default: they do not.
     ///     load_frame: the axes along which it is given, about the tip's origin: "tip" or "base";
     ///         default: "tip".
+    ///     load_lag: rows by which the wrench lags behind the joint positions, at least 0; default:
+    ///         0. A low-pass filter of time constant T has a lag of 1 / (exp(dt / T) - 1).
     ///     temperature: of the arm (degrees Celsius), shape (N,).
     ///     name: what stands for the file in messages, reports and estimate.json.
     ///
@@ -179,7 +186,7 @@ impl ContactLog {
     ///     InputError: as for a file: numbers that are not finite, degrees where radians are
     ///         declared, and so on.
     #[staticmethod]
-    #[pyo3(signature = (robot, q, *, wrench=None, contact=None, unit=None, joints=None, force_threshold=None, release=None, debounce=1, apart=None, load_on=None, load_frame=None, temperature=None, name="array"))]
+    #[pyo3(signature = (robot, q, *, wrench=None, contact=None, unit=None, joints=None, force_threshold=None, release=None, debounce=1, apart=None, load_on=None, load_frame=None, load_lag=None, temperature=None, name="array"))]
     fn from_numpy(
         robot: &Robot,
         q: Numbers<'_>,
@@ -193,11 +200,12 @@ impl ContactLog {
         apart: Option<f64>,
         load_on: Option<&str>,
         load_frame: Option<&str>,
+        load_lag: Option<f64>,
         temperature: Option<Numbers<'_>>,
         name: &str,
     ) -> PyResult<ContactLog> {
         let mut options =
-            options(unit, joints, None, (force_threshold, release, debounce, apart), (load_on, load_frame))?;
+            options(unit, joints, None, (force_threshold, release, debounce, apart), (load_on, load_frame, load_lag))?;
         let joints = (1..=robot.file.robot.dof()).map(|number| format!("q{number}")).collect();
         let mut arrays = Arrays(Vec::new()).with("q", &q, joints)?;
         if let Some(wrench) = &wrench {
@@ -218,12 +226,12 @@ impl ContactLog {
     ///
     /// Args:
     ///     robot, unit, joints, force_threshold, release, debounce, apart, load_on, load_frame,
-    ///         name: as for `from_numpy`.
+    ///         load_lag, name: as for `from_numpy`.
     ///     frame: the columns; joint positions in rad or m.
     ///     columns: by usual name, the frame's name for that column.
     ///     temperature: name of the column of the arm's temperature (degrees Celsius).
     #[staticmethod]
-    #[pyo3(signature = (robot, frame, *, unit=None, joints=None, columns=None, force_threshold=None, release=None, debounce=1, apart=None, load_on=None, load_frame=None, temperature=None, name="DataFrame"))]
+    #[pyo3(signature = (robot, frame, *, unit=None, joints=None, columns=None, force_threshold=None, release=None, debounce=1, apart=None, load_on=None, load_frame=None, load_lag=None, temperature=None, name="DataFrame"))]
     fn from_pandas(
         robot: &Robot,
         frame: Bound<'_, PyAny>,
@@ -236,11 +244,17 @@ impl ContactLog {
         apart: Option<f64>,
         load_on: Option<&str>,
         load_frame: Option<&str>,
+        load_lag: Option<f64>,
         temperature: Option<String>,
         name: &str,
     ) -> PyResult<ContactLog> {
-        let options =
-            options(unit, joints, columns, (force_threshold, release, debounce, apart), (load_on, load_frame))?;
+        let options = options(
+            unit,
+            joints,
+            columns,
+            (force_threshold, release, debounce, apart),
+            (load_on, load_frame, load_lag),
+        )?;
         let options = Options { temperature, ..options };
         let labels: Vec<Bound<'_, PyAny>> = frame.getattr("columns")?.try_iter()?.collect::<PyResult<_>>()?;
         let names = labels.iter().map(|label| Ok(label.str()?.to_string())).collect::<PyResult<Vec<String>>>()?;
@@ -261,8 +275,8 @@ impl ContactLog {
     /// A log from a file: CSV, plain or gzipped, Parquet, or a ROS 2 bag in MCAP.
     ///
     /// Args:
-    ///     robot, unit, joints, force_threshold, release, debounce, apart, load_on, load_frame: as
-    ///         for `from_numpy`.
+    ///     robot, unit, joints, force_threshold, release, debounce, apart, load_on, load_frame,
+    ///         load_lag: as for `from_numpy`.
     ///     path: the file; a header names its columns, as for `from_pandas`; without one they are
     ///         the joints in order, or what `header` says.
     ///     header: names of the columns of a CSV file that has no header.
@@ -271,7 +285,7 @@ impl ContactLog {
     ///         none.
     ///     joint_topic, wrench_topic: topics of a bag; default: the only one of their type.
     #[staticmethod]
-    #[pyo3(signature = (robot, path, *, unit=None, joints=None, header=None, columns=None, joint_topic=None, wrench_topic=None, force_threshold=None, release=None, debounce=1, apart=None, load_on=None, load_frame=None, temperature=None))]
+    #[pyo3(signature = (robot, path, *, unit=None, joints=None, header=None, columns=None, joint_topic=None, wrench_topic=None, force_threshold=None, release=None, debounce=1, apart=None, load_on=None, load_frame=None, load_lag=None, temperature=None))]
     fn from_file(
         py: Python<'_>,
         robot: &Robot,
@@ -288,10 +302,16 @@ impl ContactLog {
         apart: Option<f64>,
         load_on: Option<&str>,
         load_frame: Option<&str>,
+        load_lag: Option<f64>,
         temperature: Option<String>,
     ) -> PyResult<ContactLog> {
-        let options =
-            options(unit, joints, columns, (force_threshold, release, debounce, apart), (load_on, load_frame))?;
+        let options = options(
+            unit,
+            joints,
+            columns,
+            (force_threshold, release, debounce, apart),
+            (load_on, load_frame, load_lag),
+        )?;
         let options = Options { header, temperature, joint_topic, wrench_topic, ..options };
         let robot = &robot.file.robot;
         let mut log = touchcal::contact::ContactLog::new(robot.dof());

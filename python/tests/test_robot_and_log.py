@@ -125,6 +125,9 @@ def test_a_wrench_is_a_load_on_the_tool(robot: touchcal.Robot, workcell: Path) -
     frame[["fx", "fy", "fz", "tx", "ty", "tz"]] = in_base
     frames = touchcal.ContactLog.from_pandas(robot, frame, load_on="tool", load_frame="base")
     np.testing.assert_allclose(frames.loads, file.loads, atol=1e-12)
+    lagging = touchcal.ContactLog.from_file(robot, path, load_on="tool", load_lag=2)
+    change = wrench - np.vstack([wrench[:1], wrench[:-1]])
+    np.testing.assert_allclose(lagging.loads, (wrench + 2 * change)[file.lines - 2], atol=1e-9)
 
 
 def test_temperatures_are_those_of_the_named_column(robot: touchcal.Robot, tmp_path: Path) -> None:
@@ -212,6 +215,8 @@ def test_what_arrays_are_refused_for(robot: touchcal.Robot) -> None:
     refused("expected `force_threshold`, found `release` or `debounce` without it", release=4)
     refused("columns fx, fy, fz, tx, ty and tz, which a load needs", load_on="tool")
     refused("expected `load_on`, found `load_frame` without it", load_frame="base")
+    refused("expected `load_on`, found `load_lag` without it", load_lag=1)
+    refused("load_lag: expected a number of rows, at least 0, found -1", load_on="tool", load_lag=-1)
     refused("load_on: expected \"tool\" or \"fixture\", found \"tip\"", load_on="tip")
     refused("load_frame: expected \"tip\" or \"base\", found \"flange\"", load_on="tool", load_frame="flange")
     refused("unit: expected \"rad\" or \"deg\", found \"grad\"", unit="grad")

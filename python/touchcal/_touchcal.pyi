@@ -141,6 +141,7 @@ class ContactLog:
         apart: float | None = None,
         load_on: Literal["tool", "fixture"] | None = None,
         load_frame: Literal["tip", "base"] | None = None,
+        load_lag: float | None = None,
         temperature: npt.ArrayLike | None = None,
         name: str = "array",
     ) -> ContactLog: ...
@@ -158,6 +159,7 @@ class ContactLog:
         apart: float | None = None,
         load_on: Literal["tool", "fixture"] | None = None,
         load_frame: Literal["tip", "base"] | None = None,
+        load_lag: float | None = None,
         temperature: str | None = None,
         name: str = "DataFrame",
     ) -> ContactLog: ...
@@ -178,6 +180,7 @@ class ContactLog:
         apart: float | None = None,
         load_on: Literal["tool", "fixture"] | None = None,
         load_frame: Literal["tip", "base"] | None = None,
+        load_lag: float | None = None,
         temperature: str | None = None,
     ) -> ContactLog: ...
     @property

@@ -79,6 +79,8 @@ pub struct ContactIngest<'a> {
     first: usize,
     /// Temperature of the next rows (°C).
     temperature: Option<f64>,
+    /// Measured wrench of the last row, in contact or not.
+    wrench_before: Option<Wrench>,
     /// Hash of all that the file holds of the next row.
     fingerprint: Option<u64>,
     known: &'a mut KnownRows,
@@ -109,6 +111,7 @@ impl<'a> ContactIngest<'a> {
             file,
             first,
             temperature: None,
+            wrench_before: None,
             fingerprint: None,
             known,
             repeated: 0,
@@ -144,6 +147,7 @@ impl<'a> ContactIngest<'a> {
     /// # Errors
     /// [`LogFull`] if the row is a contact and the log is full; the row is then left out.
     pub fn push(&mut self, number: u64, q: &[f64], wrench: Wrench, flag: bool) -> Result<(), LogFull> {
+        let wrench_before = self.wrench_before.replace(wrench);
         let is_touching = match &mut self.detector {
             Some(detector) => detector.update(&wrench),
             None => flag,
@@ -160,8 +164,8 @@ impl<'a> ContactIngest<'a> {
             return Ok(());
         }
         self.log.push(q, self.options.fixture, Source { line: number, file: self.file });
-        if self.options.load.is_some() {
-            self.log.set_load(wrench);
+        if let Some(load) = self.options.load {
+            self.log.set_load(load.without_lag(wrench, wrench_before));
         }
         if let Some(celsius) = self.temperature {
             self.log.set_temperature(celsius);

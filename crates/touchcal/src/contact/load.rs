@@ -28,15 +28,26 @@ pub enum LoadFrame {
 
 /// How the measured wrench `[f; τ]` (N, N m) of a log is a load on the arm. The wrench must not
 /// contain the tool's weight, and its reference point is the tip's origin.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Load {
     /// The body on which the wrench acts, which determines its sign.
     pub on: LoadOn,
     /// The frame in whose axes the wrench is expressed.
     pub frame: LoadFrame,
+    /// Lag `λ` (rows of the log, ≥ 0) of the measured wrench behind the joint positions; 0 for
+    /// none. A low-pass filter of the first order with the time constant `T` has one of `1 /
+    /// (exp(Δt/T) − 1)`, where rows are `Δt` apart.
+    pub lag: f64,
 }
 
 impl Load {
+    /// The wrench in a row without its lag, from the measured ones there and in the row `before`:
+    /// measured + λ (measured − before), the inverse of the filter.
+    pub(crate) fn without_lag(self, measured: Wrench, before: Option<Wrench>) -> Wrench {
+        let before = before.unwrap_or(measured);
+        std::array::from_fn(|k| measured[k] + self.lag * (measured[k] - before[k]))
+    }
+
     /// Converts the wrenches of all contacts from number `first` on to loads on the tool in the tip
     /// frame. The tip's orientation is that of the nominal arm: its errors of some degrees change a
     /// torque by far less than the torque.

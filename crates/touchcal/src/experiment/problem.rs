@@ -1,6 +1,6 @@
 //! The calibration problem of a simulated scenario, with the scenario's nominal values.
 
-use crate::contact::{ContactLog, Source};
+use crate::contact::{ContactLog, Load, LoadFrame, LoadOn, Source};
 use crate::estimate::{
     Distance, EXACT_DISTANCE_SIGMA, EstimatorOptions, Fixture, Loss, Noise, PlacePrior, Problem, ShapeTolerance, Tool,
     TrendVariable, UnseenEffects, WrenchTolerance,
@@ -29,10 +29,10 @@ const SPACING_SIGMA: f64 = 1e-5;
 /// 2e-7 rad, and the form errors, at least 1e-6 m. Distances are declared as they are measured,
 /// with the standard deviations of their errors, at least [`EXACT_DISTANCE_SIGMA`]; those of other
 /// fixtures that follow each other on one block with 1e-5 m. Contacts have their measured loads
-/// where the scenario has a joint compliance; bias and scale of the wrench, and trends of encoder
-/// offsets have the standard deviations from which they are drawn. The arm has no errors but the
-/// estimated ones ([`UnseenEffects::Ignore`]). The loss is Geman–McClure's of scale 3. Placements
-/// are the fixtures' names up to the first `/`.
+/// without the lag of the force sensor where the scenario has a joint compliance; bias and scale of
+/// the wrench, and trends of encoder offsets have the standard deviations from which they are
+/// drawn. The arm has no errors but the estimated ones ([`UnseenEffects::Ignore`]). The loss is
+/// Geman–McClure's of scale 3. Placements are the fixtures' names up to the first `/`.
 pub fn problem(scenario: &Scenario, simulated: &SimulatedTrial) -> Problem {
     posed(scenario, simulated, scenario.errors.joint_compliance > 0.0)
 }
@@ -40,6 +40,7 @@ pub fn problem(scenario: &Scenario, simulated: &SimulatedTrial) -> Problem {
 /// The [`problem`], with the measured loads of its contacts if it `has_loads`.
 pub(super) fn posed(scenario: &Scenario, simulated: &SimulatedTrial, has_loads: bool) -> Problem {
     let robot = &scenario.robot;
+    let load = Load { on: LoadOn::Tool, frame: LoadFrame::Tip, lag: scenario.recorder.lag() };
     let mut contacts = ContactLog::new(robot.dof());
     for (fixture, (touch, log)) in scenario.touches.iter().zip(&simulated.logs).enumerate() {
         let file = contacts.add_file(&touch.name);
@@ -47,7 +48,8 @@ pub(super) fn posed(scenario: &Scenario, simulated: &SimulatedTrial, has_loads: 
         for row in log.contacts() {
             contacts.push(log.q(row), fixture, Source { file, line: row as u64 + 1 });
             if has_loads {
-                contacts.set_load(log.wrench[row]);
+                let before = row.checked_sub(1).map(|before| log.wrench[before]);
+                contacts.set_load(load.without_lag(log.wrench[row], before));
             }
             if let Some(celsius) = log.arm_temperature.get(row) {
                 contacts.set_temperature(*celsius);

@@ -100,6 +100,12 @@ impl Recorder {
         if self.encoder_step > 0.0 { (read / self.encoder_step).round() * self.encoder_step } else { read }
     }
 
+    /// Lag of the force sensor's filter (rows): what the filtered wrench lacks to the true one over
+    /// its change since the row before.
+    pub fn lag(&self) -> f64 {
+        if self.force_lag > 0.0 { (self.rate * self.force_lag).recip().exp_m1().recip() } else { 0.0 }
+    }
+
     /// One step of the sensor's filter: the filtered wrench of this row, from that of the row
     /// `before` and the true `wrench` of this row.
     pub(super) fn filtered(&self, before: [f64; 6], wrench: [f64; 6]) -> [f64; 6] {

@@ -1,4 +1,5 @@
-//! A force sensor with a bias, where joints deflect under the load: are the error bars true?
+//! A force sensor with a bias or a filter, where joints deflect under the load: are the error bars
+//! true?
 
 use touchcal::estimate::WrenchTolerance;
 use touchcal::experiment::problem;
@@ -46,4 +47,25 @@ fn errors_of_the_wrench_are_in_the_intervals() {
     report("wrench", &[("NEES for each parameter", declared), ("wrench exact", exact)]);
     assert!((0.5..1.7).contains(&declared), "{declared}");
     assert!(exact > 10.0, "{exact}");
+}
+
+/// A peg that sticks to walls, and a sensor with a filter. Without the load as evidence of what the
+/// peg touches, errors of compliances are two standard deviations; with the filter ignored, those
+/// of the last joint's offset are nine.
+#[test]
+fn friction_and_a_filter_are_in_the_intervals() {
+    let robot = urdf::read_builtin("iiwa14", Ends::default()).expect("built in").robot;
+    let mut scenario = Preset::Workcell.scenario(robot).expect("parts");
+    scenario.errors.joint_compliance = 1e-4;
+    scenario.friction = 0.25;
+    assert!(scenario.recorder.force_lag > 0.0);
+    let mut sum = NeesSum::default();
+    for seed in 1..=TRIALS {
+        let simulated = sim::simulate(&scenario, seed).expect("contacts");
+        let estimate = solve(&problem(&scenario, &simulated));
+        assert!(estimate.status.is_usable(), "seed {seed}: {:?}", estimate.warnings);
+        sum.add(&estimate, &simulated.truth);
+    }
+    report("friction and a filter", &[("NEES for each parameter", sum.per_parameter())]);
+    assert!((0.5..1.7).contains(&sum.per_parameter()), "{}", sum.per_parameter());
 }

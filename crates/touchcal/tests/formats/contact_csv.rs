@@ -34,7 +34,7 @@ fn force(threshold: f64) -> Options {
 
 #[test]
 fn a_load_needs_a_whole_wrench() {
-    let load = Options { load: Some(Load { on: LoadOn::Tool, frame: LoadFrame::Tip }), ..Options::default() };
+    let load = Options { load: Some(Load { on: LoadOn::Tool, frame: LoadFrame::Tip, lag: 0.0 }), ..Options::default() };
     let whole = "q1,q2,fx,fy,fz,tx,ty,tz\n0.1,0.2,1,2,3,4,5,6\n";
     assert_eq!(read_with(whole.as_bytes(), &load).unwrap().load(0), [1.0, 2.0, 3.0, 4.0, 5.0, 6.0]);
     let rests = "q1,q2,fx,fy,fz,tx,ty,tz\n0.1,0.2,1,0,0,0,0,0\n0.1,0.2,2,0,0,0,0,0\n0.3,0.2,3,0,0,0,0,0\n";

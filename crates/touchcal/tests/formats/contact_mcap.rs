@@ -172,7 +172,7 @@ fn what_was_recorded_is_read_whatever_packs_it() {
             assert_eq!(contacts(&log), expected[101..]);
             assert_eq!((log.rows_read(), log.notes()), (300, &[][..]));
 
-            let load = Some(Load { on: LoadOn::Fixture, frame: LoadFrame::Tip });
+            let load = Some(Load { on: LoadOn::Fixture, frame: LoadFrame::Tip, lag: 0.0 });
             let log = read(folder.path(), &bytes, &Options { load, ..Options::default() }).unwrap();
             let last = log.load(log.len() - 1);
             let force = -0.01 * (log.source(log.len() - 1).line - 1) as f64;

@@ -222,6 +222,18 @@ fn compliance_needs_gravity() {
         &["problem.toml:", "contacts, load_frame", "`load_on`"],
     );
     refused("debounce = 1", "debounce = 1\nload_on = \"tip\"", &["problem.toml:", "tool", "fixture"]);
+    let lagging = format!("{loaded}\nload_lag_rows = 1.5");
+    assert!(read(&orbit.replacen("debounce = 1", &lagging, 1)).is_ok());
+    refused(
+        "debounce = 1",
+        "debounce = 1\nload_lag_rows = 1",
+        &["problem.toml:", "contacts, load_lag_rows", "`load_on`"],
+    );
+    refused(
+        "debounce = 1",
+        "debounce = 1\nload_on = \"tool\"\nload_lag_rows = -1",
+        &["problem.toml:", "contacts, load_lag_rows", "at least 0"],
+    );
     refused(
         "base = \"base_link\"",
         "gravity = [0, 0, nan]",

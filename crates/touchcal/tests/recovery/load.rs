@@ -109,7 +109,7 @@ fn a_load_is_the_same_whosever_wrench_and_in_whatever_frame() {
     };
     for (on, sign) in [(LoadOn::Tool, 1.0), (LoadOn::Fixture, -1.0)] {
         for (frame, in_base) in [(LoadFrame::Tip, false), (LoadFrame::Base, true)] {
-            let log = read(&log_text(&simulated, turned(sign, in_base)), Some(Load { on, frame }));
+            let log = read(&log_text(&simulated, turned(sign, in_base)), Some(Load { on, frame, lag: 0.0 }));
             assert_eq!(log.len(), problem.contacts.len());
             for i in 0..log.len() {
                 let (found, expected) = (Twist::from(log.load(i)), Twist::from(problem.contacts.load(i)));
@@ -119,6 +119,31 @@ fn a_load_is_the_same_whosever_wrench_and_in_whatever_frame() {
     }
     let without = read(&log_text(&simulated, turned(1.0, false)), None);
     assert!(!without.has_loads() && without.load(3) == [0.0; 6]);
+}
+
+/// The wrench of a sensor with a low-pass filter, read with the filter's lag, is that of a sensor
+/// without one, but for rounding to 1e-4.
+#[test]
+fn a_load_without_its_lag_is_that_before_the_filter() {
+    const LAG: f64 = 5.5;
+    let mut scenario = Preset::Paper.scenario(iiwa()).expect("parts");
+    scenario.contacts = 300;
+    let exact = sim::simulate(&scenario, 1).expect("contacts");
+    // A filter whose lag is LAG, in a log of 300 Hz.
+    scenario.recorder.force_lag = 1.0 / (300.0 * (1.0 / LAG).ln_1p());
+    let filtered = sim::simulate(&scenario, 1).expect("contacts");
+    let text = log_text(&filtered, |_, wrench| *wrench);
+    let error = |lag: f64| {
+        let log = read(&text, Some(Load { on: LoadOn::Tool, frame: LoadFrame::Tip, lag }));
+        // Line 1 is the header.
+        let row = |i: usize| log.source(i).line as usize - 2;
+        let known = (0..log.len()).filter(|&i| row(i) < exact.logs[0].len());
+        let off = |i: usize| (Twist::from(log.load(i)) - Twist::from(exact.logs[0].wrench[row(i)])).amax();
+        known.map(off).fold(0.0, f64::max)
+    };
+    let (declared, ignored) = (error(LAG), error(0.0));
+    report("lag", &[("declared", declared), ("ignored", ignored)]);
+    assert!(declared < 1e-4 * (1.0 + LAG) && ignored > 1.0, "{declared} {ignored}");
 }
 
 /// Joint positions near `q` at which the tool of `arm` is at `target` under `load`: steps of least

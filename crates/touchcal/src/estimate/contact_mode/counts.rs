@@ -63,10 +63,10 @@ impl ContactCounts {
 
     /// Adds the responsibilities of one contact; `surfaces` is the surface of each of its
     /// candidates, an index within the region.
-    pub fn add_contact(&mut self, likelihood: &MarginalLikelihood, surfaces: impl ExactSizeIterator<Item = usize>) {
+    pub fn add_contact(&mut self, likelihood: &MarginalLikelihood, surfaces: &[usize]) {
         self.in_contact += likelihood.in_contact;
-        self.no_contact += if surfaces.len() > 0 { 1.0 - likelihood.in_contact } else { 0.0 };
-        for (k, surface) in surfaces.enumerate() {
+        self.no_contact += if surfaces.is_empty() { 0.0 } else { 1.0 - likelihood.in_contact };
+        for (k, &surface) in surfaces.iter().enumerate() {
             self.candidates[surface] += 1.0;
             self.active[surface] += likelihood.active[k];
         }

@@ -3,15 +3,17 @@
 //! A peg in a hole rests against one or several of the surfaces near it; which, is not measured.
 //! The *contact mode* (the set of active constraints) is a latent variable, marginalized in the
 //! likelihood of the contact; how often each surface is touched is estimated by
-//! expectation–maximisation.
+//! expectation–maximisation, apart for those that bear the measured load where that is known.
 
 mod active_set;
+mod bearing;
 mod candidates;
 mod counts;
 mod likelihood;
 mod prior;
 mod soft_gate;
 
+pub(crate) use bearing::bearing;
 pub(crate) use candidates::{CandidateContacts, CandidateMatrix, CandidateVector};
 pub(crate) use counts::{ContactCounts, PseudoCounts};
 pub(crate) use likelihood::{MarginalLikelihood, marginal_likelihood};

@@ -29,6 +29,9 @@ pub(crate) struct CalibrationModel<'p> {
     pub noise: NoiseModel,
     /// Prior of the contact mode, for each fixture and each region of its manifold.
     pub mode_priors: Vec<Vec<ContactModePrior>>,
+    /// Number of odds of each surface: two where loads are known, for candidates that do not bear
+    /// the load and for those that do.
+    odds_per_surface: usize,
 }
 
 impl<'p> CalibrationModel<'p> {
@@ -36,9 +39,10 @@ impl<'p> CalibrationModel<'p> {
     pub fn new(problem: &'p Problem) -> Self {
         let layout = ParameterLayout::new(problem);
         let kinematics = Kinematics::new(&problem.robot, &layout.kinematic(), problem.tool.tip_from_tool);
+        let odds_per_surface = if problem.uses_loads() { 2 } else { 1 };
         let mode_priors = problem.fixtures.iter().map(|fixture| {
             let SurfaceCounts { regions, per_region } = fixture.manifold.surface_counts();
-            vec![ContactModePrior::initial(per_region, &problem.options.contact_mode); regions]
+            vec![ContactModePrior::initial(odds_per_surface * per_region, &problem.options.contact_mode); regions]
         });
         CalibrationModel {
             problem,
@@ -46,6 +50,7 @@ impl<'p> CalibrationModel<'p> {
             trend_axis: TrendAxis::new(problem),
             noise: NoiseModel::new(&problem.robot, &problem.noise),
             mode_priors: mode_priors.collect(),
+            odds_per_surface,
             kinematics,
             layout,
         }
@@ -62,6 +67,7 @@ impl<'p> CalibrationModel<'p> {
             trend_axis: self.trend_axis,
             noise: self.noise.clone(),
             mode_priors: self.mode_priors.clone(),
+            odds_per_surface: self.odds_per_surface,
             layout,
         }
     }
@@ -106,10 +112,29 @@ impl<'p> CalibrationModel<'p> {
     }
 
     /// Region of fixture `f`'s manifold that the candidate contacts belong to (an index, 0 if there
-    /// are none), and the number of surfaces in each region.
-    pub fn region(&self, f: usize, candidates: &Residual) -> (usize, usize) {
-        let surfaces = self.mode_priors[f].first().map_or(1, |prior| prior.odds.len());
-        (candidates.surfaces().first().map_or(0, |surface| surface / surfaces), surfaces)
+    /// are none).
+    pub fn region(&self, f: usize, candidates: &Residual) -> usize {
+        candidates.surfaces().first().map_or(0, |surface| surface / self.surfaces(f))
+    }
+
+    /// Index, among the odds of its region, of those of a candidate contact of contact `i` with
+    /// `surface` of the manifold, which `bears` the load or not. Where the load is not known, it
+    /// counts as bearing.
+    pub fn odds_index(&self, i: usize, surface: usize, bears: bool) -> usize {
+        let contacts = &self.problem.contacts;
+        let surfaces = self.surfaces(contacts.fixture(i));
+        let class = if bears || contacts.known_load(i).is_none() { self.odds_per_surface - 1 } else { 0 };
+        surface % surfaces + class * surfaces
+    }
+
+    /// Whether odds depend on which candidates bear the load.
+    pub fn has_bearing_odds(&self) -> bool {
+        self.odds_per_surface > 1
+    }
+
+    /// Number of surfaces in each region of fixture `f`'s manifold.
+    fn surfaces(&self, f: usize) -> usize {
+        self.mode_priors[f].first().map_or(1, |prior| prior.odds.len() / self.odds_per_surface)
     }
 
     /// Column of the first `ln κⱼ` of a region of fixture `f` where the odds count as parameters

@@ -6,7 +6,7 @@ use super::linearization::LinearizationPoint;
 use super::objective::Objective;
 use super::whitening::{pose_covariance, row_covariance, whiten};
 use crate::estimate::contact_mode::{
-    CandidateContacts, CandidateMatrix, CandidateVector, MarginalLikelihood, marginal_likelihood,
+    CandidateContacts, CandidateMatrix, CandidateVector, MarginalLikelihood, bearing, marginal_likelihood,
 };
 use crate::manifold::{ContactCache, Gate, MAX_ROWS, Residual};
 use crate::parameter::ParameterId;
@@ -24,6 +24,8 @@ pub(crate) struct ContactFactor {
     /// Standard deviation (m) of the first row before whitening.
     sigma: f64,
     likelihood: Option<MarginalLikelihood>,
+    /// Index of each candidate's odds among those of its region.
+    odds_indices: [usize; MAX_ROWS],
     /// Whether the surfaces of the candidate contacts can be distinguished.
     is_distinct: bool,
     /// Whether derivatives by the odds of contact modes are needed.
@@ -42,6 +44,7 @@ impl ContactFactor {
             residual: [0.0; MAX_ROWS],
             sigma: 0.0,
             likelihood: None,
+            odds_indices: [0; MAX_ROWS],
             is_distinct: true,
             with_odds_derivatives,
         }
@@ -72,6 +75,11 @@ impl ContactFactor {
     /// evaluation of a residual.
     pub fn likelihood(&self) -> Option<(&MarginalLikelihood, &Residual)> {
         self.likelihood.as_ref().map(|likelihood| (likelihood, &self.rows))
+    }
+
+    /// Index of each candidate's odds among those of its region.
+    pub fn odds_indices(&self) -> &[usize] {
+        &self.odds_indices[..self.rows.len()]
     }
 
     /// Whether the surfaces of the candidate contacts that were evaluated can be distinguished.
@@ -173,7 +181,7 @@ impl ContactFactor {
         self.is_distinct = manifold.candidate_contacts(&pose, &gate, cache, &mut self.rows);
         self.subtract_gap_biases(point, i, &pose);
         self.likelihood = None;
-        self.candidates(point, f, &gate)
+        self.candidates(point, i, &gate)
     }
 
     /// Distances (m) of the rows as the manifold has them, with their gap biases.
@@ -198,13 +206,19 @@ impl ContactFactor {
         }
     }
 
-    fn candidates(&self, point: &LinearizationPoint<'_>, f: usize, gate: &Gate) -> CandidateContacts {
-        let (region, surfaces) = point.model.region(f, &self.rows);
-        let prior = &point.model.mode_priors[f][region];
+    fn candidates(&mut self, point: &LinearizationPoint<'_>, i: usize, gate: &Gate) -> CandidateContacts {
+        let (model, f) = (point.model, point.model.problem.contacts.fixture(i));
+        let prior = &model.mode_priors[f][model.region(f, &self.rows)];
+        let bears = if model.has_bearing_odds() {
+            bearing(&point.load_on_tool(i), self.rows.jacobian())
+        } else {
+            [false; MAX_ROWS]
+        };
         let (mut distances, mut odds) = (CandidateVector::zeros(), CandidateVector::repeat(1.0));
         for (k, &surface) in self.rows.surfaces().iter().enumerate() {
+            self.odds_indices[k] = model.odds_index(i, surface, bears[k]);
             distances[k] = self.residual[k];
-            odds[k] = prior.odds[surface % surfaces];
+            odds[k] = prior.odds[self.odds_indices[k]];
         }
         CandidateContacts {
             count: self.rows.len(),

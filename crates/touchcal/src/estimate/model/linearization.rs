@@ -168,6 +168,13 @@ impl<'m> LinearizationPoint<'m> {
         measured.map_or([0.0; 6], actual)
     }
 
+    /// Load of contact `i` (N, N m) in the nominal tool frame about its origin; zero where none is
+    /// known.
+    pub fn load_on_tool(&self, i: usize) -> Twist {
+        let tip_from_tool = &self.model.problem.tool.tip_from_tool;
+        se3::adjoint(tip_from_tool).tr_mul(&Twist::from(self.load(i)))
+    }
+
     /// Position of contact `i` on the axis of the trends, −1 to 1.
     fn trend_position(&self, i: usize) -> f64 {
         self.model.trend_axis.position(&self.model.problem.contacts, i)

@@ -201,12 +201,11 @@ impl ContactModeStatistics {
             Curvature::Observed => rows.push(jacobian, score, |r, s| likelihood.observed_information[(r, s)]),
         }
         self.derivatives.cost += 2.0 * likelihood.nll;
-        let (region, surfaces) = model.region(f, candidates);
+        let region = model.region(f, candidates);
         if self.curvature == Curvature::Observed {
-            self.add_odds(model, (f, region), (factor, rows), (likelihood, candidates));
+            self.add_odds(model, (f, region), (factor, rows), likelihood);
         }
-        let of_candidates = candidates.surfaces().iter().map(|surface| surface % surfaces);
-        self.counts[f][region].add_contact(likelihood, of_candidates);
+        self.counts[f][region].add_contact(likelihood, factor.odds_indices());
         self.squared_distance += likelihood.squared_distance;
         self.sigma_sum += likelihood.sigma_sum;
     }
@@ -218,36 +217,36 @@ impl ContactModeStatistics {
         model: &CalibrationModel<'_>,
         (f, region): (usize, usize),
         (factor, contacts): (&ContactFactor, &BatchRows),
-        (likelihood, candidates): (&MarginalLikelihood, &Residual),
+        likelihood: &MarginalLikelihood,
     ) {
         let (index, prior) = (&model.layout.dependencies[f], &model.mode_priors[f][region]);
         let jacobian = factor.jacobian(index.len());
         let first = model.odds_column(f, region);
-        let surface = |k: usize| candidates.surfaces()[k] % prior.odds.len();
+        let odds = factor.odds_indices();
         let entry = |row: usize, column: usize| jacobian[row * index.len() + column];
-        let rows = candidates.len();
+        let rows = odds.len();
         let by_odds: [f64; MAX_ROWS] =
-            from_fn(|k| if k < rows { prior.active_share[surface(k)] - likelihood.active[k] } else { 0.0 });
+            from_fn(|k| if k < rows { prior.active_share[odds[k]] - likelihood.active[k] } else { 0.0 });
         for of in 0..rows {
-            let (b, right) = (first + surface(of), by_odds[of]);
+            let (b, right) = (first + odds[of], by_odds[of]);
             self.add_score(b, right);
             let squares = &mut self.score_outer_product.information;
             for (&k, left) in index.iter().zip(contacts.last_score()) {
                 squares[(k, b)] += left * right;
             }
-            for other in (0..rows).filter(|&other| first + surface(other) <= b) {
-                squares[(first + surface(other), b)] += by_odds[other] * right;
+            for other in (0..rows).filter(|&other| first + odds[other] <= b) {
+                squares[(first + odds[other], b)] += by_odds[other] * right;
             }
         }
         let observed = &mut self.derivatives.information;
         for of in 0..rows {
-            let b = first + surface(of);
+            let b = first + odds[of];
             for (column, &k) in index.iter().enumerate() {
                 let derivative = (0..rows).map(|row| likelihood.score_by_odds[(row, of)] * entry(row, column));
                 observed[(k, b)] += derivative.sum::<f64>();
             }
-            for other in (0..rows).filter(|&other| first + surface(other) <= b) {
-                observed[(first + surface(other), b)] -= likelihood.active_covariance[(other, of)];
+            for other in (0..rows).filter(|&other| first + odds[other] <= b) {
+                observed[(first + odds[other], b)] -= likelihood.active_covariance[(other, of)];
             }
         }
     }

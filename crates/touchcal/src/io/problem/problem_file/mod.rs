@@ -301,16 +301,21 @@ fn load(table: &ContactsToml, context: &Context<'_>) -> Result<Option<Load>, IoE
         Some(LoadFrameToml::Base) => LoadFrame::Base,
         Some(LoadFrameToml::Tip) | None => LoadFrame::Tip,
     };
-    let on = match (table.load_on, &table.load_frame) {
-        (Some(LoadOnToml::Tool), _) => LoadOn::Tool,
-        (Some(LoadOnToml::Fixture), _) => LoadOn::Fixture,
-        (None, None) => return Ok(None),
-        (None, Some(frame)) => {
-            let place = context.place(frame.span(), "contacts, load_frame");
-            return Err(IoError::unexpected(place, "`load_on`", "`load_frame` without it"));
+    let lag = context
+        .number(table.load_lag_rows.as_ref(), 1.0, Allowed::NotNegative, "contacts, load_lag_rows")?
+        .unwrap_or(0.0);
+    let on = match table.load_on {
+        Some(LoadOnToml::Tool) => LoadOn::Tool,
+        Some(LoadOnToml::Fixture) => LoadOn::Fixture,
+        None => {
+            let frame = table.load_frame.as_ref().map(|frame| ("load_frame", frame.span()));
+            let alone = frame.or(table.load_lag_rows.as_ref().map(|lag| ("load_lag_rows", lag.span())));
+            let Some((key, span)) = alone else { return Ok(None) };
+            let place = context.place(span, format!("contacts, {key}"));
+            return Err(IoError::unexpected(place, "`load_on`", format!("`{key}` without it")));
         }
     };
-    Ok(Some(Load { on, frame }))
+    Ok(Some(Load { on, frame, lag }))
 }
 
 fn read_contacts(

@@ -221,6 +221,7 @@ pub(crate) struct ContactsToml {
     pub(crate) apart_deg: Option<Number>,
     pub(crate) load_on: Option<LoadOnToml>,
     pub(crate) load_frame: Option<Spanned<LoadFrameToml>>,
+    pub(crate) load_lag_rows: Option<Number>,
     pub(crate) unit: Option<UnitToml>,
     pub(crate) header: Option<Vec<String>>,
     pub(crate) temperature: Option<String>,

@@ -107,6 +107,7 @@ pub fn problem_text(file: &ScenarioFile, truth: &Truth) -> Vec<TextFile> {
         line.number("force_threshold_n", scenario.recorder.force_threshold);
         if scenario.errors.joint_compliance > 0.0 {
             line.text("load_on", "tool");
+            line.number("load_lag_rows", scenario.recorder.lag());
         }
         if scenario.recorder.warm_up > 0.0 {
             line.text("temperature", ARM_TEMPERATURE);

@@ -1,0 +1,101 @@
+//! Which candidate contacts bear the measured load.
+
+use crate::manifold::MAX_ROWS;
+use crate::se3::{self, Twist};
+
+/// Least share (1) of the load's force that a candidate bears which counts as bearing, and of all
+/// forces on the candidates, which may be large where they hold each other. Friction, the sensor's
+/// bias and candidates that are missing leave smaller shares to candidates that are free.
+const LEAST_SHARE: f64 = 0.3;
+const LEAST_SHARE_OF_ALL: f64 = 0.05;
+/// Least lever (m) by which moments are compared with forces.
+const LEAST_LEVER: f64 = 1e-3;
+/// Relative weight of small forces: several candidates may bear the load in many ways.
+const RIDGE: f64 = 0.01;
+/// Sweeps over the candidates, and the change of a force over the load's at which they end.
+const SWEEPS: usize = 50;
+const SETTLED: f64 = 1e-3;
+
+/// Whether each candidate bears a part of the load `[f; τ]` (N, N m) that the fixture exerts on the
+/// tool, in the tool frame about its origin: the normal forces `λ ≥ 0` of least `‖load − Gᵀ λ‖`,
+/// with the derivative of each candidate's distance by the tool's twist as a row of `gradients` (1,
+/// m), and moments over the mean lever of the candidates.
+///
+/// Friction is not among the forces. It looks like the normal force of another surface, so that
+/// bearing is evidence for a contact, not proof: candidates that bear and those that do not have
+/// odds of their own.
+///
+/// Source: nonnegative least squares of Lawson & Hanson, *Solving least squares problems* (1974),
+/// chapter 23, by coordinate descent.
+pub(crate) fn bearing(load: &Twist, gradients: &[Twist]) -> [bool; MAX_ROWS] {
+    let squared_levers = gradients.iter().map(|row| se3::angular(row).norm_squared()).sum::<f64>();
+    let lever = (squared_levers / gradients.len().max(1) as f64).sqrt().max(LEAST_LEVER);
+    let product = |a: &Twist, b: &Twist| {
+        se3::linear(a).dot(&se3::linear(b)) + se3::angular(a).dot(&se3::angular(b)) / lever.powi(2)
+    };
+    let size = product(load, load).sqrt();
+    let mut forces = [0.0; MAX_ROWS];
+    for _ in 0..SWEEPS {
+        let mut change: f64 = 0.0;
+        for (k, row) in gradients.iter().enumerate() {
+            let others = gradients.iter().zip(&forces).enumerate().filter(|(other, _)| *other != k);
+            let borne: f64 = others.map(|(_, (other, force))| force * product(row, other)).sum();
+            let own = (1.0 + RIDGE) * product(row, row);
+            let found = ((product(row, load) - borne) / own.max(f64::MIN_POSITIVE)).max(0.0);
+            change = change.max((found - forces[k]).abs());
+            forces[k] = found;
+        }
+        if change <= SETTLED * size {
+            break;
+        }
+    }
+    let least = f64::max(LEAST_SHARE * se3::linear(load).norm(), LEAST_SHARE_OF_ALL * forces.iter().sum::<f64>());
+    forces.map(|borne| borne > least)
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::Vector3;
+
+    use super::*;
+
+    /// Gradient of the distance of the point `at` (m) of the tool along the unit `normal`.
+    fn candidate(at: [f64; 3], normal: [f64; 3]) -> Twist {
+        let (at, normal) = (Vector3::from(at), Vector3::from(normal));
+        se3::twist(&normal, &at.cross(&normal))
+    }
+
+    /// A peg of 25 mm width in a hole: two walls that face each other, at its tip and at the rim,
+    /// and the floor.
+    fn peg() -> [Twist; 5] {
+        let walls = [[1.0, 0.0, 0.0], [-1.0, 0.0, 0.0]];
+        let at = |height: f64, wall: [f64; 3]| candidate([-0.0125 * wall[0], 0.0, height], wall);
+        let floor = candidate([0.01, 0.0, 0.0], [0.0, 0.0, 1.0]);
+        [at(0.0, walls[0]), at(0.0, walls[1]), at(0.03, walls[0]), at(0.03, walls[1]), floor]
+    }
+
+    #[test]
+    fn those_that_press_bear() {
+        let candidates = peg();
+        let found = |forces: [f64; 5]| {
+            let load: Twist = candidates.iter().zip(forces).map(|(row, force)| row * force).sum();
+            bearing(&load, &candidates)
+        };
+        assert_eq!(found([10.0, 0.0, 0.0, 0.0, 0.0]), [true, false, false, false, false, false]);
+        // Wedged: the moment of the pair tells which walls.
+        assert_eq!(found([10.0, 0.0, 0.0, 10.0, 0.0]), [true, false, false, true, false, false]);
+        assert_eq!(found([0.0, 10.0, 10.0, 0.0, 15.0]), [false, true, true, false, true, false]);
+        assert_eq!(found([0.0; 5]), [false; MAX_ROWS]);
+        // Pulled away from all: none bears.
+        assert_eq!(bearing(&se3::twist(&Vector3::new(0.0, 0.0, -5.0), &Vector3::zeros()), &candidates), [false; 6]);
+    }
+
+    /// Friction of 0.25 along a wall looks like a force of the floor, but of less than a third.
+    #[test]
+    fn friction_does_not_bear() {
+        let candidates = peg();
+        let along = candidate([-0.0125, 0.0, 0.0], [0.0, 0.0, 1.0]);
+        let load = candidates[0] * 10.0 + along * 2.5;
+        assert_eq!(bearing(&load, &candidates), [true, false, false, false, false, false]);
+    }
+}
