@@ -178,7 +178,8 @@ impl ContactLog {
     ///     load_frame: the axes along which it is given, about the tip's origin: "tip" or "base";
     ///         default: "tip".
     ///     load_lag: rows by which the wrench lags behind the joint positions, at least 0; default:
-    ///         0. A low-pass filter of time constant T has a lag of 1 / (exp(dt / T) - 1).
+    ///         0. A low-pass filter of time constant T has a lag of 1 / (exp(dt / T) - 1). All rows
+    ///         must be there, those without contact too, at even distances in time.
     ///     temperature: of the arm (degrees Celsius), shape (N,).
     ///     name: what stands for the file in messages, reports and estimate.json.
     ///

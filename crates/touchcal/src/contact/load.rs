@@ -36,7 +36,8 @@ pub struct Load {
     pub frame: LoadFrame,
     /// Lag `λ` (rows of the log, ≥ 0) of the measured wrench behind the joint positions; 0 for
     /// none. A low-pass filter of the first order with the time constant `T` has one of `1 /
-    /// (exp(Δt/T) − 1)`, where rows are `Δt` apart.
+    /// (exp(Δt/T) − 1)`, where rows are `Δt` apart. Not checked; rows must be evenly spaced, and
+    /// those without contact must be there.
     pub lag: f64,
 }
 

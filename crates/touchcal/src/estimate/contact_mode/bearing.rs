@@ -10,23 +10,26 @@ const LEAST_SHARE: f64 = 0.3;
 const LEAST_SHARE_OF_ALL: f64 = 0.05;
 /// Least lever (m) by which moments are compared with forces.
 const LEAST_LEVER: f64 = 1e-3;
-/// Relative weight of small forces: several candidates may bear the load in many ways.
+/// Weight of a candidate's squared force relative to that of its own row: several candidates may
+/// bear the load in many ways.
 const RIDGE: f64 = 0.01;
 /// Sweeps over the candidates, and the change of a force over the load's at which they end.
 const SWEEPS: usize = 50;
 const SETTLED: f64 = 1e-3;
 
 /// Whether each candidate bears a part of the load `[f; τ]` (N, N m) that the fixture exerts on the
-/// tool, in the tool frame about its origin: the normal forces `λ ≥ 0` of least `‖load − Gᵀ λ‖`,
-/// with the derivative of each candidate's distance by the tool's twist as a row of `gradients` (1,
-/// m), and moments over the mean lever of the candidates.
+/// tool, in the tool frame about its origin: the normal forces `λ ≥ 0` of least
+/// `‖load − Gᵀ λ‖² + 0.01 Σ ‖Gⱼ‖² λⱼ²`, with the derivative `Gⱼ` of each candidate's distance by
+/// the tool's twist as a row of `gradients` (1, m), and moments over the mean lever of the
+/// candidates.
 ///
 /// Friction is not among the forces. It looks like the normal force of another surface, so that
 /// bearing is evidence for a contact, not proof: candidates that bear and those that do not have
-/// odds of their own.
+/// odds of their own. Which candidates bear the load changes with the pose, and a contact's
+/// likelihood then jumps; derivatives are those between jumps.
 ///
-/// Source: nonnegative least squares of Lawson & Hanson, *Solving least squares problems* (1974),
-/// chapter 23, by coordinate descent.
+/// Source: the problem is that of Lawson & Hanson, *Solving least squares problems* (1974), chapter
+/// 23; the solution is by coordinate descent.
 pub(crate) fn bearing(load: &Twist, gradients: &[Twist]) -> [bool; MAX_ROWS] {
     let squared_levers = gradients.iter().map(|row| se3::angular(row).norm_squared()).sum::<f64>();
     let lever = (squared_levers / gradients.len().max(1) as f64).sqrt().max(LEAST_LEVER);

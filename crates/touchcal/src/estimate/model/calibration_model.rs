@@ -29,9 +29,9 @@ pub(crate) struct CalibrationModel<'p> {
     pub noise: NoiseModel,
     /// Prior of the contact mode, for each fixture and each region of its manifold.
     pub mode_priors: Vec<Vec<ContactModePrior>>,
-    /// Number of odds of each surface: two where loads are known, for candidates that do not bear
-    /// the load and for those that do.
-    odds_per_surface: usize,
+    /// For each fixture the number of odds of each surface: two where loads are known and used, for
+    /// candidates that do not bear the load and for those that do.
+    odds_per_surface: Vec<usize>,
 }
 
 impl<'p> CalibrationModel<'p> {
@@ -39,10 +39,10 @@ impl<'p> CalibrationModel<'p> {
     pub fn new(problem: &'p Problem) -> Self {
         let layout = ParameterLayout::new(problem);
         let kinematics = Kinematics::new(&problem.robot, &layout.kinematic(), problem.tool.tip_from_tool);
-        let odds_per_surface = if problem.uses_loads() { 2 } else { 1 };
-        let mode_priors = problem.fixtures.iter().map(|fixture| {
+        let odds_per_surface = odds_per_surface(problem);
+        let mode_priors = problem.fixtures.iter().zip(&odds_per_surface).map(|(fixture, odds)| {
             let SurfaceCounts { regions, per_region } = fixture.manifold.surface_counts();
-            vec![ContactModePrior::initial(odds_per_surface * per_region, &problem.options.contact_mode); regions]
+            vec![ContactModePrior::initial(odds * per_region, &problem.options.contact_mode); regions]
         });
         CalibrationModel {
             problem,
@@ -67,7 +67,7 @@ impl<'p> CalibrationModel<'p> {
             trend_axis: self.trend_axis,
             noise: self.noise.clone(),
             mode_priors: self.mode_priors.clone(),
-            odds_per_surface: self.odds_per_surface,
+            odds_per_surface: self.odds_per_surface.clone(),
             layout,
         }
     }
@@ -121,20 +121,19 @@ impl<'p> CalibrationModel<'p> {
     /// `surface` of the manifold, which `bears` the load or not. Where the load is not known, it
     /// counts as bearing.
     pub fn odds_index(&self, i: usize, surface: usize, bears: bool) -> usize {
-        let contacts = &self.problem.contacts;
-        let surfaces = self.surfaces(contacts.fixture(i));
-        let class = if bears || contacts.known_load(i).is_none() { self.odds_per_surface - 1 } else { 0 };
-        surface % surfaces + class * surfaces
+        let (contacts, f) = (&self.problem.contacts, self.problem.contacts.fixture(i));
+        let class = if bears || contacts.known_load(i).is_none() { self.odds_per_surface[f] - 1 } else { 0 };
+        surface % self.surfaces(f) + class * self.surfaces(f)
     }
 
-    /// Whether odds depend on which candidates bear the load.
-    pub fn has_bearing_odds(&self) -> bool {
-        self.odds_per_surface > 1
+    /// Whether odds depend on which candidates of contact `i` bear the load.
+    pub fn has_bearing_odds(&self, i: usize) -> bool {
+        self.odds_per_surface[self.problem.contacts.fixture(i)] > 1
     }
 
     /// Number of surfaces in each region of fixture `f`'s manifold.
     fn surfaces(&self, f: usize) -> usize {
-        self.mode_priors[f].first().map_or(1, |prior| prior.odds.len() / self.odds_per_surface)
+        self.mode_priors[f].first().map_or(1, |prior| prior.odds.len() / self.odds_per_surface[f])
     }
 
     /// Column of the first `ln κⱼ` of a region of fixture `f` where the odds count as parameters
@@ -143,6 +142,16 @@ impl<'p> CalibrationModel<'p> {
         let before = self.mode_priors[..f].iter().flatten().chain(&self.mode_priors[f][..region]);
         self.layout.len() + before.map(|prior| prior.odds.len()).sum::<usize>()
     }
+}
+
+/// Number of odds of each surface of each fixture.
+fn odds_per_surface(problem: &Problem) -> Vec<usize> {
+    let mut numbers = vec![1; problem.fixtures.len()];
+    if problem.uses_loads() {
+        let loaded = (0..problem.contacts.len()).filter(|&i| problem.contacts.known_load(i).is_some());
+        loaded.for_each(|i| numbers[problem.contacts.fixture(i)] = 2);
+    }
+    numbers
 }
 
 /// Declared poses, and for fixtures without one the mean tool position of their contacts by the

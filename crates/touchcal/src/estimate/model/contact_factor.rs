@@ -209,7 +209,7 @@ impl ContactFactor {
     fn candidates(&mut self, point: &LinearizationPoint<'_>, i: usize, gate: &Gate) -> CandidateContacts {
         let (model, f) = (point.model, point.model.problem.contacts.fixture(i));
         let prior = &model.mode_priors[f][model.region(f, &self.rows)];
-        let bears = if model.has_bearing_odds() {
+        let bears = if model.has_bearing_odds(i) {
             bearing(&point.load_on_tool(i), self.rows.jacobian())
         } else {
             [false; MAX_ROWS]

@@ -33,7 +33,7 @@ use crate::solver::FreeParameters;
 /// few contacts, and is itself uncertain.
 const MIN_SHARE: f64 = 0.03;
 
-/// Standard deviations of a variance above that of independent errors of which half counts.
+/// Standard deviations of a squared ratio above 1 of which half counts.
 const HALF_COUNTED: f64 = 1.5;
 
 /// Probability (0 to 1) of the variance found, if errors are independent, at which half of what
@@ -47,8 +47,8 @@ const SIGNIFICANT: f64 = 1e-3;
 /// standard deviations (SI) of those that are off. `None` with less than two stretches, or if a
 /// number is not finite.
 ///
-/// An excess widens the covariance as far as that and the design effect together are not chance.
-/// Where blocks of contacts already show that errors are correlated, it is not, however small.
+/// An excess widens the covariance as far as it is not chance. Where blocks of contacts already
+/// show that errors are correlated, it is not, however small.
 pub(crate) fn predictive_check(
     stretches: &[Stretch],
     (covariance, design_effect): (&DMatrix<f64>, f64),
@@ -84,8 +84,7 @@ pub(crate) fn predictive_check(
     let independent = share * degrees_of_freedom as f64;
     let distribution = ChiSquared::new(independent).ok()?;
     let (square, p_value) = (statistic / degrees_of_freedom as f64, distribution.sf(share * statistic));
-    let of_all = shrunk_variance_factor(square * design_effect, HALF_COUNTED.powi(2) * 2.0 / independent);
-    let excess = (of_all / design_effect - 1.0).max(0.0);
+    let excess = shrunk_variance_factor(square, HALF_COUNTED.powi(2) * 2.0 / independent) - 1.0;
     let of_independent = distribution.sf(share * statistic * design_effect);
     let widening = (1.0 + excess * SIGNIFICANT / (SIGNIFICANT + of_independent)).sqrt();
     let check = PredictiveCheck { ratio: square.sqrt(), p_value, widening, stretches: ratios };

@@ -139,3 +139,14 @@ fn derivatives_by_errors_of_encoders_are_those_of_differences() {
         }
     }
 }
+
+/// A force of 10 N along x at the tip of a tool whose frame is 0.1 m further along z.
+#[test]
+fn the_load_on_the_tool_is_about_its_origin() {
+    let mut problem = wrench_problem();
+    problem.contacts.set_load([10.0, 0.0, 0.0, 0.0, 0.0, 2.0]);
+    let model = CalibrationModel::new(&problem);
+    let at = LinearizationPoint::new(&model, &DVector::zeros(model.layout.len()));
+    let found = at.load_on_tool(problem.contacts.len() - 1);
+    assert!((found - Twist::from([10.0, 0.0, 0.0, 0.0, -1.0, 2.0])).amax() < 1e-12, "{found}");
+}
