@@ -3,11 +3,12 @@
 use crate::manifold::MAX_ROWS;
 use crate::se3::{self, Twist};
 
-/// Least share (1) of the load's force that a candidate bears which counts as bearing, and of all
-/// forces on the candidates, which may be large where they hold each other. Friction, the sensor's
-/// bias and candidates that are missing leave smaller shares to candidates that are free.
+/// Least normal force of a candidate that bears the load, as a share (1) of the load's force.
+/// Friction, the sensor's bias and missing candidates leave smaller shares to free candidates.
 const LEAST_SHARE: f64 = 0.3;
-const LEAST_SHARE_OF_ALL: f64 = 0.05;
+/// The same as a share (1) of the sum of all normal forces: those of a wedged tool add up to a
+/// small load.
+const LEAST_SHARE_OF_SUM: f64 = 0.05;
 /// Least lever (m) by which moments are compared with forces.
 const LEAST_LEVER: f64 = 1e-3;
 /// Weight of a candidate's squared force relative to that of its own row: several candidates may
@@ -37,14 +38,19 @@ pub(crate) fn bearing(load: &Twist, gradients: &[Twist]) -> [bool; MAX_ROWS] {
         se3::linear(a).dot(&se3::linear(b)) + se3::angular(a).dot(&se3::angular(b)) / lever.powi(2)
     };
     let size = product(load, load).sqrt();
+    let mut gram = [[0.0; MAX_ROWS]; MAX_ROWS];
+    for (products, row) in gram.iter_mut().zip(gradients) {
+        products.iter_mut().zip(gradients).for_each(|(entry, other)| *entry = product(row, other));
+    }
+    let along: [f64; MAX_ROWS] = std::array::from_fn(|k| gradients.get(k).map_or(0.0, |row| product(row, load)));
     let mut forces = [0.0; MAX_ROWS];
     for _ in 0..SWEEPS {
         let mut change: f64 = 0.0;
-        for (k, row) in gradients.iter().enumerate() {
-            let others = gradients.iter().zip(&forces).enumerate().filter(|(other, _)| *other != k);
-            let borne: f64 = others.map(|(_, (other, force))| force * product(row, other)).sum();
-            let own = (1.0 + RIDGE) * product(row, row);
-            let found = ((product(row, load) - borne) / own.max(f64::MIN_POSITIVE)).max(0.0);
+        for k in 0..gradients.len() {
+            let others = gram[k].iter().zip(&forces).enumerate().filter(|(other, _)| *other != k);
+            let borne: f64 = others.map(|(_, (product, force))| force * product).sum();
+            let own = (1.0 + RIDGE) * gram[k][k];
+            let found = ((along[k] - borne) / own.max(f64::MIN_POSITIVE)).max(0.0);
             change = change.max((found - forces[k]).abs());
             forces[k] = found;
         }
@@ -52,7 +58,7 @@ pub(crate) fn bearing(load: &Twist, gradients: &[Twist]) -> [bool; MAX_ROWS] {
             break;
         }
     }
-    let least = f64::max(LEAST_SHARE * se3::linear(load).norm(), LEAST_SHARE_OF_ALL * forces.iter().sum::<f64>());
+    let least = f64::max(LEAST_SHARE * se3::linear(load).norm(), LEAST_SHARE_OF_SUM * forces.iter().sum::<f64>());
     forces.map(|borne| borne > least)
 }
 

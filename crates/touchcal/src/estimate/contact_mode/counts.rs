@@ -61,8 +61,8 @@ impl ContactCounts {
         ContactCounts { in_contact: 0.0, no_contact: 0.0, candidates: vec![0.0; surfaces], active: vec![0.0; surfaces] }
     }
 
-    /// Adds the responsibilities of one contact; `surfaces` is the surface of each of its
-    /// candidates, an index within the region.
+    /// Adds the responsibilities of one contact; `surfaces` is the index of each candidate's odds
+    /// within the region.
     pub fn add_contact(&mut self, likelihood: &MarginalLikelihood, surfaces: &[usize]) {
         self.in_contact += likelihood.in_contact;
         self.no_contact += if surfaces.is_empty() { 0.0 } else { 1.0 - likelihood.in_contact };
