@@ -38,7 +38,7 @@ const KEYS: &str = "sigma, sigma_angle, clearance_sigma, depth_sigma, or exact=T
 ///         metres, sigma); default of sigma: 0.1 mm. A sigma of 0 is exact.
 ///     noise: the table [noise] of problem.toml: encoder_deg, contact_mm, encoder_trend_deg,
 ///         encoder_trend_over, encoder_walk_deg, estimated, force_bias_n, torque_bias_nm,
-///         wrench_scale; default: learned from the data.
+///         force_noise_n, torque_noise_nm, wrench_scale; default: learned from the data.
 ///     estimate: other keys of the table [estimate] of problem.toml: loss, loss_scale, freeze,
 ///         prior, method, descent, unseen_effects.
 ///     accept: the table [accept] of problem.toml: tolerance_mm, tolerance_deg, confidence, and the

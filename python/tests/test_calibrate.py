@@ -352,5 +352,5 @@ def test_a_wrench_that_is_a_load_has_a_bias(tmp_path: Path) -> None:
     assert [found[name].prior_sigma for name in names] == [1, 1, 1, 0.1, 0.1, 0.1, 0.02]
     assert [found[name].unit for name in names] == ["N"] * 3 + ["N m"] * 3 + ["1"]
     with pytest.warns(UserWarning, match="taken as exact: wrench: bias of the forces, wrench: bias of the moments"):
-        exact = problem(force_bias_n=0, torque_bias_nm=0, wrench_scale=0)
+        exact = problem(force_bias_n=0, torque_bias_nm=0, force_noise_n=0, torque_noise_nm=0, wrench_scale=0)
     assert not any(p.block.startswith("wrench") for p in touchcal.calibrate(exact).parameters)

@@ -29,7 +29,7 @@ def test_what_problems_are_refused_for(robot: touchcal.Robot, log: touchcal.Cont
             Problem(**{**usual, **arguments})  # type: ignore[arg-type]
 
     refused("^Problem, estimate, parameters: expected a block of parameters .*, found \"strian\"; did you mean `strain`", parameters=["strian"])
-    refused("^Problem: unknown field `encoder`, expected one of `encoder_deg`, `contact_mm`, `encoder_trend_deg`, `encoder_trend_over`, `encoder_walk_deg`, `estimated`, `force_bias_n`, `torque_bias_nm`, `wrench_scale`", noise={"encoder": 1})
+    refused("^Problem: unknown field `encoder`, expected one of `encoder_deg`, `contact_mm`, `encoder_trend_deg`, `encoder_trend_over`, `encoder_walk_deg`, `estimated`, `force_bias_n`, `torque_bias_nm`, `force_noise_n`, `torque_noise_nm`, `wrench_scale`", noise={"encoder": 1})
     refused("encoder or contact noise above 0, found both 0", noise={"encoder_deg": 0, "contact_mm": 0})
     refused("^Problem, accept, tolerance_mm: expected .*, found none", accept={"joints_deg": [[0, 1]] * 7})
     refused("^Problem, accept: expected `postures_deg`, `joints_deg` or `region`", accept={"tolerance_mm": 1})

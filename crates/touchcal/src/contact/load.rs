@@ -53,6 +53,9 @@ impl Load {
     /// frame. The tip's orientation is that of the nominal arm: its errors of some degrees change a
     /// torque by far less than the torque.
     pub(super) fn apply(self, robot: &Robot, log: &mut ContactLog, first: usize) {
+        if first < log.len() {
+            log.set_load_lag(log.source(first).file, self.lag);
+        }
         let kinematics = Kinematics::new(robot, &[], Pose::identity());
         let sign = if self.on == LoadOn::Tool { 1.0 } else { -1.0 };
         log.change_loads(first, |q, [fx, fy, fz, tx, ty, tz]| {

@@ -25,6 +25,8 @@ pub struct ContactLog {
     fixture: Vec<u32>,
     source: Vec<Source>,
     files: Vec<String>,
+    /// Up to the last file whose wrenches lag: the lag (rows) that was taken out of its loads.
+    load_lags: Vec<f64>,
     notes: Vec<String>,
     rows_read: u64,
 }
@@ -40,6 +42,24 @@ impl ContactLog {
     pub fn add_file(&mut self, name: impl Into<String>) -> u32 {
         self.files.push(name.into());
         (self.files.len() - 1) as u32
+    }
+
+    /// Declares that a lag (rows, ≥ 0) was taken out of the loads of this file's contacts, as
+    /// [`Load::lag`](crate::contact::Load::lag) describes, which makes their noise larger. Without
+    /// effect if there is no such file.
+    pub fn set_load_lag(&mut self, file: u32, lag: f64) {
+        let file = file as usize;
+        if file < self.files.len() && (lag > 0.0 || file < self.load_lags.len()) {
+            self.load_lags.resize(self.load_lags.len().max(file + 1), 0.0);
+            self.load_lags[file] = lag;
+        }
+    }
+
+    /// Variance of the noise of contact `i`'s load over that of the measured wrench (1): with the
+    /// lag `λ` that was taken out `(1 + λ)² + λ²`.
+    pub(crate) fn load_noise_factor(&self, i: usize) -> f64 {
+        let lag = self.load_lags.get(self.source(i).file as usize).copied().unwrap_or(0.0);
+        (1.0 + lag).powi(2) + lag.powi(2)
     }
 
     /// Adds `rows` to the number of rows that were read, in contact or not.
@@ -144,6 +164,7 @@ impl ContactLog {
     pub fn append(&mut self, other: &ContactLog, fixture: usize) {
         let first = self.files.len() as u32;
         self.files.extend_from_slice(&other.files);
+        other.load_lags.iter().zip(first..).for_each(|(&lag, file)| self.set_load_lag(file, lag));
         self.notes.extend_from_slice(&other.notes);
         self.rows_read += other.rows_read;
         for i in 0..other.len() {
@@ -222,8 +243,9 @@ impl ContactLog {
     /// temperatures, all files and notes and the number of rows read. `keep` is called once for
     /// each contact, in order.
     pub fn filtered(&self, mut keep: impl FnMut(usize) -> bool) -> ContactLog {
-        let (files, notes) = (self.files.clone(), self.notes.clone());
-        let mut log = ContactLog { files, notes, rows_read: self.rows_read, ..ContactLog::new(self.dof) };
+        let (files, notes, load_lags) = (self.files.clone(), self.notes.clone(), self.load_lags.clone());
+        let rows_read = self.rows_read;
+        let mut log = ContactLog { files, notes, load_lags, rows_read, ..ContactLog::new(self.dof) };
         for i in (0..self.len()).filter(|&i| keep(i)) {
             log.push(self.q(i), self.fixture(i), self.source(i));
             log.copy_measurements(self, i);
@@ -246,5 +268,33 @@ impl ContactLog {
         if let Some(celsius) = other.temperature(i) {
             self.set_temperature(celsius);
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A log of two files with a contact each; a lag of 2 rows was taken out of the second's.
+    fn lagging() -> ContactLog {
+        let mut log = ContactLog::new(1);
+        for name in ["first", "second"] {
+            let file = log.add_file(name);
+            log.push(&[0.0], 0, Source { file, line: 1 });
+        }
+        log.set_load_lag(1, 2.0);
+        log.set_load_lag(7, 3.0);
+        log
+    }
+
+    #[test]
+    fn the_noise_of_loads_stays_with_their_file() {
+        let factors = |log: &ContactLog| -> Vec<f64> { (0..log.len()).map(|i| log.load_noise_factor(i)).collect() };
+        assert_eq!(factors(&lagging()), [1.0, 13.0]);
+        let mut both = ContactLog::new(1);
+        both.append(&lagging(), 0);
+        both.append(&lagging(), 1);
+        assert_eq!(factors(&both), [1.0, 13.0, 1.0, 13.0]);
+        assert_eq!(factors(&both.filtered(|i| i > 0)), [13.0, 1.0, 13.0]);
     }
 }

@@ -262,7 +262,7 @@ fn with_effect(problem: &Problem, effect: &OmittedEffect) -> Problem {
         OmittedEffect::JointHarmonic => freed.parameters.extend(joint_harmonic(robot)),
         OmittedEffect::JointTrend => freed.parameters.extend(joint_trend(robot)),
         OmittedEffect::JointWalk => freed.parameters.extend(joint_walk(robot, DEFAULT_WALK_SIGMA)),
-        OmittedEffect::Wrench => freed.wrench = WrenchTolerance::DEFAULT,
+        OmittedEffect::Wrench => freed.wrench = WrenchTolerance::DEFAULT.with_noise_of(&freed.wrench),
         OmittedEffect::Noise => freed.noise.is_estimated = true,
         OmittedEffect::ToolPlace => freed.tool.prior = PlacePrior::DEFAULT_TOOL,
         OmittedEffect::Shape { fixture } => {

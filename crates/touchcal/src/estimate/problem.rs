@@ -80,8 +80,9 @@ impl ShapeTolerance {
 }
 
 /// Standard deviations of the errors of the measured wrench, where it is used as a load; 0 is
-/// exact. They are priors of parameters that are estimated with the arm: measured =
-/// (1 + s) · true + b, in the tip frame, with which the sensor turns, the same for all contacts.
+/// exact: measured = (1 + s) · true + b + noise, in the tip frame, with which the sensor turns.
+/// Those of `b` and `s`, the same for all contacts, are priors of parameters that are estimated
+/// with the arm.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct WrenchTolerance {
     /// Standard deviation (N, ≥ 0) of the bias `b` of each component of the force.
@@ -91,13 +92,27 @@ pub struct WrenchTolerance {
     /// Standard deviation (1, ≥ 0) of the relative error `s` of the scale, common to forces and
     /// moments.
     pub scale: f64,
+    /// Standard deviation (N, ≥ 0) of the noise of each component of the measured force in each
+    /// row, before a lag is taken out. Noise that is not declared makes joints seem stiffer than
+    /// they are.
+    pub force_noise: f64,
+    /// Standard deviation (N m, ≥ 0) of the noise of each component of the moment, likewise.
+    pub torque_noise: f64,
 }
 
 impl WrenchTolerance {
     /// An exact wrench.
-    pub const EXACT: WrenchTolerance = WrenchTolerance { force: 0.0, torque: 0.0, scale: 0.0 };
-    /// Default tolerance, what a wrist sensor that was zeroed reaches: 0.5 N, 0.05 N m and 2 %.
-    pub const DEFAULT: WrenchTolerance = WrenchTolerance { force: 0.5, torque: 0.05, scale: 0.02 };
+    pub const EXACT: WrenchTolerance =
+        WrenchTolerance { force: 0.0, torque: 0.0, scale: 0.0, force_noise: 0.0, torque_noise: 0.0 };
+    /// Default tolerance, what a wrist sensor that was zeroed reaches: 0.5 N, 0.05 N m and 2 %,
+    /// with a noise of 0.1 N and 0.005 N m.
+    pub const DEFAULT: WrenchTolerance =
+        WrenchTolerance { force: 0.5, torque: 0.05, scale: 0.02, force_noise: 0.1, torque_noise: 0.005 };
+
+    /// This tolerance of bias and scale, with the noise of another.
+    pub fn with_noise_of(self, other: &WrenchTolerance) -> WrenchTolerance {
+        WrenchTolerance { force_noise: other.force_noise, torque_noise: other.torque_noise, ..self }
+    }
 }
 
 /// The tool: the part on the arm that touches, and its pose on the tip link.

@@ -29,9 +29,9 @@ const SPACING_SIGMA: f64 = 1e-5;
 /// 2e-7 rad, and the form errors, at least 1e-6 m. Distances are declared as they are measured,
 /// with the standard deviations of their errors, at least [`EXACT_DISTANCE_SIGMA`]; those of other
 /// fixtures that follow each other on one block with 1e-5 m. Contacts have their measured loads
-/// without the lag of the force sensor where the scenario has a joint compliance; bias and scale of
-/// the wrench, and trends of encoder offsets have the standard deviations from which they are
-/// drawn. The arm has no errors but the estimated ones ([`UnseenEffects::Ignore`]). The loss is
+/// without the lag of the force sensor where the scenario has a joint compliance; bias, scale and
+/// noise of the wrench, and trends of encoder offsets have the standard deviations from which they
+/// are drawn. The arm has no errors but the estimated ones ([`UnseenEffects::Ignore`]). The loss is
 /// Geman–McClure's of scale 3. Placements are the fixtures' names up to the first `/`.
 pub fn problem(scenario: &Scenario, simulated: &SimulatedTrial) -> Problem {
     posed(scenario, simulated, scenario.errors.joint_compliance > 0.0)
@@ -45,6 +45,7 @@ pub(super) fn posed(scenario: &Scenario, simulated: &SimulatedTrial, has_loads: 
     for (fixture, (touch, log)) in scenario.touches.iter().zip(&simulated.logs).enumerate() {
         let file = contacts.add_file(&touch.name);
         contacts.count_rows(log.len() as u64);
+        contacts.set_load_lag(file, load.lag);
         for row in log.contacts() {
             contacts.push(log.q(row), fixture, Source { file, line: row as u64 + 1 });
             if has_loads {
@@ -128,9 +129,15 @@ pub(crate) fn encoder_trend(recorder: &Recorder) -> f64 {
     recorder.encoder_trend.hypot(0.3f64.sqrt() * recorder.encoder_walk)
 }
 
-/// The standard deviations from which bias and scale of the wrench are drawn.
+/// The standard deviations from which bias, scale and noise of the wrench are drawn.
 pub(crate) fn wrench(recorder: &Recorder) -> WrenchTolerance {
-    WrenchTolerance { force: recorder.force_bias, torque: recorder.torque_bias, scale: recorder.wrench_scale }
+    WrenchTolerance {
+        force: recorder.force_bias,
+        torque: recorder.torque_bias,
+        scale: recorder.wrench_scale,
+        force_noise: recorder.force_sigma,
+        torque_noise: recorder.torque_sigma,
+    }
 }
 
 /// Distances of fixtures that follow each other on one block, unless they are measured, and

@@ -78,6 +78,14 @@ pub struct KinematicsScratch {
     pub load: Matrix6<f64>,
 }
 
+impl KinematicsScratch {
+    /// Derivative of the torque (N m) about moving joint `i` by the load `[f; τ]` about the tip's
+    /// origin, in its frame (m, 1), of a compliant arm.
+    pub fn torque_by_load(&self, i: usize) -> Twist {
+        self.at_rest.by_load(i)
+    }
+}
+
 impl Kinematics {
     /// Kinematics of `robot` with the tool at pose `tip_from_tool` (m), and all `parameters` at
     /// zero. `parameters` may be empty.

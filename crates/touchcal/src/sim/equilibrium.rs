@@ -35,6 +35,8 @@ const BOUNDINGS: usize = 30;
 const STEPS: usize = 100;
 /// A search has ended when the next step moves no point of the tool further (m).
 const SETTLED: f64 = 1e-9;
+/// The same (m) at the last linearisation: along an edge, steps may alternate between faces.
+const AT_REST: f64 = 1e-7;
 /// What is nearer than this touches (m).
 const TOUCHING: f64 = 1e-7;
 /// Cosine of the angle between normals within which pairs push in one direction.
@@ -161,7 +163,8 @@ impl<'a> Equilibrium<'a> {
             let spring = self.spring(&pose, fixture_from_command);
             let step = self.step(&spring)?;
             let length = se3::linear(&step).norm() + se3::angular(&step).norm() * self.parts.size();
-            if length < SETTLED {
+            let settled = if round + 1 < LINEARISATIONS { SETTLED } else { AT_REST };
+            if length < settled {
                 return Some(self.rest(pose, spring));
             }
             if self.friction > 0.0 && round < BOUNDINGS {
@@ -190,8 +193,7 @@ impl<'a> Equilibrium<'a> {
     fn rest(&mut self, pose: Pose, spring: Twist) -> Rest {
         self.keep_loads(&pose);
         self.pose = pose;
-        let touching = self.near.iter().any(|near| near.gap < TOUCHING);
-        Rest { fixture_from_tool: pose, wrench: spring, touching }
+        Rest { fixture_from_tool: pose, wrench: spring, touching: self.near.iter().any(|near| near.gap < TOUCHING) }
     }
 
     /// Where the tool at `rest` is if each surface that it touches stands out by `form()` (m), and

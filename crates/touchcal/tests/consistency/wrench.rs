@@ -1,10 +1,12 @@
-//! A force sensor with a bias or a filter, where joints deflect under the load: are the error bars
-//! true?
+//! A force sensor with a bias, noise or a filter, where joints deflect under the load: are the
+//! error bars true?
 
-use touchcal::estimate::WrenchTolerance;
+use touchcal::estimate::{Estimate, WrenchTolerance};
 use touchcal::experiment::problem;
 use touchcal::io::urdf::{self, Ends};
-use touchcal::sim::{self, Preset, Scenario};
+use touchcal::parameter::ParameterId;
+use touchcal::robot::KinematicParameter;
+use touchcal::sim::{self, Preset, Scenario, Truth};
 
 use crate::nees::NeesSum;
 use crate::support::{report, solve};
@@ -18,10 +20,12 @@ fn scenario() -> Scenario {
     let mut scenario = Preset::Paper.scenario(robot).expect("parts");
     scenario.errors.joint_compliance = 1e-4;
     scenario.contacts = 1500;
-    let WrenchTolerance { force, torque, scale } = WrenchTolerance::DEFAULT;
+    let WrenchTolerance { force, torque, scale, force_noise, torque_noise } = WrenchTolerance::DEFAULT;
     scenario.recorder.force_bias = force;
     scenario.recorder.torque_bias = torque;
     scenario.recorder.wrench_scale = scale;
+    scenario.recorder.force_sigma = force_noise;
+    scenario.recorder.torque_sigma = torque_noise;
     scenario
 }
 
@@ -74,4 +78,43 @@ fn friction_and_a_filter_are_in_the_intervals() {
     report("friction and a filter", &[("NEES for each parameter", declared), ("filter ignored", ignored)]);
     assert!((0.5..1.7).contains(&declared), "{declared}");
     assert!(ignored > 3.0, "{ignored}");
+}
+
+/// A noisy sensor, without friction. Where its noise is not declared, joints seem stiffer than they
+/// are.
+#[test]
+fn noise_of_the_wrench_does_not_stiffen_joints() {
+    const NOISE: f64 = 1.0;
+    let (mut declared, mut ignored) = (NeesSum::default(), NeesSum::default());
+    let mut too_stiff = [0.0; 2];
+    for seed in 1..=TRIALS {
+        let mut scenario = scenario();
+        scenario.recorder.force_sigma = NOISE;
+        let simulated = sim::simulate(&scenario, seed).expect("contacts");
+        let mut problem = problem(&scenario, &simulated);
+        assert_eq!(problem.wrench.force_noise, NOISE);
+        for (sum, stiffer) in [&mut declared, &mut ignored].into_iter().zip(&mut too_stiff) {
+            let estimate = solve(&problem);
+            sum.add(&estimate, &simulated.truth);
+            *stiffer += first_compliance_error(&estimate, &simulated.truth) / -(TRIALS as f64);
+            problem.wrench.force_noise = 0.0;
+        }
+    }
+    let [declared, ignored] = [declared, ignored].map(|sum| sum.per_parameter());
+    let [stiffer, stiffer_ignored] = too_stiff;
+    report(
+        "noise of the wrench",
+        &[("NEES", declared), ("stiffer", stiffer), ("NEES, ignored", ignored), ("stiffer, ignored", stiffer_ignored)],
+    );
+    assert!((0.5..1.7).contains(&declared), "{declared}");
+    // Within two standard deviations of the mean of the trials.
+    assert!(too_stiff[0].abs() < 2.0 / (TRIALS as f64).sqrt(), "{too_stiff:?}");
+    assert!(too_stiff[1] > 1.0, "{too_stiff:?}");
+}
+
+/// Error of the first joint's compliance over its standard deviation.
+fn first_compliance_error(estimate: &Estimate, truth: &Truth) -> f64 {
+    let is_first = |id| matches!(id, ParameterId::Kinematic(KinematicParameter::JointCompliance(0)));
+    let found = estimate.parameters.iter().find(|found| is_first(found.parameter.id)).expect("estimated");
+    (found.value - truth.value(found.parameter.id)) / found.sigma.expect("known")
 }

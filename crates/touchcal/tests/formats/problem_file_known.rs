@@ -229,22 +229,25 @@ fn bias_and_scale_of_the_wrench_are_declared_or_assumed() {
     let (wrench, notes) = changed("", load, blocks);
     assert_eq!(wrench, WrenchTolerance::DEFAULT);
     let expected = "assumed, since no standard deviations are declared: wrench: bias of the forces ± 0.5 N; \
-        wrench: bias of the moments ± 0.05 N m; wrench: scale ± 2 %; \
-        declare them (force_bias_n, torque_bias_nm, wrench_scale in [noise])";
+        wrench: bias of the moments ± 0.05 N m; wrench: noise of the forces ± 0.1 N; \
+        wrench: noise of the moments ± 0.005 N m; wrench: scale ± 2 %; \
+        declare them (force_bias_n, torque_bias_nm, force_noise_n, torque_noise_nm, wrench_scale in [noise])";
     assert_eq!(notes, [expected]);
     let (wrench, notes) = changed("force_bias_n = 0\nwrench_scale = 0.05", load, blocks);
-    assert_eq!(wrench, WrenchTolerance { force: 0.0, torque: 0.05, scale: 0.05 });
-    assert!(notes[0].contains("declared: wrench: bias of the moments ± 0.05 N m; declare"), "{notes:?}");
+    assert_eq!(wrench, WrenchTolerance { force: 0.0, scale: 0.05, ..WrenchTolerance::DEFAULT });
+    assert!(notes[0].contains("declared: wrench: bias of the moments ± 0.05 N m; wrench: noise"), "{notes:?}");
     assert_eq!(notes[1], "standard deviations of 0 are taken as exact: wrench: bias of the forces");
-    let all = "force_bias_n = 1\ntorque_bias_nm = 0.1\nwrench_scale = 0.01";
-    assert_eq!(changed(all, load, blocks), (WrenchTolerance { force: 1.0, torque: 0.1, scale: 0.01 }, vec![]));
+    let all =
+        "force_bias_n = 1\ntorque_bias_nm = 0.1\nforce_noise_n = 0.3\ntorque_noise_nm = 0.02\nwrench_scale = 0.01";
+    let expected = WrenchTolerance { force: 1.0, torque: 0.1, scale: 0.01, force_noise: 0.3, torque_noise: 0.02 };
+    assert_eq!(changed(all, load, blocks), (expected, vec![]));
     // Where no joint deflects under a load there is nothing to assume, and nothing to declare.
     assert_eq!(changed("", "debounce = 1", blocks).1, [""; 0]);
     let (_, notes) = changed("torque_bias_nm = 0.1", "debounce = 1", blocks);
     assert_eq!(
         notes,
         [
-            "force_bias_n, torque_bias_nm, wrench_scale in [noise]: no joint deflects under a load, so that they change nothing"
+            "force_bias_n, torque_bias_nm, force_noise_n, torque_noise_nm, wrench_scale in [noise]: no joint deflects under a load, so that they change nothing"
         ]
     );
     refused("[noise]", "[noise]\nforce_bias_n = -1", &["problem.toml:", "noise, force_bias_n", "at least 0"]);

@@ -160,6 +160,8 @@ fn same(read: &Problem, made: &Problem) {
         near(read.wrench.force, made.wrench.force);
         near(read.wrench.torque, made.wrench.torque);
         near(read.wrench.scale, made.wrench.scale);
+        near(read.wrench.force_noise, made.wrench.force_noise);
+        near(read.wrench.torque_noise, made.wrench.torque_noise);
     }
     same_prior(read.tool.prior, made.tool.prior);
     assert_eq!((read.fixtures.len(), read.distances.len()), (made.fixtures.len(), made.distances.len()));

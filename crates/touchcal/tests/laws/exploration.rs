@@ -1,9 +1,9 @@
 //! Paths along which a simulated arm explores a hole.
 
 use nalgebra::Vector3;
-use touchcal::sim::{self, Scenario};
+use touchcal::sim::{self, Preset, Scenario};
 
-use crate::simulation::{hole, paper};
+use crate::simulation::{hole, iiwa, paper};
 
 /// Places of the tool in the hole's frame (m), a hundred a second.
 fn path(scenario: &Scenario, seed: u64) -> Vec<Vector3<f64>> {
@@ -29,4 +29,18 @@ fn random_phases_are_other_paths_that_enter_the_hole() {
         assert!(deepest < -0.8 * hole(&scenario).depth(), "{deepest}");
     }
     assert_eq!(path(&scenario, 3), paths[2]);
+}
+
+/// Where a tool with friction comes to an edge, steps of the search for its rest alternate between
+/// the faces beside it: in this trial 29.16 s after the start.
+#[test]
+fn a_tool_at_an_edge_comes_to_rest() {
+    let mut scenario = Preset::Workcell.scenario(iiwa()).expect("parts");
+    scenario.errors.joint_compliance = 1e-4;
+    scenario.recorder.force_bias = 0.5;
+    scenario.touches[0].clearance_sigma = 0.03e-3;
+    scenario = Scenario { friction: 0.25, contact_sigma: 0.02e-3, ..scenario };
+    let log = sim::simulate(&scenario, 801).expect("a rest").logs.remove(0);
+    assert_eq!(log.contacts().count(), scenario.contacts);
+    assert!(log.time.last() > Some(&29.16));
 }

@@ -8,7 +8,7 @@ use touchcal::robot::{KinematicParameter, Kinematics, Robot, calibrated, segment
 use touchcal::se3::{self, Pose, Twist};
 use touchcal::sim::{self, ArmErrors, Distribution, Log, PlaceError, Preset, Scenario, Truth};
 
-fn iiwa() -> Robot {
+pub(crate) fn iiwa() -> Robot {
     urdf::read_builtin("iiwa14", Ends::default()).expect("built in").robot
 }
 

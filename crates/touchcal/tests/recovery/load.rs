@@ -185,7 +185,7 @@ fn held(bias: &Wrench, scale: f64, noise: f64) -> Problem {
     // A prior would pull by its share.
     let parameters = [joint_compliance(&problem.robot), joint_offset(&problem.robot)].concat();
     let parameters = parameters.into_iter().map(|parameter| parameter.with_prior(Prior::Flat)).collect();
-    Problem { wrench: WrenchTolerance { force: 1e3, torque: 1e3, scale: 1e3 }, ..problem }
+    Problem { wrench: WrenchTolerance { force: 1e3, torque: 1e3, scale: 1e3, ..WrenchTolerance::EXACT }, ..problem }
         .with_parameters(parameters)
         .with_noise(Noise { encoder: noise.max(1e-6) / 3f64.sqrt(), contact: 1e-6, is_estimated: false })
 }

@@ -13,7 +13,7 @@ mod likelihood;
 mod prior;
 mod soft_gate;
 
-pub(crate) use bearing::bearing;
+pub(crate) use bearing::{Bearing, bearing};
 pub(crate) use candidates::{CandidateContacts, CandidateMatrix, CandidateVector};
 pub(crate) use counts::{ContactCounts, PseudoCounts};
 pub(crate) use likelihood::{MarginalLikelihood, marginal_likelihood};

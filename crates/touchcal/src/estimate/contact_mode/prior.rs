@@ -6,8 +6,8 @@ use crate::estimate::options::ContactModeOptions;
 ///
 /// The odds `κⱼ` (m) of surface `j` are the probability that it is touched over the density (1/m)
 /// of its distance where it is free. A tool that is held leans to one side, so each surface has
-/// odds of its own. Where the load on the tool is known, each surface counts as two: that of
-/// candidates that do not bear the load, for all surfaces, and behind them that of those that do.
+/// odds of its own. Where the load on the tool is known, each surface counts as several: there are
+/// the odds of all surfaces for each [`Bearing`](super::Bearing), in that order.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct ContactModePrior {
     /// Odds `κⱼ` (m) of each surface of the region.

@@ -190,7 +190,10 @@ fn add_factor(
     if let Some((likelihood, _)) = factor.likelihood() {
         let (score, information) = (&likelihood.score, &likelihood.complete_information);
         normal.add_form(index, factor.jacobian(width), |r| share * score[r], |r, s| share * information[(r, s)]);
-        normal.cost += 2.0 * share * likelihood.nll;
+        for (&k, of_noise) in index.iter().zip(factor.load_noise_score(width)) {
+            normal.gradient[k] -= share * of_noise;
+        }
+        normal.cost += 2.0 * share * (likelihood.nll - factor.load_noise_cost());
         normal.squares += share * likelihood.squared_distance;
         normal.rows += share * likelihood.active.sum();
         return;

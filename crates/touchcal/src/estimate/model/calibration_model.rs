@@ -5,7 +5,7 @@ use nalgebra::{DVector, Vector3};
 use super::layout::ParameterLayout;
 use super::noise::NoiseModel;
 use super::trend_axis::TrendAxis;
-use crate::estimate::contact_mode::ContactModePrior;
+use crate::estimate::contact_mode::{Bearing, ContactModePrior};
 use crate::estimate::problem::{Noise, Problem, ShapeTolerance};
 use crate::manifold::{Residual, ResidualKind, SurfaceCounts};
 use crate::parameter::{Parameter, ParameterId};
@@ -29,8 +29,8 @@ pub(crate) struct CalibrationModel<'p> {
     pub noise: NoiseModel,
     /// Prior of the contact mode, for each fixture and each region of its manifold.
     pub mode_priors: Vec<Vec<ContactModePrior>>,
-    /// For each fixture the number of odds of each surface: two where loads are known and used, for
-    /// candidates that do not bear the load and for those that do.
+    /// For each fixture the number of odds of each surface: one for each [`Bearing`] where loads
+    /// are known and used.
     odds_per_surface: Vec<usize>,
 }
 
@@ -118,17 +118,23 @@ impl<'p> CalibrationModel<'p> {
     }
 
     /// Index, among the odds of its region, of those of a candidate contact of contact `i` with
-    /// `surface` of the manifold, which `bears` the load or not. Where the load is not known, it
-    /// counts as bearing.
-    pub fn odds_index(&self, i: usize, surface: usize, bears: bool) -> usize {
-        let (contacts, f) = (&self.problem.contacts, self.problem.contacts.fixture(i));
-        let class = if bears || contacts.known_load(i).is_none() { self.odds_per_surface[f] - 1 } else { 0 };
+    /// `surface` of the manifold.
+    pub fn odds_index(&self, i: usize, surface: usize, bearing: Bearing) -> usize {
+        let f = self.problem.contacts.fixture(i);
+        let class = if self.odds_per_surface[f] == Bearing::COUNT { bearing as usize } else { 0 };
         surface % self.surfaces(f) + class * self.surfaces(f)
     }
 
-    /// Whether odds depend on which candidates of contact `i` bear the load.
-    pub fn has_bearing_odds(&self, i: usize) -> bool {
-        self.odds_per_surface[self.problem.contacts.fixture(i)] > 1
+    /// Whether the load of contact `i` says which candidates are touched. Where it is not known,
+    /// but those of other contacts are, all candidates count as bearing.
+    pub fn uses_load_of(&self, i: usize) -> bool {
+        let contacts = &self.problem.contacts;
+        self.odds_per_surface[contacts.fixture(i)] == Bearing::COUNT && contacts.known_load(i).is_some()
+    }
+
+    /// Number of odds of each surface of fixture `f`: one, or one for each [`Bearing`].
+    pub fn odds_per_surface(&self, f: usize) -> usize {
+        self.odds_per_surface[f]
     }
 
     /// Number of surfaces in each region of fixture `f`'s manifold.
@@ -149,7 +155,7 @@ fn odds_per_surface(problem: &Problem) -> Vec<usize> {
     let mut numbers = vec![1; problem.fixtures.len()];
     if problem.uses_loads() {
         let loaded = (0..problem.contacts.len()).filter(|&i| problem.contacts.known_load(i).is_some());
-        loaded.for_each(|i| numbers[problem.contacts.fixture(i)] = 2);
+        loaded.for_each(|i| numbers[problem.contacts.fixture(i)] = Bearing::COUNT);
     }
     numbers
 }

@@ -1,17 +1,17 @@
 //! The factor of one contact: its residual or likelihood, with derivatives by the parameters.
 
-use nalgebra::Vector3;
+use nalgebra::{Matrix6, Vector3};
 
 use super::linearization::LinearizationPoint;
 use super::objective::Objective;
 use super::whitening::{pose_covariance, row_covariance, whiten};
 use crate::estimate::contact_mode::{
-    CandidateContacts, CandidateMatrix, CandidateVector, MarginalLikelihood, bearing, marginal_likelihood,
+    Bearing, CandidateContacts, CandidateMatrix, CandidateVector, MarginalLikelihood, bearing, marginal_likelihood,
 };
 use crate::manifold::{ContactCache, Gate, MAX_ROWS, Residual};
 use crate::parameter::ParameterId;
-use crate::robot::KinematicsScratch;
-use crate::se3::{self, Pose};
+use crate::robot::{KinematicParameter, KinematicsScratch};
+use crate::se3::{self, Pose, Twist};
 
 /// The factor of one contact, evaluated in place.
 pub(crate) struct ContactFactor {
@@ -24,6 +24,9 @@ pub(crate) struct ContactFactor {
     /// Standard deviation (m) of the first row before whitening.
     sigma: f64,
     likelihood: Option<MarginalLikelihood>,
+    /// What noise of the load adds to the derivatives of the likelihood, see the method.
+    load_noise_score: Vec<f64>,
+    load_noise_cost: f64,
     /// Index of each candidate's odds among those of its region.
     odds_indices: [usize; MAX_ROWS],
     /// Whether the surfaces of the candidate contacts can be distinguished.
@@ -44,6 +47,8 @@ impl ContactFactor {
             residual: [0.0; MAX_ROWS],
             sigma: 0.0,
             likelihood: None,
+            load_noise_score: vec![0.0; point.model.layout.len()],
+            load_noise_cost: 0.0,
             odds_indices: [0; MAX_ROWS],
             is_distinct: true,
             with_odds_derivatives,
@@ -75,6 +80,28 @@ impl ContactFactor {
     /// evaluation of a residual.
     pub fn likelihood(&self) -> Option<(&MarginalLikelihood, &Residual)> {
         self.likelihood.as_ref().map(|likelihood| (likelihood, &self.rows))
+    }
+
+    /// What noise of the load adds on average to the derivative of `−ln L` of the
+    /// [`likelihood`](ContactFactor::likelihood) by each of the `width` parameters that the contact
+    /// depends on, to be subtracted.
+    ///
+    /// A joint's compliance moves the distances by `G J τ`, with the gradients `G` of the distances
+    /// and the joint's motion `J`. Noise `n` of the load is in the torque `τ`, as `tᵀ n`, and in
+    /// the distances, as `G M n`. With its covariance `Σ` and the information `W` on the distances
+    /// the mean is `(G J)ᵀ W G M Σ t`. Loads that are noisy would make joints seem stiffer than
+    /// they are. The error of scale `s` moves the distances by `−G M w / (1 + s)`, for which the
+    /// mean is `−tr(W G M Σ Mᵀ Gᵀ) / (1 + s)`.
+    ///
+    /// Source: Nakamura, *Corrected score function for errors-in-variables models* (1990).
+    pub fn load_noise_score(&self, width: usize) -> &[f64] {
+        &self.load_noise_score[..width]
+    }
+
+    /// What noise of the load adds to `−ln L` on average, `½ tr(W G M Σ Mᵀ Gᵀ)`, to be subtracted;
+    /// its derivatives are [`load_noise_score`](ContactFactor::load_noise_score).
+    pub fn load_noise_cost(&self) -> f64 {
+        self.load_noise_cost
     }
 
     /// Index of each candidate's odds among those of its region.
@@ -123,7 +150,7 @@ impl ContactFactor {
         self.likelihood = None;
         if is_whitened {
             let (len, width) = (self.rows.len(), point.model.layout.dependencies[f].len());
-            let covariance = self.residual_noise(point);
+            let covariance = self.residual_noise(point, i);
             let (residual, jacobian) = (&mut self.residual[..len], &mut self.jacobian[..len * width]);
             self.sigma = whiten(covariance, residual, jacobian, width);
         }
@@ -138,23 +165,92 @@ impl ContactFactor {
         point.model.problem.fixtures[f].manifold.residual(&pose, 0.0, &mut self.rows);
         self.subtract_gap_biases(point, i, &pose);
         self.likelihood = None;
-        self.residual_noise(point)
+        self.residual_noise(point, i)
     }
 
-    /// Covariance of the residual rows by noise (m²).
-    fn residual_noise(&self, point: &LinearizationPoint<'_>) -> CandidateMatrix {
-        let noise = &point.model.noise;
-        let variance_factor = noise.residual_variance_factor();
-        let of_pose = pose_covariance(&self.kinematics.joints, &noise.joint_variance, variance_factor);
-        row_covariance(self.rows.jacobian(), &of_pose, variance_factor * noise.contact.powi(2))
+    /// Covariance of the residual rows of contact `i` by noise (m²).
+    fn residual_noise(&self, point: &LinearizationPoint<'_>, i: usize) -> CandidateMatrix {
+        let variance_factor = point.model.noise.residual_variance_factor();
+        let of_pose = self.pose_covariance(point, i, variance_factor);
+        row_covariance(self.rows.jacobian(), &of_pose, variance_factor * point.model.noise.contact.powi(2))
+    }
+
+    /// Covariance of the pose of contact `i` by noise of encoders, with variances multiplied by
+    /// `variance_factor`, and of the load (right twist, m and rad).
+    fn pose_covariance(&self, point: &LinearizationPoint<'_>, i: usize, variance_factor: f64) -> Matrix6<f64> {
+        let KinematicsScratch { joints, load, .. } = &self.kinematics;
+        let of_encoders = pose_covariance(joints, &point.model.noise.joint_variance, variance_factor);
+        let variance = point.load_variance(i);
+        if variance == Twist::zeros() {
+            return of_encoders;
+        }
+        of_encoders + load * Matrix6::from_diagonal(&variance) * load.transpose()
     }
 
     /// Evaluates the marginal likelihood of contact `i`, which is one-sided; `cache` is that of the
     /// contact.
     pub fn evaluate_modes(&mut self, point: &LinearizationPoint<'_>, i: usize, cache: &mut ContactCache) {
         let candidates = self.evaluate_candidates(point, i, cache);
-        let options = &point.model.problem.options.contact_mode;
-        self.likelihood = Some(marginal_likelihood(&candidates, options));
+        let likelihood = marginal_likelihood(&candidates, &point.model.problem.options.contact_mode);
+        self.find_load_noise_score(point, i, &likelihood.observed_information);
+        self.likelihood = Some(likelihood);
+    }
+
+    /// Writes [`load_noise_score`](ContactFactor::load_noise_score) and
+    /// [`load_noise_cost`](ContactFactor::load_noise_cost) of contact `i`.
+    fn find_load_noise_score(&mut self, point: &LinearizationPoint<'_>, i: usize, information: &CandidateMatrix) {
+        let (layout, contacts) = (&point.model.layout, &point.model.problem.contacts);
+        let variance = point.load_variance(i);
+        let (kinematics, gradients) = (&self.kinematics, self.rows.jacobian());
+        // Mean product of the noise of distances with that of their derivative, `motion · tᵀ n`.
+        let mean = |motion: &Twist, torque_by_load: &Twist| {
+            let noise = kinematics.load * variance.component_mul(torque_by_load);
+            distances_by(gradients, motion).dot(&(information * distances_by(gradients, &noise)))
+        };
+        let is_exact = variance == Twist::zeros();
+        let of_component = |k: usize| mean(&kinematics.load.column(k).into_owned(), &Twist::ith(k, 1.0));
+        let of_load: f64 = if is_exact { 0.0 } else { (0..6).map(of_component).sum() };
+        let scores = layout.dependencies[contacts.fixture(i)].iter().map(|&k| match layout.parameters[k].id {
+            _ if is_exact => 0.0,
+            ParameterId::Kinematic(KinematicParameter::JointCompliance(joint)) => {
+                mean(&kinematics.joints[joint], &kinematics.torque_by_load(joint))
+            }
+            ParameterId::WrenchScale => -of_load / (1.0 + point.wrench_scale()),
+            _ => 0.0,
+        });
+        self.load_noise_score.iter_mut().zip(scores).for_each(|(score, of_noise)| *score = of_noise);
+        self.load_noise_cost = 0.5 * of_load;
+    }
+
+    /// Visits the derivatives `(G Jₖ)ᵀ W (G Jₗ) · tₖᵀ Σ tₗ` of
+    /// [`load_noise_score`](ContactFactor::load_noise_score) by the compliances `l` after `k`, both
+    /// of the layout, where the last evaluation was of the likelihood of contact `i`.
+    pub fn visit_load_noise_information(
+        &self,
+        point: &LinearizationPoint<'_>,
+        i: usize,
+        mut visit: impl FnMut((usize, usize), f64),
+    ) {
+        let (Some(likelihood), variance) = (&self.likelihood, point.load_variance(i)) else { return };
+        if variance == Twist::zeros() {
+            return;
+        }
+        let (layout, gradients) = (&point.model.layout, self.rows.jacobian());
+        let dependencies = &layout.dependencies[point.model.problem.contacts.fixture(i)];
+        let compliances = dependencies.iter().filter_map(|&k| match layout.parameters[k].id {
+            ParameterId::Kinematic(KinematicParameter::JointCompliance(joint)) => {
+                let by_load = self.kinematics.torque_by_load(joint);
+                Some((k, distances_by(gradients, &self.kinematics.joints[joint]), by_load))
+            }
+            _ => None,
+        });
+        let compliances: Vec<_> = compliances.collect();
+        for (first, (k, distances, torque)) in compliances.iter().enumerate() {
+            let weighted = likelihood.observed_information * distances;
+            for (l, other, by_load) in &compliances[first..] {
+                visit((*k, *l), weighted.dot(other) * torque.dot(&variance.component_mul(by_load)));
+            }
+        }
     }
 
     /// Evaluates the candidate contacts of contact `i`, which is one-sided; `cache` is that of the
@@ -169,10 +265,10 @@ impl ContactFactor {
         let model = point.model;
         let f = model.problem.contacts.fixture(i);
         let pose = point.pose_and_jacobian(i, &mut self.q, &mut self.kinematics);
-        let (noise, variance_factor) = (&model.noise, model.noise.mode_variance_factor());
+        let variance_factor = model.noise.mode_variance_factor();
         let gate = Gate {
-            covariance: pose_covariance(&self.kinematics.joints, &noise.joint_variance, variance_factor),
-            own_variance: variance_factor * noise.contact.powi(2),
+            covariance: self.pose_covariance(point, i, variance_factor),
+            own_variance: variance_factor * model.noise.contact.powi(2),
             gap_bias: point.fixtures[f].gap_bias,
             deviations: model.problem.options.contact_mode.gate,
         };
@@ -209,14 +305,14 @@ impl ContactFactor {
     fn candidates(&mut self, point: &LinearizationPoint<'_>, i: usize, gate: &Gate) -> CandidateContacts {
         let (model, f) = (point.model, point.model.problem.contacts.fixture(i));
         let prior = &model.mode_priors[f][model.region(f, &self.rows)];
-        let bears = if model.has_bearing_odds(i) {
+        let bearing_of = if model.uses_load_of(i) {
             bearing(&point.load_on_tool(i), self.rows.jacobian())
         } else {
-            [false; MAX_ROWS]
+            [Bearing::Bears; MAX_ROWS]
         };
         let (mut distances, mut odds) = (CandidateVector::zeros(), CandidateVector::repeat(1.0));
         for (k, &surface) in self.rows.surfaces().iter().enumerate() {
-            self.odds_indices[k] = model.odds_index(i, surface, bears[k]);
+            self.odds_indices[k] = model.odds_index(i, surface, bearing_of[k]);
             distances[k] = self.residual[k];
             odds[k] = prior.odds[self.odds_indices[k]];
         }
@@ -251,6 +347,11 @@ impl ContactFactor {
             }
         }
     }
+}
+
+/// Derivatives of the distances with these `gradients` by a `motion` of the tool.
+fn distances_by(gradients: &[Twist], motion: &Twist) -> CandidateVector {
+    CandidateVector::from_fn(|r, _| gradients.get(r).map_or(0.0, |row| row.dot(motion)))
 }
 
 /// The rows of fixture `f`'s manifold at poses of contacts with it, written to `rows`, for an

@@ -119,14 +119,15 @@ fn maximize_priors(
     let options = &model.problem.options.contact_mode;
     let candidates: f64 = statistics.counts.iter().flatten().map(ContactCounts::candidates).sum();
     let gate = (options.gate * statistics.sigma_sum / candidates.max(1.0)).max(f64::MIN_POSITIVE);
-    let of_fixture = |((counts, before), bound): ((&Vec<ContactCounts>, &Vec<ContactModePrior>), &f64)| {
+    let of_fixture = |(f, bound): (usize, &f64)| {
+        let (counts, before) = (&statistics.counts[f], &model.mode_priors[f]);
         let sum = |of: fn((f64, f64)) -> f64| counts.iter().map(|counts| of(counts.contacts())).sum::<f64>();
         let no_contact = (sum(|(_, none)| none).max(1.0) / sum(|(some, _)| some).max(1.0)).min(*bound);
-        let more = PseudoCounts::new(counts, options.odds_strength);
+        let more = PseudoCounts::new(counts, model.odds_per_surface(f), options.odds_strength);
         let regions = counts.iter().zip(before);
         regions.map(|(counts, before)| counts.m_step(before, gate, no_contact, &more)).collect()
     };
-    statistics.counts.iter().zip(&model.mode_priors).zip(no_contact_bounds).map(of_fixture).collect()
+    no_contact_bounds.iter().enumerate().map(of_fixture).collect()
 }
 
 /// The noise factor of candidate contacts with the greatest expected likelihood.

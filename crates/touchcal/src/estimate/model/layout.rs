@@ -192,7 +192,7 @@ fn all_parameters(problem: &Problem, placements: &[&str]) -> Vec<Parameter> {
 
 /// The parameters of the wrench, without prior, and their standard deviations in `tolerance`.
 pub(super) fn wrench_parameters(tolerance: WrenchTolerance) -> impl Iterator<Item = (Parameter, f64)> {
-    let WrenchTolerance { force, torque, scale } = tolerance;
+    let WrenchTolerance { force, torque, scale, .. } = tolerance;
     let bias = (0..6).map(move |k| (wrench_bias(k), if k < 3 { force } else { torque }));
     bias.chain(std::iter::once((wrench_scale(), scale)))
 }

@@ -4,6 +4,7 @@ use nalgebra::{DVector, Matrix6, Vector3};
 
 use super::calibration_model::CalibrationModel;
 use super::trend_axis::position_in_log;
+use crate::estimate::problem::WrenchTolerance;
 use crate::manifold::Residual;
 use crate::parameter::ParameterId;
 use crate::robot::{Kinematics, KinematicsScratch};
@@ -27,8 +28,8 @@ pub(crate) struct LinearizationPoint<'m> {
     /// Bias (N, N m) of the measured wrench, and relative error of its scale (1).
     wrench_bias: Wrench,
     wrench_scale: f64,
-    /// Whether the measured wrench has parameters.
-    has_wrench: bool,
+    /// Whether the measured wrench has parameters, or noise.
+    has_wrench_errors: bool,
 }
 
 /// A fixture at given parameters.
@@ -87,18 +88,19 @@ impl<'m> LinearizationPoint<'m> {
                 directional_gap_bias,
             }
         });
-        let (fixtures, has_wrench) = (fixtures.collect(), model.layout.has_wrench());
+        let WrenchTolerance { force_noise, torque_noise, .. } = model.problem.wrench;
+        let has_noise = model.problem.uses_loads() && (force_noise > 0.0 || torque_noise > 0.0);
         LinearizationPoint {
             model,
             kinematics,
-            fixtures,
+            fixtures: fixtures.collect(),
             drift,
             trend,
             walk,
             harmonic,
             wrench_bias,
             wrench_scale,
-            has_wrench,
+            has_wrench_errors: has_noise || model.layout.has_wrench(),
         }
     }
 
@@ -133,7 +135,7 @@ impl<'m> LinearizationPoint<'m> {
         let contacts = &self.model.problem.contacts;
         self.correct(i, q);
         let base_from_tool = self.kinematics.pose_and_jacobian_under(q, &self.load(i), scratch);
-        if self.has_wrench {
+        if self.has_wrench_errors {
             match contacts.known_load(i) {
                 Some(_) => self.kinematics.differentiate_by_load(scratch),
                 None => scratch.load.fill(0.0),
@@ -166,6 +168,22 @@ impl<'m> LinearizationPoint<'m> {
         let actual =
             |measured: Wrench| std::array::from_fn(|k| (measured[k] - self.wrench_bias[k]) / (1.0 + self.wrench_scale));
         measured.map_or([0.0; 6], actual)
+    }
+
+    /// Relative error of the measured wrench's scale (1).
+    pub fn wrench_scale(&self) -> f64 {
+        self.wrench_scale
+    }
+
+    /// Variances (N², N² m²) of the noise of contact `i`'s load; zero where none is known.
+    pub fn load_variance(&self, i: usize) -> Twist {
+        let (contacts, wrench) = (&self.model.problem.contacts, &self.model.problem.wrench);
+        if !self.has_wrench_errors || contacts.known_load(i).is_none() {
+            return Twist::zeros();
+        }
+        let factor = contacts.load_noise_factor(i) / (1.0 + self.wrench_scale).powi(2);
+        let (force, torque) = (factor * wrench.force_noise.powi(2), factor * wrench.torque_noise.powi(2));
+        Twist::new(force, force, force, torque, torque, torque)
     }
 
     /// Load of contact `i` (N, N m) in the nominal tool frame about its origin; zero where none is

@@ -153,7 +153,13 @@ impl ContactModeStatistics {
                 factor.evaluate(point, i, Objective::ContactModes);
             }
             match factor.likelihood() {
-                Some(likelihood) => self.add_likelihood(model, factor, likelihood, &mut rows),
+                Some(likelihood) => {
+                    self.add_likelihood(model, factor, likelihood, &mut rows);
+                    if self.curvature == Curvature::Observed {
+                        let information = &mut self.derivatives.information;
+                        factor.visit_load_noise_information(point, i, |entry, product| information[entry] -= product);
+                    }
+                }
                 None => self.add_residual(model, factor, &mut rows),
             }
         }
@@ -195,12 +201,19 @@ impl ContactModeStatistics {
         let (score, jacobian) = (|r: usize| likelihood.score[r], factor.jacobian(rows.width));
         match self.curvature {
             Curvature::Complete => {
-                let information = &likelihood.complete_information;
-                self.derivatives.add_form(&model.layout.dependencies[f], jacobian, score, |r, s| information[(r, s)]);
+                let (index, information) = (&model.layout.dependencies[f], &likelihood.complete_information);
+                self.derivatives.add_form(index, jacobian, score, |r, s| information[(r, s)]);
+                for (&k, of_noise) in index.iter().zip(factor.load_noise_score(rows.width)) {
+                    self.derivatives.gradient[k] -= of_noise;
+                }
             }
-            Curvature::Observed => rows.push(jacobian, score, |r, s| likelihood.observed_information[(r, s)]),
+            Curvature::Observed => {
+                rows.push(jacobian, score, |r, s| likelihood.observed_information[(r, s)]);
+                let of_noise = factor.load_noise_score(rows.width);
+                add_scaled(rows.last_score_mut(), of_noise, -1.0);
+            }
         }
-        self.derivatives.cost += 2.0 * likelihood.nll;
+        self.derivatives.cost += 2.0 * (likelihood.nll - factor.load_noise_cost());
         let region = model.region(f, candidates);
         if self.curvature == Curvature::Observed {
             self.add_odds(model, (f, region), (factor, rows), likelihood);
@@ -316,6 +329,11 @@ impl BatchRows {
     /// The score of the contact that was appended last.
     fn last_score(&self) -> &[f64] {
         &self.scores[self.scores.len().saturating_sub(self.width)..]
+    }
+
+    fn last_score_mut(&mut self) -> &mut [f64] {
+        let first = self.scores.len().saturating_sub(self.width);
+        &mut self.scores[first..]
     }
 }
 

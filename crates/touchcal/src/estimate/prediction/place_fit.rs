@@ -113,7 +113,7 @@ fn with_arm_as_it_is(problem: &Problem, f: usize) -> Problem {
     let contacts = problem.contacts.filtered(|i| problem.contacts.fixture(i) == f);
     let mut alone = Problem {
         noise: problem.noise,
-        wrench: WrenchTolerance::EXACT,
+        wrench: WrenchTolerance::EXACT.with_noise_of(&problem.wrench),
         options: problem.options,
         ..Problem::new(problem.robot.clone(), problem.tool.clone(), problem.fixtures.clone(), contacts)
     };

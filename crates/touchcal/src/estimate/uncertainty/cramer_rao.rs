@@ -22,11 +22,12 @@ const EM_TOLERANCE: f64 = 0.25;
 ///
 /// It is the inverse of the information at the true parameters: `truth(id)` is the true value of
 /// each (SI, 0 for what is right). The information is that of the contacts, whose exact residuals
-/// have the declared encoder and contact noise (errors in variables), of known distances and of
-/// priors. One-sided contacts have the marginal likelihood over their contact modes, whose odds are
-/// estimated from them, as are widths of priors: their information is the sum of the outer products
-/// of scores. If it is singular, the pseudo-inverse is returned; zeros if it is not finite. Panics
-/// if a contact or distance has a fixture that is not in [`Problem::fixtures`].
+/// have the declared noise of encoders, contacts and loads (errors in variables), of known
+/// distances and of priors. One-sided contacts have the marginal likelihood over their contact
+/// modes, whose odds are estimated from them, as are widths of priors: their information is the sum
+/// of the outer products of scores. If it is singular, the pseudo-inverse is returned; zeros if it
+/// is not finite. Panics if a contact or distance has a fixture that is not in
+/// [`Problem::fixtures`].
 ///
 /// Source: Rao, *Information and the accuracy attainable in the estimation of statistical
 /// parameters* (1945); Cramér, *Mathematical methods of statistics* (1946), chapter 32.

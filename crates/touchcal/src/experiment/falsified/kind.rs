@@ -184,7 +184,7 @@ impl Declared {
             };
         }
         if self.has_default(Wrench) {
-            problem.wrench = WrenchTolerance::DEFAULT;
+            problem.wrench = WrenchTolerance::DEFAULT.with_noise_of(&problem.wrench);
         }
         if self.has_default(Distances) {
             problem.distances.iter_mut().for_each(|known| known.sigma = DEFAULT_DISTANCE_SIGMA);

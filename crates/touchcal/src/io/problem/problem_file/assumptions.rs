@@ -54,12 +54,19 @@ impl Assumptions {
         }
     }
 
-    /// Notes what is assumed of the measured wrench, of whose forces, moments and scale the
-    /// standard deviations `declared` (N, N m, 1) are declared.
-    pub fn wrench(&mut self, declared: [Option<f64>; 3], tolerance: WrenchTolerance) {
-        let WrenchTolerance { force, torque, scale } = tolerance;
-        let names = ["bias of the forces", "bias of the moments", "scale"];
-        let sizes = [format!("{force} N"), format!("{torque} N m"), format!("{} %", rounded(100.0 * scale))];
+    /// Notes what is assumed of the measured wrench; `declared` are the standard deviations that
+    /// are declared of the biases of forces and moments, their noise (N, N m), and the scale (1).
+    pub fn wrench(&mut self, declared: [Option<f64>; 5], tolerance: WrenchTolerance) {
+        let WrenchTolerance { force, torque, scale, force_noise, torque_noise } = tolerance;
+        let names =
+            ["bias of the forces", "bias of the moments", "noise of the forces", "noise of the moments", "scale"];
+        let sizes = [
+            format!("{force} N"),
+            format!("{torque} N m"),
+            format!("{force_noise} N"),
+            format!("{torque_noise} N m"),
+            format!("{} %", rounded(100.0 * scale)),
+        ];
         for ((declared, name), size) in declared.into_iter().zip(names).zip(sizes) {
             match declared {
                 None => self.of_parts.push(format!("wrench: {name} ± {size}")),

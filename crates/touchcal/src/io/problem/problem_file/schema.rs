@@ -243,6 +243,8 @@ pub(crate) struct NoiseToml {
     pub(crate) estimated: Option<bool>,
     pub(crate) force_bias_n: Option<Number>,
     pub(crate) torque_bias_nm: Option<Number>,
+    pub(crate) force_noise_n: Option<Number>,
+    pub(crate) torque_noise_nm: Option<Number>,
     pub(crate) wrench_scale: Option<Number>,
 }
 

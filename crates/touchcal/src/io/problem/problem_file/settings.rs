@@ -25,15 +25,15 @@ pub const DEFAULT_ENCODER: f64 = 0.005 * DEG;
 pub const DEFAULT_CONTACT: f64 = 0.05 * MM;
 
 /// Keys that declare what is assumed of the wrench without them.
-const WRENCH_KEYS: &str = "force_bias_n, torque_bias_nm, wrench_scale in [noise]";
+const WRENCH_KEYS: &str = "force_bias_n, torque_bias_nm, force_noise_n, torque_noise_nm, wrench_scale in [noise]";
 
 /// Settings of a problem that do not concern robot, parts and logs: its noise, parameters, priors,
 /// loss and method.
 #[derive(Debug)]
 pub struct Settings {
     noise: Noise,
-    /// Declared standard deviations of the wrench's bias (N, N m) and scale (1).
-    wrench: [Option<f64>; 3],
+    /// Declared standard deviations of the wrench's bias and noise (N, N m), and of its scale (1).
+    wrench: [Option<f64>; 5],
     /// Where the file says that encoder offsets change with temperature.
     over_temperature: Option<Place>,
     wanted: Wanted,
@@ -145,31 +145,35 @@ impl Settings {
     }
 }
 
-/// Declared standard deviations of the wrench's bias (N, N m) and scale (1).
-fn wrench(table: &NoiseToml, context: &Context<'_>) -> Result<[Option<f64>; 3], IoError> {
+/// Declared standard deviations of the wrench's bias and noise (N, N m), and of its scale (1).
+fn wrench(table: &NoiseToml, context: &Context<'_>) -> Result<[Option<f64>; 5], IoError> {
     let sigma = |number: &Option<Number>, key: &str| {
         context.number(number.as_ref(), 1.0, Allowed::NotNegative, &format!("noise, {key}"))
     };
     Ok([
         sigma(&table.force_bias_n, "force_bias_n")?,
         sigma(&table.torque_bias_nm, "torque_bias_nm")?,
+        sigma(&table.force_noise_n, "force_noise_n")?,
+        sigma(&table.torque_noise_nm, "torque_noise_nm")?,
         sigma(&table.wrench_scale, "wrench_scale")?,
     ])
 }
 
 /// The declared standard deviations, and the default ones where none are.
-fn tolerance([force, torque, scale]: [Option<f64>; 3]) -> WrenchTolerance {
+fn tolerance([force, torque, force_noise, torque_noise, scale]: [Option<f64>; 5]) -> WrenchTolerance {
     let default = WrenchTolerance::DEFAULT;
     WrenchTolerance {
         force: force.unwrap_or(default.force),
         torque: torque.unwrap_or(default.torque),
         scale: scale.unwrap_or(default.scale),
+        force_noise: force_noise.unwrap_or(default.force_noise),
+        torque_noise: torque_noise.unwrap_or(default.torque_noise),
     }
 }
 
 /// Notes what is assumed of the wrench where it is used, or that what is `declared` of it has no
 /// effect.
-fn note_wrench(problem: &mut Problem, declared: [Option<f64>; 3]) {
+fn note_wrench(problem: &mut Problem, declared: [Option<f64>; 5]) {
     if problem.uses_loads() {
         let mut assumptions = Assumptions::default();
         assumptions.wrench(declared, problem.wrench);

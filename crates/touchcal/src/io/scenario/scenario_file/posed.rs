@@ -139,6 +139,8 @@ fn noise_text(scenario: &Scenario, line: &mut Lines<'_>) {
         let wrench = experiment::wrench(&scenario.recorder);
         line.number("force_bias_n", wrench.force);
         line.number("torque_bias_nm", wrench.torque);
+        line.number("force_noise_n", wrench.force_noise);
+        line.number("torque_noise_nm", wrench.torque_noise);
         line.number("wrench_scale", wrench.scale);
     }
 }
