@@ -32,20 +32,32 @@ pub(crate) struct EmStep {
     pub short_decrement: f64,
 }
 
+/// Which contacts an iteration uses, and what bounds the odds.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Expectation<'b> {
+    /// The contacts whose number is a multiple of this are used.
+    pub stride: usize,
+    /// Those of [`no_contact_bounds`](super::no_contact_bounds).
+    pub no_contact_bounds: &'b [f64],
+    /// Whether the parameters are rough. The load then says little of the candidates, and regions
+    /// borrow from all classes together: a class in which little is active would lose itself to
+    /// touching nothing.
+    pub is_rough: bool,
+}
+
 /// Updates the model's contact odds, noise of candidate contacts and prior widths of groups of
-/// parameters from every `stride`-th contact at `theta`; `no_contact_bounds` are those of
-/// [`no_contact_bounds`](super::no_contact_bounds).
+/// parameters at `theta`.
 pub(crate) fn em_step(
     model: &mut CalibrationModel<'_>,
     theta: &DVector<f64>,
     free: &FreeParameters,
-    (stride, no_contact_bounds): (usize, &[f64]),
+    expectation: Expectation<'_>,
     caches: &mut [ContactCache],
 ) -> EmStep {
     let options = &model.problem.options;
-    let mut statistics = contact_mode_statistics(model, theta, (stride, Curvature::Complete), caches);
+    let mut statistics = contact_mode_statistics(model, theta, (expectation.stride, Curvature::Complete), caches);
     let informative_share = statistics.informative_share(model);
-    let priors = maximize_priors(model, &statistics, no_contact_bounds);
+    let priors = maximize_priors(model, &statistics, expectation);
     let noise = maximize_noise(model, &statistics);
     let change =
         mean_change(&statistics, &model.mode_priors, &priors).max((noise / model.noise.mode_factor).ln().abs());
@@ -114,7 +126,7 @@ fn maximize_widths(
 fn maximize_priors(
     model: &CalibrationModel<'_>,
     statistics: &ContactModeStatistics,
-    no_contact_bounds: &[f64],
+    expectation: Expectation<'_>,
 ) -> Vec<Vec<ContactModePrior>> {
     let options = &model.problem.options.contact_mode;
     let candidates: f64 = statistics.counts.iter().flatten().map(ContactCounts::candidates).sum();
@@ -123,11 +135,12 @@ fn maximize_priors(
         let (counts, before) = (&statistics.counts[f], &model.mode_priors[f]);
         let sum = |of: fn((f64, f64)) -> f64| counts.iter().map(|counts| of(counts.contacts())).sum::<f64>();
         let no_contact = (sum(|(_, none)| none).max(1.0) / sum(|(some, _)| some).max(1.0)).min(*bound);
-        let more = PseudoCounts::new(counts, model.odds_per_surface(f), options.odds_strength);
+        let classes = if expectation.is_rough { 1 } else { model.odds_per_surface(f) };
+        let more = PseudoCounts::new(counts, classes, options.odds_strength);
         let regions = counts.iter().zip(before);
         regions.map(|(counts, before)| counts.m_step(before, gate, no_contact, &more)).collect()
     };
-    no_contact_bounds.iter().enumerate().map(of_fixture).collect()
+    expectation.no_contact_bounds.iter().enumerate().map(of_fixture).collect()
 }
 
 /// The noise factor of candidate contacts with the greatest expected likelihood.

@@ -23,7 +23,7 @@ pub(crate) use assembly::{contact_caches, contact_equations, normal_equations, w
 pub(crate) use calibration_model::CalibrationModel;
 pub(crate) use contact_factor::ContactFactor;
 pub(crate) use declared_factors::{add_distances, add_priors, distance_information, distance_row, prior_information};
-pub(crate) use em_step::em_step;
+pub(crate) use em_step::{Expectation, em_step};
 pub(crate) use false_rows::no_contact_bounds;
 pub(crate) use layout::{PriorGroup, parameter_count};
 pub(crate) use linearization::LinearizationPoint;

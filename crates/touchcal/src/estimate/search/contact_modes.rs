@@ -6,8 +6,8 @@ use super::annealing::anneal;
 use super::coarse_to_fine::fine;
 use super::state::SearchState;
 use crate::estimate::model::{
-    Curvature, Objective, contact_mode_statistics, distance_information, em_step, extended_or_own, no_contact_bounds,
-    prior_information, residual_stretches, with_walk_rest,
+    Curvature, Expectation, Objective, contact_mode_statistics, distance_information, em_step, extended_or_own,
+    no_contact_bounds, prior_information, residual_stretches, with_walk_rest,
 };
 use crate::estimate::result::{Observer, PredictiveCheck, Progress, Stage};
 use crate::estimate::uncertainty::{Sandwich, predictive_check, sandwich_covariance};
@@ -81,11 +81,13 @@ pub(super) fn fit_contact_modes(search: &mut SearchState<'_>, observe: Observer<
 fn maximize_expectation(search: &mut SearchState<'_>, observe: Observer<'_>) {
     let options = search.model.problem.options.contact_mode;
     let bounds = no_contact_bounds(&search.model, &search.theta, search.model.stride(options.em_subsample[0]));
-    for subsample in options.em_subsample {
+    for (k, subsample) in options.em_subsample.into_iter().enumerate() {
+        let stride = search.model.stride(subsample);
+        let expectation = Expectation { stride, no_contact_bounds: &bounds, is_rough: k == 0 };
         // Fewer contacts determine the odds less.
         let tolerance = options.em_tolerance * options.em_subsample[1] as f64 / subsample as f64;
         for iteration in 1..=options.em_max_iterations {
-            let change = iterate(search, (search.model.stride(subsample), &bounds), iteration, observe);
+            let change = iterate(search, expectation, iteration, observe);
             if search.is_interrupted() || !is_informative(search, EARLY_SHARE) {
                 return;
             }
@@ -98,14 +100,8 @@ fn maximize_expectation(search: &mut SearchState<'_>, observe: Observer<'_>) {
 
 /// One iteration of expectation–maximisation: the odds, then the parameters; returns the change of
 /// the odds.
-fn iterate(
-    search: &mut SearchState<'_>,
-    (stride, no_contact_bounds): (usize, &[f64]),
-    iteration: usize,
-    observe: Observer<'_>,
-) -> f64 {
-    let subsample = (stride, no_contact_bounds);
-    let em = em_step(&mut search.model, &search.theta, &search.free, subsample, &mut search.caches);
+fn iterate(search: &mut SearchState<'_>, expectation: Expectation<'_>, iteration: usize, observe: Observer<'_>) -> f64 {
+    let em = em_step(&mut search.model, &search.theta, &search.free, expectation, &mut search.caches);
     search.informative_share = Some(em.informative_share);
     if !is_informative(search, EARLY_SHARE) {
         return em.change;
@@ -124,7 +120,7 @@ fn iterate(
             let decrement = em.short_decrement;
             let options =
                 LevenbergMarquardtOptions { decrement, least_information: 0.0, ..search.options().fine_contact_modes };
-            search.minimize(Objective::ContactModes, stride, options, observe);
+            search.minimize(Objective::ContactModes, expectation.stride, options, observe);
         }
     }
     em.change

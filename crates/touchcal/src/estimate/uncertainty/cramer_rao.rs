@@ -3,7 +3,7 @@
 use nalgebra::{DMatrix, DVector};
 
 use crate::estimate::model::{
-    CalibrationModel, Curvature, contact_caches, contact_mode_statistics, distance_information, em_step,
+    CalibrationModel, Curvature, Expectation, contact_caches, contact_mode_statistics, distance_information, em_step,
     no_contact_bounds, prior_information, set_resolution, whitened_norms,
 };
 use crate::estimate::problem::Problem;
@@ -41,8 +41,9 @@ pub fn cramer_rao(problem: &Problem, truth: impl Fn(ParameterId) -> f64) -> DMat
         set_resolution(&mut model, &theta, 1);
         let stride = model.stride(EM_SUBSAMPLE);
         let bounds = no_contact_bounds(&model, &theta, stride);
+        let expectation = Expectation { stride, no_contact_bounds: &bounds, is_rough: false };
         for _ in 0..EM_ITERATIONS {
-            if em_step(&mut model, &theta, &free, (stride, &bounds), &mut caches).change < EM_TOLERANCE {
+            if em_step(&mut model, &theta, &free, expectation, &mut caches).change < EM_TOLERANCE {
                 break;
             }
         }
