@@ -24,7 +24,7 @@ pub(crate) struct ContactFactor {
     /// Standard deviation (m) of the first row before whitening.
     sigma: f64,
     likelihood: Option<MarginalLikelihood>,
-    /// What noise of the load adds to the derivatives of the likelihood, see the method.
+    /// What noise of the load adds to the derivatives of the likelihood, and to its cost.
     load_noise_score: Vec<f64>,
     load_noise_cost: f64,
     /// Index of each candidate's odds among those of its region.
@@ -86,20 +86,21 @@ impl ContactFactor {
     /// [`likelihood`](ContactFactor::likelihood) by each of the `width` parameters that the contact
     /// depends on, to be subtracted.
     ///
-    /// A joint's compliance moves the distances by `G J τ`, with the gradients `G` of the distances
-    /// and the joint's motion `J`. Noise `n` of the load is in the torque `τ`, as `tᵀ n`, and in
-    /// the distances, as `G M n`. With its covariance `Σ` and the information `W` on the distances
-    /// the mean is `(G J)ᵀ W G M Σ t`. Loads that are noisy would make joints seem stiffer than
-    /// they are. The error of scale `s` moves the distances by `−G M w / (1 + s)`, for which the
-    /// mean is `−tr(W G M Σ Mᵀ Gᵀ) / (1 + s)`.
+    /// A joint's compliance moves the distances by `G J τ`, with the gradients `G` of the
+    /// distances and the joint's motion `J`. Noise `n` of the load is in the torque `τ`, as `tᵀ n`,
+    /// and in the distances, as `G M n`. With the covariance `Σ` of the noise and the information
+    /// `W` on the distances the mean is `(G J)ᵀ W G M Σ t`. Loads that are noisy would make joints
+    /// seem stiffer than they are. The error of scale `s` moves the distances by
+    /// `−G M w / (1 + s)`, for which the mean is `−tr(W G M Σ Mᵀ Gᵀ) / (1 + s)`.
     ///
     /// Source: Nakamura, *Corrected score function for errors-in-variables models* (1990).
     pub fn load_noise_score(&self, width: usize) -> &[f64] {
         &self.load_noise_score[..width]
     }
 
-    /// What noise of the load adds to `−ln L` on average, `½ tr(W G M Σ Mᵀ Gᵀ)`, to be subtracted;
-    /// its derivatives are [`load_noise_score`](ContactFactor::load_noise_score).
+    /// What noise of the load adds to `−ln L` on average, to be subtracted:
+    /// `½ tr(W G M Σ Mᵀ Gᵀ)`, whose derivatives are
+    /// [`load_noise_score`](ContactFactor::load_noise_score).
     pub fn load_noise_cost(&self) -> f64 {
         self.load_noise_cost
     }

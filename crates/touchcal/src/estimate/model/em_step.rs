@@ -39,9 +39,9 @@ pub(crate) struct Expectation<'b> {
     pub stride: usize,
     /// Those of [`no_contact_bounds`](super::no_contact_bounds).
     pub no_contact_bounds: &'b [f64],
-    /// Whether the parameters are rough. The load then says little of the candidates, and regions
-    /// borrow from all classes together: a class in which little is active would lose itself to
-    /// touching nothing.
+    /// Whether the parameters are rough. The load then says little of the candidates, and
+    /// pseudo-counts are of all classes together: with its own alone, a class with few active
+    /// candidates would count as never touched.
     pub is_rough: bool,
 }
 
