@@ -6,7 +6,7 @@ use super::cache::ContactCache;
 use super::gate::Gate;
 use super::residual::{MAX_ROWS, Residual};
 use super::sketch::{Shape, Sketch};
-use crate::se3::{Pose, Twist};
+use crate::se3::{self, Pose, Twist};
 
 /// Callback of [`ContactManifold::pull_back`]: `cotangent(i, residual, derivatives)` receives the
 /// index `i` of a pose and its residual (m, one number per row) and writes `∂loss/∂residual[k]`
@@ -126,7 +126,10 @@ pub trait ContactManifold: Send + Sync + std::fmt::Debug {
     ) -> bool {
         let _ = cache;
         self.residual(fixture_from_tool, 0.0, candidates);
-        candidates.retain(|gap, gradient| gate.accepts(gap, gradient.dot(&(gate.covariance * gradient))));
+        candidates.retain(|gap, gradient| {
+            let normal_in_fixture = fixture_from_tool.rotation * se3::linear(gradient);
+            gate.accepts(gap, &normal_in_fixture, gradient.dot(&(gate.covariance * gradient)))
+        });
         true
     }
 

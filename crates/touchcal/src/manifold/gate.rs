@@ -1,10 +1,13 @@
 //! Which surfaces are near enough to be candidate contacts.
 
-use nalgebra::{Matrix3, Matrix6};
+use nalgebra::{Matrix3, Matrix6, Vector3};
+
+/// Number of directions that gap biases are told apart by.
+pub const DIRECTIONS: usize = 6;
 
 /// A gate: how near a surface must be at a noisy pose to be a candidate contact. It accepts gaps
-/// `d` with `d − gap_bias < deviations · √(gᵀ covariance g + own_variance)`, where `g` is the
-/// derivative of the gap by the pose.
+/// `d` with `d − b < deviations · √(gᵀ covariance g + own_variance)`, where `g` is the derivative
+/// of the gap by the pose, and `b` the gap bias of the surface's direction.
 #[derive(Clone, Debug)]
 pub struct Gate {
     /// Covariance of the pose's noise as a right twist `[v; ω]` in the tool's frame (blocks m², m
@@ -13,17 +16,20 @@ pub struct Gate {
     /// Variance (m², not negative) of the part of a gap's noise that is independent from surface to
     /// surface.
     pub own_variance: f64,
-    /// Mean measured gap (m) at contact; negative if the parts press into each other.
-    pub gap_bias: f64,
+    /// Mean measured gap (m) at contact for each [`axis_direction`] of the surface's normal;
+    /// negative if the parts press into each other.
+    pub gap_biases: [f64; DIRECTIONS],
     /// Width of the gate in standard deviations of the gap (no unit, positive).
     pub deviations: f64,
 }
 
 impl Gate {
-    /// Whether a surface at a signed gap (m) is a candidate, where the pose's noise contributes
-    /// `variance` (m², not negative: `gᵀ covariance g`) to the gap. NaN is not accepted.
-    pub fn accepts(&self, gap: f64, variance: f64) -> bool {
-        gap - self.gap_bias < self.deviations * (variance + self.own_variance).sqrt()
+    /// Whether a surface with this normal (in the fixture's frame) at a signed gap (m) is a
+    /// candidate, where the pose's noise contributes `variance` (m², not negative: `gᵀ covariance
+    /// g`) to the gap. NaN is not accepted.
+    pub fn accepts(&self, gap: f64, normal_in_fixture: &Vector3<f64>, variance: f64) -> bool {
+        gap - self.gap_biases[axis_direction(normal_in_fixture)]
+            < self.deviations * (variance + self.own_variance).sqrt()
     }
 
     /// Distance (m, not negative) beyond which the gate accepts no surface that touches the tool
@@ -32,8 +38,13 @@ impl Gate {
     pub fn cutoff(&self, radius: f64) -> f64 {
         let size = |k: usize| largest_eigenvalue(&self.covariance.fixed_view::<3, 3>(k, k).into()).max(0.0).sqrt();
         let deviation = (size(0) + radius * size(3)).hypot(self.own_variance.sqrt());
-        self.gap_bias.max(0.0) + self.deviations * deviation
+        self.gap_biases.iter().copied().fold(0.0, f64::max) + self.deviations * deviation
     }
+}
+
+/// Which of +x, −x, +y, −y, +z and −z (0 to 5) is nearest to `normal`.
+pub fn axis_direction(normal: &Vector3<f64>) -> usize {
+    2 * normal.iamax() + usize::from(normal[normal.iamax()] < 0.0)
 }
 
 /// The largest eigenvalue of a symmetric matrix, in closed form: Smith, *Eigenvalues of a symmetric
@@ -51,7 +62,6 @@ fn largest_eigenvalue(matrix: &Matrix3<f64>) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use nalgebra::Vector3;
     use rand::{RngExt, SeedableRng};
     use rand_pcg::Pcg64;
 
@@ -85,19 +95,30 @@ mod tests {
                 let joint = twist(&Vector3::from_fn(|_, _| each(30e-6)), &Vector3::from_fn(|_, _| each(50e-6)));
                 covariance += joint * joint.transpose();
             }
-            let gate = Gate { covariance, own_variance: 1e-12, gap_bias: each(20e-6), deviations: 4.0 };
+            let gate = Gate { covariance, own_variance: 1e-12, gap_biases: [each(20e-6); DIRECTIONS], deviations: 4.0 };
             let (normal, out) = (Vector3::from_fn(|_, _| each(1.0)), Vector3::from_fn(|_, _| each(1.0)));
             let (normal, point) = (normal.normalize(), out.normalize() * each(0.05).abs());
             let gradient = twist(&normal, &point.cross(&normal));
             let variance = gradient.dot(&(covariance * gradient));
             let cutoff = gate.cutoff(0.05);
-            assert!(!gate.accepts(cutoff, variance));
+            assert!(!gate.accepts(cutoff, &normal, variance));
             most = most.max(variance.sqrt() / cutoff);
         }
         // Nor is the cutoff much greater than it must be.
         assert!(most > 0.24, "{most}");
         let covariance = Matrix6::identity() * 1e-10;
-        let alike = Gate { covariance, own_variance: 0.0, gap_bias: 0.0, deviations: 4.0 };
+        let alike = Gate { covariance, own_variance: 0.0, gap_biases: [0.0; DIRECTIONS], deviations: 4.0 };
         assert!((alike.cutoff(0.0) - 40e-6).abs() < 1e-12);
+    }
+
+    #[test]
+    fn each_direction_has_its_own_bias() {
+        let mut gate =
+            Gate { covariance: Matrix6::zeros(), own_variance: 1e-12, gap_biases: [0.0; DIRECTIONS], deviations: 4.0 };
+        gate.gap_biases[4] = 30e-6;
+        let (floor, wall) = (Vector3::new(0.1, 0.0, 0.9), Vector3::new(-0.9, 0.0, 0.1));
+        assert!(gate.accepts(33e-6, &floor, 0.0) && !gate.accepts(35e-6, &floor, 0.0));
+        assert!(gate.accepts(3e-6, &wall, 0.0) && !gate.accepts(5e-6, &wall, 0.0));
+        assert!(gate.cutoff(0.0) >= 34e-6);
     }
 }

@@ -1,6 +1,6 @@
 //! The factor of one contact: its residual or likelihood, with derivatives by the parameters.
 
-use nalgebra::{Matrix6, Vector3};
+use nalgebra::Matrix6;
 
 use super::linearization::LinearizationPoint;
 use super::objective::Objective;
@@ -8,7 +8,7 @@ use super::whitening::{pose_covariance, row_covariance, whiten};
 use crate::estimate::contact_mode::{
     Bearing, CandidateContacts, CandidateMatrix, CandidateVector, MarginalLikelihood, bearing, marginal_likelihood,
 };
-use crate::manifold::{ContactCache, Gate, MAX_ROWS, Residual};
+use crate::manifold::{ContactCache, Gate, MAX_ROWS, Residual, axis_direction};
 use crate::parameter::ParameterId;
 use crate::robot::{KinematicParameter, KinematicsScratch};
 use crate::se3::{self, Pose, Twist};
@@ -270,7 +270,7 @@ impl ContactFactor {
         let gate = Gate {
             covariance: self.pose_covariance(point, i, variance_factor),
             own_variance: variance_factor * model.noise.contact.powi(2),
-            gap_bias: point.fixtures[f].gap_bias,
+            gap_biases: point.fixtures[f].gap_biases(),
             deviations: model.problem.options.contact_mode.gate,
         };
         self.rows.clear();
@@ -288,7 +288,7 @@ impl ContactFactor {
 
     /// Residuals and derivatives of rows with the gap biases of their directions.
     fn subtract_gap_biases(&mut self, point: &LinearizationPoint<'_>, i: usize, fixture_from_tool: &Pose) {
-        let fixture = &point.fixtures[point.model.problem.contacts.fixture(i)];
+        let gap_biases = point.fixtures[point.model.problem.contacts.fixture(i)].gap_biases();
         let directions: [usize; MAX_ROWS] = std::array::from_fn(|r| {
             let normal = |row| fixture_from_tool.rotation * se3::linear(row);
             self.rows.jacobian().get(r).map_or(0, |row| axis_direction(&normal(row)))
@@ -299,7 +299,7 @@ impl ContactFactor {
             _ => None,
         });
         for (r, value) in self.rows.values().iter().enumerate() {
-            self.residual[r] = value - fixture.gap_bias - fixture.directional_gap_bias[directions[r]];
+            self.residual[r] = value - gap_biases[directions[r]];
         }
     }
 
@@ -374,9 +374,4 @@ pub(crate) fn residual_rows(
             manifold.envelope(pose, rows);
         }),
     }
-}
-
-/// Number of the axis direction that a normal is nearest to: +x, −x, +y, −y, +z, −z.
-fn axis_direction(normal: &Vector3<f64>) -> usize {
-    2 * normal.iamax() + usize::from(normal[normal.iamax()] < 0.0)
 }

@@ -2,15 +2,12 @@
 
 use crate::estimate::options::EstimatorOptions;
 use crate::estimate::problem::{PlacePrior, Problem, WrenchTolerance};
-use crate::manifold::ResidualKind;
+use crate::manifold::{DIRECTIONS, ResidualKind};
 use crate::parameter::{
     Parameter, ParameterId, Prior, directional_gap_bias, gap_bias, joint_drift, wrench_bias, wrench_scale,
 };
 use crate::robot::KinematicParameter;
 use nalgebra::{DMatrix, DVector};
-
-/// Directions that contact normals are sorted into.
-const DIRECTIONS: usize = 6;
 
 /// The parameters of a problem in order, and which contacts depend on which.
 #[derive(Clone)]

@@ -5,7 +5,7 @@ use nalgebra::{DVector, Matrix6, Vector3};
 use super::calibration_model::CalibrationModel;
 use super::trend_axis::position_in_log;
 use crate::estimate::problem::WrenchTolerance;
-use crate::manifold::Residual;
+use crate::manifold::{DIRECTIONS, Residual};
 use crate::parameter::ParameterId;
 use crate::robot::{Kinematics, KinematicsScratch};
 use crate::se3::{self, Pose, Twist, Wrench};
@@ -42,7 +42,14 @@ pub(crate) struct FixtureState {
     /// Gap bias (m) common to all directions.
     pub gap_bias: f64,
     /// Gap bias (m) on top of `gap_bias` for contact normals nearest to +x, −x, +y, −y, +z and −z.
-    pub directional_gap_bias: [f64; 6],
+    pub directional_gap_bias: [f64; DIRECTIONS],
+}
+
+impl FixtureState {
+    /// Gap bias (m) for each [`axis_direction`](crate::manifold::axis_direction) of a normal.
+    pub fn gap_biases(&self) -> [f64; DIRECTIONS] {
+        self.directional_gap_bias.map(|of_direction| self.gap_bias + of_direction)
+    }
 }
 
 impl<'m> LinearizationPoint<'m> {
