@@ -115,10 +115,11 @@ mod tests {
     fn each_direction_has_its_own_bias() {
         let mut gate =
             Gate { covariance: Matrix6::zeros(), own_variance: 1e-12, gap_biases: [0.0; DIRECTIONS], deviations: 4.0 };
-        gate.gap_biases[4] = 30e-6;
+        (gate.gap_biases[1], gate.gap_biases[4]) = (10e-6, 30e-6);
         let (floor, wall) = (Vector3::new(0.1, 0.0, 0.9), Vector3::new(-0.9, 0.0, 0.1));
         assert!(gate.accepts(33e-6, &floor, 0.0) && !gate.accepts(35e-6, &floor, 0.0));
-        assert!(gate.accepts(3e-6, &wall, 0.0) && !gate.accepts(5e-6, &wall, 0.0));
+        assert!(gate.accepts(13e-6, &wall, 0.0) && !gate.accepts(15e-6, &wall, 0.0));
+        assert!(gate.accepts(3e-6, &-wall, 0.0) && !gate.accepts(5e-6, &-wall, 0.0));
         assert!(gate.cutoff(0.0) >= 34e-6);
     }
 }

@@ -60,7 +60,7 @@ impl<'m> LinearizationPoint<'m> {
         let mut kinematics = model.kinematics.clone();
         let mut kinematic_values = Vec::new();
         let mut twists = vec![Twist::zeros(); model.base_from_fixture.len()];
-        let mut biases = vec![(0.0, [0.0; 6]); model.base_from_fixture.len()];
+        let mut biases = vec![(0.0, [0.0; DIRECTIONS]); model.base_from_fixture.len()];
         let dof = kinematics.dof();
         let placements = 1 + model.layout.placement.iter().max().copied().unwrap_or(0);
         let (mut drift, mut trend) = (vec![0.0; dof * placements], vec![0.0; dof]);

@@ -20,7 +20,8 @@ const APART: f64 = 4.0;
 const LEAST_APART: f64 = 0.05;
 /// Share of a candidate's standard deviation that counts as none where others imply it.
 const LITTLE: f64 = 0.15;
-/// Largest part of a candidate's normal out of the plane of the two that imply it.
+/// Largest part of a candidate's normal out of the plane of the two that imply it: about the
+/// sine of the angle within which features push in one direction.
 const OUT_OF_PLANE: f64 = 0.3;
 /// Cosine of the angle between normals up to which the farther of two candidates may be of one
 /// curved surface with the nearer.
@@ -142,9 +143,8 @@ impl<'f> Candidate<'f> {
 
 /// Whether candidate `k` pushes between two others, near their plane, and is passed only where one
 /// of them is: `n = α n_a + β n_b` and `d ≥ α d_a + β d_b`, but for little noise, with neither `α`
-/// nor `β` negative.
-/// Where peg and hole are rounded alike, a corner's directions are all touched with those of its
-/// two sides: as candidates of their own they would count the sides again.
+/// nor `β` negative. Where peg and hole are rounded alike, a corner's directions are all touched
+/// with those of its two sides: as candidates of their own they would count the sides again.
 fn is_implied(k: usize, candidates: &[Candidate<'_>], covariance: &Matrix6<f64>, own_variance: f64) -> bool {
     let candidate = &candidates[k];
     let deviation = (candidate.gradient.dot(&(covariance * candidate.gradient)) + own_variance).sqrt();
@@ -159,9 +159,9 @@ fn is_implied(k: usize, candidates: &[Candidate<'_>], covariance: &Matrix6<f64>,
         }
         let beyond = candidate.distance - alpha * a.distance - beta * b.distance;
         let left = candidate.gradient - a.gradient * alpha - b.gradient * beta;
-        let is_same =
-            se3::linear(&left).norm() < OUT_OF_PLANE && left.dot(&(covariance * left)) < (LITTLE * deviation).powi(2);
-        beyond > -LITTLE * deviation && is_same
+        let is_in_plane = se3::linear(&left).norm() < OUT_OF_PLANE;
+        let is_passed_alike = left.dot(&(covariance * left)) < (LITTLE * deviation).powi(2);
+        beyond > -LITTLE * deviation && is_in_plane && is_passed_alike
     };
     others().enumerate().any(|(i, a)| others().skip(i + 1).any(|b| is_between(a, b)))
 }
@@ -210,11 +210,15 @@ mod tests {
         // Noise turns the tool by 0.1 mrad.
         assert!(!is_implied(feature(angle, on_line, 0.2)));
         // A floor, out of the plane of the two; the pose is known better than the shapes.
-        let mut floor = feature(angle, on_line, 0.0);
-        floor.gap.gradient = twist(&Vector3::new(0.02, 0.0, 1.0).normalize(), &Vector3::zeros());
-        let features = [feature(0.0, 10e-6, 0.0), feature(std::f64::consts::FRAC_PI_2, 30e-6, 0.0), floor];
-        let candidates = features.each_ref().map(Candidate::new);
-        assert!(!super::is_implied(2, &candidates, &(covariance * 1e-4), 2e-10));
+        let is_implied_at = |elevation: f64| {
+            let normal = Vector3::new(angle.cos(), angle.sin(), elevation.tan()).normalize();
+            let mut raised = feature(angle, on_line, 0.0);
+            raised.gap.gradient = twist(&normal, &Vector3::zeros());
+            let features = [feature(0.0, 10e-6, 0.0), feature(std::f64::consts::FRAC_PI_2, 30e-6, 0.0), raised];
+            super::is_implied(2, &features.each_ref().map(Candidate::new), &(covariance * 1e-4), 2e-10)
+        };
+        assert!([1.5_f64, 0.6, 0.35].into_iter().all(|elevation| !is_implied_at(elevation)));
+        assert!(is_implied_at(0.0) && is_implied_at(0.25));
         // Beside the two, not between them.
         assert!(!is_implied(feature(-angle, on_line, 0.0)));
     }

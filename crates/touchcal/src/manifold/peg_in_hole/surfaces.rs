@@ -5,6 +5,7 @@ use nalgebra::{Point3, Vector3};
 use super::hole::Hole;
 use crate::geometry::SignedGap;
 use crate::manifold::contact_manifold::SurfaceCounts;
+use crate::manifold::gate::axis_direction;
 use crate::se3::Pose;
 
 /// How near (m) the end of a peg may come to the rim's height before its edges and the rim's take
@@ -32,12 +33,11 @@ pub(super) fn is_at_rim(hole: &Hole, hole_from_peg: &Pose) -> bool {
 /// corners do: that it is free says nothing about how often the nearer one is.
 pub(super) fn surface_of(hole: &Hole, gap: &SignedGap, hole_from_peg: &Pose, taken: &[usize]) -> usize {
     let (normal, point) = (gap.normal_in_fixture, gap.point_in_fixture);
-    let axis = normal.iamax();
     let end = usize::from(is_near_rim(&point, hole_from_peg));
     let depth = (-hole_from_peg.translation.z / hole.depth).clamp(0.0, 1.0);
     let quarter = ((depth * QUARTERS as f64) as usize).min(QUARTERS - 1);
     let first = SURFACES * quarter;
-    let surface = first + 4 * axis + 2 * usize::from(normal[axis] < 0.0) + end;
+    let surface = first + 2 * axis_direction(&normal) + end;
     if taken.contains(&surface) { first + NEARER + end } else { surface }
 }
 
