@@ -17,7 +17,7 @@ use super::result::{Declaration, DeclaredValue, Estimate, PriorTest};
 use super::result_checks::FitStatistics;
 use super::search::{SearchState, uses_contact_modes};
 use super::uncertainty::{CalibratedTool, tool_displacement, tool_positions};
-use crate::manifold::DIRECTIONS;
+use crate::manifold::AXIS_DIRECTIONS;
 use crate::parameter::{Block, ParameterId, Prior, Unit};
 use crate::solver::StopReason;
 
@@ -175,7 +175,7 @@ fn shapes(search: &SearchState<'_>, estimate: &Estimate) -> Vec<DeclaredQuantity
             let prior = estimate.parameters[k].parameter.prior_sigma();
             prior.is_some_and(|prior| estimate.covariance[(k, k)] < MAX_SHARE * prior * prior)
         };
-        let directions = (0..DIRECTIONS).filter_map(|k| Some((k, index(ParameterId::DirectionalGapBias(f, k))?)));
+        let directions = (0..AXIS_DIRECTIONS).filter_map(|k| Some((k, index(ParameterId::DirectionalGapBias(f, k))?)));
         let gaps: Vec<(usize, usize)> =
             std::iter::once((0, common)).chain(directions.filter(is_distinguished)).collect();
         let common_value = estimate.parameters[common].value;

@@ -2,12 +2,12 @@
 
 use nalgebra::{Matrix3, Matrix6, Vector3};
 
-/// Number of directions that gap biases are told apart by.
-pub const DIRECTIONS: usize = 6;
+/// Number of directions with a gap bias of their own, see [`axis_direction`].
+pub const AXIS_DIRECTIONS: usize = 6;
 
 /// A gate: how near a surface must be at a noisy pose to be a candidate contact. It accepts gaps
-/// `d` with `d − b < deviations · √(gᵀ covariance g + own_variance)`, where `g` is the derivative
-/// of the gap by the pose, and `b` the gap bias of the surface's direction.
+/// `d` with `d − b < deviations · √(gᵀ covariance g + own_variance)`, where `g` is the
+/// derivative of the gap by the pose, and `b` the gap bias of the surface's direction.
 #[derive(Clone, Debug)]
 pub struct Gate {
     /// Covariance of the pose's noise as a right twist `[v; ω]` in the tool's frame (blocks m², m
@@ -18,15 +18,15 @@ pub struct Gate {
     pub own_variance: f64,
     /// Mean measured gap (m) at contact for each [`axis_direction`] of the surface's normal;
     /// negative if the parts press into each other.
-    pub gap_biases: [f64; DIRECTIONS],
+    pub gap_biases: [f64; AXIS_DIRECTIONS],
     /// Width of the gate in standard deviations of the gap (no unit, positive).
     pub deviations: f64,
 }
 
 impl Gate {
     /// Whether a surface with this normal (in the fixture's frame) at a signed gap (m) is a
-    /// candidate, where the pose's noise contributes `variance` (m², not negative: `gᵀ covariance
-    /// g`) to the gap. NaN is not accepted.
+    /// candidate, where the pose's noise contributes `variance` (`gᵀ covariance g`, m², not
+    /// negative) to the gap. NaN is not accepted.
     pub fn accepts(&self, gap: f64, normal_in_fixture: &Vector3<f64>, variance: f64) -> bool {
         gap - self.gap_biases[axis_direction(normal_in_fixture)]
             < self.deviations * (variance + self.own_variance).sqrt()
@@ -42,7 +42,7 @@ impl Gate {
     }
 }
 
-/// Which of +x, −x, +y, −y, +z and −z (0 to 5) is nearest to `normal`.
+/// Which of the axes +x, −x, +y, −y, +z and −z (0 to 5) of its frame a `normal` is nearest to.
 pub fn axis_direction(normal: &Vector3<f64>) -> usize {
     2 * normal.iamax() + usize::from(normal[normal.iamax()] < 0.0)
 }
@@ -95,7 +95,8 @@ mod tests {
                 let joint = twist(&Vector3::from_fn(|_, _| each(30e-6)), &Vector3::from_fn(|_, _| each(50e-6)));
                 covariance += joint * joint.transpose();
             }
-            let gate = Gate { covariance, own_variance: 1e-12, gap_biases: [each(20e-6); DIRECTIONS], deviations: 4.0 };
+            let gate =
+                Gate { covariance, own_variance: 1e-12, gap_biases: [each(20e-6); AXIS_DIRECTIONS], deviations: 4.0 };
             let (normal, out) = (Vector3::from_fn(|_, _| each(1.0)), Vector3::from_fn(|_, _| each(1.0)));
             let (normal, point) = (normal.normalize(), out.normalize() * each(0.05).abs());
             let gradient = twist(&normal, &point.cross(&normal));
@@ -107,14 +108,18 @@ mod tests {
         // Nor is the cutoff much greater than it must be.
         assert!(most > 0.24, "{most}");
         let covariance = Matrix6::identity() * 1e-10;
-        let alike = Gate { covariance, own_variance: 0.0, gap_biases: [0.0; DIRECTIONS], deviations: 4.0 };
+        let alike = Gate { covariance, own_variance: 0.0, gap_biases: [0.0; AXIS_DIRECTIONS], deviations: 4.0 };
         assert!((alike.cutoff(0.0) - 40e-6).abs() < 1e-12);
     }
 
     #[test]
     fn each_direction_has_its_own_bias() {
-        let mut gate =
-            Gate { covariance: Matrix6::zeros(), own_variance: 1e-12, gap_biases: [0.0; DIRECTIONS], deviations: 4.0 };
+        let mut gate = Gate {
+            covariance: Matrix6::zeros(),
+            own_variance: 1e-12,
+            gap_biases: [0.0; AXIS_DIRECTIONS],
+            deviations: 4.0,
+        };
         (gate.gap_biases[1], gate.gap_biases[4]) = (10e-6, 30e-6);
         let (floor, wall) = (Vector3::new(0.1, 0.0, 0.9), Vector3::new(-0.9, 0.0, 0.1));
         assert!(gate.accepts(33e-6, &floor, 0.0) && !gate.accepts(35e-6, &floor, 0.0));

@@ -27,7 +27,7 @@ pub use ball_in_socket::BallInSocket;
 pub use cache::ContactCache;
 pub use contact_manifold::{ContactManifold, Cotangent, ResidualKind, RotationalOrders, SurfaceCounts};
 pub use exact::{FITTING, Misfit, check_fit, exact_manifold, peg_in_hole};
-pub use gate::{DIRECTIONS, Gate, axis_direction};
+pub use gate::{AXIS_DIRECTIONS, Gate, axis_direction};
 pub use peg_in_hole::{PegInHole, PegInHoleShapes};
 pub use plane::Plane;
 #[cfg(feature = "learned")]

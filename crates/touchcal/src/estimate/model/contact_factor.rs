@@ -87,10 +87,10 @@ impl ContactFactor {
     /// depends on, to be subtracted.
     ///
     /// A joint's compliance moves the distances by `G J τ`, with the gradients `G` of the
-    /// distances and the joint's motion `J`. Noise `n` of the load is in the torque `τ`, as `tᵀ n`,
-    /// and in the distances, as `G M n`. With the covariance `Σ` of the noise and the information
-    /// `W` on the distances the mean is `(G J)ᵀ W G M Σ t`. Loads that are noisy would make joints
-    /// seem stiffer than they are. The error of scale `s` moves the distances by
+    /// distances and the joint's motion `J`. Noise `n` of the load is in the torque `τ`, as
+    /// `tᵀ n`, and in the distances, as `G M n`. With the covariance `Σ` of the noise and the
+    /// information `W` on the distances the mean is `(G J)ᵀ W G M Σ t`. Noisy loads would
+    /// make joints seem stiffer than they are. The error of scale `s` moves the distances by
     /// `−G M w / (1 + s)`, for which the mean is `−tr(W G M Σ Mᵀ Gᵀ) / (1 + s)`.
     ///
     /// Source: Nakamura, *Corrected score function for errors-in-variables models* (1990).

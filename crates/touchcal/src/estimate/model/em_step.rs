@@ -40,8 +40,8 @@ pub(crate) struct Expectation<'b> {
     /// Those of [`no_contact_bounds`](super::no_contact_bounds).
     pub no_contact_bounds: &'b [f64],
     /// Whether the parameters are rough. The load then says little of the candidates, and
-    /// pseudo-counts are of all classes together: with its own alone, a class with few active
-    /// candidates would count as never touched.
+    /// pseudo-counts are of all classes together: with pseudo-counts of each class alone, a class
+    /// with few active candidates would count as never touched.
     pub is_rough: bool,
 }
 

@@ -2,7 +2,7 @@
 
 use crate::estimate::options::EstimatorOptions;
 use crate::estimate::problem::{PlacePrior, Problem, WrenchTolerance};
-use crate::manifold::{DIRECTIONS, ResidualKind};
+use crate::manifold::{AXIS_DIRECTIONS, ResidualKind};
 use crate::parameter::{
     Parameter, ParameterId, Prior, directional_gap_bias, gap_bias, joint_drift, wrench_bias, wrench_scale,
 };
@@ -177,7 +177,8 @@ fn all_parameters(problem: &Problem, placements: &[&str]) -> Vec<Parameter> {
             let options = &problem.options;
             parameters.push(gap_bias(&fixture.name, f).with_sigma(options.search.gap_bias_sigma));
             let sigma = options.contact_mode.directional_bias_sigma;
-            parameters.extend((0..DIRECTIONS).map(|k| directional_gap_bias(&fixture.name, f, k).with_sigma(sigma)));
+            parameters
+                .extend((0..AXIS_DIRECTIONS).map(|k| directional_gap_bias(&fixture.name, f, k).with_sigma(sigma)));
         }
     }
     if problem.uses_loads() {

@@ -5,7 +5,7 @@ use nalgebra::{DVector, Matrix6, Vector3};
 use super::calibration_model::CalibrationModel;
 use super::trend_axis::position_in_log;
 use crate::estimate::problem::WrenchTolerance;
-use crate::manifold::{DIRECTIONS, Residual};
+use crate::manifold::{AXIS_DIRECTIONS, Residual};
 use crate::parameter::ParameterId;
 use crate::robot::{Kinematics, KinematicsScratch};
 use crate::se3::{self, Pose, Twist, Wrench};
@@ -42,12 +42,12 @@ pub(crate) struct FixtureState {
     /// Gap bias (m) common to all directions.
     pub gap_bias: f64,
     /// Gap bias (m) on top of `gap_bias` for contact normals nearest to +x, −x, +y, −y, +z and −z.
-    pub directional_gap_bias: [f64; DIRECTIONS],
+    pub directional_gap_bias: [f64; AXIS_DIRECTIONS],
 }
 
 impl FixtureState {
     /// Gap bias (m) for each [`axis_direction`](crate::manifold::axis_direction) of a normal.
-    pub fn gap_biases(&self) -> [f64; DIRECTIONS] {
+    pub fn gap_biases(&self) -> [f64; AXIS_DIRECTIONS] {
         self.directional_gap_bias.map(|of_direction| self.gap_bias + of_direction)
     }
 }
@@ -60,7 +60,7 @@ impl<'m> LinearizationPoint<'m> {
         let mut kinematics = model.kinematics.clone();
         let mut kinematic_values = Vec::new();
         let mut twists = vec![Twist::zeros(); model.base_from_fixture.len()];
-        let mut biases = vec![(0.0, [0.0; DIRECTIONS]); model.base_from_fixture.len()];
+        let mut biases = vec![(0.0, [0.0; AXIS_DIRECTIONS]); model.base_from_fixture.len()];
         let dof = kinematics.dof();
         let placements = 1 + model.layout.placement.iter().max().copied().unwrap_or(0);
         let (mut drift, mut trend) = (vec![0.0; dof * placements], vec![0.0; dof]);

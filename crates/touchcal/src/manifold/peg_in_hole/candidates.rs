@@ -142,9 +142,10 @@ impl<'f> Candidate<'f> {
 }
 
 /// Whether candidate `k` pushes between two others, near their plane, and is passed only where one
-/// of them is: `n = α n_a + β n_b` and `d ≥ α d_a + β d_b`, but for little noise, with neither `α`
-/// nor `β` negative. Where peg and hole are rounded alike, a corner's directions are all touched
-/// with those of its two sides: as candidates of their own they would count the sides again.
+/// of them is: `n = α n_a + β n_b` and `d ≥ α d_a + β d_b`, but for little noise, with
+/// neither `α` nor `β` negative. Where peg and hole are rounded alike, a corner's directions are
+/// all touched with those of its two sides: as candidates of their own they would count the sides
+/// again.
 fn is_implied(k: usize, candidates: &[Candidate<'_>], covariance: &Matrix6<f64>, own_variance: f64) -> bool {
     let candidate = &candidates[k];
     let deviation = (candidate.gradient.dot(&(covariance * candidate.gradient)) + own_variance).sqrt();
