@@ -94,7 +94,8 @@ fn score_tests(
     let mut statistics = contact_mode_statistics(model, &theta, (stride, Curvature::Observed), &mut search.caches);
     statistics.scale(1.0 / stride as f64);
     let known = distance_information(model, &theta) + prior_information(model);
-    let (curvature, squares) = curvature_and_squares(&statistics, &known, &model.mode_priors);
+    let free = estimated(search, model, statistics.derivatives.gradient.len());
+    let (curvature, squares) = curvature_and_squares(&statistics, &known, &model.mode_priors, &free);
     let at = Derivatives {
         gradient: gradient(model, &theta, &statistics.derivatives.gradient),
         curvature,
@@ -102,7 +103,6 @@ fn score_tests(
         error_scores: error_scores(model, errors, &statistics.derivatives.information),
         block_scores: statistics.block_scores,
     };
-    let free = estimated(search, model, at.gradient.len());
     Cholesky::new(free.scaled_regular(&at.curvature))?;
     let inverse = free.covariance(&at.curvature);
     let positions = tool_positions(problem);

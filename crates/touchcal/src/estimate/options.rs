@@ -78,8 +78,8 @@ pub struct SearchOptions {
     pub fine: LevenbergMarquardtOptions,
     /// Stopping rule of the last step with the marginal likelihood of all contacts. As candidates
     /// enter and leave the gate the cost jumps by more than a step of some standard deviations
-    /// gains, so steps are judged by the gradient from farther off. Directions of little
-    /// information stay about where expectation–maximisation ends.
+    /// gains, so steps are judged by the gradient from farther off. Its decrement is by the
+    /// observed information (Louis 1982), where that is positive definite.
     pub fine_contact_modes: LevenbergMarquardtOptions,
     /// Prior standard deviation (m, > 0) of a fixture's gap bias: parts neither float nor penetrate
     /// by much more.
@@ -88,12 +88,7 @@ pub struct SearchOptions {
 
 impl Default for SearchOptions {
     fn default() -> Self {
-        let fine = LevenbergMarquardtOptions {
-            max_iterations: 60,
-            decrement: 1e-2,
-            gradient_test_below: 0.03,
-            least_information: 0.0,
-        };
+        let fine = LevenbergMarquardtOptions { max_iterations: 60, decrement: 1e-2, gradient_test_below: 0.03 };
         let contact_modes = LevenbergMarquardtOptions { gradient_test_below: 0.1, ..fine };
         SearchOptions {
             max_restarts: 3,
@@ -106,7 +101,7 @@ impl Default for SearchOptions {
             anneal: LevenbergMarquardtOptions { decrement: 1e-1, ..fine },
             anneal_contact_modes: LevenbergMarquardtOptions { max_iterations: 15, decrement: 1e-1, ..contact_modes },
             fine,
-            fine_contact_modes: LevenbergMarquardtOptions { least_information: 1e-7, ..contact_modes },
+            fine_contact_modes: contact_modes,
             gap_bias_sigma: 0.1e-3,
         }
     }

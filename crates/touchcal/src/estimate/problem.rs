@@ -198,7 +198,7 @@ pub struct Noise {
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Method {
     /// Coarse-to-fine Levenberg–Marquardt (Madsen, Nielsen & Tingleff 2004), with a marginal
-    /// likelihood for one-sided contacts.
+    /// likelihood for one-sided contacts, whose minimum Newton's method finds in the end.
     #[default]
     LevenbergMarquardt,
     /// Gradient descent on mean absolute distances, for comparison (Negi, Manyar & Gupta 2025).

@@ -108,6 +108,15 @@ impl NormalEquations {
         self.rows += other.rows;
     }
 
+    /// The sums by the first `size` parameters alone, the others held fixed.
+    pub fn of_first(&self, size: usize) -> Self {
+        NormalEquations {
+            information: self.information.view((0, 0), (size, size)).into_owned(),
+            gradient: self.gradient.rows(0, size).into_owned(),
+            ..*self
+        }
+    }
+
     /// Fills the lower triangle of the information from the upper one.
     pub fn complete(mut self) -> Self {
         self.information.fill_lower_triangle_with_upper_triangle();

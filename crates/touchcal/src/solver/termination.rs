@@ -37,7 +37,8 @@ pub struct Termination {
     /// Why the minimization stopped.
     pub reason: StopReason,
     /// Newton decrement `gᵀH⁻¹g` of the last step (1, in units of the cost), with half the cost's
-    /// gradient `g` and the information `H`; infinite before the first step. In gradient descent,
+    /// gradient `g` and the information `H`; infinite before the first step. With the observed
+    /// information of contact modes, that which is left after the last step. In gradient descent,
     /// the share of the loss (0 to 1) by which a further step would lower it, and 0 if it was
     /// interrupted or not finite.
     pub measured: f64,

@@ -356,20 +356,21 @@ fn a_row_says_what_the_answer_was() {
     assert!(!row.is_answered() && row.honest && !row.useful, "{row:?}");
 }
 
-/// Joints that give way by much in a short log: stretches that contradict each other refuse an
-/// answer that no likelihood tests, and whose errors are beyond the 99.9 % quantile of χ².
+/// Joints that give way by much: stretches that contradict each other refuse an answer that no
+/// likelihood tests, and whose errors are beyond the 99.9 % quantile of χ².
 #[test]
 fn without_a_likelihood_contradicted_stretches_refuse_an_answer() {
-    let (name, seed) = ("compliance_2e-5", 20031);
+    let falsification = Falsification::JointCompliance(5e-5);
+    let (kind, seed) = (FalsifiedKind { falsification, ..kind("compliance_2e-5") }, 20031);
     let on = &mut || ControlFlow::Continue(());
-    let row = falsified_trial(&kind(name), (Excitation::Paper, &robot(), 1000), options(seed), on).expect("a row");
+    let row = falsified_trial(&kind, (Excitation::Rich, &robot(), 3000), options(seed), on).expect("a row");
     assert!(!row.is_answered() && row.nees.expect("a NEES") > 26.12, "{row:?}");
 
-    let declared = Excitation::Paper.scenario(robot(), 1000).expect("a scenario");
+    let declared = Excitation::Rich.scenario(robot(), 3000).expect("a scenario");
     let mut scenario = declared.clone();
-    kind(name).falsification.falsify_scenario(&mut scenario);
+    kind.falsification.falsify_scenario(&mut scenario);
     let simulated = sim::simulate(&scenario, seed).expect("contacts");
-    let problem = kind(name).problem(&declared, &simulated, seed).expect("a problem");
+    let problem = kind.problem(&declared, &simulated, seed).expect("a problem");
     let estimate = calibrate(&problem, &mut |_| ControlFlow::Continue(()));
     assert!(estimate.warnings.iter().any(|warning| warning.kind() == "few_informative_contacts"));
     let contradicted = estimate.warnings.iter().find(|warning| warning.kind() == "prediction_contradicted");

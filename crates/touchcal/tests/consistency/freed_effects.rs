@@ -35,7 +35,7 @@ fn assert_right(estimate: &Estimate, truth: &Truth) {
 /// compliances show, and the answer with these is right.
 #[test]
 fn a_compliance_that_leaves_no_likelihood_is_freed() {
-    let (problem, truth) = posed("compliance_2e-5", 20005);
+    let (problem, truth) = posed("compliance_2e-5", 20020);
     let without = calibrate(&problem, &mut |_| ControlFlow::Continue(()));
     assert!(!without.status.is_usable() && without.effect_tests.is_empty(), "{:?}", without.warnings);
     let (_, with) = calibrate_with_freed_effects(&problem, &mut |_| ControlFlow::Continue(()));

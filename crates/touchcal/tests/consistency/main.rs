@@ -13,6 +13,7 @@ mod support;
 mod acceptance;
 mod campaign;
 mod coverage;
+mod depth;
 mod encoder_drift;
 mod evaluation;
 mod falsified;

@@ -27,7 +27,9 @@ pub(crate) use em_step::{Expectation, em_step};
 pub(crate) use false_rows::no_contact_bounds;
 pub(crate) use layout::{PriorGroup, parameter_count};
 pub(crate) use linearization::LinearizationPoint;
-pub(crate) use mode_statistics::{ContactModeStatistics, Curvature, InformativeShare, contact_mode_statistics};
+pub(crate) use mode_statistics::{
+    ContactModeStatistics, Curvature, InformativeShare, contact_mode_statistics, observed_equations,
+};
 pub(crate) use objective::Objective;
 pub(crate) use omitted_effects::{OmittedParameters, has_exact_declarations, with_omitted_effects};
 pub(crate) use resolution::set_resolution;

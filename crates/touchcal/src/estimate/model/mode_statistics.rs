@@ -7,6 +7,7 @@ use nalgebra::DVector;
 use super::assembly::{Batch, CHUNKS, CacheSlice, sum_contacts};
 use super::calibration_model::CalibrationModel;
 use super::contact_factor::ContactFactor;
+use super::declared_factors::{add_distances, add_priors};
 use super::linearization::LinearizationPoint;
 use super::objective::Objective;
 use super::stretches::{MAX_STRETCHES, Stretch, stretches};
@@ -368,4 +369,19 @@ pub(crate) fn contact_mode_statistics(
         score_outer_product: total.score_outer_product.complete(),
         ..total
     }
+}
+
+/// Normal equations at `theta` of all contacts, known distances and priors, with the observed
+/// information of the marginal likelihood by the distances in place of that of complete data. The
+/// odds of contact modes are held fixed; `rows` and `squares` are zero.
+pub(crate) fn observed_equations(
+    model: &CalibrationModel<'_>,
+    theta: &DVector<f64>,
+    caches: &mut [ContactCache],
+) -> NormalEquations {
+    let all = contact_mode_statistics(model, theta, (1, Curvature::Observed), caches).derivatives;
+    let mut normal = all.of_first(theta.len());
+    add_distances(&LinearizationPoint::new(model, theta), &mut normal);
+    add_priors(model, theta, Objective::ContactModes, &mut normal);
+    normal.complete()
 }

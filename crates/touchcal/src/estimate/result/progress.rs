@@ -5,7 +5,8 @@
 pub enum Stage {
     /// Levenberg–Marquardt on the distances of the contacts from the manifolds' envelopes.
     Coarse,
-    /// Levenberg–Marquardt or expectation–maximisation on the contacts' residuals or likelihoods.
+    /// Levenberg–Marquardt, expectation–maximisation or Newton's method on the contacts' residuals
+    /// or likelihoods.
     Fine,
     /// Gradient descent on mean absolute distances
     /// ([`Method::GradientDescent`](crate::estimate::Method)).
@@ -18,7 +19,7 @@ pub struct Progress {
     /// Stage of the estimation.
     pub stage: Stage,
     /// Linearizations so far in the present minimization, or iterations of
-    /// expectation–maximisation, from 1; steps from 1 in [`Stage::Descent`].
+    /// expectation–maximisation or Newton's method, from 1; steps from 1 in [`Stage::Descent`].
     pub iteration: usize,
     /// Cost at the present parameters (1), the one that [`calibrate`](crate::estimate::calibrate())
     /// minimizes in this stage; in [`Stage::Descent`] the loss (m).

@@ -4,6 +4,7 @@ use nalgebra::DVector;
 
 use super::annealing::anneal;
 use super::coarse_to_fine::fine;
+use super::newton::newton;
 use super::state::SearchState;
 use crate::estimate::model::{
     Curvature, Expectation, Objective, contact_mode_statistics, distance_information, em_step, extended_or_own,
@@ -16,6 +17,9 @@ use crate::solver::{FreeParameters, LevenbergMarquardtOptions, StopReason};
 /// Share of informative contacts that the steps of expectation–maximisation require, over that
 /// required at their end. With the inflated noise of the first steps fewer are informative.
 const EARLY_SHARE: f64 = 0.6;
+/// Newton decrement (1), by the information of complete data, at which Newton's method takes over:
+/// a step of one standard deviation.
+const NEWTON_DECREMENT: f64 = 1.0;
 
 /// From the coarse stage to the contact modes of a subsample, where contacts are one-sided.
 pub(crate) fn approach_contact_modes(search: &mut SearchState<'_>, observe: Observer<'_>) {
@@ -44,7 +48,15 @@ pub(crate) fn refine(search: &mut SearchState<'_>, observe: Observer<'_>) {
         if search.model.problem.noise.is_estimated {
             noise.factor *= std::mem::replace(&mut noise.mode_factor, 1.0);
         }
-        search.minimize(Objective::ContactModes, 1, search.options().fine_contact_modes, observe);
+        let fine = search.options().fine_contact_modes;
+        let near = LevenbergMarquardtOptions { decrement: NEWTON_DECREMENT.max(fine.decrement), ..fine };
+        search.minimize(Objective::ContactModes, 1, near, observe);
+        if search.is_finished() && !newton(search, observe) {
+            search.minimize(Objective::ContactModes, 1, fine, observe);
+            if search.is_finished() {
+                newton(search, observe);
+            }
+        }
     } else if search.model.has_one_sided_contacts() {
         fine(search, observe);
     }
@@ -118,8 +130,7 @@ fn iterate(search: &mut SearchState<'_>, expectation: Expectation<'_>, iteration
         }
         None => {
             let decrement = em.short_decrement;
-            let options =
-                LevenbergMarquardtOptions { decrement, least_information: 0.0, ..search.options().fine_contact_modes };
+            let options = LevenbergMarquardtOptions { decrement, ..search.options().fine_contact_modes };
             search.minimize(Objective::ContactModes, expectation.stride, options, observe);
         }
     }

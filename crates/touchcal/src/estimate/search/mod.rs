@@ -5,6 +5,7 @@ mod coarse_to_fine;
 mod contact_modes;
 mod gradient_descent;
 mod multi_start;
+mod newton;
 mod state;
 mod variance_components;
 

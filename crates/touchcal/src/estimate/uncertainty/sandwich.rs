@@ -54,8 +54,8 @@ pub(crate) fn sandwich_covariance(
     priors: &[Vec<ContactModePrior>],
 ) -> Sandwich {
     let (parameters, size) = (free.len(), statistics.derivatives.information.nrows());
-    let (hessian, squares) = curvature_and_squares(statistics, known, priors);
     let all = free.extended(size);
+    let (hessian, squares) = curvature_and_squares(statistics, known, priors, &all);
     let bread = Cholesky::new(all.scaled_regular(&hessian)).map(|_| all.covariance(&hessian));
     let design_effect = design_effect(&statistics.score_outer_product.information, &statistics.block_scores, free);
     let covariance = bread.as_ref().map(|bread| bread * squares * bread * design_effect);
@@ -64,11 +64,12 @@ pub(crate) fn sandwich_covariance(
 }
 
 /// `H + Λ` and `B + Λ` over the parameters and, behind them, the odds of contact modes; `known` is
-/// `Λ` of the parameters.
+/// `Λ` of the parameters, and `free` says which of all are estimated.
 pub(crate) fn curvature_and_squares(
     statistics: &ContactModeStatistics,
     known: &DMatrix<f64>,
     priors: &[Vec<ContactModePrior>],
+    free: &FreeParameters,
 ) -> (DMatrix<f64>, DMatrix<f64>) {
     let (parameters, size) = (known.nrows(), statistics.derivatives.information.nrows());
     let odds = size - parameters;
@@ -84,15 +85,21 @@ pub(crate) fn curvature_and_squares(
         let mut of_odds = sum.view_mut((parameters, parameters), (odds, odds));
         of_odds += DMatrix::from_diagonal(&before);
     }
+    let estimated = FreeParameters::new(free.scale().rows(0, parameters).into_owned());
+    let covariance = estimated.covariance(&hessian.view((0, 0), (parameters, parameters)).into_owned());
+    let cross = hessian.view((0, parameters), (parameters, odds)).into_owned();
+    let of_following = cross.tr_mul(&(covariance * &cross));
     let mut of_odds = hessian.view_mut((parameters, parameters), (odds, odds));
     of_odds += DMatrix::from_diagonal(&of_contacts);
-    of_odds.copy_from(&bounded_below(&of_odds.clone_owned(), &before));
+    let profile = bounded_below(&(&of_odds - &of_following), &before);
+    of_odds.copy_from(&(profile + of_following));
     (hessian, squares)
 }
 
-/// Information with at least what was known `before` in every direction. Contacts that are not
-/// informative about which of several surfaces they touch may have a cost that is concave in the
-/// odds of these, but carry no negative information.
+/// The `information` on the odds of contact modes, parameters following, with at least what was
+/// known `before` in every direction. Contacts that are not informative about which of several
+/// surfaces they touch may have a cost that is concave in the odds of these, but carry no negative
+/// information. Their scores by these odds stay in the outer products.
 fn bounded_below(information: &DMatrix<f64>, before: &DVector<f64>) -> DMatrix<f64> {
     // The decomposition does not terminate on NaN.
     if before.is_empty() || information.iter().any(|entry| !entry.is_finite()) {

@@ -33,15 +33,11 @@ pub struct LevenbergMarquardtOptions {
     /// cost, if it moves the whitened rows by less than this (1, ≥ 0, root mean square): a share of
     /// their noise. At 0 the cost judges all steps.
     pub gradient_test_below: f64,
-    /// Share (1, ≥ 0) of the largest scaled information that is added to each direction in the
-    /// decrement that ends the minimization, and in the last step. Directions of less information
-    /// may end standard deviations away from their minimum. At 0 all directions count alike.
-    pub least_information: f64,
 }
 
 /// Where no step descends, a decrement of up to this many times the limit still counts as the
 /// minimum: gaps have kinks, on which a step predicted from one side is lost on the other.
-const KINK_TOLERANCE: f64 = 10.0;
+pub(crate) const KINK_TOLERANCE: f64 = 10.0;
 /// Smallest and largest share of a step that is tried before the damping grows.
 const MIN_STEP_SHARE: f64 = 0.05;
 const MAX_STEP_SHARE: f64 = 0.5;
@@ -109,10 +105,6 @@ pub(crate) fn minimize(
             }
             continue;
         };
-        let is_wider = options.least_information > damping;
-        let strong = is_wider.then(|| normal.damped(free, options.least_information * largest)).flatten();
-        // The last step moves only the directions that count in the decrement.
-        let damped = strong.filter(|strong| strong.decrement(&normal.gradient) <= options.decrement).unwrap_or(damped);
         let step = damped.step(&normal.gradient);
         decrement = -normal.gradient.dot(&step);
         if iterations >= options.max_iterations && decrement > options.decrement {
@@ -173,43 +165,3 @@ fn gain(
 
 #[cfg(test)]
 mod nist;
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// The cost `(1e4 (x − 1))² + (0.1 (y − 25))²`.
-    fn linearize(theta: &DVector<f64>) -> NormalEquations {
-        let mut normal = NormalEquations::new(2);
-        for (k, (slope, minimum)) in [(1e4, 1.0), (0.1, 25.0)].into_iter().enumerate() {
-            let residual = slope * (theta[k] - minimum);
-            normal.add_row(&[k], &[slope], residual, 1.0);
-            normal.cost += residual * residual;
-            normal.rows += 1.0;
-        }
-        normal.complete()
-    }
-
-    /// The damping starts at ten times the information of y, so that y takes more steps than x.
-    #[test]
-    fn a_direction_of_little_information_need_not_be_at_its_minimum() {
-        let end = |least_information| {
-            let options = LevenbergMarquardtOptions {
-                max_iterations: 100,
-                decrement: 1e-2,
-                gradient_test_below: 0.1,
-                least_information,
-            };
-            let free = FreeParameters::new(DVector::repeat(2, 1.0));
-            minimize(linearize, DVector::zeros(2), &free, options, &mut |_, _| ControlFlow::Continue(()))
-        };
-        let (all, strong) = (end(0.0), end(1e-7));
-        for minimum in [&all, &strong] {
-            assert_eq!(minimum.termination.reason, StopReason::Converged);
-            assert!((minimum.theta[0] - 1.0).abs() < 1e-8, "{}", minimum.theta);
-        }
-        let iterations = [&all, &strong].map(|minimum| minimum.termination.iterations);
-        assert!(iterations[1] <= 3 && iterations[0] > 5, "{iterations:?}");
-        assert!(strong.theta[1] < 20.0 && all.theta[1] > 24.9, "{} {}", strong.theta, all.theta);
-    }
-}

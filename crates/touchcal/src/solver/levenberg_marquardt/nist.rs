@@ -22,12 +22,8 @@ const CERTIFIED: f64 = 11.0;
 /// to find.
 const LOST: [(&str, usize); 2] = [("MGH17", 1), ("Eckerle4", 1)];
 /// To the end: 1e-9 of a standard deviation.
-const TO_THE_END: LevenbergMarquardtOptions = LevenbergMarquardtOptions {
-    max_iterations: 2000,
-    decrement: 1e-18,
-    gradient_test_below: 0.03,
-    least_information: 0.0,
-};
+const TO_THE_END: LevenbergMarquardtOptions =
+    LevenbergMarquardtOptions { max_iterations: 2000, decrement: 1e-18, gradient_test_below: 0.03 };
 
 /// A model's value for parameters and predictors.
 type Model = fn(&[f64], &[f64]) -> f64;
