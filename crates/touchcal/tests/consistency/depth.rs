@@ -18,7 +18,8 @@ fn a_depth_that_is_off_moves_estimates_by_no_more_than_they_allow() {
     let mut scenario = Preset::Workcell.scenario(robot).expect("parts");
     scenario.errors.joint_compliance = 1e-4;
     (scenario.friction, scenario.contact_sigma) = (0.0, 0.002e-3);
-    scenario.recorder = Recorder { encoder_sigma: 0.0002f64.to_radians(), ..exact_wrench(&scenario.recorder) };
+    let exact = Recorder::exact(scenario.recorder.rate, scenario.recorder.force_threshold);
+    scenario.recorder = Recorder { encoder_sigma: 0.0002f64.to_radians(), ..exact };
     scenario.touches.iter_mut().for_each(|touch| (touch.depth_sigma, touch.unequal_clearance_sigma) = (0.0, 0.0));
     let simulated = sim::simulate(&scenario, 4).expect("contacts");
     scenario.touches.iter_mut().for_each(|touch| touch.depth_sigma = OFF);
@@ -37,17 +38,4 @@ fn a_depth_that_is_off_moves_estimates_by_no_more_than_they_allow() {
     }
     report("depth off by a standard deviation", &[("largest change in standard deviations", largest)]);
     assert!((0.1..1.1).contains(&largest), "{largest}");
-}
-
-/// The recorder with a wrench that is measured exactly, at once.
-fn exact_wrench(recorder: &Recorder) -> Recorder {
-    Recorder {
-        force_lag: 0.0,
-        force_sigma: 0.0,
-        torque_sigma: 0.0,
-        force_bias: 0.0,
-        torque_bias: 0.0,
-        wrench_scale: 0.0,
-        ..*recorder
-    }
 }
