@@ -13,10 +13,14 @@ function el(name, attributes = {}, ...children) {
   return node;
 }
 
-/** A number to so many significant digits, without an exponent, with a true minus. */
+/** A number to so many significant digits, with an exponent below a millionth, with a true minus. */
 function significant(value, digits = 3) {
   if (value == null) return "–";
-  return value.toLocaleString("en", { maximumSignificantDigits: digits, useGrouping: false }).replace("-", "−");
+  const isTiny = value !== 0 && Math.abs(value) < 1e-6;
+  const text = isTiny
+    ? value.toExponential(digits - 1)
+    : value.toLocaleString("en", { maximumSignificantDigits: digits, useGrouping: false });
+  return text.replaceAll("-", "−");
 }
 function signed(value, decimals) {
   const size = Math.abs(value).toFixed(decimals);
