@@ -5,8 +5,8 @@
 pub enum Stage {
     /// Levenberg–Marquardt on the distances of the contacts from the manifolds' envelopes.
     Coarse,
-    /// Levenberg–Marquardt, expectation–maximisation or Newton's method on the contacts' residuals
-    /// or likelihoods.
+    /// Levenberg–Marquardt, expectation–maximisation or Newton's method on the residuals or
+    /// likelihoods of contacts.
     Fine,
     /// Gradient descent on mean absolute distances
     /// ([`Method::GradientDescent`](crate::estimate::Method)).

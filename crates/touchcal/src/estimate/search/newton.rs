@@ -39,7 +39,11 @@ pub(super) fn newton(search: &mut SearchState<'_>, observe: Observer<'_>) -> boo
         let (theta, measured) = better.unwrap_or((search.theta.clone(), before));
         search.theta = theta;
         let is_converged = measured <= if is_better { 1.0 } else { KINK_TOLERANCE } * options.decrement;
-        let reason = if is_converged { StopReason::Converged } else { StopReason::NoDescent };
+        let reason = match (is_converged, is_better) {
+            (true, _) => StopReason::Converged,
+            (false, true) => StopReason::IterationLimit,
+            (false, false) => StopReason::NoDescent,
+        };
         let iterations = search.termination.iterations;
         search.termination = Termination { reason, measured, threshold: options.decrement, iterations };
         if is_converged || !is_better {
@@ -51,9 +55,9 @@ pub(super) fn newton(search: &mut SearchState<'_>, observe: Observer<'_>) -> boo
 
 /// The parameters after the largest share of a Newton step that is good, and the decrement left
 /// there, by the same information. A share λ is good if it takes the decrement below `(1 − λ/4)²`
-/// of that `before` (restricted monotonicity test: Deuflhard, *Newton methods for nonlinear
-/// problems* (2004), section 3.3); if the step is so long that the cost judges those of
-/// Levenberg–Marquardt too, the cost must fall as well.
+/// of the one `before` (restricted monotonicity test: Deuflhard, *Newton methods for nonlinear
+/// problems* (2004), section 3.3). The cost must fall as well if the step is so long that the cost
+/// would judge a step of Levenberg–Marquardt.
 fn good_step(
     search: &mut SearchState<'_>,
     information: &DampedInformation,

@@ -96,10 +96,10 @@ pub(crate) fn curvature_and_squares(
     (hessian, squares)
 }
 
-/// The `information` on the odds of contact modes, parameters following, with at least what was
-/// known `before` in every direction. Contacts that are not informative about which of several
-/// surfaces they touch may have a cost that is concave in the odds of these, but carry no negative
-/// information. Their scores by these odds stay in the outer products.
+/// The `information` on the odds of contact modes once the parameters are optimized, with at least
+/// what was known `before` in every direction. Contacts that are not informative about which of
+/// several surfaces they touch may have a cost that is concave in the odds of these surfaces, but
+/// carry no negative information. The scores by these odds stay in the outer products.
 fn bounded_below(information: &DMatrix<f64>, before: &DVector<f64>) -> DMatrix<f64> {
     // The decomposition does not terminate on NaN.
     if before.is_empty() || information.iter().any(|entry| !entry.is_finite()) {
