@@ -1,11 +1,18 @@
-//! What the measured load says of candidate contacts: which of them bear it.
+//! Which candidate contacts bear the measured load.
+//!
+//! Where the load is known the likelihood is of the distances of these candidates alone. A surface
+//! that bears a load is touched, whatever the parameters. Whether one of the other surfaces is
+//! touched depends on the load in ways that odds do not describe: estimates of joint compliances
+//! would be biased. The distances of these others add little information: without them standard
+//! deviations are at most a seventh larger.
 
 use crate::manifold::MAX_ROWS;
 use crate::se3::{self, Twist};
 
 /// Least normal force of a candidate that bears the load, as a share (1) of the load's force.
-/// Friction, the sensor's bias and missing candidates leave smaller shares to free candidates.
-const LEAST_SHARE: f64 = 0.3;
+/// Friction with a coefficient up to 0.5, the sensor's bias and missing candidates leave smaller
+/// shares to free candidates.
+const LEAST_SHARE: f64 = 0.5;
 /// The same as a share (1) of the sum of all normal forces: those of a wedged tool add up to a
 /// small load.
 const LEAST_SHARE_OF_SUM: f64 = 0.05;
@@ -18,37 +25,17 @@ const RIDGE: f64 = 0.01;
 const SWEEPS: usize = 50;
 const SETTLED: f64 = 1e-3;
 
-/// What the load says of a candidate contact.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Bearing {
-    /// It does not bear the load, and would push against it or across: it is touched only where
-    /// another contact presses the tool onto it. So are all candidates where the load is zero.
-    Against,
-    /// It does not bear the load, but pushes along it.
-    Along,
-    /// It bears a part of the load.
-    Bears,
-}
-
-impl Bearing {
-    /// Number of classes.
-    pub const COUNT: usize = 3;
-}
-
-/// What the load `[f; τ]` (N, N m) of the fixture on the tool, in the tool frame about its origin,
-/// says of each candidate. Which of them bear it is found by the normal forces `λ ≥ 0` of least
+/// Which of the candidate contacts bear the load `[f; τ]` (N, N m) of the fixture on the tool, in
+/// the tool frame about its origin. These are found by the normal forces `λ ≥ 0` of least
 /// `‖load − Gᵀ λ‖² + 0.01 Σ ‖Gⱼ‖² λⱼ²`, with the derivative `Gⱼ` of each candidate's distance by
 /// the tool's twist as a row of `gradients` (1, m), and moments over the mean lever of the
-/// candidates.
+/// candidates. No candidate bears a load of zero, or one that pulls.
 ///
-/// Friction is not among the forces. It looks like the normal force of another surface, so that
-/// bearing is evidence for a contact, not proof: each class of candidates has odds of its own.
-/// Which class a candidate is of changes with the pose, and a contact's likelihood then jumps;
-/// derivatives are those between jumps.
+/// Friction is not among the forces: it looks like the normal force of another surface.
 ///
 /// Source: the problem is that of Lawson & Hanson, *Solving least squares problems* (1974), chapter
 /// 23; the solution is by coordinate descent.
-pub(crate) fn bearing(load: &Twist, gradients: &[Twist]) -> [Bearing; MAX_ROWS] {
+pub(crate) fn bearing(load: &Twist, gradients: &[Twist]) -> [bool; MAX_ROWS] {
     let squared_levers = gradients.iter().map(|row| se3::angular(row).norm_squared()).sum::<f64>();
     let lever = (squared_levers / gradients.len().max(1) as f64).sqrt().max(LEAST_LEVER);
     let product = |a: &Twist, b: &Twist| {
@@ -76,21 +63,13 @@ pub(crate) fn bearing(load: &Twist, gradients: &[Twist]) -> [Bearing; MAX_ROWS] 
         }
     }
     let least = f64::max(LEAST_SHARE * se3::linear(load).norm(), LEAST_SHARE_OF_SUM * forces.iter().sum::<f64>());
-    std::array::from_fn(|k| {
-        let is_along = gradients.get(k).is_some_and(|row| se3::linear(row).dot(&se3::linear(load)) > 0.0);
-        match (forces[k] > least, is_along) {
-            (true, _) => Bearing::Bears,
-            (false, true) => Bearing::Along,
-            (false, false) => Bearing::Against,
-        }
-    })
+    forces.map(|force| force > least)
 }
 
 #[cfg(test)]
 mod tests {
     use nalgebra::Vector3;
 
-    use super::Bearing::{Against, Along, Bears};
     use super::*;
 
     /// Gradient of the distance of the point `at` (m) of the tool along the unit `normal`.
@@ -116,22 +95,23 @@ mod tests {
             let [tip, facing, rim, facing_rim, floor, _] = bearing(&load, &candidates);
             [tip, facing, rim, facing_rim, floor]
         };
-        assert_eq!(found([10.0, 0.0, 0.0, 0.0, 0.0]), [Bears, Against, Along, Against, Against]);
+        let (t, f) = (true, false);
+        assert_eq!(found([10.0, 0.0, 0.0, 0.0, 0.0]), [t, f, f, f, f]);
         // Wedged: the moment of the pair tells which walls.
-        assert_eq!(found([10.0, 0.0, 0.0, 8.0, 0.0]), [Bears, Against, Along, Bears, Against]);
-        assert_eq!(found([0.0, 10.0, 10.0, 0.0, 15.0]), [Against, Bears, Bears, Against, Bears]);
-        assert_eq!(found([0.0; 5]), [Against; 5]);
+        assert_eq!(found([10.0, 0.0, 0.0, 8.0, 0.0]), [t, f, f, t, f]);
+        assert_eq!(found([0.0, 10.0, 10.0, 0.0, 15.0]), [f, t, t, f, t]);
+        assert_eq!(found([0.0; 5]), [f; 5]);
         // Pulled away from all: none bears.
         let pulled = se3::twist(&Vector3::new(0.0, 0.0, -5.0), &Vector3::zeros());
-        assert_eq!(bearing(&pulled, &candidates), [Against; MAX_ROWS]);
+        assert_eq!(bearing(&pulled, &candidates), [f; MAX_ROWS]);
     }
 
-    /// Friction of 0.25 along a wall looks like a force of the floor, but of less than a third.
+    /// Friction of 0.5 along a wall looks like a force of the floor, but of less than half.
     #[test]
     fn friction_does_not_bear() {
         let candidates = peg();
         let along = candidate([-0.0125, 0.0, 0.0], [0.0, 0.0, 1.0]);
-        let load = candidates[0] * 10.0 + along * 2.5;
-        assert_eq!(bearing(&load, &candidates)[..5], [Bears, Against, Along, Against, Along]);
+        let load = candidates[0] * 10.0 + along * 5.0;
+        assert_eq!(bearing(&load, &candidates)[..5], [true, false, false, false, false]);
     }
 }

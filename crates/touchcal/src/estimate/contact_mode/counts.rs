@@ -15,57 +15,37 @@ const MAX_PROBABILITY: f64 = 0.99;
 /// would alternate about the maximum.
 const OVER_RELAXATION: f64 = 0.5;
 
+/// Least number of free candidates of a surface that are counted besides those of contacts, as by
+/// the prior of Jeffreys, *An invariant form for the prior probability in estimation problems*
+/// (1946), of a probability. Where no candidate was ever free, it is uncertain that none will be.
+const LEAST_FREE: f64 = 0.5;
+
 /// What each region of a fixture counts besides its own contacts: as many candidates for each
 /// surface, active and free in the ratio of all regions of the fixture. A region with few contacts
-/// then has the odds of the others. Each class of candidates (see [`Bearing`](super::Bearing)) has
-/// its own ratio: of candidates that push against the load hardly one is active.
-#[derive(Clone, Debug)]
+/// then has the odds of the others.
+#[derive(Clone, Copy, Debug)]
 pub(crate) struct PseudoCounts {
     /// Contacts that touch something.
     in_contact: f64,
-    /// Number of surfaces in each class.
-    surfaces: usize,
-    /// Candidates of each surface, for each class.
-    classes: Vec<PseudoCandidates>,
-}
-
-/// Candidates of a surface that are counted besides those of contacts.
-#[derive(Clone, Copy, Debug)]
-struct PseudoCandidates {
+    /// Candidates of each surface that are active, and that are free.
     active: f64,
     free: f64,
 }
 
 impl PseudoCounts {
-    /// Of the counts of all `regions` of a fixture, whose surfaces come in so many `classes`; as
-    /// many candidates as hold `strength` active ones on average over all classes.
-    pub fn new(regions: &[ContactCounts], classes: usize, strength: f64) -> Self {
-        let surfaces = regions.first().map_or(0, |region| region.active.len()) / classes;
-        let sum = |of: fn(&ContactCounts) -> &[f64], first: usize, count: usize| -> f64 {
-            regions.iter().map(|region| of(region)[first..first + count].iter().sum::<f64>()).sum()
-        };
-        let active_and_free = |first: usize, count: usize| {
-            let active = sum(|region| &region.active, first, count).max(1.0);
-            (active, (sum(|region| &region.candidates, first, count) - active).max(1.0))
-        };
-        let (all_active, all_free) = active_and_free(0, classes * surfaces);
-        let of_class = |class: usize| {
-            let (active, free) = active_and_free(class * surfaces, surfaces);
-            let share = (all_active + all_free) / (active + free);
-            PseudoCandidates {
-                active: strength * (active / all_active) * share,
-                free: strength * free / all_active * share,
-            }
-        };
-        let classes: Vec<PseudoCandidates> = (0..classes).map(of_class).collect();
-        let active: f64 = classes.iter().map(|class| class.active).sum();
+    /// Of the counts of all `regions` of a fixture; as many candidates of each surface as hold
+    /// `strength` active ones.
+    pub fn new(regions: &[ContactCounts], strength: f64) -> Self {
+        let surfaces = regions.first().map_or(0, |region| region.active.len());
+        let sum = |of: fn(&ContactCounts) -> &[f64]| regions.iter().flat_map(of).sum::<f64>();
+        let active = sum(|region| &region.active).max(1.0);
+        let free = (sum(|region| &region.candidates) - active).max(1.0);
         let in_contact = regions.iter().map(|region| region.in_contact).sum::<f64>();
-        PseudoCounts { in_contact: active * surfaces as f64 * in_contact / all_active, surfaces, classes }
-    }
-
-    /// Of the surface with this index among the odds of a region.
-    fn of(&self, surface: usize) -> PseudoCandidates {
-        self.classes[surface / self.surfaces]
+        PseudoCounts {
+            in_contact: strength * surfaces as f64 * in_contact / active,
+            active: strength,
+            free: (strength * free / active).max(LEAST_FREE),
+        }
     }
 }
 
@@ -142,27 +122,23 @@ impl ContactCounts {
     /// one is touched, or nothing is.
     fn maximize(&self, gate: f64, no_contact: f64, more: &PseudoCounts) -> ContactModePrior {
         let contacts = self.in_contact + more.in_contact;
-        let counts = || self.candidates.iter().zip(&self.active).enumerate();
+        let counts = || self.candidates.iter().zip(&self.active);
         let (mut q, mut z) = (Vec::new(), 1.0);
         for _ in 0..FIXED_POINT_ITERATIONS {
-            let touched = |(k, (_, active)): (usize, (&f64, &f64))| {
-                (z * (active + more.of(k).active) / contacts).min(MAX_PROBABILITY)
-            };
-            q = counts().map(touched).collect();
+            let touched = |active: &f64| (z * (active + more.active) / contacts).min(MAX_PROBABILITY);
+            q = self.active.iter().map(touched).collect();
             z = 1.0 - q.iter().map(|q: &f64| 1.0 - q).product::<f64>();
         }
-        let of_surface = |(k, (candidates, active)): (usize, (&f64, &f64))| {
-            let seen = 1.0 - (1.0 - z) / (1.0 - q[k]) + z * no_contact;
-            let free = (candidates - active).max(0.0) + more.of(k).free;
-            (seen * gate * (active + more.of(k).active) / free).clamp(MIN_ODDS, MAX_ODDS)
+        let of_surface = |((candidates, active), q): ((&f64, &f64), &f64)| {
+            let seen = 1.0 - (1.0 - z) / (1.0 - q) + z * no_contact;
+            let free = (candidates - active).max(0.0) + more.free;
+            (seen * gate * (active + more.active) / free).clamp(MIN_ODDS, MAX_ODDS)
         };
-        let odds = counts().map(of_surface).collect();
-        let pseudo_candidates = |k: usize| more.of(k).active + more.of(k).free;
-        let share = |(k, (candidates, active)): (usize, (&f64, &f64))| {
-            (active + more.of(k).active) / (candidates.max(*active) + pseudo_candidates(k))
-        };
+        let odds = counts().zip(&q).map(of_surface).collect();
+        let pseudo_candidates = more.active + more.free;
+        let share =
+            |(candidates, active): (&f64, &f64)| (active + more.active) / (candidates.max(*active) + pseudo_candidates);
         let active_share = counts().map(share).collect();
-        let pseudo_candidates = pseudo_candidates(0);
         ContactModePrior { odds, no_contact: no_contact * z / (1.0 - z), active_share, pseudo_candidates }
     }
 

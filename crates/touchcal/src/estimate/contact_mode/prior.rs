@@ -6,8 +6,7 @@ use crate::estimate::options::ContactModeOptions;
 ///
 /// The odds `κⱼ` (m) of surface `j` are the probability that it is touched over the density (1/m)
 /// of its distance where it is free. A tool that is held leans to one side, so each surface has
-/// odds of its own. Where the load on the tool is known, each surface counts as several: there are
-/// the odds of all surfaces for each [`Bearing`](super::Bearing), in that order.
+/// odds of its own.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) struct ContactModePrior {
     /// Odds `κⱼ` (m) of each surface of the region.

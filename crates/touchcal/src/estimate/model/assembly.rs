@@ -6,10 +6,11 @@ use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
 use super::calibration_model::CalibrationModel;
-use super::contact_factor::{ContactFactor, residual_rows};
+use super::contact_factor::ContactFactor;
 use super::declared_factors::{add_distances, add_priors};
 use super::linearization::LinearizationPoint;
 use super::objective::Objective;
+use super::residual_rows::residual_rows;
 use crate::manifold::{ContactCache, Residual};
 use crate::se3::Pose;
 use crate::solver::{Loss, NormalEquations};
@@ -187,7 +188,7 @@ fn add_factor(
     let problem = point.model.problem;
     let index = &point.model.layout.dependencies[problem.contacts.fixture(i)];
     let width = index.len();
-    if let Some((likelihood, _)) = factor.likelihood() {
+    if let Some(likelihood) = factor.likelihood() {
         let (score, information) = (&likelihood.score, &likelihood.complete_information);
         normal.add_form(index, factor.jacobian(width), |r| share * score[r], |r, s| share * information[(r, s)]);
         for (&k, of_noise) in index.iter().zip(factor.load_noise_score(width)) {

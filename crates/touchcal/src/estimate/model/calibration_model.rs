@@ -5,7 +5,7 @@ use nalgebra::{DVector, Vector3};
 use super::layout::ParameterLayout;
 use super::noise::NoiseModel;
 use super::trend_axis::TrendAxis;
-use crate::estimate::contact_mode::{Bearing, ContactModePrior};
+use crate::estimate::contact_mode::ContactModePrior;
 use crate::estimate::problem::{Noise, Problem, ShapeTolerance};
 use crate::manifold::{Residual, ResidualKind, SurfaceCounts};
 use crate::parameter::{Parameter, ParameterId};
@@ -27,11 +27,18 @@ pub(crate) struct CalibrationModel<'p> {
     pub trend_axis: TrendAxis,
     /// Variances of the measurements, with estimated factors.
     pub noise: NoiseModel,
-    /// Prior of the contact mode, for each fixture and each region of its manifold.
+    /// Prior of the contact mode, for each fixture and each region of its manifold: those of
+    /// contacts whose load is not used, and behind them those of contacts whose load is, if there
+    /// are both.
     pub mode_priors: Vec<Vec<ContactModePrior>>,
-    /// For each fixture the number of odds of each surface: one for each [`Bearing`] where loads
-    /// are known and used.
-    odds_per_surface: Vec<usize>,
+    /// The normals (tool frame) of the surfaces that bear the load of each contact, see
+    /// [`set_bearing_normals`](super::set_bearing_normals). Empty until then: the surfaces that
+    /// bear a load are found at each evaluation.
+    pub bearing_normals: Vec<Vec<Vector3<f64>>>,
+    /// Whether joints deflect under loads of contacts.
+    uses_loads: bool,
+    /// For each fixture the number of regions of its manifold.
+    regions: Vec<usize>,
 }
 
 impl<'p> CalibrationModel<'p> {
@@ -39,10 +46,11 @@ impl<'p> CalibrationModel<'p> {
     pub fn new(problem: &'p Problem) -> Self {
         let layout = ParameterLayout::new(problem);
         let kinematics = Kinematics::new(&problem.robot, &layout.kinematic(), problem.tool.tip_from_tool);
-        let odds_per_surface = odds_per_surface(problem);
-        let mode_priors = problem.fixtures.iter().zip(&odds_per_surface).map(|(fixture, odds)| {
-            let SurfaceCounts { regions, per_region } = fixture.manifold.surface_counts();
-            vec![ContactModePrior::initial(odds * per_region, &problem.options.contact_mode); regions]
+        let counts: Vec<SurfaceCounts> =
+            problem.fixtures.iter().map(|fixture| fixture.manifold.surface_counts()).collect();
+        let mode_priors = counts.iter().zip(kinds_of_contacts(problem)).map(|(counts, kinds)| {
+            let prior = ContactModePrior::initial(counts.per_region, &problem.options.contact_mode);
+            vec![prior; kinds * counts.regions]
         });
         CalibrationModel {
             problem,
@@ -50,7 +58,9 @@ impl<'p> CalibrationModel<'p> {
             trend_axis: TrendAxis::new(problem),
             noise: NoiseModel::new(&problem.robot, &problem.noise),
             mode_priors: mode_priors.collect(),
-            odds_per_surface,
+            bearing_normals: Vec::new(),
+            uses_loads: problem.uses_loads(),
+            regions: counts.iter().map(|counts| counts.regions).collect(),
             kinematics,
             layout,
         }
@@ -67,7 +77,9 @@ impl<'p> CalibrationModel<'p> {
             trend_axis: self.trend_axis,
             noise: self.noise.clone(),
             mode_priors: self.mode_priors.clone(),
-            odds_per_surface: self.odds_per_surface.clone(),
+            bearing_normals: self.bearing_normals.clone(),
+            uses_loads: self.uses_loads,
+            regions: self.regions.clone(),
             layout,
         }
     }
@@ -111,35 +123,33 @@ impl<'p> CalibrationModel<'p> {
         errors
     }
 
-    /// Region of fixture `f`'s manifold that the candidate contacts belong to (an index, 0 if there
-    /// are none).
-    pub fn region(&self, f: usize, candidates: &Residual) -> usize {
-        candidates.surfaces().first().map_or(0, |surface| surface / self.surfaces(f))
-    }
-
-    /// Index, among the odds of its region, of those of a candidate contact of contact `i` with
-    /// `surface` of the manifold.
-    pub fn odds_index(&self, i: usize, surface: usize, bearing: Bearing) -> usize {
+    /// Index, among the priors of its fixture, of that of contact `i` with these candidates: of
+    /// their region of the manifold, or of the first if there are none.
+    pub fn region(&self, i: usize, candidates: &Residual) -> usize {
         let f = self.problem.contacts.fixture(i);
-        let class = if self.odds_per_surface[f] == Bearing::COUNT { bearing as usize } else { 0 };
-        surface % self.surfaces(f) + class * self.surfaces(f)
+        let region = candidates.surfaces().first().map_or(0, |surface| surface / self.surfaces(f));
+        let is_behind = self.uses_load_of(i) && self.mode_priors[f].len() > self.regions[f];
+        region + if is_behind { self.regions[f] } else { 0 }
     }
 
-    /// Whether the load of contact `i` says which candidates are touched. Where it is not known,
-    /// but those of other contacts are, all candidates count as bearing.
+    /// Index, among the odds of its region, of those of a `surface` of fixture `f`'s manifold.
+    pub fn odds_index(&self, f: usize, surface: usize) -> usize {
+        surface % self.surfaces(f)
+    }
+
+    /// Whether the load of contact `i` says which candidates are touched.
     pub fn uses_load_of(&self, i: usize) -> bool {
-        let contacts = &self.problem.contacts;
-        self.odds_per_surface[contacts.fixture(i)] == Bearing::COUNT && contacts.known_load(i).is_some()
+        self.uses_loads && self.problem.contacts.known_load(i).is_some()
     }
 
-    /// Number of odds of each surface of fixture `f`: one, or one for each [`Bearing`].
-    pub fn odds_per_surface(&self, f: usize) -> usize {
-        self.odds_per_surface[f]
+    /// Number of regions of fixture `f`'s manifold, at least 1.
+    pub fn regions(&self, f: usize) -> usize {
+        self.regions[f].max(1)
     }
 
     /// Number of surfaces in each region of fixture `f`'s manifold.
     fn surfaces(&self, f: usize) -> usize {
-        self.mode_priors[f].first().map_or(1, |prior| prior.odds.len() / self.odds_per_surface[f])
+        self.mode_priors[f].first().map_or(1, |prior| prior.odds.len())
     }
 
     /// Column of the first `ln κⱼ` of a region of fixture `f` where the odds count as parameters
@@ -150,14 +160,16 @@ impl<'p> CalibrationModel<'p> {
     }
 }
 
-/// Number of odds of each surface of each fixture.
-fn odds_per_surface(problem: &Problem) -> Vec<usize> {
-    let mut numbers = vec![1; problem.fixtures.len()];
-    if problem.uses_loads() {
-        let loaded = (0..problem.contacts.len()).filter(|&i| problem.contacts.known_load(i).is_some());
-        loaded.for_each(|i| numbers[problem.contacts.fixture(i)] = Bearing::COUNT);
+/// For each fixture 2 if the loads of some of its contacts are used and those of others are not
+/// known, and 1 otherwise.
+fn kinds_of_contacts(problem: &Problem) -> Vec<usize> {
+    let uses_loads = problem.uses_loads();
+    let mut has = vec![[false; 2]; problem.fixtures.len()];
+    for i in 0..problem.contacts.len() {
+        let is_used = uses_loads && problem.contacts.known_load(i).is_some();
+        has[problem.contacts.fixture(i)][usize::from(is_used)] = true;
     }
-    numbers
+    has.iter().map(|[without, with]| if *without && *with { 2 } else { 1 }).collect()
 }
 
 /// Declared poses, and for fixtures without one the mean tool position of their contacts by the

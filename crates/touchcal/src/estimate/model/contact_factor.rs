@@ -1,17 +1,22 @@
 //! The factor of one contact: its residual or likelihood, with derivatives by the parameters.
 
-use nalgebra::Matrix6;
+use nalgebra::{Matrix6, Vector3};
 
 use super::linearization::LinearizationPoint;
 use super::objective::Objective;
+use super::residual_rows::residual_rows;
 use super::whitening::{pose_covariance, row_covariance, whiten};
 use crate::estimate::contact_mode::{
-    Bearing, CandidateContacts, CandidateMatrix, CandidateVector, MarginalLikelihood, bearing, marginal_likelihood,
+    CandidateContacts, CandidateMatrix, CandidateVector, MarginalLikelihood, bearing, marginal_likelihood,
 };
 use crate::manifold::{ContactCache, Gate, MAX_ROWS, Residual, axis_direction};
 use crate::parameter::ParameterId;
 use crate::robot::{KinematicParameter, KinematicsScratch};
 use crate::se3::{self, Pose, Twist};
+
+/// Cosine of the angle between the normals of two candidates from which on they are of one surface;
+/// candidates of one pose are farther apart.
+const ALIKE: f64 = 0.95;
 
 /// The factor of one contact, evaluated in place.
 pub(crate) struct ContactFactor {
@@ -27,7 +32,9 @@ pub(crate) struct ContactFactor {
     /// What noise of the load adds to the derivatives of the likelihood, and to its cost.
     load_noise_score: Vec<f64>,
     load_noise_cost: f64,
-    /// Index of each candidate's odds among those of its region.
+    /// Index of the contact mode prior of the candidates, see
+    /// [`region`](CalibrationModel::region), and of each one's odds in it.
+    region: usize,
     odds_indices: [usize; MAX_ROWS],
     /// Whether the surfaces of the candidate contacts can be distinguished.
     is_distinct: bool,
@@ -49,6 +56,7 @@ impl ContactFactor {
             likelihood: None,
             load_noise_score: vec![0.0; point.model.layout.len()],
             load_noise_cost: 0.0,
+            region: 0,
             odds_indices: [0; MAX_ROWS],
             is_distinct: true,
             with_odds_derivatives,
@@ -76,10 +84,9 @@ impl ContactFactor {
         self.sigma
     }
 
-    /// The marginal likelihood of a one-sided contact, and its candidate contacts; `None` after the
-    /// evaluation of a residual.
-    pub fn likelihood(&self) -> Option<(&MarginalLikelihood, &Residual)> {
-        self.likelihood.as_ref().map(|likelihood| (likelihood, &self.rows))
+    /// The marginal likelihood of a one-sided contact; `None` after the evaluation of a residual.
+    pub fn likelihood(&self) -> Option<&MarginalLikelihood> {
+        self.likelihood.as_ref()
     }
 
     /// What noise of the load adds on average to the derivative of `−ln L` of the
@@ -103,6 +110,11 @@ impl ContactFactor {
     /// [`load_noise_score`](ContactFactor::load_noise_score).
     pub fn load_noise_cost(&self) -> f64 {
         self.load_noise_cost
+    }
+
+    /// Index of the contact mode prior of the candidates among those of their fixture.
+    pub fn region(&self) -> usize {
+        self.region
     }
 
     /// Index of each candidate's odds among those of its region.
@@ -191,7 +203,7 @@ impl ContactFactor {
     /// Evaluates the marginal likelihood of contact `i`, which is one-sided; `cache` is that of the
     /// contact.
     pub fn evaluate_modes(&mut self, point: &LinearizationPoint<'_>, i: usize, cache: &mut ContactCache) {
-        let candidates = self.evaluate_candidates(point, i, cache);
+        let candidates = self.evaluate_bearing(point, i, cache);
         let likelihood = marginal_likelihood(&candidates, &point.model.problem.options.contact_mode);
         self.find_load_noise_score(point, i, &likelihood.observed_information);
         self.likelihood = Some(likelihood);
@@ -254,7 +266,7 @@ impl ContactFactor {
         }
     }
 
-    /// Evaluates the candidate contacts of contact `i`, which is one-sided; `cache` is that of the
+    /// Evaluates all candidate contacts of contact `i`, which is one-sided; `cache` is that of the
     /// contact. The rows are their distances, and [`gaps`](ContactFactor::gaps) those with their
     /// gap biases.
     pub fn evaluate_candidates(
@@ -263,6 +275,36 @@ impl ContactFactor {
         i: usize,
         cache: &mut ContactCache,
     ) -> CandidateContacts {
+        let (pose, gate) = self.find_candidates(point, i, cache);
+        self.candidates(point, i, (&pose, &gate))
+    }
+
+    /// Evaluates candidate contacts likewise: those that bear the contact's load, if it is used.
+    pub fn evaluate_bearing(
+        &mut self,
+        point: &LinearizationPoint<'_>,
+        i: usize,
+        cache: &mut ContactCache,
+    ) -> CandidateContacts {
+        let (pose, gate) = self.find_candidates(point, i, cache);
+        match point.model.bearing_normals.get(i) {
+            _ if !point.model.uses_load_of(i) => {}
+            Some(bearing) => self.rows.retain(|_, row| bearing.iter().any(|one| one.dot(&se3::linear(row)) > ALIKE)),
+            None => {
+                let mut bears = bearing(&point.load_on_tool(i), self.rows.jacobian()).into_iter();
+                self.rows.retain(|_, _| bears.next() == Some(true));
+            }
+        }
+        self.candidates(point, i, (&pose, &gate))
+    }
+
+    /// Normals (tool frame) of the candidates.
+    pub fn normals(&self) -> impl Iterator<Item = Vector3<f64>> {
+        self.rows.jacobian().iter().map(se3::linear)
+    }
+
+    /// The rows of the candidates of contact `i`, with its pose and their gate.
+    fn find_candidates(&mut self, point: &LinearizationPoint<'_>, i: usize, cache: &mut ContactCache) -> (Pose, Gate) {
         let model = point.model;
         let f = model.problem.contacts.fixture(i);
         let pose = point.pose_and_jacobian(i, &mut self.q, &mut self.kinematics);
@@ -276,9 +318,7 @@ impl ContactFactor {
         self.rows.clear();
         let manifold = &model.problem.fixtures[f].manifold;
         self.is_distinct = manifold.candidate_contacts(&pose, &gate, cache, &mut self.rows);
-        self.subtract_gap_biases(point, i, &pose);
-        self.likelihood = None;
-        self.candidates(point, i, &gate)
+        (pose, gate)
     }
 
     /// Distances (m) of the rows as the manifold has them, with their gap biases.
@@ -303,17 +343,21 @@ impl ContactFactor {
         }
     }
 
-    fn candidates(&mut self, point: &LinearizationPoint<'_>, i: usize, gate: &Gate) -> CandidateContacts {
+    /// The candidates in the rows, with all that depends on them.
+    fn candidates(
+        &mut self,
+        point: &LinearizationPoint<'_>,
+        i: usize,
+        (pose, gate): (&Pose, &Gate),
+    ) -> CandidateContacts {
+        self.subtract_gap_biases(point, i, pose);
+        self.likelihood = None;
         let (model, f) = (point.model, point.model.problem.contacts.fixture(i));
-        let prior = &model.mode_priors[f][model.region(f, &self.rows)];
-        let bearing_of = if model.uses_load_of(i) {
-            bearing(&point.load_on_tool(i), self.rows.jacobian())
-        } else {
-            [Bearing::Bears; MAX_ROWS]
-        };
+        self.region = model.region(i, &self.rows);
+        let prior = &model.mode_priors[f][self.region];
         let (mut distances, mut odds) = (CandidateVector::zeros(), CandidateVector::repeat(1.0));
         for (k, &surface) in self.rows.surfaces().iter().enumerate() {
-            self.odds_indices[k] = model.odds_index(i, surface, bearing_of[k]);
+            self.odds_indices[k] = model.odds_index(f, surface);
             distances[k] = self.residual[k];
             odds[k] = prior.odds[self.odds_indices[k]];
         }
@@ -353,25 +397,4 @@ impl ContactFactor {
 /// Derivatives of the distances with these `gradients` by a `motion` of the tool.
 fn distances_by(gradients: &[Twist], motion: &Twist) -> CandidateVector {
     CandidateVector::from_fn(|r, _| gradients.get(r).map_or(0.0, |row| row.dot(motion)))
-}
-
-/// The rows of fixture `f`'s manifold at poses of contacts with it, written to `rows`, for an
-/// envelope or residual objective.
-pub(crate) fn residual_rows(
-    point: &LinearizationPoint<'_>,
-    f: usize,
-    fixture_from_tool: &[Pose],
-    objective: Objective,
-    rows: &mut [Residual],
-) {
-    let manifold = &point.model.problem.fixtures[f].manifold;
-    match objective {
-        Objective::Residual(_) | Objective::ContactModes => {
-            manifold.residuals(fixture_from_tool, point.model.noise.resolution, rows);
-        }
-        Objective::Envelope => fixture_from_tool.iter().zip(rows).for_each(|(pose, rows)| {
-            rows.clear();
-            manifold.envelope(pose, rows);
-        }),
-    }
 }

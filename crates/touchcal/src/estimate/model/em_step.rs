@@ -39,10 +39,6 @@ pub(crate) struct Expectation<'b> {
     pub stride: usize,
     /// Those of [`no_contact_bounds`](super::no_contact_bounds).
     pub no_contact_bounds: &'b [f64],
-    /// Whether the parameters are rough. The load then says little of the candidates, and
-    /// pseudo-counts are of all classes together: with pseudo-counts of each class alone, a class
-    /// with few active candidates would count as never touched.
-    pub is_rough: bool,
 }
 
 /// Updates the model's contact odds, noise of candidate contacts and prior widths of groups of
@@ -135,10 +131,12 @@ fn maximize_priors(
         let (counts, before) = (&statistics.counts[f], &model.mode_priors[f]);
         let sum = |of: fn((f64, f64)) -> f64| counts.iter().map(|counts| of(counts.contacts())).sum::<f64>();
         let no_contact = (sum(|(_, none)| none).max(1.0) / sum(|(some, _)| some).max(1.0)).min(*bound);
-        let classes = if expectation.is_rough { 1 } else { model.odds_per_surface(f) };
-        let more = PseudoCounts::new(counts, classes, options.odds_strength);
-        let regions = counts.iter().zip(before);
-        regions.map(|(counts, before)| counts.m_step(before, gate, no_contact, &more)).collect()
+        let kinds = counts.chunks(model.regions(f)).zip(before.chunks(model.regions(f)));
+        let of_kind = |(counts, before): (&[ContactCounts], &[ContactModePrior])| -> Vec<ContactModePrior> {
+            let more = PseudoCounts::new(counts, options.odds_strength);
+            counts.iter().zip(before).map(|(counts, before)| counts.m_step(before, gate, no_contact, &more)).collect()
+        };
+        kinds.flat_map(of_kind).collect()
     };
     expectation.no_contact_bounds.iter().enumerate().map(of_fixture).collect()
 }

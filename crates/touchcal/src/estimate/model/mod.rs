@@ -2,6 +2,7 @@
 //! the cost, and their sums.
 
 mod assembly;
+mod bearing_normals;
 mod calibration_model;
 mod contact_factor;
 mod declared_factors;
@@ -13,6 +14,7 @@ mod mode_statistics;
 mod noise;
 mod objective;
 mod omitted_effects;
+mod residual_rows;
 mod resolution;
 mod stretches;
 mod trend_axis;
@@ -20,6 +22,7 @@ mod walk_rest;
 mod whitening;
 
 pub(crate) use assembly::{contact_caches, contact_equations, normal_equations, whitened_norms};
+pub(crate) use bearing_normals::set_bearing_normals;
 pub(crate) use calibration_model::CalibrationModel;
 pub(crate) use contact_factor::ContactFactor;
 pub(crate) use declared_factors::{add_distances, add_priors, distance_information, distance_row, prior_information};

@@ -12,7 +12,7 @@ use super::linearization::LinearizationPoint;
 use super::objective::Objective;
 use super::stretches::{MAX_STRETCHES, Stretch, stretches};
 use crate::estimate::contact_mode::{ContactCounts, ContactModePrior, MarginalLikelihood};
-use crate::manifold::{ContactCache, MAX_ROWS, Residual};
+use crate::manifold::{ContactCache, MAX_ROWS};
 use crate::solver::NormalEquations;
 
 /// Which second derivatives are summed.
@@ -195,7 +195,7 @@ impl ContactModeStatistics {
         &mut self,
         model: &CalibrationModel<'_>,
         factor: &ContactFactor,
-        (likelihood, candidates): (&MarginalLikelihood, &Residual),
+        likelihood: &MarginalLikelihood,
         rows: &mut BatchRows,
     ) {
         let f = rows.fixture;
@@ -215,7 +215,7 @@ impl ContactModeStatistics {
             }
         }
         self.derivatives.cost += 2.0 * (likelihood.nll - factor.load_noise_cost());
-        let region = model.region(f, candidates);
+        let region = factor.region();
         if self.curvature == Curvature::Observed {
             self.add_odds(model, (f, region), (factor, rows), likelihood);
         }

@@ -8,7 +8,7 @@ use super::newton::newton;
 use super::state::SearchState;
 use crate::estimate::model::{
     Curvature, Expectation, Objective, contact_mode_statistics, distance_information, em_step, extended_or_own,
-    no_contact_bounds, prior_information, residual_stretches, with_walk_rest,
+    no_contact_bounds, prior_information, residual_stretches, set_bearing_normals, with_walk_rest,
 };
 use crate::estimate::result::{Observer, PredictiveCheck, Progress, Stage};
 use crate::estimate::uncertainty::{Sandwich, predictive_check, sandwich_covariance};
@@ -48,9 +48,11 @@ pub(crate) fn refine(search: &mut SearchState<'_>, observe: Observer<'_>) {
         if search.model.problem.noise.is_estimated {
             noise.factor *= std::mem::replace(&mut noise.mode_factor, 1.0);
         }
+        fix_bearing(search);
         let fine = search.options().fine_contact_modes;
         let near = LevenbergMarquardtOptions { decrement: NEWTON_DECREMENT.max(fine.decrement), ..fine };
         search.minimize(Objective::ContactModes, 1, near, observe);
+        fix_bearing(search);
         if search.is_finished() && !newton(search, observe) {
             search.minimize(Objective::ContactModes, 1, fine, observe);
             if search.is_finished() {
@@ -60,6 +62,11 @@ pub(crate) fn refine(search: &mut SearchState<'_>, observe: Observer<'_>) {
     } else if search.model.has_one_sided_contacts() {
         fine(search, observe);
     }
+}
+
+/// Fixes the surfaces that bear the loads of contacts at the present parameters.
+fn fix_bearing(search: &mut SearchState<'_>) {
+    set_bearing_normals(&mut search.model, &search.theta, &mut search.caches);
 }
 
 /// Estimates the odds of contact modes by expectation–maximisation and, with subsamples, finds the
@@ -93,9 +100,9 @@ pub(super) fn fit_contact_modes(search: &mut SearchState<'_>, observe: Observer<
 fn maximize_expectation(search: &mut SearchState<'_>, observe: Observer<'_>) {
     let options = search.model.problem.options.contact_mode;
     let bounds = no_contact_bounds(&search.model, &search.theta, search.model.stride(options.em_subsample[0]));
-    for (k, subsample) in options.em_subsample.into_iter().enumerate() {
+    for subsample in options.em_subsample {
         let stride = search.model.stride(subsample);
-        let expectation = Expectation { stride, no_contact_bounds: &bounds, is_rough: k == 0 };
+        let expectation = Expectation { stride, no_contact_bounds: &bounds };
         // Fewer contacts determine the odds less.
         let tolerance = options.em_tolerance * options.em_subsample[1] as f64 / subsample as f64;
         for iteration in 1..=options.em_max_iterations {

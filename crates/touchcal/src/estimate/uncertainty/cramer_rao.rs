@@ -17,7 +17,8 @@ const EM_SUBSAMPLE: usize = 3000;
 const EM_TOLERANCE: f64 = 0.25;
 
 /// The Cramér–Rao bound: the covariance (SI) that no unbiased estimate from contacts at the same
-/// joint positions can beat; square, rows and columns in the order of
+/// joint positions can beat, where loads are used none from the surfaces that bear them; square,
+/// rows and columns in the order of
 /// [`Estimate::parameters`](crate::estimate::Estimate::parameters).
 ///
 /// It is the inverse of the information at the true parameters: `truth(id)` is the true value of
@@ -41,7 +42,7 @@ pub fn cramer_rao(problem: &Problem, truth: impl Fn(ParameterId) -> f64) -> DMat
         set_resolution(&mut model, &theta, 1);
         let stride = model.stride(EM_SUBSAMPLE);
         let bounds = no_contact_bounds(&model, &theta, stride);
-        let expectation = Expectation { stride, no_contact_bounds: &bounds, is_rough: false };
+        let expectation = Expectation { stride, no_contact_bounds: &bounds };
         for _ in 0..EM_ITERATIONS {
             if em_step(&mut model, &theta, &free, expectation, &mut caches).change < EM_TOLERANCE {
                 break;
