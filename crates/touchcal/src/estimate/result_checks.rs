@@ -3,7 +3,7 @@
 use std::f64::consts::TAU;
 
 use super::input_checks::input_warnings;
-use super::model::has_exact_declarations;
+use super::model::{has_exact_declarations, unborne_share};
 use super::options::WarningThresholds;
 use super::problem::{Fixture, Problem};
 use super::result::{EffectTest, Estimate, OmittedEffect, ParameterEstimate, Warning};
@@ -15,6 +15,9 @@ use crate::se3::Pose;
 
 /// Prior standard deviations from which a rotation of a part is ruled out.
 const SYMMETRY_DEVIATIONS: f64 = 5.0;
+/// Largest share (0 to 1) of contacts with a load that no surface bears: friction and missing
+/// candidates leave some.
+const MAX_UNBORNE: f64 = 0.5;
 /// Largest noise (m) of contacts that is learned: real arms with backlash and printed sockets leave
 /// two millimetres.
 const MAX_LEARNED_NOISE: f64 = 10e-3;
@@ -129,6 +132,10 @@ fn fit_warnings(search: &SearchState<'_>, statistics: &FitStatistics, estimate: 
         let is_limited = design_effect < thresholds.design_effect[1] || is_explained;
         let usable = is_limited && !is_unexplained;
         warnings.push(Warning::CorrelatedErrors { design_effect, usable });
+    }
+    let stride = search.model.stride(problem.options.contact_mode.em_subsample[0]);
+    if let Some(share) = unborne_share(&search.model, &search.theta, stride).filter(|&share| share > MAX_UNBORNE) {
+        warnings.push(Warning::LoadNotBorne { share });
     }
     let informative = search.informative_share.filter(|_| statistics.has_least_gap_inflation);
     if let Some(informative_fraction) = informative.map(|share| share.of_all) {

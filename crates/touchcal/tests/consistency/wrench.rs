@@ -4,12 +4,13 @@
 use std::ops::ControlFlow;
 
 use touchcal::contact::ContactLog;
-use touchcal::estimate::{Estimate, WrenchTolerance};
+use touchcal::estimate::{Estimate, Problem, Status, Warning, WrenchTolerance};
 use touchcal::experiment::falsified::{Excitation, FalsifiedKind, FalsifiedOptions, falsified_trial};
 use touchcal::experiment::problem;
 use touchcal::io::urdf::{self, Ends};
 use touchcal::parameter::ParameterId;
 use touchcal::robot::KinematicParameter;
+use touchcal::se3::Wrench;
 use touchcal::sim::{self, Preset, Scenario, Truth};
 
 use crate::nees::NeesSum;
@@ -107,15 +108,7 @@ fn some_contacts_have_loads() {
         scenario.errors.joint_compliance = 1e-7;
         let simulated = sim::simulate(&scenario, seed).expect("contacts");
         let mut problem = problem(&scenario, &simulated);
-        let all = std::mem::replace(&mut problem.contacts, ContactLog::new(problem.robot.dof()));
-        let file = problem.contacts.add_file("hole");
-        problem.contacts.set_load_lag(file, 0.0);
-        for i in 0..all.len() {
-            problem.contacts.push(all.q(i), all.fixture(i), all.source(i));
-            if i % 3 == 0 {
-                problem.contacts.set_load(all.load(i));
-            }
-        }
+        set_loads(&mut problem, |i, load| (i % 3 == 0).then_some(load));
         let estimate = solve(&problem);
         sum.add(&estimate, &simulated.truth);
         assert!(estimate.status.is_usable(), "seed {seed}: {:?}", estimate.warnings);
@@ -123,6 +116,32 @@ fn some_contacts_have_loads() {
     let nees = sum.per_parameter();
     report("some contacts have loads", &[("NEES for each parameter", nees)]);
     assert!((0.5..1.7).contains(&nees), "{nees}");
+}
+
+/// The load is declared to act on the other body. Negative compliances would explain the contacts
+/// as well.
+#[test]
+fn a_load_of_the_other_body_is_not_borne() {
+    let scenario = scenario();
+    let mut problem = problem(&scenario, &sim::simulate(&scenario, 1).expect("contacts"));
+    set_loads(&mut problem, |_, load| Some(load.map(|component| -component)));
+    let estimate = solve(&problem);
+    let is_not_borne = |warning: &Warning| matches!(warning, Warning::LoadNotBorne { .. });
+    assert!(estimate.warnings.iter().any(is_not_borne), "{:?}", estimate.warnings);
+    assert_eq!(estimate.status, Status::NotUsable);
+}
+
+/// Gives each contact the load that `load(i, before)` makes of its own.
+fn set_loads(problem: &mut Problem, load: impl Fn(usize, Wrench) -> Option<Wrench>) {
+    let all = std::mem::replace(&mut problem.contacts, ContactLog::new(problem.robot.dof()));
+    let file = problem.contacts.add_file("hole");
+    problem.contacts.set_load_lag(file, 0.0);
+    for i in 0..all.len() {
+        problem.contacts.push(all.q(i), all.fixture(i), all.source(i));
+        if let Some(load) = load(i, all.load(i)) {
+            problem.contacts.set_load(load);
+        }
+    }
 }
 
 /// A noisy sensor, without friction. Where its noise is not declared, joints seem stiffer than they

@@ -18,6 +18,24 @@ pub(crate) fn set_bearing_normals(model: &mut CalibrationModel<'_>, theta: &DVec
     }
 }
 
+/// Share (0 to 1) of contacts in which no candidate bears the load, among every `stride`-th that
+/// has candidates and whose load is used; `None` without such contacts.
+pub(crate) fn unborne_share(model: &CalibrationModel<'_>, theta: &DVector<f64>, stride: usize) -> Option<f64> {
+    let mut model = model.clone();
+    model.bearing_normals.clear();
+    let point = LinearizationPoint::new(&model, theta);
+    let has_load = |i: &usize| model.is_one_sided(*i) && model.uses_load_of(*i);
+    let mut factor = ContactFactor::new(&point, false);
+    let mut is_unborne = |i: usize| {
+        let has_candidates = factor.evaluate_candidates(&point, i, &mut ContactCache::default()).count > 0;
+        let bearing = factor.evaluate_bearing(&point, i, &mut ContactCache::default()).count;
+        has_candidates.then_some(bearing == 0)
+    };
+    let each = (0..model.problem.contacts.len()).step_by(stride).filter(has_load).filter_map(&mut is_unborne);
+    let (unborne, all) = each.fold((0, 0), |(unborne, all), is_unborne| (unborne + usize::from(is_unborne), all + 1));
+    (all > 0).then(|| unborne as f64 / all as f64)
+}
+
 fn found(point: &LinearizationPoint<'_>, caches: &mut [ContactCache]) -> Vec<Vec<Vector3<f64>>> {
     let model = point.model;
     let of_contact = |factor: &mut ContactFactor, (i, cache): (usize, &mut ContactCache)| {

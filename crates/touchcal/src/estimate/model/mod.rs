@@ -22,7 +22,7 @@ mod walk_rest;
 mod whitening;
 
 pub(crate) use assembly::{contact_caches, contact_equations, normal_equations, whitened_norms};
-pub(crate) use bearing_normals::set_bearing_normals;
+pub(crate) use bearing_normals::{set_bearing_normals, unborne_share};
 pub(crate) use calibration_model::CalibrationModel;
 pub(crate) use contact_factor::ContactFactor;
 pub(crate) use declared_factors::{add_distances, add_priors, distance_information, distance_row, prior_information};

@@ -5,11 +5,12 @@ use super::effect_test::OmittedEffect;
 use super::evaluation::Contradiction;
 use super::status::Severity;
 use super::warning_text::{
-    arm_undetermined_message, competing_minimum_message, design_effect_message, distance_message,
-    far_from_prior_advice, far_from_prior_message, few_informative_message, harmonics_message, implausible_message,
-    little_motion_message, many_rejected_message, no_uncertainty_message, noise_contradicted_message, noise_message,
-    not_touching_message, omitted_effect_message, origin_message, prediction_message, scale_message,
-    symmetric_part_message, too_few_contacts_message, unobservable_message,
+    COMMON_SCALE_ADVICE, CORRELATED_ERRORS_ADVICE, HARMONICS_ADVICE, LOAD_NOT_BORNE_ADVICE, NO_LIKELIHOOD_ADVICE,
+    NOT_TOUCHING_ADVICE, PREDICTION_ADVICE, arm_undetermined_message, competing_minimum_message, design_effect_message,
+    distance_message, far_from_prior_advice, far_from_prior_message, few_informative_message, harmonics_message,
+    implausible_message, little_motion_message, load_not_borne_message, many_rejected_message, no_uncertainty_message,
+    noise_contradicted_message, noise_message, not_touching_message, omitted_effect_message, origin_message,
+    prediction_message, scale_message, symmetric_part_message, too_few_contacts_message, unobservable_message,
 };
 use crate::se3::Pose;
 
@@ -96,6 +97,11 @@ pub enum Warning {
         /// Whether the result may be used: there are some, and no place is declared exact, which
         /// would have to be tested.
         usable: bool,
+    },
+    /// In most contacts with a measured load no surface near the tool bears it.
+    LoadNotBorne {
+        /// Share of these contacts, 0 to 1.
+        share: f64,
     },
     /// Searches from other starts ended in other minima, and contacts do not tell which one is
     /// right.
@@ -225,6 +231,7 @@ impl Warning {
             | Warning::Implausible { .. }
             | Warning::NoiseContradicted { .. }
             | Warning::NotTouching { .. }
+            | Warning::LoadNotBorne { .. }
             | Warning::MistakenDeclaration { .. }
             | Warning::CompetingMinimum { .. } => Severity::Unusable,
             Warning::CorrelatedErrors { usable, .. }
@@ -262,6 +269,7 @@ impl Warning {
             Warning::CorrelatedErrors { .. } => "correlated_errors",
             Warning::NotTouching { .. } => "not_touching",
             Warning::FewInformativeContacts { .. } => "few_informative_contacts",
+            Warning::LoadNotBorne { .. } => "load_not_borne",
             Warning::CompetingMinimum { .. } => "competing_minimum",
             Warning::ManyRejected { .. } => "many_rejected",
             Warning::LittleJointMotion { .. } => "little_joint_motion",
@@ -300,6 +308,7 @@ impl Warning {
             Warning::FewInformativeContacts { informative_fraction, inflation, .. } => {
                 few_informative_message(*informative_fraction, *inflation)
             }
+            Warning::LoadNotBorne { share } => load_not_borne_message(*share),
             Warning::CompetingMinimum { minima, tool_distance, parameter } => {
                 competing_minimum_message(*minima, *tool_distance, parameter)
             }
@@ -349,16 +358,11 @@ impl Warning {
             Warning::NoiseContradicted { .. } => {
                 "check the shapes of the parts and the nominal places; if contacts do scatter so much, declare that noise"
             }
-            Warning::CorrelatedErrors { .. } => {
-                "an effect is not in the model: the tool's length or pose (or its standard deviation), the shapes of the parts, or joints that are compliant under the contact force"
-            }
-            Warning::NotTouching { .. } => {
-                "check the shapes of the parts; or the search ended in a wrong minimum: give the fixture's pose as well as it is known"
-            }
-            Warning::FewInformativeContacts { usable: false, .. } => {
-                "record longer with the tool inside the hole, and give places that are declared exact a standard deviation"
-            }
+            Warning::CorrelatedErrors { .. } => CORRELATED_ERRORS_ADVICE,
+            Warning::NotTouching { .. } => NOT_TOUCHING_ADVICE,
+            Warning::FewInformativeContacts { usable: false, .. } => NO_LIKELIHOOD_ADVICE,
             Warning::FewInformativeContacts { .. } => "record longer with the tool inside the hole, not at its rim",
+            Warning::LoadNotBorne { .. } => LOAD_NOT_BORNE_ADVICE,
             Warning::CompetingMinimum { .. } => {
                 "record longer, with more motion of the tool and the elbow, or give priors"
             }
@@ -370,13 +374,9 @@ impl Warning {
             Warning::SymmetricPart { .. } => "if the choice matters, declare a standard deviation of this rotation",
             Warning::NoUncertainty => "use the exact shapes of the parts to get standard deviations",
             Warning::FarFromPrior { name, .. } => far_from_prior_advice(name),
-            Warning::CommonScale { .. } => {
-                "measure the distances of fixtures again and check their unit, and that the robot description is of this arm"
-            }
+            Warning::CommonScale { .. } => COMMON_SCALE_ADVICE,
             Warning::OmittedEffect { effect, .. } => effect.remedy(),
-            Warning::PredictionContradicted { .. } => {
-                "record again with parts clamped and the arm at one temperature, or estimate what the model leaves out"
-            }
+            Warning::PredictionContradicted { .. } => PREDICTION_ADVICE,
             Warning::HeldOutContradicted(contradiction) => contradiction.advice(),
             Warning::ToolNotInRobot { .. } => {
                 "declare the tool at its estimated pose where the calibrated robot is used"
@@ -384,9 +384,7 @@ impl Warning {
             Warning::ComplianceInRobot => {
                 "apply the compliance in the arm's driver, or calibrate without joint compliance"
             }
-            Warning::HarmonicsNotInRobot { .. } => {
-                "subtract sin(q) and cos(q) times `joint_harmonic` from each measured position q before using it"
-            }
+            Warning::HarmonicsNotInRobot { .. } => HARMONICS_ADVICE,
             Warning::MistakenDeclaration { mistake, .. } => mistake.remedy(),
         }
     }

@@ -1,6 +1,20 @@
-//! Texts of warnings that depend on more than their kind.
+//! Texts of warnings that depend on more than their kind, and those that are long.
 
 use super::effect_test::OmittedEffect;
+
+/// Remedies, in one English sentence without a full stop.
+pub(super) const CORRELATED_ERRORS_ADVICE: &str = "an effect is not in the model: the tool's length or pose (or its standard deviation), the shapes of the parts, or joints that are compliant under the contact force";
+pub(super) const NOT_TOUCHING_ADVICE: &str = "check the shapes of the parts; or the search ended in a wrong minimum: give the fixture's pose as well as it is known";
+pub(super) const NO_LIKELIHOOD_ADVICE: &str =
+    "record longer with the tool inside the hole, and give places that are declared exact a standard deviation";
+pub(super) const COMMON_SCALE_ADVICE: &str =
+    "measure the distances of fixtures again and check their unit, and that the robot description is of this arm";
+pub(super) const HARMONICS_ADVICE: &str =
+    "subtract sin(q) and cos(q) times `joint_harmonic` from each measured position q before using it";
+pub(super) const PREDICTION_ADVICE: &str =
+    "record again with parts clamped and the arm at one temperature, or estimate what the model leaves out";
+pub(super) const LOAD_NOT_BORNE_ADVICE: &str =
+    "check the body and the frame of the load (`load_on`, `load_frame`), and the force sensor's zero";
 
 /// Message on a distance that the nominal arm contradicts, a declared and a measured distance (mm).
 pub(super) fn distance_message([a, b]: &[String; 2], declared: f64, measured: f64) -> String {
@@ -47,6 +61,11 @@ pub(super) fn unobservable_message(names: &[String]) -> String {
 pub(super) fn few_informative_message(informative_fraction: f64, inflation: f64) -> String {
     let share = 100.0 * informative_fraction;
     format!("only {share:.0} % of the one-sided contacts are informative; intervals are scaled by {inflation}")
+}
+
+/// Message on a share (0 to 1) of contacts.
+pub(super) fn load_not_borne_message(share: f64) -> String {
+    format!("in {:.0} % of the contacts no surface near the tool bears the measured load", 100.0 * share)
 }
 
 pub(super) fn noise_contradicted_message(factor: f64, declared: bool) -> String {
