@@ -25,7 +25,7 @@ NEES = (0.85, 1.15)
 OVER_BOUND = 1.15
 COMMAND = "`touchcal experiment campaign --preset NAME --trials N --seed 5000 --out DIR`"
 FRICTION_FILE = "scripts/validation/workcell_friction.toml"
-FRICTION_COMMAND = f"`touchcal experiment campaign {FRICTION_FILE} --vary friction=A,B,… --trials N --seed 5000 --out DIR`"
+FRICTION_COMMAND = COMMAND.replace("--preset NAME", f"{FRICTION_FILE} --vary friction=A,B,…")
 
 
 def campaign(name, source, options):
@@ -109,6 +109,9 @@ def tables(options):
     variants = [row(f"`{name}`", variant(name, options), judged=False) for name in VARIANTS]
     return [
         Table(presets, "Presets."),
-        Table(with_friction, "Friction, form errors, an uncertain clearance, compliant joints, and a force sensor with a bias."),
+        Table(
+            with_friction,
+            "Friction, form errors, an uncertain clearance, compliant joints, and a force sensor with a bias.",
+        ),
         Table(variants, "One thing changed of `paper`, without tolerances."),
     ]

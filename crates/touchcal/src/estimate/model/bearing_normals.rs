@@ -9,8 +9,8 @@ use super::linearization::LinearizationPoint;
 use crate::manifold::ContactCache;
 
 /// Sets the surfaces that bear the load of each contact, by their normals, to those that do so at
-/// `theta`. From then on they are fixed whatever the parameters: the last steps of a search need a
-/// likelihood that does not jump as surfaces begin or cease to bear.
+/// `theta`. From then on these surfaces are fixed, whatever the parameters: the last steps of a
+/// search need a likelihood that does not jump as surfaces begin or cease to bear.
 pub(crate) fn set_bearing_normals(model: &mut CalibrationModel<'_>, theta: &DVector<f64>, caches: &mut [ContactCache]) {
     model.bearing_normals.clear();
     if (0..caches.len()).any(|i| model.uses_load_of(i)) {
@@ -21,15 +21,12 @@ pub(crate) fn set_bearing_normals(model: &mut CalibrationModel<'_>, theta: &DVec
 /// Share (0 to 1) of contacts in which no candidate bears the load, among every `stride`-th that
 /// has candidates and whose load is used; `None` without such contacts.
 pub(crate) fn unborne_share(model: &CalibrationModel<'_>, theta: &DVector<f64>, stride: usize) -> Option<f64> {
-    let mut model = model.clone();
-    model.bearing_normals.clear();
-    let point = LinearizationPoint::new(&model, theta);
+    let point = LinearizationPoint::new(model, theta);
     let has_load = |i: &usize| model.is_one_sided(*i) && model.uses_load_of(*i);
     let mut factor = ContactFactor::new(&point, false);
     let mut is_unborne = |i: usize| {
-        let has_candidates = factor.evaluate_candidates(&point, i, &mut ContactCache::default()).count > 0;
-        let bearing = factor.evaluate_bearing(&point, i, &mut ContactCache::default()).count;
-        has_candidates.then_some(bearing == 0)
+        let count = factor.evaluate_candidates(&point, i, &mut ContactCache::default()).count;
+        (count > 0).then(|| factor.bearing_normals(&point, i).next().is_none())
     };
     let each = (0..model.problem.contacts.len()).step_by(stride).filter(has_load).filter_map(&mut is_unborne);
     let (unborne, all) = each.fold((0, 0), |(unborne, all), is_unborne| (unborne + usize::from(is_unborne), all + 1));
@@ -42,8 +39,8 @@ fn found(point: &LinearizationPoint<'_>, caches: &mut [ContactCache]) -> Vec<Vec
         if !(model.is_one_sided(i) && model.uses_load_of(i)) {
             return Vec::new();
         }
-        factor.evaluate_bearing(point, i, cache);
-        factor.normals().collect()
+        factor.evaluate_candidates(point, i, cache);
+        factor.bearing_normals(point, i).collect()
     };
     caches.par_iter_mut().enumerate().map_init(|| ContactFactor::new(point, false), of_contact).collect()
 }

@@ -37,8 +37,6 @@ pub(crate) struct CalibrationModel<'p> {
     pub bearing_normals: Vec<Vec<Vector3<f64>>>,
     /// Whether joints deflect under loads of contacts.
     uses_loads: bool,
-    /// For each fixture the number of regions of its manifold.
-    regions: Vec<usize>,
 }
 
 impl<'p> CalibrationModel<'p> {
@@ -46,11 +44,9 @@ impl<'p> CalibrationModel<'p> {
     pub fn new(problem: &'p Problem) -> Self {
         let layout = ParameterLayout::new(problem);
         let kinematics = Kinematics::new(&problem.robot, &layout.kinematic(), problem.tool.tip_from_tool);
-        let counts: Vec<SurfaceCounts> =
-            problem.fixtures.iter().map(|fixture| fixture.manifold.surface_counts()).collect();
-        let mode_priors = counts.iter().zip(kinds_of_contacts(problem)).map(|(counts, kinds)| {
-            let prior = ContactModePrior::initial(counts.per_region, &problem.options.contact_mode);
-            vec![prior; kinds * counts.regions]
+        let mode_priors = problem.fixtures.iter().zip(kinds_of_contacts(problem)).map(|(fixture, kinds)| {
+            let SurfaceCounts { regions, per_region } = fixture.manifold.surface_counts();
+            vec![ContactModePrior::initial(per_region, &problem.options.contact_mode); kinds * regions]
         });
         CalibrationModel {
             problem,
@@ -60,7 +56,6 @@ impl<'p> CalibrationModel<'p> {
             mode_priors: mode_priors.collect(),
             bearing_normals: Vec::new(),
             uses_loads: problem.uses_loads(),
-            regions: counts.iter().map(|counts| counts.regions).collect(),
             kinematics,
             layout,
         }
@@ -79,7 +74,6 @@ impl<'p> CalibrationModel<'p> {
             mode_priors: self.mode_priors.clone(),
             bearing_normals: self.bearing_normals.clone(),
             uses_loads: self.uses_loads,
-            regions: self.regions.clone(),
             layout,
         }
     }
@@ -128,8 +122,8 @@ impl<'p> CalibrationModel<'p> {
     pub fn region(&self, i: usize, candidates: &Residual) -> usize {
         let f = self.problem.contacts.fixture(i);
         let region = candidates.surfaces().first().map_or(0, |surface| surface / self.surfaces(f));
-        let is_behind = self.uses_load_of(i) && self.mode_priors[f].len() > self.regions[f];
-        region + if is_behind { self.regions[f] } else { 0 }
+        let is_behind = self.uses_load_of(i) && self.mode_priors[f].len() > self.regions(f);
+        region + if is_behind { self.regions(f) } else { 0 }
     }
 
     /// Index, among the odds of its region, of those of a `surface` of fixture `f`'s manifold.
@@ -144,7 +138,7 @@ impl<'p> CalibrationModel<'p> {
 
     /// Number of regions of fixture `f`'s manifold, at least 1.
     pub fn regions(&self, f: usize) -> usize {
-        self.regions[f].max(1)
+        self.problem.fixtures[f].manifold.surface_counts().regions.max(1)
     }
 
     /// Number of surfaces in each region of fixture `f`'s manifold.

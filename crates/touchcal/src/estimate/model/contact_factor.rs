@@ -14,8 +14,7 @@ use crate::parameter::ParameterId;
 use crate::robot::{KinematicParameter, KinematicsScratch};
 use crate::se3::{self, Pose, Twist};
 
-/// Cosine of the angle between the normals of two candidates from which on they are of one surface;
-/// candidates of one pose are farther apart.
+/// Least cosine of the angle between the normals of candidates that are of one surface.
 const ALIKE: f64 = 0.95;
 
 /// The factor of one contact, evaluated in place.
@@ -279,7 +278,7 @@ impl ContactFactor {
         self.candidates(point, i, (&pose, &gate))
     }
 
-    /// Evaluates candidate contacts likewise: those that bear the contact's load, if it is used.
+    /// As `evaluate_candidates`, with only the candidates that bear the load where it is used.
     pub fn evaluate_bearing(
         &mut self,
         point: &LinearizationPoint<'_>,
@@ -298,9 +297,10 @@ impl ContactFactor {
         self.candidates(point, i, (&pose, &gate))
     }
 
-    /// Normals (tool frame) of the candidates.
-    pub fn normals(&self) -> impl Iterator<Item = Vector3<f64>> {
-        self.rows.jacobian().iter().map(se3::linear)
+    /// Normals (tool frame) of the candidates that bear the load of contact `i`.
+    pub fn bearing_normals(&self, point: &LinearizationPoint<'_>, i: usize) -> impl Iterator<Item = Vector3<f64>> {
+        let bears = bearing(&point.load_on_tool(i), self.rows.jacobian());
+        self.rows.jacobian().iter().zip(bears).filter(|(_, bears)| *bears).map(|(row, _)| se3::linear(row))
     }
 
     /// The rows of the candidates of contact `i`, with its pose and their gate.
