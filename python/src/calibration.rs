@@ -132,7 +132,8 @@ impl Calibration {
     }
 
     /// Names of effects and declarations that contacts cannot test: they would not show a plausible
-    /// size of the effect, or determine nothing of what is declared better than that.
+    /// size of the effect, or determine nothing of what is declared better than that; and
+    /// `friction`, where contacts with a hole have no known load.
     #[getter]
     fn untested(&self) -> Vec<String> {
         self.solved.estimate.untested.clone()

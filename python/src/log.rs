@@ -174,7 +174,8 @@ impl ContactLog {
     ///     apart: how far (rad or m) some joint must have moved since the last contact for a row to
     ///         be another one; default: every row is.
     ///     load_on: what the wrench is exerted on, without the tool's weight: "tool" or "fixture";
-    ///         joints then give way to it as to gravity. Default: they do not.
+    ///         it tells which surfaces of a hole are touched, and deflects compliant joints.
+    ///         Default: the load is not known.
     ///     load_frame: the axes along which it is given, about the tip's origin: "tip" or "base";
     ///         default: "tip".
     ///     load_lag: rows by which the wrench lags behind the joint positions, at least 0; default:

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use nalgebra::{Point2, Point3};
 use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
-use touchcal::geometry::{MeshPair, Parts, Polygon, PrismPair};
+use touchcal::geometry::{EdgeRadii, MeshPair, Parts, Polygon, PrismPair};
 use touchcal::io::Input;
 use touchcal::io::IoError;
 use touchcal::io::manifold_file;
@@ -79,10 +79,19 @@ impl Manifold {
     ///         `offset_outline`.
     ///     length: of the peg (m).
     ///     depth: of the hole (m).
+    ///     edge_radii: radii (peg, hole) to which edges are rounded (m); default: they are sharp.
     #[staticmethod]
-    #[pyo3(signature = (peg, hole, *, length, depth))]
-    fn peg_in_hole(peg: Numbers<'_>, hole: Numbers<'_>, length: f64, depth: f64) -> PyResult<Manifold> {
-        let parts = PrismPair::new(profile(&peg, "peg")?, length, profile(&hole, "hole")?, depth);
+    #[pyo3(signature = (peg, hole, *, length, depth, edge_radii=(0.0, 0.0)))]
+    fn peg_in_hole(
+        peg: Numbers<'_>,
+        hole: Numbers<'_>,
+        length: f64,
+        depth: f64,
+        edge_radii: (f64, f64),
+    ) -> PyResult<Manifold> {
+        let sharp = PrismPair::new(profile(&peg, "peg")?, length, profile(&hole, "hole")?, depth);
+        let edge_radii = EdgeRadii { peg: edge_radii.0, hole: edge_radii.1 };
+        let parts = sharp.and_then(|sharp| sharp.with_edge_radii(edge_radii));
         let parts = parts.map_err(|error| refused("peg_in_hole", error))?;
         let manifold = Manifold::of(&Parts::PegInHole(Box::new(parts)));
         check_fit(manifold.shape.as_ref(), depth).map_err(|misfit| unfitting("peg_in_hole", misfit))?;

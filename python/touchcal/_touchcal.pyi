@@ -204,7 +204,14 @@ class Manifold:
     @staticmethod
     def plane(points: npt.ArrayLike | None = None, *, radius: float = 0.0) -> Manifold: ...
     @staticmethod
-    def peg_in_hole(peg: npt.ArrayLike, hole: npt.ArrayLike, *, length: float, depth: float) -> Manifold: ...
+    def peg_in_hole(
+        peg: npt.ArrayLike,
+        hole: npt.ArrayLike,
+        *,
+        length: float,
+        depth: float,
+        edge_radii: tuple[float, float] = (0.0, 0.0),
+    ) -> Manifold: ...
     @staticmethod
     def meshes(peg: _Path, hole: _Path, *, depth: float, unit: float = 0.001) -> Manifold: ...
     @staticmethod

@@ -335,7 +335,7 @@ impl Problem {
 
     /// Whether joints deflect under loads of contacts: some are known, and the arm is compliant, or
     /// its compliances are parameters.
-    pub(crate) fn uses_loads(&self) -> bool {
+    pub(crate) fn deflects_under_loads(&self) -> bool {
         let is_compliance = |parameter: &Parameter| parameter.id.block() == Block::JointCompliance;
         self.contacts.has_loads() && (self.robot.is_compliant() || self.parameters.iter().any(is_compliance))
     }

@@ -188,10 +188,21 @@ fn check(estimate: &mut Estimate, search: &mut SearchState<'_>, statistics: &Fit
     let (tests, untested) = prior_tests(search, estimate, statistics);
     estimate.prior_tests = tests;
     estimate.untested.extend(untested);
+    if estimate.termination.reason == StopReason::Converged && assumes_no_friction(search) {
+        estimate.untested.push("friction".to_owned());
+    }
     estimate.held_out = held_out(search.model.problem, estimate);
     let contradictions = estimate.held_out.iter().flat_map(|found| found.contradictions.clone());
     estimate.warnings.extend(contradictions.map(Warning::HeldOutContradicted));
     estimate.warnings.sort_by_key(Warning::severity);
+}
+
+/// Whether some one-sided contacts have no load that is used: contacts cannot tell then what the
+/// tool rests on from what it sticks near.
+fn assumes_no_friction(search: &SearchState<'_>) -> bool {
+    let model = &search.model;
+    let is_used = |i| uses_contact_modes(search) && model.has_load(i);
+    (0..model.problem.contacts.len()).any(|i| model.is_one_sided(i) && !is_used(i))
 }
 
 /// Minima that contacts do not rule out, with the distance of the tool there from the result's.

@@ -10,8 +10,8 @@ mod tool_error;
 mod trial;
 
 pub use campaign::{CampaignRow, LEVELS, campaign_trial};
-pub use problem::problem;
 pub(crate) use problem::{LOSS_SCALE, blocks, distances, encoder_trend, noise, wrench};
+pub use problem::{problem, uses_loads};
 pub use summary::CampaignSummary;
 pub use tool_error::{ToolError, random_positions, tool_error};
 pub use trial::{Search, Trial, TrialError};

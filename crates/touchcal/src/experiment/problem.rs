@@ -5,6 +5,7 @@ use crate::estimate::{
     Distance, EXACT_DISTANCE_SIGMA, EstimatorOptions, Fixture, Loss, Noise, PlacePrior, Problem, ShapeTolerance, Tool,
     TrendVariable, UnseenEffects, WrenchTolerance,
 };
+use crate::geometry::Parts;
 use crate::manifold::exact_manifold;
 use crate::parameter::{
     Block, Parameter, joint_compliance, joint_offset, joint_origin, joint_trend_with_sigma, joint_walk, segment_strain,
@@ -29,12 +30,19 @@ const SPACING_SIGMA: f64 = 1e-5;
 /// 2e-7 rad, and the form errors, at least 1e-6 m. Distances are declared as they are measured,
 /// with the standard deviations of their errors, at least [`EXACT_DISTANCE_SIGMA`]; those of other
 /// fixtures that follow each other on one block with 1e-5 m. Contacts have their measured loads
-/// without the lag of the force sensor where the scenario has a joint compliance; bias, scale and
-/// noise of the wrench, and trends of encoder offsets have the standard deviations from which they
+/// without the lag of the force sensor where they are [used](uses_loads); bias, scale and noise of
+/// the wrench, and trends of encoder offsets have the standard deviations from which they
 /// are drawn. The arm has no errors but the estimated ones ([`UnseenEffects::Ignore`]). The loss is
 /// Geman–McClure's of scale 3. Placements are the fixtures' names up to the first `/`.
 pub fn problem(scenario: &Scenario, simulated: &SimulatedTrial) -> Problem {
-    posed(scenario, simulated, scenario.errors.joint_compliance > 0.0)
+    posed(scenario, simulated, uses_loads(scenario))
+}
+
+/// Whether the [`problem`] of a trial of `scenario` has the measured loads of its contacts: they
+/// deflect joints, or tell with friction what a peg rests on.
+pub fn uses_loads(scenario: &Scenario) -> bool {
+    let has_peg = || scenario.touches.iter().any(|touch| matches!(touch.parts, Parts::PegInHole(_)));
+    scenario.errors.joint_compliance > 0.0 || scenario.friction > 0.0 && has_peg()
 }
 
 /// The [`problem`], with the measured loads of its contacts if it `has_loads`.

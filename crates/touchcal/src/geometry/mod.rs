@@ -2,7 +2,7 @@
 //!
 //! | part | shape | signed gap |
 //! |---|---|---|
-//! | straight peg and hole | [`Polygon`]s, extruded along z | [`PrismPair`] |
+//! | straight peg and hole | [`Polygon`]s, extruded along z, with edges sharp or round | [`PrismPair`] |
 //! | bodies of any shape | [`TriangleMesh`]es | [`MeshPair`] |
 //!
 //! [`prisms_of`] recognizes meshes that are straight, [`AxialSymmetry`] is what is known of round
@@ -22,5 +22,7 @@ pub use mesh::{MAX_TRIANGLES, PointMm, TriangleMesh, TriangleMeshError, WELD_DIS
 pub use mesh_gap::{MeshPair, NeighborList};
 pub use parts::Parts;
 pub use polygon::{MAX_POLYGON_VERTICES, Polygon, PolygonError};
-pub use prism_gap::{Feature, PrismPair, PrismPairError, nearest_feature, visit_features_below, visit_features_within};
+pub use prism_gap::{
+    EdgeRadii, Feature, PrismPair, PrismPairError, nearest_feature, visit_features_below, visit_features_within,
+};
 pub use recognize::{AxialSymmetry, is_surface_of_revolution, prisms_of, rotational_order};

@@ -42,7 +42,7 @@ pub enum SimulationError {
     Interrupted,
     /// A hole that is not valid after the changes of width and depth drawn for it.
     #[error(
-        "`{fixture}` cannot be {wider_mm:+.3} mm wider and {deeper_mm:+.3} mm deeper: lower its clearance_sigma, depth_sigma or unequal_clearance_sigma"
+        "`{fixture}` cannot be {wider_mm:+.3} mm wider and {deeper_mm:+.3} mm deeper with edges worn by {worn_mm:.3} mm: lower its clearance_sigma, depth_sigma, unequal_clearance_sigma or edge_wear"
     )]
     Shape {
         /// Name of the fixture.
@@ -51,6 +51,8 @@ pub enum SimulationError {
         wider_mm: f64,
         /// How much deeper (mm), negative for a shallower one.
         deeper_mm: f64,
+        /// Radius by which its edges and the peg's were to be worn (mm).
+        worn_mm: f64,
     },
     /// A distance that is measured as 0 or less.
     #[error(

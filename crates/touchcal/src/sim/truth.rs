@@ -6,7 +6,7 @@ use rand_pcg::Pcg64;
 
 use super::recorder::{Recorder, WrenchErrors, normal};
 use super::scenario::{ArmErrors, Distribution, PlaceError, Scenario, Touch};
-use crate::geometry::{Parts, PrismPair};
+use crate::geometry::{EdgeRadii, Parts};
 use crate::parameter::{
     Parameter, ParameterId, joint_compliance, joint_offset, joint_origin, joint_trend, kinematic_part, segment_strain,
     strain, wrench_bias, wrench_scale,
@@ -143,12 +143,15 @@ impl Truth {
     pub(super) fn parts(&self, scenario: &Scenario, f: usize) -> Option<Parts> {
         let [wider, deeper] = self.shape_errors(f);
         let unequal = self.unequal_clearance.get(f).copied().unwrap_or_default();
+        let wear = scenario.touches[f].edge_wear;
         match &scenario.touches[f].parts {
-            Parts::PegInHole(parts) if [wider, deeper, unequal[0], unequal[1]] != [0.0; 4] => {
+            Parts::PegInHole(parts) if [wider, deeper, unequal[0], unequal[1], wear] != [0.0; 5] => {
                 let further =
                     |normal: &Vector2<f64>| wider + unequal[0] * normal.x.powi(2) + unequal[1] * normal.y.powi(2);
                 let hole = parts.hole().offset_mitred_by(further).ok()?;
-                let parts = PrismPair::new(parts.peg().clone(), parts.length(), hole, parts.depth() + deeper).ok()?;
+                let EdgeRadii { peg, hole: rim } = parts.edge_radii();
+                let parts = parts.with_hole(hole, parts.depth() + deeper).ok()?;
+                let parts = parts.with_edge_radii(EdgeRadii { peg: peg + wear, hole: rim + wear }).ok()?;
                 Some(Parts::PegInHole(Box::new(parts)))
             }
             parts => Some(parts.clone()),

@@ -235,7 +235,7 @@ fn declarations_are_wrong_in_kind() {
 #[test]
 fn an_arm_described_too_small_is_estimated_as_it_is() {
     let on = &mut || ControlFlow::Continue(());
-    let row = falsified_trial(&kind("other_arm"), (Excitation::Rich, &robot(), 1000), options(1), on).expect("a row");
+    let row = falsified_trial(&kind("other_arm"), (Excitation::Rich, &robot(), 1000), options(2), on).expect("a row");
     assert!(row.is_answered() && row.useful && row.tool_error < 1e-3, "{row:?}");
 }
 

@@ -131,6 +131,35 @@ fn a_load_of_the_other_body_is_not_borne() {
     assert_eq!(estimate.status, Status::NotUsable);
 }
 
+/// A rigid arm whose peg sticks to walls: the load says what the peg rests on. Without it friction
+/// is among what contacts cannot test, and a load of the other body is not borne.
+#[test]
+fn friction_is_in_the_intervals_of_a_rigid_arm() {
+    let robot = urdf::read_builtin("iiwa14", Ends::default()).expect("built in").robot;
+    let mut scenario = Preset::Paper.scenario(robot).expect("parts");
+    scenario.friction = 0.3;
+    let lists_friction = |estimate: &Estimate| estimate.untested.iter().any(|name| name == "friction");
+    let mut known = NeesSum::default();
+    for seed in 1..=TRIALS {
+        let simulated = sim::simulate(&scenario, seed).expect("contacts");
+        let mut problem = problem(&scenario, &simulated);
+        let estimate = solve(&problem);
+        assert!(estimate.status.is_usable() && !lists_friction(&estimate), "seed {seed}: {:?}", estimate.warnings);
+        known.add(&estimate, &simulated.truth);
+        if seed == 1 {
+            set_loads(&mut problem, |_, load| Some(load.map(|component| -component)));
+            let reversed = solve(&problem);
+            let is_not_borne = |warning: &Warning| matches!(warning, Warning::LoadNotBorne { .. });
+            assert!(reversed.warnings.iter().any(is_not_borne), "{:?}", reversed.warnings);
+            set_loads(&mut problem, |_, _| None);
+            assert!(lists_friction(&solve(&problem)));
+        }
+    }
+    let known = known.per_parameter();
+    report("friction, rigid arm", &[("NEES for each parameter", known)]);
+    assert!((0.5..1.7).contains(&known), "{known}");
+}
+
 /// Gives each contact the load that `load(i, before)` makes of its own.
 fn set_loads(problem: &mut Problem, load: impl Fn(usize, Wrench) -> Option<Wrench>) {
     let all = std::mem::replace(&mut problem.contacts, ContactLog::new(problem.robot.dof()));

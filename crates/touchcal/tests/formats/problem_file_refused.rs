@@ -101,6 +101,14 @@ fn numbers_out_of_range_are_refused() {
 }
 
 #[test]
+fn edges_that_parts_cannot_have_are_refused() {
+    refused("radius_mm = 10", "radius_mm = 10\nedge_radius_mm = 0.1", &["what belongs to a ball", "`edge_radius_mm`"]);
+    refused("length_mm = 40", "length_mm = 40\nedge_radius_mm = 11", &["tool, edge_radius_mm", "long enough", "11 mm"]);
+    refused("depth_mm = 30", "depth_mm = 30\nedge_radius_mm = -1", &["hole`, edge_radius_mm", "-1"]);
+    refused("depth_mm = 30", "depth_mm = 30\nedge_radius_mm = 31", &["hole`, edge_radius_mm", "long enough", "31 mm"]);
+}
+
+#[test]
 fn what_does_not_fit_together_is_refused() {
     refused("name = \"table\"", "name = \"hole\"", &["distinct names", "\"hole\" twice"]);
     let command = "name = \"\\u001b[31m\"";

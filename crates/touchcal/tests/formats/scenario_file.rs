@@ -6,11 +6,11 @@ use std::path::Path;
 use proptest::prelude::*;
 use touchcal::estimate::{DEFAULT_DISTANCE_SIGMA, PlacePrior, Problem};
 use touchcal::experiment;
-use touchcal::geometry::Parts;
+use touchcal::geometry::{EdgeRadii, Parts};
 use touchcal::io::scenario_file::ScenarioFile;
 use touchcal::io::{problem_file, scenario_file};
 use touchcal::manifold::Residual;
-use touchcal::parameter::ParameterId;
+use touchcal::parameter::{Block, ParameterId};
 use touchcal::se3::{self, Pose};
 use touchcal::sim::{self, Distribution, Preset, Scenario};
 
@@ -35,6 +35,7 @@ joint_compliance_rad_per_nm = 1e-5
 kind = "peg"
 outline = "mine.csv"
 length_mm = 40
+edge_radius_mm = 0.02
 tip_from_tool = { xyz_mm = [0, 0, 150], quat_wxyz = [0, 0, 1, 0] }
 sigma_mm = 0.2
 sigma_deg = 0.1
@@ -50,6 +51,8 @@ sigma_mm = 0.3
 clearance_sigma_mm = 0.01
 depth_sigma_mm = 0.02
 unequal_clearance_sigma_mm = 0.03
+edge_wear_mm = 0.1
+edge_radius_mm = 0.05
 postures_deg = [[0, 42, 15, -89, -13, 50, -1], [10, 45, -10, -85, 10, 48, 0]]
 [[fixture]]
 name = "table top"
@@ -119,6 +122,9 @@ fn every_key_is_read() {
     near(left.clearance_sigma, 0.01e-3);
     near(left.depth_sigma, 0.02e-3);
     near(left.unequal_clearance_sigma, 0.03e-3);
+    near(left.edge_wear, 0.1e-3);
+    let Parts::PegInHole(parts) = &left.parts else { panic!("a hole") };
+    assert_eq!(parts.edge_radii(), EdgeRadii { peg: 0.02e-3, hole: 0.05e-3 });
     // The file's own exploration for all, the preset's where it says nothing.
     near(left.exploration.press, 5e-3);
     near(left.exploration.tilt, 5f64.to_radians());
@@ -132,7 +138,7 @@ fn every_key_is_read() {
     near(measured.sigma, 0.05e-3);
     assert_eq!((measured.between, exact.between, exact.sigma), ((0, 1), (1, 0), 0.0));
     let Parts::OnPlane { points, radius } = &table.parts else { panic!("a plane") };
-    assert_eq!((points.len(), *radius), (4, 0.0));
+    assert_eq!((points.len(), points[0].z, *radius), (4, 0.02e-3, 0.02e-3));
 }
 
 #[track_caller]
@@ -156,7 +162,7 @@ fn same(read: &Problem, made: &Problem) {
     assert_eq!((read.method, read.loss, read.joint_drift), (made.method, made.loss, made.joint_drift));
     near(read.noise.encoder, made.noise.encoder);
     near(read.noise.contact, made.noise.contact);
-    if read.contacts.has_loads() {
+    if read.parameters.iter().any(|parameter| parameter.id.block() == Block::JointCompliance) {
         near(read.wrench.force, made.wrench.force);
         near(read.wrench.torque, made.wrench.torque);
         near(read.wrench.scale, made.wrench.scale);
@@ -190,6 +196,7 @@ fn same(read: &Problem, made: &Problem) {
     }
     assert_eq!(read.contacts.len(), made.contacts.len());
     assert_eq!(read.contacts.rows_read(), made.contacts.rows_read());
+    assert_eq!(read.contacts.has_loads(), made.contacts.has_loads());
 }
 
 /// What is written reads as the same scenario, whose text is the same again; the logs, simulated

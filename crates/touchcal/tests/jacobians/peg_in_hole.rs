@@ -6,7 +6,9 @@ use std::f64::consts::TAU;
 use nalgebra::{Point2, Rotation2, Translation3, Vector3, Vector6};
 use proptest::prelude::*;
 use proptest::test_runner::RngSeed;
-use touchcal::geometry::{Feature, GapQuery, Polygon, PrismPair, SignedGap, nearest_feature, visit_features_within};
+use touchcal::geometry::{
+    EdgeRadii, Feature, GapQuery, Polygon, PrismPair, SignedGap, nearest_feature, visit_features_within,
+};
 use touchcal::manifold::{ContactManifold, PegInHole, Residual};
 use touchcal::se3::{Pose, Twist, exp, twist};
 
@@ -90,6 +92,14 @@ proptest! {
     #[test]
     fn gradient_seated(p in [-1e-3..1e-3, -1e-3..1e-3, -0.03..-0.001], w in [-0.05..0.05, -0.05..0.05, -0.05..0.05]) {
         check_gradient(&model(), &pose(p, w))?;
+    }
+
+    #[test]
+    fn gradient_with_round_edges(p in [-1e-3..1e-3, -1e-3..1e-3, -0.03..0.001], w in [-0.05..0.05, -0.05..0.05, -0.05..0.05]) {
+        let model = model().with_edge_radii(EdgeRadii { peg: 0.2e-3, hole: 0.1e-3 }).unwrap();
+        let at = pose(p, w);
+        prop_assert!(ties(&model, &at, 1e-15).iter().any(|(gap, _)| gap.value == model.gap(&at).value));
+        check_gradient(&model, &at)?;
     }
 
     #[test]

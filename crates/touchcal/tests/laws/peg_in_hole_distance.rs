@@ -7,7 +7,7 @@ use parry3d_f64::query;
 use parry3d_f64::shape::Cuboid;
 use rand::rngs::StdRng;
 use rand::{RngExt, SeedableRng};
-use touchcal::geometry::{Polygon, PrismPair, nearest_feature};
+use touchcal::geometry::{EdgeRadii, Polygon, PrismPair, nearest_feature};
 use touchcal::se3::{Pose, exp, twist};
 
 const LENGTH: f64 = 0.04;
@@ -20,9 +20,11 @@ const TOUCHING: f64 = 1e-6;
 /// Boxes `[x0, x1] × [y0, y1] × [z0, z1]`, in metres.
 type Boxes = Vec<(DVec3, DVec3)>;
 
+/// Bodies made of boxes that are dilated by a ball of `edge_radius` (m).
 struct Reference {
     peg: Boxes,
     hole: Boxes,
+    edge_radius: f64,
 }
 
 /// The four turns by 90° of a rectangle of the plane, given in mm.
@@ -43,7 +45,7 @@ impl Reference {
     fn square() -> Self {
         let mut hole = turned(&[[13.0, 300.0, -300.0, 300.0]], (-DEPTH, 0.0));
         hole.push(floor());
-        Reference { peg: turned(&[[-12.5, 12.5, -12.5, 12.5]], (0.0, LENGTH)), hole }
+        Reference { peg: turned(&[[-12.5, 12.5, -12.5, 12.5]], (0.0, LENGTH)), hole, edge_radius: 0.0 }
     }
 
     fn extrusion25() -> Self {
@@ -54,14 +56,31 @@ impl Reference {
         let mut hole =
             turned(&[[13.0, 300.0, -300.0, 300.0], [10.0, 13.0, -3.0, 3.0], [6.5, 10.0, -5.0, 5.0]], (-DEPTH, 0.0));
         hole.push(floor());
-        Reference { peg, hole }
+        Reference { peg, hole, edge_radius: 0.0 }
+    }
+
+    /// The same with edges of 0.2 mm: each face is 0.2 mm further inside before dilation.
+    fn extrusion25_with_round_edges() -> Self {
+        let r = 0.2;
+        let peg = turned(
+            &[[-5.8, 5.8, -5.8, 5.8], [5.7, 12.3, 5.7, 12.3], [3.7, 5.7, 10.7, 12.3], [10.7, 12.3, 3.7, 5.7]],
+            (1e-3 * r, LENGTH - 1e-3 * r),
+        );
+        let mut hole = turned(
+            &[[13.2, 300.0, -300.0, 300.0], [9.8, 13.2, -2.8, 2.8], [6.7, 9.8, -4.8, 4.8]],
+            (-DEPTH - 1e-3 * r, -1e-3 * r),
+        );
+        hole.push((DVec3::new(-0.3, -0.3, -0.3), DVec3::new(0.3, 0.3, -DEPTH - 1e-3 * r)));
+        Reference { peg, hole, edge_radius: 1e-3 * r }
     }
 
     fn small_square_in_slots() -> Self {
-        Reference { peg: turned(&[[-4.0, 4.0, -4.0, 4.0]], (0.0, LENGTH)), hole: Reference::extrusion25().hole }
+        let peg = turned(&[[-4.0, 4.0, -4.0, 4.0]], (0.0, LENGTH));
+        Reference { peg, ..Reference::extrusion25() }
     }
 
-    /// Distance between peg and hole, 0 where they overlap.
+    /// Signed distance between peg and hole: exact where their boxes are apart, minus twice the
+    /// edge radius where these overlap.
     fn distance(&self, hole_from_peg: &Pose) -> f64 {
         let q = hole_from_peg.rotation.coords;
         let t = hole_from_peg.translation.vector;
@@ -76,7 +95,7 @@ impl Reference {
                 least = least.min(query::distance(&hole_pose, &hole, &peg_pose, &peg).unwrap().distance);
             }
         }
-        least
+        least - 2.0 * self.edge_radius
     }
 }
 
@@ -147,7 +166,7 @@ fn compare(name: &str, model: &PrismPair, reference: &Reference, poses: usize) -
             let pose = region.sample(&mut rng);
             let (gap, feature) = nearest_feature(model, &pose);
             let distance = reference.distance(&pose);
-            if distance > 1e-5 {
+            if distance + 2.0 * reference.edge_radius > 1e-5 {
                 free += 1;
                 let error = (gap.value - distance).abs();
                 worst = worst.max(error);
@@ -204,4 +223,61 @@ fn small_square_in_slots_agrees_with_boxes() {
     let hole = Polygon::extrusion25().offset_mitred(0.5e-3).unwrap();
     let model = PrismPair::new(square(4e-3), LENGTH, hole, DEPTH).unwrap();
     assert_eq!(compare("small square", &model, &Reference::small_square_in_slots(), 3000), 0);
+}
+
+/// Edges round, apart and in penetration up to twice their radius.
+#[test]
+fn extrusion25_with_round_edges_agrees_with_boxes() {
+    let radii = EdgeRadii { peg: 0.2e-3, hole: 0.2e-3 };
+    let model = model(Polygon::extrusion25()).with_edge_radii(radii).unwrap();
+    assert_eq!(compare("round edges", &model, &Reference::extrusion25_with_round_edges(), 3000), 0);
+}
+
+/// Where only one of the parts has round edges, a tilted peg in a wide hole is as far from the
+/// wall, the rim or the floor as a circle of that radius is.
+#[test]
+fn round_edges_of_one_part_touch_as_circles_do() {
+    let (half, tilt, r): (f64, f64, f64) = (12.5e-3, 0.1, 0.4e-3);
+    let (sine, cosine) = tilt.sin_cos();
+    let sharp = PrismPair::new(square(half), LENGTH, square(half + 3e-3), DEPTH).unwrap();
+    let of = |peg: f64, hole: f64| sharp.with_edge_radii(EdgeRadii { peg, hole }).unwrap();
+    // From a right corner to the arc that replaces it, along a normal at `tilt` to one side.
+    let recess = r * (sine + cosine - 1.0);
+    let tilted = |x: f64, z: f64| {
+        let mut pose = exp(&twist(&Vector3::zeros(), &Vector3::new(0.0, tilt, 0.0)));
+        pose.translation.vector = Vector3::new(x, 0.0, z);
+        pose
+    };
+    // The tip's edge against the wall at −x, the peg's side against the rim at +x, the tip's edge
+    // against the floor.
+    let cases = [
+        (tilted(-2e-3, -0.02), of(r, 0.0), "CornerWall"),
+        (tilted(0.4e-3, -0.02), of(0.0, r), "Rim"),
+        (tilted(-1e-3, -DEPTH + 1.3e-3), of(r, 0.0), "CornerFloor"),
+    ];
+    for (pose, rounded, expected) in cases {
+        let ((before, feature), (after, _)) = (nearest_feature(&sharp, &pose), nearest_feature(&rounded, &pose));
+        assert!(format!("{feature:?}").contains(expected), "{feature:?}");
+        assert!((after.value - before.value - recess).abs() < LIMIT, "{} {}", after.value - before.value, recess);
+    }
+}
+
+#[test]
+fn edge_radii_that_parts_cannot_have_are_refused() {
+    let sharp = model(Polygon::extrusion25());
+    let refused = [(-1e-4, 0.0), (f64::NAN, 0.0), (0.3e-3, 0.0), (0.0, -1e-4), (0.0, 2.0e-3), (0.0, f64::INFINITY)];
+    for (peg, hole) in refused {
+        assert!(sharp.with_edge_radii(EdgeRadii { peg, hole }).is_err(), "{peg} {hole}");
+    }
+    // A step of 0.1 mm has no room for the round of its convex corner, and a hole of 30 mm none for
+    // a rim of that radius.
+    let step = [(-5.0, -5.0), (5.0, -5.0), (5.0, 5.0), (1.0, 5.0), (1.0, 5.1), (-5.0, 5.1)];
+    let step = Polygon::new(step.iter().map(|&(x, y)| Point2::new(1e-3 * x, 1e-3 * y)).collect()).unwrap();
+    let stepped = PrismPair::new(step, LENGTH, square(6e-3), DEPTH).unwrap();
+    assert!(stepped.with_edge_radii(EdgeRadii { peg: 0.2e-3, hole: 0.0 }).is_err());
+    assert!(stepped.with_edge_radii(EdgeRadii { peg: 0.05e-3, hole: 0.0 }).is_ok());
+    assert!(stepped.with_edge_radii(EdgeRadii { peg: 0.0, hole: DEPTH }).is_err());
+    let rounded = sharp.with_edge_radii(EdgeRadii { peg: 0.2e-3, hole: 0.1e-3 }).unwrap();
+    assert_eq!((rounded.peg(), rounded.hole()), (sharp.peg(), sharp.hole()));
+    assert_eq!((rounded.length(), rounded.depth()), (LENGTH, DEPTH));
 }

@@ -1,7 +1,7 @@
 //! Simulated contacts with holes that are not as declared.
 
 use nalgebra::{Matrix2, Point2, Vector2};
-use touchcal::geometry::{GapQuery, Polygon, PrismPair};
+use touchcal::geometry::{EdgeRadii, GapQuery, Polygon, PrismPair};
 use touchcal::sim::{self, Scenario, Truth};
 
 use crate::simulation::{hole, paper};
@@ -54,6 +54,22 @@ fn a_hole_wider_in_one_direction_is_felt_as_drawn() {
     assert!(x.abs() > 1e-6 && y.abs() > 1e-6 && (x - y).abs() > 1e-6);
     let exact = sim::simulate(&Scenario { contact_sigma: 0.0, ..paper(300) }, 6).unwrap();
     assert_eq!(exact.truth.errors, simulated.truth.errors);
+}
+
+/// Contacts with worn edges fit the round shapes, and penetrate the sharp ones: below the mouth,
+/// where a tilted edge touches a wall, by up to a fifth of the radius.
+#[test]
+fn worn_edges_are_felt() {
+    let mut scenario = Scenario { contact_sigma: 0.0, ..paper(300) };
+    scenario.touches[0].edge_wear = 0.2e-3;
+    let simulated = sim::simulate(&scenario, 6).unwrap();
+    let sharp = hole(&scenario);
+    let worn = sharp.with_edge_radii(EdgeRadii { peg: 0.2e-3, hole: 0.2e-3 }).unwrap();
+    let pressed = || simulated.logs[0].truth.iter().filter(|row| row.force > 1.0);
+    assert!(pressed().all(|row| worn.gap(&row.fixture_from_tool).value.abs() < 1e-6));
+    let inside = pressed().filter(|row| row.fixture_from_tool.translation.z < -1e-3);
+    let deepest = inside.map(|row| sharp.gap(&row.fixture_from_tool).value).fold(0.0, f64::min);
+    assert!((-40e-6..-5e-6).contains(&deepest), "{deepest}");
 }
 
 /// Each edge of the moved outline lies on the line at the distance of its normal, with slanted

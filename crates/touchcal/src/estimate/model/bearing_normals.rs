@@ -13,16 +13,16 @@ use crate::manifold::ContactCache;
 /// search need a likelihood that does not jump as surfaces begin or cease to bear.
 pub(crate) fn set_bearing_normals(model: &mut CalibrationModel<'_>, theta: &DVector<f64>, caches: &mut [ContactCache]) {
     model.bearing_normals.clear();
-    if (0..caches.len()).any(|i| model.uses_load_of(i)) {
+    if (0..caches.len()).any(|i| model.has_load(i)) {
         model.bearing_normals = found(&LinearizationPoint::new(model, theta), caches);
     }
 }
 
 /// Share (0 to 1) of contacts in which no candidate bears the load, among every `stride`-th that
-/// has candidates and whose load is used; `None` without such contacts.
+/// has candidates and whose load is known; `None` without such contacts.
 pub(crate) fn unborne_share(model: &CalibrationModel<'_>, theta: &DVector<f64>, stride: usize) -> Option<f64> {
     let point = LinearizationPoint::new(model, theta);
-    let has_load = |i: &usize| model.is_one_sided(*i) && model.uses_load_of(*i);
+    let has_load = |i: &usize| model.is_one_sided(*i) && model.has_load(*i);
     let mut factor = ContactFactor::new(&point, false);
     let mut is_unborne = |i: usize| {
         let count = factor.evaluate_candidates(&point, i, &mut ContactCache::default()).count;
@@ -36,7 +36,7 @@ pub(crate) fn unborne_share(model: &CalibrationModel<'_>, theta: &DVector<f64>, 
 fn found(point: &LinearizationPoint<'_>, caches: &mut [ContactCache]) -> Vec<Vec<Vector3<f64>>> {
     let model = point.model;
     let of_contact = |factor: &mut ContactFactor, (i, cache): (usize, &mut ContactCache)| {
-        if !(model.is_one_sided(i) && model.uses_load_of(i)) {
+        if !(model.is_one_sided(i) && model.has_load(i)) {
             return Vec::new();
         }
         factor.evaluate_candidates(point, i, cache);

@@ -28,15 +28,13 @@ pub(crate) struct CalibrationModel<'p> {
     /// Variances of the measurements, with estimated factors.
     pub noise: NoiseModel,
     /// Prior of the contact mode, for each fixture and each region of its manifold: those of
-    /// contacts whose load is not used, and behind them those of contacts whose load is, if there
+    /// contacts whose load is not known, and behind them those of contacts whose load is, if there
     /// are both.
     pub mode_priors: Vec<Vec<ContactModePrior>>,
     /// The normals (tool frame) of the surfaces that bear the load of each contact, see
     /// [`set_bearing_normals`](super::set_bearing_normals). Empty until then: the surfaces that
     /// bear a load are found at each evaluation.
     pub bearing_normals: Vec<Vec<Vector3<f64>>>,
-    /// Whether joints deflect under loads of contacts.
-    uses_loads: bool,
 }
 
 impl<'p> CalibrationModel<'p> {
@@ -55,7 +53,6 @@ impl<'p> CalibrationModel<'p> {
             noise: NoiseModel::new(&problem.robot, &problem.noise),
             mode_priors: mode_priors.collect(),
             bearing_normals: Vec::new(),
-            uses_loads: problem.uses_loads(),
             kinematics,
             layout,
         }
@@ -73,7 +70,6 @@ impl<'p> CalibrationModel<'p> {
             noise: self.noise.clone(),
             mode_priors: self.mode_priors.clone(),
             bearing_normals: self.bearing_normals.clone(),
-            uses_loads: self.uses_loads,
             layout,
         }
     }
@@ -122,7 +118,7 @@ impl<'p> CalibrationModel<'p> {
     pub fn region(&self, i: usize, candidates: &Residual) -> usize {
         let f = self.problem.contacts.fixture(i);
         let region = candidates.surfaces().first().map_or(0, |surface| surface / self.surfaces(f));
-        let is_behind = self.uses_load_of(i) && self.mode_priors[f].len() > self.regions(f);
+        let is_behind = self.has_load(i) && self.mode_priors[f].len() > self.regions(f);
         region + if is_behind { self.regions(f) } else { 0 }
     }
 
@@ -131,9 +127,9 @@ impl<'p> CalibrationModel<'p> {
         surface % self.surfaces(f)
     }
 
-    /// Whether the load of contact `i` says which candidates are touched.
-    pub fn uses_load_of(&self, i: usize) -> bool {
-        self.uses_loads && self.problem.contacts.known_load(i).is_some()
+    /// Whether the load of contact `i` is known, and says which candidates are touched.
+    pub fn has_load(&self, i: usize) -> bool {
+        self.problem.contacts.known_load(i).is_some()
     }
 
     /// Number of regions of fixture `f`'s manifold, at least 1.
@@ -154,14 +150,13 @@ impl<'p> CalibrationModel<'p> {
     }
 }
 
-/// For each fixture 2 if the loads of some of its contacts are used and those of others are not
-/// known, and 1 otherwise.
+/// For each fixture 2 if the loads of some of its contacts are known and those of others are not,
+/// and 1 otherwise.
 fn kinds_of_contacts(problem: &Problem) -> Vec<usize> {
-    let uses_loads = problem.uses_loads();
     let mut has = vec![[false; 2]; problem.fixtures.len()];
     for i in 0..problem.contacts.len() {
-        let is_used = uses_loads && problem.contacts.known_load(i).is_some();
-        has[problem.contacts.fixture(i)][usize::from(is_used)] = true;
+        let is_known = problem.contacts.known_load(i).is_some();
+        has[problem.contacts.fixture(i)][usize::from(is_known)] = true;
     }
     has.iter().map(|[without, with]| if *without && *with { 2 } else { 1 }).collect()
 }

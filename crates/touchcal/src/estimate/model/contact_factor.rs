@@ -278,7 +278,7 @@ impl ContactFactor {
         self.candidates(point, i, (&pose, &gate))
     }
 
-    /// As `evaluate_candidates`, with only the candidates that bear the load where it is used.
+    /// As `evaluate_candidates`, with only the candidates that bear the load where it is known.
     pub fn evaluate_bearing(
         &mut self,
         point: &LinearizationPoint<'_>,
@@ -287,7 +287,7 @@ impl ContactFactor {
     ) -> CandidateContacts {
         let (pose, gate) = self.find_candidates(point, i, cache);
         match point.model.bearing_normals.get(i) {
-            _ if !point.model.uses_load_of(i) => {}
+            _ if !point.model.has_load(i) => {}
             Some(bearing) => self.rows.retain(|_, row| bearing.iter().any(|one| one.dot(&se3::linear(row)) > ALIKE)),
             None => {
                 let mut bears = bearing(&point.load_on_tool(i), self.rows.jacobian()).into_iter();

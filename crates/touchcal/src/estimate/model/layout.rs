@@ -181,7 +181,7 @@ fn all_parameters(problem: &Problem, placements: &[&str]) -> Vec<Parameter> {
                 .extend((0..AXIS_DIRECTIONS).map(|k| directional_gap_bias(&fixture.name, f, k).with_sigma(sigma)));
         }
     }
-    if problem.uses_loads() {
+    if problem.deflects_under_loads() {
         let with_sigma = |(parameter, sigma): (Parameter, f64)| (sigma > 0.0).then(|| parameter.with_sigma(sigma));
         parameters.extend(wrench_parameters(problem.wrench).filter_map(with_sigma));
     }

@@ -96,7 +96,7 @@ impl<'m> LinearizationPoint<'m> {
             }
         });
         let WrenchTolerance { force_noise, torque_noise, .. } = model.problem.wrench;
-        let has_noise = model.problem.uses_loads() && (force_noise > 0.0 || torque_noise > 0.0);
+        let has_noise = model.problem.deflects_under_loads() && (force_noise > 0.0 || torque_noise > 0.0);
         LinearizationPoint {
             model,
             kinematics,

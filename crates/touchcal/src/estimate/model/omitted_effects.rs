@@ -101,7 +101,7 @@ pub(crate) fn has_exact_declarations(problem: &Problem) -> bool {
 
 /// Parameters of the wrench that are declared exact, where it is used.
 fn exact_wrench(problem: &Problem) -> Vec<Parameter> {
-    let each = wrench_parameters(problem.wrench).filter(|(_, sigma)| problem.uses_loads() && *sigma == 0.0);
+    let each = wrench_parameters(problem.wrench).filter(|(_, sigma)| problem.deflects_under_loads() && *sigma == 0.0);
     each.map(|(parameter, _)| parameter).collect()
 }
 

@@ -114,7 +114,8 @@ pub struct Estimate {
     /// Names of effects ([`OmittedEffect::name`](crate::estimate::OmittedEffect::name)) and of
     /// declarations ([`Declaration::name`](crate::estimate::Declaration::name)) that contacts
     /// cannot test: they would not show a plausible size of the effect, or determine no direction
-    /// of what is declared better than that. Empty where the search did not converge.
+    /// of what is declared better than that; and `friction`, of which there is none in the model,
+    /// where one-sided contacts have no known load. Empty where the search did not converge.
     pub untested: Vec<String>,
     /// Effects that were estimated in addition to the problem's parameters, in the order in which
     /// they were tried; empty but for

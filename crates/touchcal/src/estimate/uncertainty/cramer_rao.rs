@@ -17,7 +17,7 @@ const EM_SUBSAMPLE: usize = 3000;
 const EM_TOLERANCE: f64 = 0.25;
 
 /// The Cramér–Rao bound: the covariance (SI) that no unbiased estimate from contacts at the same
-/// joint positions can beat, where loads are used none from the surfaces that bear them; square,
+/// joint positions can beat, where loads are known none from the surfaces that bear them; square,
 /// rows and columns in the order of
 /// [`Estimate::parameters`](crate::estimate::Estimate::parameters).
 ///

@@ -22,7 +22,7 @@ pub(super) fn move_tool(problem: &mut Problem, displacement: &Twist) {
 /// The peg of `parts` and its hole, wider (m a side) and deeper (m).
 pub(super) fn with_hole(parts: &PrismPair, wider: f64, deeper: f64) -> Result<Parts, PartsError> {
     let hole = if wider == 0.0 { parts.hole().clone() } else { parts.hole().offset_mitred(wider)? };
-    let pair = PrismPair::new(parts.peg().clone(), parts.length(), hole, parts.depth() + deeper)?;
+    let pair = parts.with_hole(hole, parts.depth() + deeper)?;
     Ok(Parts::PegInHole(Box::new(pair)))
 }
 

@@ -69,6 +69,8 @@ pub enum Falsification {
     /// The hole is wider or narrower along x of the fixture's frame, and along y, by draws of this
     /// standard deviation (m a side).
     UnequalClearance(f64),
+    /// Edges of peg and hole are round with this radius (m), and declared sharp.
+    EdgeWear(f64),
     /// The tool leaves the fixture between presses, and the force sensor has a low-pass filter of
     /// this time constant (s, ≥ 0): rows just after a contact count as contacts.
     ForceLag(f64),
@@ -139,6 +141,7 @@ impl Falsification {
             self,
             Falsification::Friction(_)
                 | Falsification::UnequalClearance(_)
+                | Falsification::EdgeWear(_)
                 | Falsification::ForceLag(_)
                 | Falsification::JointCompliance(_)
                 | Falsification::EncoderNoise(_)
@@ -175,6 +178,7 @@ impl Falsification {
             Falsification::UnequalClearance(sigma) => {
                 scenario.touches.iter_mut().for_each(|touch| touch.unequal_clearance_sigma = sigma);
             }
+            Falsification::EdgeWear(radius) => scenario.touches.iter_mut().for_each(|touch| touch.edge_wear = radius),
             Falsification::ForceLag(lag) => {
                 scenario.recorder.force_lag = lag;
                 scenario.touches.iter_mut().for_each(|touch| touch.exploration.lift = LIFT);
@@ -329,5 +333,6 @@ fn half_turn() -> UnitQuaternion<f64> {
 fn scaled(parts: &PrismPair, factor: f64) -> Result<Parts, PartsError> {
     let outline = |of: &Polygon| Polygon::new(of.vertices().iter().map(|vertex| vertex * factor).collect());
     let pair = PrismPair::new(outline(parts.peg())?, parts.length(), outline(parts.hole())?, parts.depth())?;
+    let pair = pair.with_edge_radii(parts.edge_radii())?;
     Ok(Parts::PegInHole(Box::new(pair)))
 }

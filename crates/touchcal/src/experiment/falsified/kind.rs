@@ -2,7 +2,7 @@
 
 use Declared::{AllBut, Defaults, Exact, FixtureFree, FixtureSigma, Only};
 use Falsification::{
-    AllDrawn, ArmSize, Clearance, Depth, DepthInMetres, Drawn, EncoderDrift, EncoderHarmonic, EncoderNoise,
+    AllDrawn, ArmSize, Clearance, Depth, DepthInMetres, Drawn, EdgeWear, EncoderDrift, EncoderHarmonic, EncoderNoise,
     EncoderWalk, FalseContacts, FalseContactsOfAllKinds, FewContacts, FixtureInMetres, FixturesMoved, ForceLag,
     Friction, JointCompliance, JointSign, JointsExchanged, JointsInDegrees, JointsReversed, Nothing, Outline, Spacing,
     TightHole, ToolInMetres, ToolMoved, ToolOpposite, ToolTurned, UnequalClearance, WrenchBias,
@@ -81,7 +81,7 @@ const FALSE: Falsification = FalseContacts { share: 0.2, deviation: 0.3 * DEG };
 impl FalsifiedKind {
     /// The battery, in the order in which it is shown.
     #[rustfmt::skip]
-    pub const ALL: [FalsifiedKind; 53] = [
+    pub const ALL: [FalsifiedKind; 54] = [
         tried(ALL, kind("nothing_exact", "nothing; tool, hole and shapes declared exact", Nothing, Exact)),
         tried(ALL, kind("nothing", "nothing", Nothing, Defaults)),
         kind("hole_drawn", "hole off by a draw from the default, 1 mm and 0.5°; all else exact", Drawn(FixturePlaces), Only(FixturePlaces)),
@@ -110,6 +110,7 @@ impl FalsifiedKind {
         kind("friction_0.25", "friction with a coefficient of 0.25", Friction(0.25), Defaults),
         kind("friction_0.5", "friction with a coefficient of 0.5", Friction(0.5), Defaults),
         kind("clearance_unequal_0.03mm", "hole wider or narrower along x, and along y, by draws of 0.03 mm a side", UnequalClearance(0.03 * MM), Defaults),
+        kind("edges_worn_0.2mm", "edges of peg and hole round with a radius of 0.2 mm, declared sharp", EdgeWear(0.2 * MM), Defaults),
         kind("force_lag_0.3s", "contact left between presses, force filtered with a time constant of 0.3 s: rows after contacts count as contacts", ForceLag(0.3), Defaults),
         kind("compliance_2e-5", "joints give way by 2e-5 rad/(N m)", JointCompliance(2e-5), Defaults),
         kind("compliance_5e-6", "joints give way by 5e-6 rad/(N m)", JointCompliance(5e-6), Defaults),

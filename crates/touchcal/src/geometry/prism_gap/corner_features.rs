@@ -14,7 +14,7 @@ const CHUNK: usize = 64;
 pub(super) fn corners<S: Sink>(sweep: &FeatureSweep<'_>, ring: &ProjectedPolygon, end: f64, sink: &mut S) {
     let pair = sweep.pair;
     let bound = |i: usize| {
-        let aligned = pair.peg.vertices()[i].coords;
+        let aligned = pair.eroded_peg.vertices()[i].coords;
         let z = ring.height_of(&aligned);
         let moved = ring.linear * aligned + ring.offset - aligned;
         let walls = pair.peg_to_hole.bound(i, ring.moved, |near| near.away.dot(&moved));
@@ -28,8 +28,8 @@ pub(super) fn corners<S: Sink>(sweep: &FeatureSweep<'_>, ring: &ProjectedPolygon
 /// A corner of a peg end against walls, rim, top face and floor.
 fn corner<S: Sink>(sweep: &FeatureSweep<'_>, (i, end): (usize, f64), free: bool, sink: &mut S) {
     let pair = sweep.pair;
-    let mut walls = still(&pair.hole, &pair.peg_to_hole);
-    let aligned = pair.peg.vertices()[i].coords;
+    let mut walls = still(&pair.eroded_hole, &pair.peg_to_hole);
+    let aligned = pair.eroded_peg.vertices()[i].coords;
     let corner = sweep.rotation * lift(&aligned, end) + sweep.translation;
     let xy = corner.xy();
     let z = corner.z;
@@ -77,7 +77,7 @@ pub(super) fn rim_corners<S: Sink>(sweep: &FeatureSweep<'_>, rim: &ProjectedPoly
         if pair.hole_clearance[u] <= 0.0 {
             return -1.0;
         }
-        let aligned = pair.hole.vertices()[u].coords;
+        let aligned = pair.eroded_hole.vertices()[u].coords;
         let moved = rim.linear * aligned + rim.offset - aligned;
         pair.hole_to_peg.bound(u, rim.moved, |near| near.away.dot(&moved))
     };
@@ -87,14 +87,14 @@ pub(super) fn rim_corners<S: Sink>(sweep: &FeatureSweep<'_>, rim: &ProjectedPoly
 /// A corner of the rim against the peg's sides and ends.
 fn rim_corner<S: Sink>(sweep: &FeatureSweep<'_>, u: usize, free: bool, sink: &mut S) {
     let pair = sweep.pair;
-    let mut sides = still(&pair.peg, &pair.hole_to_peg);
-    let aligned = pair.hole.vertices()[u].coords;
+    let mut sides = still(&pair.eroded_peg, &pair.hole_to_peg);
+    let aligned = pair.eroded_hole.vertices()[u].coords;
     let corner = sweep.rotation.tr_mul(&lift(&aligned, 0.0)) + sweep.hole_in_peg;
     let (xy, z) = (corner.xy(), corner.z);
     sides.moved = (xy - aligned).norm();
     // How far beyond the nearer end face, along the axis.
-    let over = if z < 0.5 * pair.length { -z } else { z - pair.length };
-    let outward = if z < 0.5 * pair.length { -1.0 } else { 1.0 };
+    let over = if z < 0.5 * pair.eroded_length { -z } else { z - pair.eroded_length };
+    let outward = if z < 0.5 * pair.eroded_length { -1.0 } else { 1.0 };
     if over >= sink.reach() || pair.hole_clearance[u] - sides.moved >= sink.reach() {
         return;
     }
@@ -148,7 +148,7 @@ fn wall_corner<S: Sink>(
     if pair.hole_clearance[u] - ring.moved >= sink.reach() {
         return;
     }
-    let xy = pair.hole.vertices()[u].coords;
+    let xy = pair.eroded_hole.vertices()[u].coords;
     let to_edge = |offset: &Offset| {
         let foot = xy - offset.normal * offset.value;
         let point = lift(&foot, ring.height_at(offset.edge, offset.t));
@@ -197,7 +197,7 @@ pub(super) fn side_edges<S: Sink>(sweep: &FeatureSweep<'_>, rim: &ProjectedPolyg
     let inner_radius = pair.inner_radius.map(|radius| sweep.rotation[(2, 2)].abs() * radius);
     let bound = |i: usize| {
         let bound = if pair.peg_clearance[i] > 0.0 { rim.bound(i) } else { -1.0 };
-        let from_middle = || (pair.peg.vertices()[i].coords - rim.offset).norm();
+        let from_middle = || (pair.eroded_peg.vertices()[i].coords - rim.offset).norm();
         inner_radius.map_or(bound, |radius| bound.max(radius - from_middle()))
     };
     promising(&pair.peg_corners, sink, bound, |i, free, sink| side_edge(sweep, rim, i, free, sink));
@@ -206,11 +206,11 @@ pub(super) fn side_edges<S: Sink>(sweep: &FeatureSweep<'_>, rim: &ProjectedPolyg
 /// A longitudinal edge of the peg against the rim.
 fn side_edge<S: Sink>(sweep: &FeatureSweep<'_>, rim: &ProjectedPolygon, i: usize, free: bool, sink: &mut S) {
     let pair = sweep.pair;
-    let range = (0.0, pair.length);
+    let range = (0.0, pair.eroded_length);
     if pair.peg_clearance[i] - rim.moved >= sink.reach() {
         return;
     }
-    let xy = pair.peg.vertices()[i].coords;
+    let xy = pair.eroded_peg.vertices()[i].coords;
     let to_rim = |offset: &Offset| {
         let point = lift(&xy, rim.height_at(offset.edge, offset.t));
         let feature = Feature::SideEdgeRim { peg_vertex: i, hole_edge: offset.edge };
@@ -221,13 +221,13 @@ fn side_edge<S: Sink>(sweep: &FeatureSweep<'_>, rim: &ProjectedPolygon, i: usize
         return free_offsets(rim, &query, None, sink, to_rim);
     }
     let tip = sweep.rotation * lift(&xy, 0.0) + sweep.translation;
-    let lower = if tip.z <= 0.0 { tip } else { tip + sweep.rotation.column(2) * pair.length };
+    let lower = if tip.z <= 0.0 { tip } else { tip + sweep.rotation.column(2) * pair.eroded_length };
     if no_deeper(lower.z, sink) {
         return;
     }
     let (any, foot) = rim.nearest(&query, sink.reach());
     let pierce = -tip.z / sweep.rotation[(2, 2)];
-    if rim.encloses(&xy, &any) || pierce <= 0.0 || pierce >= pair.length {
+    if rim.encloses(&xy, &any) || pierce <= 0.0 || pierce >= pair.eroded_length {
         free_offsets(rim, &query, Some(foot), sink, to_rim);
         return;
     }

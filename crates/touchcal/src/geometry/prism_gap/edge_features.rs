@@ -23,9 +23,9 @@ pub(super) fn crossing_corners<S: Sink>(sweep: &FeatureSweep<'_>, sink: &mut S) 
         return;
     }
     for &i in &pair.peg_corners {
-        let aligned = lift(&pair.peg.vertices()[i].coords, 0.0);
+        let aligned = lift(&pair.eroded_peg.vertices()[i].coords, 0.0);
         let tip = sweep.rotation * aligned + sweep.translation;
-        let far = tip + axis * pair.length;
+        let far = tip + axis * pair.eroded_length;
         if tip.z.min(far.z) >= 0.0 || (sink.reach() <= 0.0 && is_beside_hole(sweep, (tip, far))) {
             continue;
         }
@@ -38,7 +38,7 @@ pub(super) fn crossing_corners<S: Sink>(sweep: &FeatureSweep<'_>, sink: &mut S) 
         };
         // A corner is where its edge starts, and no nearer than that.
         for u in pair.peg_to_hole.within(i, sink.reach() + moved) {
-            if !pair.hole.is_convex_at(u)
+            if !pair.eroded_hole.is_convex_at(u)
                 && let Some(candidate) = crossing(sweep, (tip, far), i, u)
                 && candidate.value < sink.reach()
             {
@@ -65,7 +65,7 @@ fn strayed(sweep: &FeatureSweep<'_>) -> f64 {
 /// A longitudinal edge against a wall corner, if they are nearest at inner points and face each
 /// other.
 fn crossing(sweep: &FeatureSweep<'_>, (tip, far): Segment, i: usize, u: usize) -> Option<FeatureDistance> {
-    let (peg, hole) = (&sweep.pair.peg, &sweep.pair.hole);
+    let (peg, hole) = (&sweep.pair.eroded_peg, &sweep.pair.eroded_hole);
     let corner = hole.vertices()[u].coords;
     let along = (far - tip).xy();
     let t = (corner - tip.xy()).dot(&along) / along.norm_squared();
@@ -103,7 +103,7 @@ fn is_beside_hole(sweep: &FeatureSweep<'_>, (a, b): Segment) -> bool {
 
 /// Whether the segment passes through a wall.
 fn pierces_wall(sweep: &FeatureSweep<'_>, a: &Vector3<f64>, b: &Vector3<f64>, wall: usize) -> bool {
-    let (r, s) = sweep.pair.hole.edge(wall);
+    let (r, s) = sweep.pair.eroded_hole.edge(wall);
     let (side_a, side_b) = ((s - r).perp(&(a.xy() - r.coords)), (s - r).perp(&(b.xy() - r.coords)));
     if side_a * side_b >= 0.0 {
         return false;
@@ -116,8 +116,8 @@ fn pierces_wall(sweep: &FeatureSweep<'_>, a: &Vector3<f64>, b: &Vector3<f64>, wa
 /// Edges of a peg end against the rim.
 pub(super) fn end_edges<S: Sink>(sweep: &FeatureSweep<'_>, ring: &ProjectedPolygon, end: f64, sink: &mut S) {
     let pair = sweep.pair;
-    for k in 0..pair.peg.len() {
-        let (a, b) = pair.peg.edge(k);
+    for k in 0..pair.eroded_peg.len() {
+        let (a, b) = pair.eroded_peg.edge(k);
         let place = |p: &Vector2<f64>| sweep.rotation * lift(p, end) + sweep.translation;
         let (a, b) = (place(&a.coords), place(&b.coords));
         let (low, high) = (a.z.min(b.z), a.z.max(b.z));
@@ -131,7 +131,7 @@ pub(super) fn end_edges<S: Sink>(sweep: &FeatureSweep<'_>, ring: &ProjectedPolyg
         }
         for j in pair.edge_to_edge.within(k, sink.reach().abs().max(deepest) + ring.moved) {
             let limit = sink.reach().abs().max(deepest);
-            let (r, s) = pair.hole.edge(j);
+            let (r, s) = pair.eroded_hole.edge(j);
             let apart = |axis: usize| {
                 (a[axis].min(b[axis]) - r[axis].max(s[axis])).max(r[axis].min(s[axis]) - a[axis].max(b[axis]))
             };
@@ -154,17 +154,17 @@ fn pierced_top<S: Sink>(sweep: &FeatureSweep<'_>, (a, b): Segment, k: usize, sin
     let pair = sweep.pair;
     let e = b - a;
     let through = a - e * (a.z / e.z);
-    if pair.hole.contains(&through.xy().into()) {
+    if pair.eroded_hole.contains(&through.xy().into()) {
         return;
     }
     let mut best = FeatureDistance::none();
-    for j in 0..pair.hole.len() {
-        let (r, s) = pair.hole.edge(j);
+    for j in 0..pair.eroded_hole.len() {
+        let (r, s) = pair.eroded_hole.edge(j);
         let (r, s) = (lift(&r.coords, 0.0), lift(&s.coords, 0.0));
         let (point, on_rim) = nearest_points((a, b), (r, s));
         best = best.or_shallower(point, on_rim - point, Feature::EndEdgeRim { peg_edge: k, hole_edge: j });
     }
-    let (lower, vertex) = if a.z < b.z { (a, k) } else { (b, (k + 1) % pair.peg.len()) };
+    let (lower, vertex) = if a.z < b.z { (a, k) } else { (b, (k + 1) % pair.eroded_peg.len()) };
     if lower.z > best.value {
         let feature = Feature::CornerTop { peg_vertex: vertex };
         best = FeatureDistance { value: lower.z, point: lower, normal: Vector3::z(), in_peg: false, feature };
@@ -181,8 +181,8 @@ pub(super) fn pierced_end<S: Sink>(sweep: &FeatureSweep<'_>, end: f64, sink: &mu
     let inward: Vector3<f64> =
         if end > 0.0 { -sweep.rotation.column(2) } else { sweep.rotation.column(2).into_owned() };
     let to_peg = |p: &Vector3<f64>| sweep.rotation.tr_mul(p) + sweep.hole_in_peg;
-    for j in 0..pair.hole.len() {
-        let (r, s) = pair.hole.edge(j);
+    for j in 0..pair.eroded_hole.len() {
+        let (r, s) = pair.eroded_hole.edge(j);
         let (r, s) = (lift(&r.coords, 0.0), lift(&s.coords, 0.0));
         let depth = |p: &Vector3<f64>| inward.dot(&(p - sweep.translation)) + if end > 0.0 { end } else { 0.0 };
         let (at_r, at_s) = (depth(&r), depth(&s));
@@ -190,17 +190,18 @@ pub(super) fn pierced_end<S: Sink>(sweep: &FeatureSweep<'_>, end: f64, sink: &mu
             continue;
         }
         let through = to_peg(&(r + (s - r) * (at_r / (at_r - at_s))));
-        if !pair.peg.contains(&through.xy().into()) {
+        if !pair.eroded_peg.contains(&through.xy().into()) {
             continue;
         }
         let mut best = FeatureDistance::none();
-        for k in 0..pair.peg.len() {
-            let (a, b) = pair.peg.edge(k);
+        for k in 0..pair.eroded_peg.len() {
+            let (a, b) = pair.eroded_peg.edge(k);
             let place = |p: &Vector2<f64>| sweep.rotation * lift(p, end) + sweep.translation;
             let (point, on_rim) = nearest_points((place(&a.coords), place(&b.coords)), (r, s));
             best = best.or_shallower(point, on_rim - point, Feature::EndEdgeRim { peg_edge: k, hole_edge: j });
         }
-        let (deeper, inside, vertex) = if at_r > at_s { (r, at_r, j) } else { (s, at_s, (j + 1) % pair.hole.len()) };
+        let (deeper, inside, vertex) =
+            if at_r > at_s { (r, at_r, j) } else { (s, at_s, (j + 1) % pair.eroded_hole.len()) };
         if -inside > best.value {
             let feature = Feature::RimCornerEnd { hole_vertex: vertex };
             best = FeatureDistance {
@@ -221,7 +222,7 @@ pub(super) fn pierced_end<S: Sink>(sweep: &FeatureSweep<'_>, end: f64, sink: &mu
 /// other.
 fn edge_rim(sweep: &FeatureSweep<'_>, (a, b): Segment, k: usize, j: usize, end: f64) -> Option<FeatureDistance> {
     let pair = sweep.pair;
-    let (r, s) = pair.hole.edge(j);
+    let (r, s) = pair.eroded_hole.edge(j);
     let (r, f) = (lift(&r.coords, 0.0), lift(&(s - r), 0.0));
     let e = b - a;
     let w = a - r;
@@ -234,12 +235,12 @@ fn edge_rim(sweep: &FeatureSweep<'_>, (a, b): Segment, k: usize, j: usize, end: 
     if !(0.0..=1.0).contains(&on_peg) || !(0.0..=1.0).contains(&on_rim) {
         return None;
     }
-    let into_cavity = lift(&-pair.hole.outward(j), 0.0);
+    let into_cavity = lift(&-pair.eroded_hole.outward(j), 0.0);
     let cross = e.cross(&f);
     let towards_free = cross.dot(&(into_cavity + Vector3::z()));
     let normal = cross * (towards_free.signum() / cross.norm());
     let axis = if end > 0.0 { sweep.rotation.column(2).into_owned() } else { -sweep.rotation.column(2) };
-    let side = sweep.rotation * lift(&pair.peg.outward(k), 0.0);
+    let side = sweep.rotation * lift(&pair.eroded_peg.outward(k), 0.0);
     if normal.z.min(normal.dot(&into_cavity)).min(-normal.dot(&axis)).min(-normal.dot(&side)) < -CONE_SLACK {
         return None;
     }
@@ -258,7 +259,7 @@ fn edge_rim(sweep: &FeatureSweep<'_>, (a, b): Segment, k: usize, j: usize, end: 
         }
         let (point, behind) = if behind_a > behind_b { (a, behind_a) } else { (b, behind_b) };
         if behind < -value {
-            let vertex = if behind_a > behind_b { k } else { (k + 1) % pair.peg.len() };
+            let vertex = if behind_a > behind_b { k } else { (k + 1) % pair.eroded_peg.len() };
             let feature = Feature::CornerWall { peg_vertex: vertex, hole_edge: j };
             return Some(FeatureDistance { value: -behind, point, normal: into_cavity, in_peg: false, feature });
         }
@@ -278,20 +279,25 @@ fn edge_rim(sweep: &FeatureSweep<'_>, (a, b): Segment, k: usize, j: usize, end: 
 pub(super) fn pierced_walls<S: Sink>(sweep: &FeatureSweep<'_>, sink: &mut S) {
     let pair = sweep.pair;
     let place = |p: &Vector2<f64>, z: f64| sweep.rotation * lift(p, z) + sweep.translation;
-    for k in 0..pair.peg.len() {
-        let (a, b) = pair.peg.edge(k);
-        for end in [0.0, pair.length] {
-            pierced_by(sweep, (place(&a.coords, end), place(&b.coords, end)), (k, (k + 1) % pair.peg.len()), sink);
+    for k in 0..pair.eroded_peg.len() {
+        let (a, b) = pair.eroded_peg.edge(k);
+        for end in [0.0, pair.eroded_length] {
+            pierced_by(
+                sweep,
+                (place(&a.coords, end), place(&b.coords, end)),
+                (k, (k + 1) % pair.eroded_peg.len()),
+                sink,
+            );
         }
-        if pair.peg.is_convex_at(k) {
-            pierced_by(sweep, (place(&a.coords, 0.0), place(&a.coords, pair.length)), (k, k), sink);
+        if pair.eroded_peg.is_convex_at(k) {
+            pierced_by(sweep, (place(&a.coords, 0.0), place(&a.coords, pair.eroded_length)), (k, k), sink);
         }
     }
 }
 
 /// The peg edge from one vertex to another, or along the peg at one vertex.
 fn pierced_by<S: Sink>(sweep: &FeatureSweep<'_>, (a, b): Segment, (from, to): (usize, usize), sink: &mut S) {
-    let hole = &sweep.pair.hole;
+    let hole = &sweep.pair.eroded_hole;
     if a.z.min(b.z) >= 0.0 || is_beside_hole(sweep, (a, b)) {
         return;
     }

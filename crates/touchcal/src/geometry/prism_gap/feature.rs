@@ -8,7 +8,8 @@ use nalgebra::Vector3;
 /// [`PrismPair::hole`](super::prism_pair::PrismPair::hole), edge `i` from vertex `i` to the next.
 ///
 /// A *rim* edge is where a wall meets the top face, a *wall corner* the vertical edge at a hole
-/// vertex. The peg has two end faces, the tip at z = 0 and the other at z = length.
+/// vertex. The peg has two end faces, the tip at z = 0 and the other at z = length. Where edges are
+/// round these are the elements of the sharp parts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[non_exhaustive]
 pub enum Feature {

@@ -19,7 +19,7 @@ impl GapQuery for PrismPair {
         let sweep = FeatureSweep::new(self, hole_from_peg);
         if temperature <= 0.0 {
             let least = smallest(&sweep);
-            return (least.value, sweep.gradient(&least));
+            return (least.value - sweep.sum_of_radii(), sweep.gradient(&least));
         }
         let mut nearest = NearLeast::within(softmin::CUTOFF * temperature, &sweep);
         visit_features(&sweep, &mut nearest);
@@ -34,7 +34,8 @@ impl GapQuery for PrismPair {
                 },
             ),
         }
-        blend.mean()
+        let (mean, gradient) = blend.mean();
+        (mean - sweep.sum_of_radii(), gradient)
     }
 
     /// Searches are short: nothing is kept.
@@ -71,9 +72,9 @@ pub fn visit_features_within(
     visit: impl FnMut(&SignedGap, Feature),
 ) -> SignedGap {
     let sweep = FeatureSweep::new(pair, hole_from_peg);
-    let gap = sweep.signed_gap(&smallest(&sweep));
-    visit_below(&sweep, (gap.value + margin).next_up(), visit);
-    gap
+    let least = smallest(&sweep);
+    visit_below(&sweep, (least.value + margin).next_up(), visit);
+    sweep.signed_gap(&least)
 }
 
 /// Calls `visit(gap, feature)` for the pairs of features whose signed distance is below `cutoff`
@@ -85,9 +86,11 @@ pub fn visit_features_below(
     cutoff: f64,
     visit: impl FnMut(&SignedGap, Feature),
 ) {
-    visit_below(&FeatureSweep::new(pair, hole_from_peg), cutoff, visit);
+    let sweep = FeatureSweep::new(pair, hole_from_peg);
+    visit_below(&sweep, cutoff + sweep.sum_of_radii(), visit);
 }
 
+/// Visits the pairs of features whose distance in the eroded bodies is below `cutoff` (m).
 fn visit_below(sweep: &FeatureSweep<'_>, cutoff: f64, mut visit: impl FnMut(&SignedGap, Feature)) {
     let visit = |distance: &FeatureDistance| visit(&sweep.signed_gap(distance), distance.feature);
     visit_features(sweep, &mut Below { cutoff, visit });
@@ -118,7 +121,7 @@ impl Sink for Smallest {
     }
 }
 
-/// Passes every distance below a cutoff on.
+/// Passes every distance of eroded bodies below a cutoff on.
 struct Below<F> {
     cutoff: f64,
     visit: F,

@@ -13,4 +13,4 @@ mod visit_features;
 
 pub use feature::Feature;
 pub use gap_query::{nearest_feature, visit_features_below, visit_features_within};
-pub use prism_pair::{PrismPair, PrismPairError};
+pub use prism_pair::{EdgeRadii, PrismPair, PrismPairError};

@@ -12,7 +12,7 @@ const LEANING: f64 = 0.99;
 /// out: the peg may be far away, where no bound excludes these families.
 pub(super) fn visit_features<S: Sink>(sweep: &FeatureSweep<'_>, sink: &mut S) {
     let mut is_above = true;
-    for end in [0.0, sweep.pair.length] {
+    for end in [0.0, sweep.pair.eroded_length] {
         let limit = sink.reach().max(0.0);
         let (middle, spread) =
             (sweep.translation.z + sweep.rotation[(2, 2)] * end, sweep.tilt() * sweep.pair.peg_radius);
@@ -40,7 +40,7 @@ pub(super) fn visit_features<S: Sink>(sweep: &FeatureSweep<'_>, sink: &mut S) {
     let rim = sweep.rim();
     corner_features::rim_corners(sweep, &rim, sink);
     let spread = rim.slope.norm() * sweep.pair.hole_radius;
-    let is_beside_rim = rim.height + spread >= 0.0 && rim.height - spread <= sweep.pair.length;
+    let is_beside_rim = rim.height + spread >= 0.0 && rim.height - spread <= sweep.pair.eroded_length;
     if !is_above || is_beside_rim {
         corner_features::side_edges(sweep, &rim, sink);
     }

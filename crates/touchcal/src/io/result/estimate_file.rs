@@ -75,8 +75,8 @@ pub struct EstimateFile {
     /// earlier versions have none.
     #[serde(default)]
     pub prior_tests: Vec<PriorTestEntry>,
-    /// Names of effects and declarations that contacts cannot test; files of earlier versions have
-    /// none.
+    /// Names of effects and declarations that contacts cannot test, `friction` among them; files of
+    /// earlier versions have none.
     #[serde(default)]
     pub untested: Vec<String>,
     /// Effects that were estimated in addition because contacts contradict that they are zero, in

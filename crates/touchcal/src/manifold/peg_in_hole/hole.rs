@@ -22,6 +22,8 @@ pub(super) struct Hole {
     pub depth: f64,
     /// Distance (m) of the peg's surface from its axis, at most.
     pub peg_radius: f64,
+    /// Sum of the radii (m) to which edges of peg and hole are rounded.
+    pub sum_of_edge_radii: f64,
     /// Whether peg and hole are each round about their z axis.
     pub symmetry: AxialSymmetry,
 }
@@ -107,14 +109,16 @@ mod tests {
         let of_hole = se3::adjoint(&pose.inverse()) * of_peg;
         let gradient = Twist::new(0.8, -0.6, 0.1, 2e-3, -3e-3, 4e-3);
         for (peg, hole) in [(true, false), (false, true), (true, true)] {
-            let parts = Hole { depth: 0.03, peg_radius: 0.01, symmetry: AxialSymmetry { peg, hole } };
+            let symmetry = AxialSymmetry { peg, hole };
+            let parts = Hole { depth: 0.03, peg_radius: 0.01, sum_of_edge_radii: 0.0, symmetry };
             let left = parts.without_axial_rotation(&pose)(gradient);
             for (turn, is_round) in [(of_peg, peg), (of_hole, hole)] {
                 assert_eq!(left.dot(&turn).abs() < 1e-15, is_round, "{peg} {hole}: {:e}", left.dot(&turn));
             }
         }
         // Concentric, both turns are one.
-        let parts = Hole { depth: 0.03, peg_radius: 0.01, symmetry: AxialSymmetry { peg: true, hole: true } };
+        let symmetry = AxialSymmetry { peg: true, hole: true };
+        let parts = Hole { depth: 0.03, peg_radius: 0.01, sum_of_edge_radii: 0.0, symmetry };
         let left = parts.without_axial_rotation(&Pose::translation(0.0, 0.0, -0.02))(gradient);
         assert_eq!(left, Twist::new(0.8, -0.6, 0.1, 2e-3, -3e-3, 0.0));
     }

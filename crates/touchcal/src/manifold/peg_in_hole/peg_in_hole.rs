@@ -51,7 +51,12 @@ impl<G: PegInHoleShapes> PegInHole<G> {
     /// hole. The depth bounds the envelope and divides the hole into regions; the gap does not
     /// depend on it.
     pub fn with_depth(shapes: G, depth: f64) -> Self {
-        let hole = Hole { depth, peg_radius: shapes.peg_radius(), symmetry: shapes.symmetry() };
+        let hole = Hole {
+            depth,
+            peg_radius: shapes.peg_radius(),
+            sum_of_edge_radii: shapes.sum_of_edge_radii(),
+            symmetry: shapes.symmetry(),
+        };
         PegInHole { shapes, hole }
     }
 

@@ -1,7 +1,7 @@
 //! The shapes that a peg and a hole may have.
 
 use crate::geometry::{
-    AxialSymmetry, GapQuery, MeshPair, Polygon, PrismPair, is_surface_of_revolution, rotational_order,
+    AxialSymmetry, EdgeRadii, GapQuery, MeshPair, Polygon, PrismPair, is_surface_of_revolution, rotational_order,
 };
 use crate::manifold::contact_manifold::RotationalOrders;
 use crate::manifold::sketch::{Shape, Sketch};
@@ -20,6 +20,12 @@ pub trait PegInHoleShapes: GapQuery {
 
     /// Greatest distance (m) of the peg's surface from the z axis of the peg.
     fn peg_radius(&self) -> f64;
+
+    /// Sum of the radii (m) to which edges of peg and hole are rounded; 0 unless overridden: round
+    /// edges of meshes are part of these.
+    fn sum_of_edge_radii(&self) -> f64 {
+        0.0
+    }
 
     /// Whether peg and hole are each round about the z axis of their frame: the Jacobian then
     /// leaves out rotations about that axis.
@@ -53,6 +59,11 @@ impl PegInHoleShapes for PrismPair {
         PrismPair::peg_radius(self)
     }
 
+    fn sum_of_edge_radii(&self) -> f64 {
+        let EdgeRadii { peg, hole } = self.edge_radii();
+        peg + hole
+    }
+
     fn symmetry(&self) -> AxialSymmetry {
         PrismPair::symmetry(self)
     }
@@ -62,7 +73,7 @@ impl PegInHoleShapes for PrismPair {
     }
 
     fn with_scaled_depth(&self, factor: f64) -> Option<Self> {
-        PrismPair::new(self.peg().clone(), self.length(), self.hole().clone(), factor * self.depth()).ok()
+        self.with_hole(self.hole().clone(), factor * self.depth()).ok()
     }
 
     fn sketch(&self, depth: f64) -> Sketch {

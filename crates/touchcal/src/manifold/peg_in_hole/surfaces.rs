@@ -25,7 +25,9 @@ pub(super) const SURFACE_COUNTS: SurfaceCounts = SurfaceCounts { regions: QUARTE
 /// features that are near depend on the noise.
 pub(super) fn is_at_rim(hole: &Hole, hole_from_peg: &Pose) -> bool {
     let axis = hole_from_peg.rotation * Vector3::z();
-    hole_from_peg.translation.z.abs() < hole.peg_radius * axis.xy().norm() + AT_RIM
+    let near = hole.peg_radius * axis.xy().norm() + AT_RIM;
+    // Round edges meet where the tip is lower by the sum of their radii.
+    (-near - hole.sum_of_edge_radii..near).contains(&hole_from_peg.translation.z)
 }
 
 /// Number of the surface that a candidate contact is of, where nearer candidates have `taken` some.

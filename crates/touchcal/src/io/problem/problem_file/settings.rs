@@ -16,6 +16,7 @@ use crate::estimate::{
 use crate::io::base::bytes;
 use crate::io::base::error::{IoError, Place};
 use crate::io::robot::urdf;
+use crate::manifold::ResidualKind;
 use crate::robot::Robot;
 
 /// Standard deviation of the encoder noise if none is declared (rad): 0.005°, the repeatability of
@@ -112,15 +113,19 @@ impl Settings {
             let expected = "the temperature of each contact (`temperature` in [[contacts]], the name of its column)";
             return Err(IoError::unexpected(place, expected, format!("{unknown} contacts without")));
         }
+        let is_one_sided = |fixture: &Fixture| fixture.manifold.residual_kind() == ResidualKind::LeastGap;
         let (weightless, loaded) = (robot.gravity().norm() == 0.0, contacts.has_loads());
+        let is_rigid = !robot.is_compliant();
         match wanted.joint_compliance {
             Some(place) if weightless && !loaded => {
                 let expected = "gravity or a load (`load_on` in [[contacts]]) under which joints give way";
                 return Err(IoError::unexpected(place, expected, "\"joint_compliance\" with `gravity` of 0"));
             }
-            None if loaded && !robot.is_compliant() => contacts.note(
-                "load_on: no joint gives way, so that the load changes nothing; ask for joint_compliance, or name a URDF that was calibrated with it",
+            None if loaded && is_rigid && !fixtures.iter().any(is_one_sided) => contacts.note(
+                "load_on: no joint deflects and no fixture is a hole of known shape, so that the load changes nothing; \
+                 ask for joint_compliance, or name a URDF that was calibrated with it",
             ),
+            None if is_rigid => {}
             _ if !weightless && loaded && !robot.has_masses() => contacts.note(
                 "joint_compliance: the URDF lacks masses; 1 kg a link stands in for them, beside which the load counts too much or too little; \
                  give links an <inertial>, or declare gravity = [0, 0, 0] if the arm makes up for its weight",
@@ -174,7 +179,7 @@ fn tolerance([force, torque, force_noise, torque_noise, scale]: [Option<f64>; 5]
 /// Notes what is assumed of the wrench where it is used, or that what is `declared` of it has no
 /// effect.
 fn note_wrench(problem: &mut Problem, declared: [Option<f64>; 5]) {
-    if problem.uses_loads() {
+    if problem.deflects_under_loads() {
         let mut assumptions = Assumptions::default();
         assumptions.wrench(declared, problem.wrench);
         assumptions.notes(WRENCH_KEYS).into_iter().for_each(|note| problem.contacts.note(note));

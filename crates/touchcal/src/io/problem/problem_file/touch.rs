@@ -10,10 +10,13 @@ use super::context::{Allowed, Context, MM};
 use super::projected;
 use super::schema::{FixtureKind, FixtureToml, ManifoldToml, Number, Text, ToolKind, ToolToml};
 use super::source::{Outline, Sources};
-use crate::geometry::{MeshPair, Parts, PrismPair, TriangleMesh};
+use crate::geometry::{EdgeRadii, MeshPair, Parts, PrismPair, PrismPairError, TriangleMesh};
 use crate::io::base::bytes::Input;
 use crate::io::base::error::{IoError, Place};
 use crate::manifold::{self, ContactManifold, FITTING, Misfit, Unmodeled, check_fit, exact_manifold};
+
+/// Name of the key of a peg's edges.
+const PEG_EDGE: &str = "tool, edge_radius_mm";
 
 /// What the tool table says of the tool's shape.
 pub(crate) struct Shape {
@@ -22,6 +25,7 @@ pub(crate) struct Shape {
     solid: Option<Rc<TriangleMesh>>,
     length: Option<f64>,
     radius: Option<f64>,
+    edge_radius: f64,
     span: Range<usize>,
 }
 
@@ -35,6 +39,8 @@ impl Shape {
         let tool = tool.get_ref();
         let length = context.number(tool.length_mm.as_ref(), MM, Allowed::Positive, "tool, length_mm")?;
         let radius = context.number(tool.radius_mm.as_ref(), MM, Allowed::Positive, "tool, radius_mm")?;
+        let edge_radius = tool.edge_radius_mm.as_ref();
+        let edge_radius = context.number(edge_radius, MM, Allowed::NotNegative, PEG_EDGE)?.unwrap_or(0.0);
         let sources = Sources {
             outline: &tool.outline,
             outline_name: &tool.outline_name,
@@ -45,10 +51,11 @@ impl Shape {
         };
         let number = |value: &Option<Number>, key| value.as_ref().map(|value| (value.span(), key));
         let (radius_mm, length_mm) = (number(&tool.radius_mm, "radius_mm"), number(&tool.length_mm, "length_mm"));
+        let of_outline = length_mm.or(number(&tool.edge_radius_mm, "edge_radius_mm"));
         let foreign = match tool.kind {
-            ToolKind::Peg => radius_mm.or(length_mm.filter(|_| tool.mesh.is_some())),
-            ToolKind::Point => radius_mm.or(length_mm).or(sources.key()),
-            ToolKind::Ball => length_mm.or(sources.key()),
+            ToolKind::Peg => radius_mm.or(of_outline.filter(|_| tool.mesh.is_some())),
+            ToolKind::Point => radius_mm.or(of_outline).or(sources.key()),
+            ToolKind::Ball => of_outline.or(sources.key()),
         };
         if let Some((span, key)) = foreign {
             let has_mesh = tool.kind == ToolKind::Peg && tool.mesh.is_some();
@@ -58,7 +65,7 @@ impl Shape {
         }
         let outline = sources.outline("tool", context, inputs)?.map(Rc::new);
         let solid = sources.solid("tool", context, inputs)?.map(Rc::new);
-        Ok(Shape { kind: tool.kind, outline, solid, length, radius, span })
+        Ok(Shape { kind: tool.kind, outline, solid, length, radius, edge_radius, span })
     }
 
     /// How this tool touches a fixture.
@@ -106,8 +113,7 @@ impl Shape {
                 if let Some(solid) = &self.solid {
                     return on_plane(solid.corners(), 0.0);
                 }
-                let tip = &self.outline(context)?.profile;
-                on_plane(tip.vertices().iter().map(|vertex| Point3::new(vertex.x, vertex.y, 0.0)).collect(), 0.0)
+                self.tip_on_plane(self.outline(context)?, context)
             }
             (ToolKind::Ball, FixtureKind::Plane) => match self.radius {
                 Some(radius) => on_plane(vec![Point3::origin()], radius),
@@ -128,6 +134,15 @@ impl Shape {
                 Err(IoError::unexpected(context.place(fixture.span(), name), expected, found))
             }
         }
+    }
+
+    /// The tip of a peg of this outline, with its edges round, over a plane.
+    fn tip_on_plane(&self, outline: &Outline, context: &Context<'_>) -> Result<Parts, IoError> {
+        let radius = self.edge_radius;
+        let eroded = if radius > 0.0 { outline.profile.offset_mitred(-radius) } else { Ok(outline.profile.clone()) };
+        let eroded = eroded.map_err(|_| no_room(radius, context.place(self.span.clone(), PEG_EDGE)))?;
+        let points = eroded.vertices().iter().map(|vertex| Point3::new(vertex.x, vertex.y, radius)).collect();
+        Ok(Parts::OnPlane { points, radius })
     }
 
     /// The peg's outline.
@@ -174,10 +189,25 @@ impl Shape {
                 return Err(IoError::unexpected(context.place(span, name), expected, found));
             }
         };
-        let shapes = PrismPair::new(outline.profile.clone(), length, hole, depth);
-        let shapes = shapes.map_err(|error| fault(&outline.file, error.to_string()))?;
+        let field = format!("{name}, edge_radius_mm");
+        let rim = context.number(fixture.edge_radius_mm.as_ref(), MM, Allowed::NotNegative, &field)?;
+        let edge_radii = EdgeRadii { peg: self.edge_radius, hole: rim.unwrap_or(0.0) };
+        let sharp = PrismPair::new(outline.profile.clone(), length, hole, depth);
+        let sharp = sharp.map_err(|error| fault(&outline.file, error.to_string()))?;
+        let shapes = sharp.with_edge_radii(edge_radii).map_err(|error| match error {
+            PrismPairError::EdgeRadius { part: "peg", found } => {
+                no_room(found, context.place(self.span.clone(), PEG_EDGE))
+            }
+            _ => no_room(edge_radii.hole, context.place(span, field)),
+        })?;
         Ok(Parts::PegInHole(Box::new(shapes)))
     }
+}
+
+/// That edges have no room for a radius (m).
+fn no_room(radius: f64, place: Place) -> IoError {
+    let expected = "a radius that each edge of the part is long enough for";
+    IoError::unexpected(place, expected, format!("{} mm", 1e3 * radius))
 }
 
 /// A peg and a hole as meshes.
@@ -192,8 +222,9 @@ fn solid_in_hole(
     let offset = fixture.outline_offset_mm.as_ref().map(|offset| (offset.span(), "outline_offset_mm"));
     let sources = fixture_sources(fixture);
     let outline = sources.key().filter(|_| fixture.mesh.is_none());
-    if let Some((span, key)) = offset.or(outline) {
-        let expected = "`mesh` of the hole, as the peg has, or outlines of both";
+    let edges = fixture.edge_radius_mm.as_ref().map(|radius| (radius.span(), "edge_radius_mm"));
+    if let Some((span, key)) = offset.or(outline).or(edges) {
+        let expected = "what belongs to a hole's `mesh`, as the peg has, or outlines of both";
         return Err(IoError::unexpected(context.place(span, name), expected, format!("`{key}`")));
     }
     let depth = context.required(fixture.depth_mm.as_ref(), MM, table.span(), &format!("{name}, depth_mm"))?;
@@ -228,6 +259,7 @@ fn check_keys(fixture: &FixtureToml, name: &str, context: &Context<'_>) -> Resul
     let text = |value: &Option<Text>, key| value.as_ref().map(|value| (value.span(), key));
     let foreign = number(&fixture.depth_mm, "depth_mm")
         .or(number(&fixture.outline_offset_mm, "outline_offset_mm"))
+        .or(number(&fixture.edge_radius_mm, "edge_radius_mm"))
         .or(number(&fixture.clearance_sigma_mm, "clearance_sigma_mm"))
         .or(number(&fixture.depth_sigma_mm, "depth_sigma_mm"))
         .or(fixture_sources(fixture).key())

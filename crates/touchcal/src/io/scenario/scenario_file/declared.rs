@@ -56,6 +56,8 @@ pub(super) fn set_errors(
     (fixture.clearance_sigma, fixture.depth_sigma) = (shape.clearance, shape.depth);
     let (unequal, key) = (touch.unequal_clearance_sigma_mm.as_ref(), format!("{name}, unequal_clearance_sigma_mm"));
     fixture.unequal_clearance_sigma = context.number(unequal, MM, Allowed::NotNegative, &key)?.unwrap_or(0.0);
+    let wear = (touch.edge_wear_mm.as_ref(), format!("{name}, edge_wear_mm"));
+    fixture.edge_wear = context.number(wear.0, MM, Allowed::NotNegative, &wear.1)?.unwrap_or(0.0);
     let first = before.iter().find(|other| other.block() == fixture.block());
     match first.filter(|first| is_exact_place && first.place_error != PlaceError::default()) {
         None => Ok(()),

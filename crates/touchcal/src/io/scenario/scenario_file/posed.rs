@@ -105,7 +105,7 @@ pub fn problem_text(file: &ScenarioFile, truth: &Truth) -> Vec<TextFile> {
         line.text("file", &log_name(scenario, touch));
         line.text("fixture", &touch.name);
         line.number("force_threshold_n", scenario.recorder.force_threshold);
-        if scenario.errors.joint_compliance > 0.0 {
+        if experiment::uses_loads(scenario) {
             line.text("load_on", "tool");
             line.number("load_lag_rows", scenario.recorder.lag());
         }

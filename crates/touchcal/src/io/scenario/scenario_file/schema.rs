@@ -62,6 +62,7 @@ pub(super) struct TouchToml {
     pub(super) mesh: Option<Text>,
     pub(super) mesh_unit: Option<Spanned<LengthUnitToml>>,
     pub(super) depth_mm: Option<Number>,
+    pub(super) edge_radius_mm: Option<Number>,
     pub(super) sigma_mm: Option<Number>,
     pub(super) sigma_deg: Option<Number>,
     #[serde(default)]
@@ -69,6 +70,7 @@ pub(super) struct TouchToml {
     pub(super) clearance_sigma_mm: Option<Number>,
     pub(super) depth_sigma_mm: Option<Number>,
     pub(super) unequal_clearance_sigma_mm: Option<Number>,
+    pub(super) edge_wear_mm: Option<Number>,
     pub(super) exact: Option<Spanned<Value>>,
     pub(super) postures_deg: Spanned<Vec<Vec<f64>>>,
     #[serde(default)]
@@ -92,6 +94,7 @@ impl TouchToml {
             mesh: None,
             mesh_unit: None,
             depth_mm: touch.depth_mm.clone(),
+            edge_radius_mm: touch.edge_radius_mm.clone(),
             manifold: None,
             samples: None,
             weights: None,

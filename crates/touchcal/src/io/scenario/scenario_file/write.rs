@@ -116,6 +116,7 @@ impl Lines<'_> {
         self.number("clearance_sigma_mm", 1e3 * touch.clearance_sigma);
         self.number("depth_sigma_mm", 1e3 * touch.depth_sigma);
         self.number("unequal_clearance_sigma_mm", 1e3 * touch.unequal_clearance_sigma);
+        self.number("edge_wear_mm", 1e3 * touch.edge_wear);
         let posture = |posture: &Vec<f64>| format!("[{}]", in_user_units(scenario, posture).join(", "));
         let postures: Vec<String> = touch.postures.iter().map(posture).collect();
         self.raw("postures_deg", &format!("[{}]", postures.join(", ")));
@@ -245,11 +246,17 @@ pub(super) fn tool_text(scenario: &Scenario, files: &mut Vec<TextFile>) -> Strin
             line.text("kind", "peg");
             outline(parts.peg(), PEG, &mut line, files);
             line.number("length_mm", 1e3 * parts.length());
+            line.number("edge_radius_mm", 1e3 * parts.edge_radii().peg);
         }
-        (None, Some((points, _))) if points.len() > 1 => {
+        (None, Some((points, radius))) if points.len() > 1 => {
             line.text("kind", "peg");
             line.text("outline", PEG);
-            files.push(TextFile::new(PEG, vertices(points.iter().map(|point| [point.x, point.y]))));
+            let eroded = || points.iter().map(|point| point.xy()).collect();
+            let sharp = || Polygon::new(eroded()).and_then(|outline| outline.offset_mitred(radius));
+            let tip = Some(radius).filter(|radius| *radius > 0.0).and_then(|_| sharp().ok());
+            let tip = tip.map_or_else(eroded, |outline| outline.vertices().to_vec());
+            files.push(TextFile::new(PEG, vertices(tip.iter().map(|point| [point.x, point.y]))));
+            line.number("edge_radius_mm", 1e3 * radius);
         }
         (None, Some((_, radius))) => {
             line.text("kind", "ball");
@@ -292,6 +299,7 @@ pub(super) fn fixture_text(scenario: &Scenario, touch: &Touch, files: &mut Vec<T
                 }
             }
             line.number("depth_mm", 1e3 * parts.depth());
+            line.number("edge_radius_mm", 1e3 * parts.edge_radii().hole);
         }
         Parts::BallInSocket => line.text("kind", "socket"),
         Parts::OnPlane { .. } => line.text("kind", "plane"),
