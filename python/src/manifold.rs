@@ -44,6 +44,7 @@ impl Manifold {
 }
 
 #[pymethods]
+#[allow(clippy::too_many_arguments, reason = "most are keywords with a default")]
 impl Manifold {
     /// A ball, or a point, in a socket: the tool's origin is the fixture's.
     #[staticmethod]
@@ -79,18 +80,19 @@ impl Manifold {
     ///         `offset_outline`.
     ///     length: of the peg (m).
     ///     depth: of the hole (m).
-    ///     edge_radii: radii (peg, hole) to which edges are rounded (m); default: they are sharp.
+    ///     peg_edge_radius, hole_edge_radius: to which edges are rounded (m); 0: they are sharp.
     #[staticmethod]
-    #[pyo3(signature = (peg, hole, *, length, depth, edge_radii=(0.0, 0.0)))]
+    #[pyo3(signature = (peg, hole, *, length, depth, peg_edge_radius=0.0, hole_edge_radius=0.0))]
     fn peg_in_hole(
         peg: Numbers<'_>,
         hole: Numbers<'_>,
         length: f64,
         depth: f64,
-        edge_radii: (f64, f64),
+        peg_edge_radius: f64,
+        hole_edge_radius: f64,
     ) -> PyResult<Manifold> {
         let sharp = PrismPair::new(profile(&peg, "peg")?, length, profile(&hole, "hole")?, depth);
-        let edge_radii = EdgeRadii { peg: edge_radii.0, hole: edge_radii.1 };
+        let edge_radii = EdgeRadii { peg: peg_edge_radius, hole: hole_edge_radius };
         let parts = sharp.and_then(|sharp| sharp.with_edge_radii(edge_radii));
         let parts = parts.map_err(|error| refused("peg_in_hole", error))?;
         let manifold = Manifold::of(&Parts::PegInHole(Box::new(parts)));

@@ -139,15 +139,18 @@ def test_a_round_edge_of_a_tilted_peg_is_farther_from_the_floor() -> None:
     square = np.array([[-0.01, -0.01], [0.01, -0.01], [0.01, 0.01], [-0.01, 0.01]])
     tilted = [touchcal.pose((0, 0, -0.028), rpy=(0, 0.1, 0))]
 
-    def distance(radii: tuple[float, float]) -> float:
+    def distance(of_peg: float, of_hole: float) -> float:
         wide = touchcal.offset_outline(square, 0.005)
-        return Manifold.peg_in_hole(square, wide, length=0.04, depth=0.03, edge_radii=radii).distance(tilted)[0]
+        hole = Manifold.peg_in_hole(
+            square, wide, length=0.04, depth=0.03, peg_edge_radius=of_peg, hole_edge_radius=of_hole
+        )
+        return hole.distance(tilted)[0]
 
     rounding = 0.0002 * (np.sin(0.1) + np.cos(0.1) - 1)
-    assert distance((0.0002, 0)) == pytest.approx(0.002 - 0.01 * np.sin(0.1) + rounding, abs=1e-12)
-    assert distance((0, 0.0002)) == pytest.approx(0.002 - 0.01 * np.sin(0.1), abs=1e-12)
+    assert distance(0.0002, 0) == pytest.approx(0.002 - 0.01 * np.sin(0.1) + rounding, abs=1e-12)
+    assert distance(0, 0.0002) == pytest.approx(0.002 - 0.01 * np.sin(0.1), abs=1e-12)
     with pytest.raises(touchcal.InputError, match="edge radius of the peg"):
-        distance((0.02, 0))
+        distance(0.02, 0)
 
 
 def obj(path: Path, corners: list[tuple[float, float, float]], faces: list[tuple[int, ...]]) -> Path:

@@ -210,7 +210,8 @@ class Manifold:
         *,
         length: float,
         depth: float,
-        edge_radii: tuple[float, float] = (0.0, 0.0),
+        peg_edge_radius: float = 0.0,
+        hole_edge_radius: float = 0.0,
     ) -> Manifold: ...
     @staticmethod
     def meshes(peg: _Path, hole: _Path, *, depth: float, unit: float = 0.001) -> Manifold: ...
