@@ -2,7 +2,7 @@
 //!
 //! | part | shape | signed gap |
 //! |---|---|---|
-//! | straight peg and hole | [`Polygon`]s, extruded along z, with edges sharp or round | [`PrismPair`] |
+//! | straight peg and hole, edges sharp or round | [`Polygon`]s along z | [`PrismPair`] |
 //! | bodies of any shape | [`TriangleMesh`]es | [`MeshPair`] |
 //!
 //! [`prisms_of`] recognizes meshes that are straight, [`AxialSymmetry`] is what is known of round

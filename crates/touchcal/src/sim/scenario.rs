@@ -70,8 +70,8 @@ pub struct Touch {
     /// effect on parts other than a peg in a hole.
     pub unequal_clearance_sigma: f64,
     /// Radius by which edges of the true peg and hole are worn beyond their nominal
-    /// [radii](crate::geometry::EdgeRadii) (m, ≥ 0); without effect on parts other than a peg in a
-    /// hole.
+    /// [radii](crate::geometry::EdgeRadii) (m, ≥ 0); without effect on parts other than a peg in
+    /// a hole.
     pub edge_wear: f64,
     /// Postures near which to work, each in turn: lists of joint positions (rad, or m for a
     /// prismatic joint; exactly one for each moving joint, base first). Without a posture the log

@@ -2,9 +2,9 @@
 //!
 //! Where the load is known the likelihood is of the distances of these candidates alone. A surface
 //! that bears a load is touched, whatever the parameters. Whether one of the other surfaces is
-//! touched depends on the load in ways that odds do not describe: estimates of joint compliances
-//! would be biased. The distances of these others add little information: without them standard
-//! deviations are at most a seventh larger.
+//! touched depends on the load in ways that odds do not describe: estimates of joint compliances,
+//! and with friction those of encoder offsets, would be biased. The distances of these other
+//! surfaces add little information: without them standard deviations are at most a seventh larger.
 
 use crate::manifold::MAX_ROWS;
 use crate::se3::{self, Twist};

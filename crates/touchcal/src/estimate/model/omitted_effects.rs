@@ -99,7 +99,7 @@ pub(crate) fn has_exact_declarations(problem: &Problem) -> bool {
         || of_fixtures.any(|(prior, directions)| !exact_directions(prior, directions).is_empty())
 }
 
-/// Parameters of the wrench that are declared exact, where it is used.
+/// Parameters of the wrench that are declared exact, where joints deflect under it.
 fn exact_wrench(problem: &Problem) -> Vec<Parameter> {
     let each = wrench_parameters(problem.wrench).filter(|(_, sigma)| problem.deflects_under_loads() && *sigma == 0.0);
     each.map(|(parameter, _)| parameter).collect()

@@ -251,10 +251,9 @@ pub(super) fn tool_text(scenario: &Scenario, files: &mut Vec<TextFile>) -> Strin
         (None, Some((points, radius))) if points.len() > 1 => {
             line.text("kind", "peg");
             line.text("outline", PEG);
-            let eroded = || points.iter().map(|point| point.xy()).collect();
-            let sharp = || Polygon::new(eroded()).and_then(|outline| outline.offset_mitred(radius));
-            let tip = Some(radius).filter(|radius| *radius > 0.0).and_then(|_| sharp().ok());
-            let tip = tip.map_or_else(eroded, |outline| outline.vertices().to_vec());
+            let eroded: Vec<_> = points.iter().map(|point| point.xy()).collect();
+            let sharp = Polygon::new(eroded.clone()).and_then(|outline| outline.offset_mitred(radius));
+            let tip = sharp.map_or(eroded, |outline| outline.vertices().to_vec());
             files.push(TextFile::new(PEG, vertices(tip.iter().map(|point| [point.x, point.y]))));
             line.number("edge_radius_mm", 1e3 * radius);
         }
