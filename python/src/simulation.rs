@@ -103,8 +103,8 @@ impl Simulation {
     /// Writes what `touchcal simulate` writes: the logs, problem.toml, scenario.toml, truth.json.
     ///
     /// Raises:
-    ///     FileError, InputError: if a file cannot be written, or the folder holds a problem.toml
-    ///         that is not from a simulation.
+    ///     FileError, InputError: if a file cannot be written, or the folder holds one of them that
+    ///         touchcal did not write, or that was changed since.
     fn save(&self, folder: PathBuf) -> PyResult<()> {
         scenario_file::write_folder(&folder, &self.file, &self.simulated, self.seeds).map_err(io)
     }

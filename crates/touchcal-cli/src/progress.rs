@@ -71,10 +71,16 @@ impl Spinner {
         if interrupted() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     }
 
-    /// Shows elapsed time, for work without progress.
+    /// Shows elapsed time, for work without progress, once that takes longer than [`DELAY`].
     pub fn run(&self) {
-        self.bar.set_draw_target(ProgressDrawTarget::stderr());
         self.bar.enable_steady_tick(DELAY / 5);
+        let bar = self.bar.clone();
+        std::thread::spawn(move || {
+            std::thread::sleep(DELAY);
+            if !bar.is_finished() {
+                bar.set_draw_target(ProgressDrawTarget::stderr());
+            }
+        });
     }
 
     /// Shows a message, once the work takes longer than [`DELAY`].

@@ -7,6 +7,7 @@ use touchcal::robot::builtin;
 use crate::args::ConvertArgs;
 use crate::failure::{Failure, Outcome};
 use crate::output;
+use crate::progress::Spinner;
 
 /// Reads a log, writes it in another format, prints its size and columns.
 pub fn run(args: &ConvertArgs) -> Result<Outcome, Failure> {
@@ -17,7 +18,10 @@ pub fn run(args: &ConvertArgs) -> Result<Outcome, Failure> {
         Some(name) => urdf::read_builtin(name, ends)?,
         None => urdf::read_file(&args.urdf, ends)?,
     };
+    let spinner = Spinner::new("Reading");
+    spinner.run();
     let table = LogTable::read_file(&args.log, &arm.robot, &args.options())?;
+    drop(spinner);
     output::notes(table.notes());
     crate::progress::defer_interrupts();
     table.write_file(&args.out)?;

@@ -28,6 +28,7 @@ pub fn pages(args: &ManArgs) -> Result<Outcome, Failure> {
         output::print(&page(&built())?)?;
         return Ok(Outcome::Done);
     };
+    atomic::remove_left_over(folder);
     for command in all(&built()) {
         let name = command.get_display_name().unwrap_or(command.get_name());
         atomic::write(&folder.join(format!("{name}.1")), page(&command)?.as_bytes())?;

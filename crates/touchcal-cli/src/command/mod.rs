@@ -17,6 +17,7 @@ use std::time::Instant;
 
 use touchcal::estimate::{Progress, StopReason, calibrate_with_freed_effects};
 use touchcal::io::Loaded;
+use touchcal::io::atomic;
 use touchcal::io::calibration_folder::Solved;
 use touchcal::io::problem_file::{self, Selection};
 
@@ -24,7 +25,8 @@ use crate::args::{Arm, Source};
 use crate::failure::Failure;
 use crate::progress::Spinner;
 
-/// Refuses, before long work, to overwrite an input or to write into a path that is no folder.
+/// Refuses, before long work, to overwrite an input or to write into a path that is no folder, and
+/// removes what runs that were ended left beside the outputs.
 fn check_outputs<'a>(
     outputs: impl IntoIterator<Item = PathBuf>,
     inputs: impl IntoIterator<Item = &'a Path>,
@@ -34,6 +36,9 @@ fn check_outputs<'a>(
     for output in outputs {
         if let Some(file) = output.ancestors().skip(1).find(|above| above.is_file()) {
             return Err(Failure::IntoFile(file.display().to_string()));
+        }
+        if let Some(folder) = output.parent() {
+            atomic::remove_left_over(if folder.as_os_str().is_empty() { Path::new(".") } else { folder });
         }
         let Some(found) = canonical(&output) else { continue };
         if let Some(input) = inputs.iter().find(|input| canonical(input).as_ref() == Some(&found)) {
@@ -58,6 +63,8 @@ fn read(source: &Source) -> Result<Loaded, Failure> {
         return Err(Failure::Usage("expected a problem file, found none".to_owned()));
     };
     let selection = Selection { only: source.only.clone(), except: source.except.clone() };
+    let spinner = Spinner::new("Reading");
+    spinner.run();
     Ok(problem_file::read_selected(problem, &selection)?.with_known_shapes()?)
 }
 

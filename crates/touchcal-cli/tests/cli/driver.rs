@@ -45,7 +45,10 @@ fn a_folder_holds_one_calibration() {
     calibrate(&[]).success();
     assert!(!at("out/driver").exists() && at("out/mine.txt").exists());
     let names = |value: &serde_json::Value| value.as_object().unwrap().keys().cloned().collect::<Vec<_>>();
-    assert_eq!(names(&json(&at("out/touchcal.json"))["files"]), ["calibrated.urdf", "estimate.json", "report.html"]);
+    assert_eq!(
+        names(&json(&at("out/touchcal.json"))["results"]["calibration"]["files"]),
+        ["calibrated.urdf", "estimate.json", "report.html"]
+    );
     // What touchcal did not write is not replaced.
     std::fs::create_dir(at("other")).unwrap();
     std::fs::write(at("other/report.html"), "mine").unwrap();

@@ -286,7 +286,7 @@ fn demo_does_not_overwrite_a_users_problem() {
         folder.path(),
         &["demo", "--out", "."],
         1,
-        &["problem.toml: expected the problem of an earlier simulation", "choose another folder"],
+        &["problem.toml: expected no file but those that touchcal wrote", "choose another folder"],
     );
     assert_eq!(std::fs::read_to_string(folder.path().join("problem.toml")).unwrap(), SOCKET);
 }

@@ -204,6 +204,6 @@ fn a_users_problem_is_not_overwritten() {
     let folder = tempfile::tempdir().unwrap();
     std::fs::write(folder.path().join("problem.toml"), "mine").unwrap();
     let done = touchcal(folder.path(), &["simulate", "--preset", "paper", "--out", "."]).code(1);
-    assert!(stderr(&done).contains("problem.toml: expected the problem of an earlier simulation"));
+    assert!(stderr(&done).contains("problem.toml: expected no file but those that touchcal wrote"));
     assert_eq!(std::fs::read_to_string(folder.path().join("problem.toml")).unwrap(), "mine");
 }

@@ -49,7 +49,7 @@ fn a_network_is_trained_and_used() {
     let out = folder.path().join("new/net");
     let mut names: Vec<_> = std::fs::read_dir(&out).unwrap().map(|entry| entry.unwrap().file_name()).collect();
     names.sort();
-    assert_eq!(names, ["metrics.json", "weights.onnx", "weights.safetensors"]);
+    assert_eq!(names, ["metrics.json", "touchcal.json", "weights.onnx", "weights.safetensors"]);
     let metrics = json(&out.join("metrics.json"));
     let near = &metrics["accuracy"][3];
     let value = |name: &str| near[name]["place_mean"].as_f64().unwrap();

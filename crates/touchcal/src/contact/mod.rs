@@ -7,12 +7,14 @@
 //! | `angle_unit` | [`AngleUnit`], and the check of joint positions against the joint limits |
 //! | `load` | [`Load`], a measured wrench as the load on the arm |
 //! | `ingest` | [`ContactIngest`], which makes contacts of the rows of a log |
+//! | `repetition` | [`repeated_contacts`], stretches of a log that are there twice |
 
 mod angle_unit;
 mod detection;
 mod ingest;
 mod load;
 mod log;
+mod repetition;
 
 pub use angle_unit::AngleUnit;
 pub(crate) use angle_unit::{UnitCheck, UnitGuess};
@@ -21,3 +23,4 @@ pub(crate) use ingest::Row;
 pub use ingest::{ContactIngest, IngestOptions, KnownRows, LogFull, MAX_CONTACTS};
 pub use load::{Load, LoadFrame, LoadOn};
 pub use log::{ContactLog, Source};
+pub use repetition::repeated_contacts;

@@ -21,6 +21,7 @@
 //! | [`onnx`] | | writes a network for others |
 //! | [`offsets_yaml`] | | writes encoder offsets for a driver |
 //! | [`atomic`] | | writes a file whole or not at all |
+//! | [`result_folder`] | | writes files that are one result |
 //!
 //! Every failure is an [`IoError`] that names the file, the line or field, what was expected and
 //! what was found. Input is bounded: each format refuses files larger than a documented size, and
@@ -39,6 +40,7 @@ mod shape;
 pub use base::atomic;
 pub use base::bytes::Input;
 pub use base::error::{IoError, Place};
+pub use base::result_folder;
 pub use campaign::trial_folder;
 #[cfg(feature = "parquet")]
 pub use campaign::{campaign_folder, campaign_parquet, falsified_parquet};

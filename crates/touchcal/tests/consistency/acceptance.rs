@@ -105,5 +105,5 @@ fn passes_and_fails_are_right() {
 #[test]
 #[ignore = "long form: scripts/test long"]
 fn passes_and_fails_of_many_arms_are_right() {
-    decisions_are_right(75);
+    decisions_are_right(250);
 }

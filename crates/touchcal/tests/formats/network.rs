@@ -121,6 +121,23 @@ fn damaged_and_foreign_weights_are_refused() {
     refused(with("layers.1.bias", "layers.9.bias"), &["damaged ones"]);
 }
 
+/// A file of gigabytes costs no more than its header.
+#[test]
+fn a_file_that_its_header_contradicts_is_refused_unread() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("c.safetensors");
+    let read = |bytes: &[u8]| {
+        std::fs::write(&path, bytes).unwrap();
+        std::fs::OpenOptions::new().write(true).open(&path).unwrap().set_len(3 << 30).unwrap();
+        checkpoint_file::read_file(&path).map_err(|error| error.to_string())
+    };
+    let whole = checkpoint_bytes();
+    refused(read(&whole), &[&format!("of {} bytes by its header, found 3221225472 bytes", whole.len())]);
+    refused(read(&weights().to_bytes().unwrap()), &["metadata", "entry `touchcal_checkpoint`"]);
+    refused(read(&[]), &["c.safetensors: expected a whole safetensors file"]);
+    refused(read(&u64::MAX.to_le_bytes()), &["with a header of at most 1048576 bytes"]);
+}
+
 #[test]
 fn weights_that_are_no_numbers_are_refused() {
     // With the right fingerprint, as a training gone wrong would write it.

@@ -327,3 +327,43 @@ fn encoders_that_change_with_temperature_need_one_for_each_contact() {
     assert_eq!(over("log", 0).unwrap().problem.trend_variable, TrendVariable::Log);
     assert!(over("time", 0).unwrap_err().contains("`log` or `temperature`"));
 }
+
+#[test]
+fn a_load_that_changes_nothing_is_noted() {
+    let notes = |text: &str| {
+        let problem = read(text).unwrap().problem;
+        problem.contacts.notes().iter().filter(|note| note.starts_with("load_on:")).count()
+    };
+    // A hole: the load says which of its surfaces are touched.
+    assert_eq!(notes(&FULL.replacen("debounce = 1", "debounce = 1\nload_on = \"tool\"", 1)), 0);
+    // A socket and a plane, which a ball touches at one place.
+    let columns = "fixture = \"front/0\"\n[estimate]";
+    let loaded = "fixture = \"front/0\"\nforce_threshold_n = 3\nload_on = \"tool\"\n[estimate]";
+    let text = BALL.replacen(columns, loaded, 1).replacen("panda.csv", "log.csv", 1);
+    assert_eq!(notes(&text), 1);
+    let flexible = text.replacen("\"fixture\"]", "\"fixture\", \"joint_compliance\"]", 1);
+    assert_eq!(notes(&flexible), 0);
+}
+
+#[test]
+fn a_copy_of_a_log_is_noted() {
+    let folder = folder();
+    let log = |name: &str, time: u32| {
+        let rows = (0..12).map(|k| format!("{},{},0,0,1,0,0,0\n", time + k, 0.01 * f64::from(k)));
+        let text = format!("t,q1,q2,q3,q4,q5,q6,q7\n{}", rows.collect::<String>());
+        std::fs::write(folder.path().join(name), text).unwrap();
+    };
+    let contacts = FULL.split_once("[[contacts]]").unwrap().1.split_once("[noise]").unwrap().0;
+    let two = "\nfile = \"a.csv\"\nfixture = \"hole\"\n[[contacts]]\nfile = \"b.csv\"\nfixture = \"hole\"\n";
+    let text = FULL.replacen(contacts, two, 1);
+    let notes = |time: u32, more: &str| {
+        log("a.csv", 0);
+        log("b.csv", time);
+        let problem =
+            read_in(folder.path(), &text.replacen("\"b.csv\"", &format!("\"b.csv\"{more}"), 1)).unwrap().problem;
+        problem.contacts.notes().iter().filter(|note| note.starts_with("12 of 24 contacts have")).count()
+    };
+    // The same rows count once; with another time they are a copy, held out or not.
+    assert_eq!(notes(0, ""), 0);
+    assert_eq!((notes(100, ""), notes(100, "\nheld_out = true")), (1, 1));
+}

@@ -106,6 +106,19 @@ fn edges_that_parts_cannot_have_are_refused() {
     refused("length_mm = 40", "length_mm = 40\nedge_radius_mm = 11", &["tool, edge_radius_mm", "long enough", "11 mm"]);
     refused("depth_mm = 30", "depth_mm = 30\nedge_radius_mm = -1", &["hole`, edge_radius_mm", "-1"]);
     refused("depth_mm = 30", "depth_mm = 30\nedge_radius_mm = 31", &["hole`, edge_radius_mm", "long enough", "31 mm"]);
+    let mesh = "mesh = \"peg.stl\"\nedge_radius_mm = 0.1";
+    refused("outline = \"peg.csv\"\nlength_mm = 40", mesh, &["what belongs to a peg's mesh", "`edge_radius_mm`"]);
+    let plane = "xyz_mm = [0, 0, 10] }\nedge_radius_mm = 0.1";
+    refused("xyz_mm = [0, 0, 10] }", plane, &["fixture `table`", "what belongs to a plane", "`edge_radius_mm`"]);
+    // The plane alone: the peg's outline has no room, whatever the hole.
+    let alone = FULL.replacen("length_mm = 40", "length_mm = 40\nedge_radius_mm = 11", 1);
+    let (before, rest) = alone.split_once("[[fixture]]\nname = \"hole\"").unwrap();
+    let (_, rest) = rest.split_once("[[fixture]]").unwrap();
+    let (fixture, rest) = rest.split_once("[[distance]]").unwrap();
+    let (_, rest) = rest.split_once("fixture = \"table\"").unwrap();
+    let text = format!("{before}[[fixture]]{fixture}[[contacts]]\nfile = \"deg.csv\"\nfixture = \"table\"{rest}");
+    let message = read(&text).unwrap_err();
+    assert!(message.contains("tool, edge_radius_mm") && message.contains("found 11 mm"), "{message}");
 }
 
 #[test]

@@ -197,6 +197,10 @@ fn same(read: &Problem, made: &Problem) {
     assert_eq!(read.contacts.len(), made.contacts.len());
     assert_eq!(read.contacts.rows_read(), made.contacts.rows_read());
     assert_eq!(read.contacts.has_loads(), made.contacts.has_loads());
+    for i in 0..read.contacts.len() {
+        let (a, b) = (read.contacts.load(i), made.contacts.load(i));
+        assert!(a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-6), "contact {i}: {a:?} {b:?}");
+    }
 }
 
 /// What is written reads as the same scenario, whose text is the same again; the logs, simulated

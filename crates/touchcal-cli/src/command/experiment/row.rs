@@ -95,7 +95,7 @@ impl Row {
 
     /// Path in `folder` of the row of a trial and an approach.
     pub fn path(folder: &Path, trial: &str, approach: &str) -> PathBuf {
-        folder.join("rows").join(format!("{trial}.{approach}.json"))
+        folder.join(saved::ROWS).join(format!("{trial}.{approach}.json"))
     }
 }
 

@@ -9,6 +9,9 @@ use touchcal::io::atomic;
 
 use crate::failure::Failure;
 
+/// Name of the folder of these files, within that of the experiment.
+pub const ROWS: &str = "rows";
+
 /// Largest file of a trial (bytes).
 const MAX_BYTES: u64 = 1 << 16;
 

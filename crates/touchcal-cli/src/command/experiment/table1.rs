@@ -11,6 +11,7 @@ use serde::Serialize;
 use touchcal::estimate::{GradientDescent, StopReason};
 use touchcal::experiment::Trial;
 use touchcal::geometry::Parts;
+use touchcal::io::result_folder::{self, ResultFile, ResultKind};
 use touchcal::io::urdf::{self, Ends};
 use touchcal::io::weights_file::WeightsFile;
 use touchcal::io::{Input, atomic, manifold_file, trial_folder};
@@ -19,8 +20,8 @@ use touchcal::manifold::{NearestSample, Projection};
 use touchcal::sim::{Preset, Scenario};
 
 use super::approach::{ALL, Approach, ContactModel, Manifolds};
-use super::figure;
 use super::row::{Row, Tool};
+use super::{figure, saved};
 use crate::args::{ApproachName, Table1Args};
 use crate::failure::{Failure, Outcome};
 use crate::output;
@@ -33,6 +34,10 @@ const PUBLISHED_STRAIN: f64 = 0.019;
 const PUBLISHED_BIAS_DEG: f64 = 1.48;
 const PUBLISHED_REDUCTION: (f64, f64) = (2.6, 3.37);
 
+const JSON: &str = "table1.json";
+const CSV: &str = "table1.csv";
+const FIGURE: &str = "table1.svg";
+
 /// The source of a trial.
 enum Source {
     Simulated { scenario: Arc<Scenario>, seed: u64 },
@@ -42,6 +47,8 @@ enum Source {
 /// Runs all approaches on all trials, saving each row; then writes the table as text, CSV, JSON and
 /// figure.
 pub fn run(args: &Table1Args) -> Result<Outcome, Failure> {
+    result_folder::check(&args.out, ResultKind::Table1, &[JSON, CSV, FIGURE], &[])?;
+    atomic::remove_left_over(&args.out.join(saved::ROWS));
     let robot = urdf::read_builtin("iiwa14", Ends::default())?.robot;
     let scenario = Scenario { contacts: args.contacts as usize, ..Preset::Paper.scenario(robot.clone())? };
     let Some(Parts::PegInHole(parts)) = scenario.touches.first().map(|touch| touch.parts.clone()) else {
@@ -77,10 +84,14 @@ pub fn run(args: &Table1Args) -> Result<Outcome, Failure> {
     let grouped: Vec<Vec<&Row>> = approaches.iter().map(of).collect();
     let summaries: Vec<Summary> =
         approaches.iter().zip(&grouped).map(|(approach, rows)| Summary::of(approach, rows)).collect();
-    write(args, &rows, &summaries)?;
     let labels: Vec<&str> = approaches.iter().map(|approach| approach.label).collect();
     let svg = figure::svg(&labels, &grouped, (PUBLISHED_BIAS_DEG, PUBLISHED_STRAIN)).map_err(Failure::Setup)?;
-    atomic::write(&args.out.join("table1.svg"), svg.as_bytes())?;
+    let files = vec![
+        ResultFile::new(JSON, json(&rows, &summaries)?),
+        ResultFile::new(CSV, csv(&rows)),
+        ResultFile::new(FIGURE, svg),
+    ];
+    result_folder::write(&args.out, ResultKind::Table1, files, &[])?;
     output::print(&text(args, sources.len(), &summaries))?;
     Ok(Outcome::Done)
 }
@@ -243,7 +254,7 @@ struct File<'a> {
     rows: &'a [Row],
 }
 
-fn write(args: &Table1Args, rows: &[Row], summary: &[Summary]) -> Result<(), Failure> {
+fn json(rows: &[Row], summary: &[Summary]) -> Result<String, Failure> {
     let published = Published {
         strain_mae: PUBLISHED_STRAIN,
         bias_mae_deg: PUBLISHED_BIAS_DEG,
@@ -251,10 +262,7 @@ fn write(args: &Table1Args, rows: &[Row], summary: &[Summary]) -> Result<(), Fai
         bias_reduction: PUBLISHED_REDUCTION.1,
     };
     let file = File { version: env!("CARGO_PKG_VERSION"), published, summary, rows };
-    let json = serde_json::to_string_pretty(&file)? + "\n";
-    atomic::write(&args.out.join("table1.json"), json.as_bytes())?;
-    atomic::write(&args.out.join("table1.csv"), csv(rows).as_bytes())?;
-    Ok(())
+    Ok(serde_json::to_string_pretty(&file)? + "\n")
 }
 
 fn csv(rows: &[Row]) -> String {

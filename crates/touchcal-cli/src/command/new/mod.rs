@@ -29,6 +29,7 @@ fn from_logs(args: &NewArgs, logs: &Path, urdf: &Path) -> Result<Outcome, Failur
     }
     let folder = args.out.clone().unwrap_or_else(|| args.kind.name().into());
     let path = folder.join("problem.toml");
+    atomic::remove_left_over(&folder);
     if path.exists() {
         return Err(Failure::Setup(format!("{} is there already; choose another --out", path.display())));
     }
@@ -48,6 +49,11 @@ fn from_logs(args: &NewArgs, logs: &Path, urdf: &Path) -> Result<Outcome, Failur
     Ok(Outcome::Done)
 }
 
+/// Whether a run that was ended wrote this file, the first of two, as it is.
+fn is_left_over(path: &Path, text: &str) -> bool {
+    !path.with_file_name("problem.toml").exists() && std::fs::read(path).is_ok_and(|found| found == text.as_bytes())
+}
+
 /// Writes the files, unless one of them is there.
 pub fn run(args: &NewArgs) -> Result<Outcome, Failure> {
     if let (Some(logs), Some(urdf)) = (&args.from, &args.urdf) {
@@ -55,8 +61,9 @@ pub fn run(args: &NewArgs) -> Result<Outcome, Failure> {
     }
     let folder = args.out.clone().unwrap_or_else(|| args.kind.name().into());
     let files = files(args.kind).map(|(name, text)| (folder.join(name), text));
+    atomic::remove_left_over(&folder);
     // The problem first: it is what was filled in.
-    if let Some((existing, _)) = files.iter().rfind(|(path, _)| path.exists()) {
+    if let Some((existing, _)) = files.iter().rfind(|(path, text)| path.exists() && !is_left_over(path, text)) {
         return Err(Failure::Setup(format!("{} exists already; choose another --out", existing.display())));
     }
     for (path, text) in &files {

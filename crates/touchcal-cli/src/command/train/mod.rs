@@ -7,6 +7,7 @@ use std::panic;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
+use touchcal::io::result_folder::{self, ResultFile, ResultKind};
 use touchcal::io::weights_file::{Teacher, WeightsFile};
 use touchcal::io::{atomic, checkpoint_file, manifold_file, onnx};
 use touchcal::manifold::coordinates::Metric;
@@ -35,6 +36,8 @@ const WARM_UP_STEPS: u64 = 5;
 /// Reads samples, trains, writes the network, prints its accuracy.
 pub fn run(args: &TrainArgs) -> Result<Outcome, Failure> {
     progress::defer_interrupts();
+    atomic::remove_left_over(&args.out);
+    result_folder::check(&args.out, ResultKind::Network, &[WEIGHTS, METRICS, ONNX], &[])?;
     probe(args.device.into()).map_err(TrainingError::from)?;
     let checkpoint = args.out.join(CHECKPOINT);
     let resumed = match (args.resume, checkpoint.exists()) {
@@ -158,14 +161,14 @@ impl Session<'_> {
         let rows = accuracy(&weights.projection, &self.lessons, ACCURACY_POSES);
         let summary =
             TrainingSummary { weights: &weights, ending, rows: &rows, seconds: start.elapsed().as_secs_f64() };
-        let path = |name: &str| self.args.out.join(name);
-        let mut written = vec![path(WEIGHTS), path(METRICS)];
-        atomic::write(&written[0], &weights.to_bytes()?)?;
-        atomic::write(&written[1], summary.json()?.as_bytes())?;
+        let mut files = vec![ResultFile::new(WEIGHTS, weights.to_bytes()?), ResultFile::new(METRICS, summary.json()?)];
+        let mut names = vec![WEIGHTS, METRICS];
         if self.args.onnx {
-            written.push(path(ONNX));
-            atomic::write(&path(ONNX), &onnx::to_bytes(&weights.projection, &summary.properties()))?;
+            files.push(ResultFile::new(ONNX, onnx::to_bytes(&weights.projection, &summary.properties())));
+            names.push(ONNX);
         }
+        result_folder::write(&self.args.out, ResultKind::Network, files, &[])?;
+        let written: Vec<PathBuf> = names.iter().map(|name| self.args.out.join(name)).collect();
         // The results that it protected are written.
         if self.checkpoint.exists() {
             atomic::remove(&self.checkpoint)?;

@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 use sha2::{Digest, Sha256};
 
 use crate::io::base::error::{IoError, Place};
+use crate::io::base::manifest;
 
 /// Path and fingerprint of a file that was read, for provenance.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -52,8 +53,9 @@ impl<R: Read> Read for Hashing<R> {
     }
 }
 
-/// Opens a regular file.
+/// Opens a regular file, which is of no unfinished result.
 pub(crate) fn open(path: &Path) -> Result<File, IoError> {
+    manifest::check_finished(path)?;
     // Asked before opening: a pipe would block.
     let kind = std::fs::metadata(path).map_err(|source| IoError::file(path, "open", source))?;
     if !kind.is_file() {

@@ -4,10 +4,11 @@ pub mod atomic;
 pub(super) mod bytes;
 pub(crate) mod csv;
 pub(super) mod error;
+pub(super) mod manifest;
 #[cfg(feature = "parquet")]
 pub(super) mod number_columns;
 pub(super) mod paths;
-pub(super) mod result_folder;
+pub mod result_folder;
 pub(super) mod suggest;
 pub(super) mod toml_text;
 pub(crate) mod xml;

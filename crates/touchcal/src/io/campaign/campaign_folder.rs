@@ -34,12 +34,14 @@ impl CampaignFolder {
     /// that all processes simulate the same text, to the last bit. `files` are those of
     /// [`scenario_text`](scenario_file::scenario_text), among them one named [`SCENARIO`]; the
     /// campaign has `trials` (≥ 0) trials with the seeds `first_seed`, `first_seed + 1`, … Missing
-    /// folders are made; parts that are there are left.
+    /// folders are made; parts that are there are left, but not temporary files of runs that were
+    /// ended.
     ///
     /// # Errors
     /// [`IoError`] if the files cannot be written, or are no scenario; some may then be written.
     pub fn new(files: &[TextFile], folder: PathBuf, trials: u64, first_seed: u64) -> Result<Self, IoError> {
         let parts = folder.join(PARTS);
+        atomic::remove_left_over(&parts);
         files.iter().try_for_each(|file| atomic::write(&parts.join(&file.name), file.text.as_bytes()))?;
         let scenario = scenario_file::read_file(&parts.join(SCENARIO))?.scenario;
         let text: String = files.iter().map(|file| file.text.as_str()).collect();

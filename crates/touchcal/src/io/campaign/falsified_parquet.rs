@@ -2,7 +2,6 @@
 //! [`FalsifiedRow`], lengths in mm. Texts are UTF-8, the warnings' kinds with a blank between them;
 //! a number that a row does not have is NaN.
 
-use std::path::Path;
 use std::sync::Arc;
 
 use parquet::basic::Compression;
@@ -13,7 +12,6 @@ use parquet::file::writer::{SerializedColumnWriter, SerializedFileWriter};
 use parquet::schema::parser::parse_message_type;
 
 use crate::experiment::falsified::FalsifiedRow;
-use crate::io::base::atomic;
 use crate::io::base::error::{IoError, Place};
 
 /// What a column holds of a row.
@@ -41,17 +39,15 @@ const COLUMNS: [(&str, Values); 12] = [
     ("warnings", Text(|row| row.warnings.join(" "))),
 ];
 
-/// Writes `rows`, in their order, to one Parquet file; a seed above 2⁶³ keeps its bits.
+/// The Parquet file of `rows`, in their order, as bytes; a seed above 2⁶³ keeps its bits.
 ///
 /// # Errors
-/// [`IoError`] if the file cannot be written; `path` is then as it was.
-pub fn write_file(path: &Path, rows: &[FalsifiedRow]) -> Result<(), IoError> {
-    let unwritten = |error: ParquetError| IoError::syntax(Place::file(path.display().to_string()), error.to_string());
-    let bytes = to_bytes(rows).map_err(unwritten)?;
-    atomic::write(path, &bytes)
+/// [`IoError::Syntax`] if the parquet crate cannot write them.
+pub fn to_bytes(rows: &[FalsifiedRow]) -> Result<Vec<u8>, IoError> {
+    encoded(rows).map_err(|error| IoError::syntax(Place::file("falsified.parquet"), error.to_string()))
 }
 
-fn to_bytes(rows: &[FalsifiedRow]) -> Result<Vec<u8>, ParquetError> {
+fn encoded(rows: &[FalsifiedRow]) -> Result<Vec<u8>, ParquetError> {
     let fields = COLUMNS.map(|(name, values)| match values {
         Text(_) => format!("required binary {name} (UTF8);"),
         Count(_) => format!("required int64 {name};"),

@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 use crate::io::base::bytes;
 use crate::io::base::error::{IoError, Place};
 use crate::io::manifold::network_entry::{NetworkEntry, Teacher};
-use crate::io::manifold::network_tensors;
+use crate::io::manifold::{network_tensors, tensor_file};
 use crate::manifold::learned::{AdamState, BestWeights, Checkpoint, Network};
 
 /// The schema that this version writes and reads; others are refused.
@@ -100,6 +100,6 @@ pub fn from_bytes(bytes: &[u8], file: &str) -> Result<CheckpointFile, IoError> {
 /// # Errors
 /// As [`from_bytes`], and if the file cannot be read.
 pub fn read_file(path: &Path) -> Result<CheckpointFile, IoError> {
-    let (bytes, input) = bytes::read_all(path, MAX_BYTES)?;
+    let (bytes, input) = tensor_file::read_all(path, MAX_BYTES, KEY)?;
     from_bytes(&bytes, &input.path)
 }

@@ -7,13 +7,14 @@
 use std::collections::HashMap;
 use std::path::Path;
 
+use safetensors::Dtype;
 use safetensors::tensor::TensorView;
-use safetensors::{Dtype, SafeTensors};
 use serde::{Deserialize, Serialize};
 
 use crate::io::base::bytes::{self, Input};
 use crate::io::base::error::{IoError, Place, quoted};
 use crate::io::manifold::pose_file::{self, MAX_POSES, no_samples};
+use crate::io::manifold::tensor_file;
 use crate::manifold::PoseSamples;
 use crate::manifold::coordinates::{Coordinates, Metric};
 
@@ -110,16 +111,9 @@ impl ManifoldFile {
     /// finite.
     pub fn from_bytes(bytes: &[u8], file: &str) -> Result<ManifoldFile, IoError> {
         bytes::check_size(bytes.len() as u64, MAX_BYTES, file)?;
-        let place = || Place::file(file);
-        let damaged = |error| IoError::unexpected(place(), "a whole safetensors file", format!("{error}"));
-        let (_, header) = SafeTensors::read_metadata(bytes).map_err(damaged)?;
-        let tensors = SafeTensors::deserialize(bytes).map_err(damaged)?;
-        let Some(entry) = header.metadata().as_ref().and_then(|metadata| metadata.get(ENTRY)) else {
-            let found = format!("a file without it, of {} tensors", tensors.len());
-            return Err(IoError::unexpected(place().field("metadata"), format!("entry `{ENTRY}`"), found));
-        };
-        let Entry { sha256, provenance, .. } = read_entry(entry, file)?;
-        let tensor = place().field(format!("tensor `{TENSOR}`"));
+        let (tensors, entry) = tensor_file::parse(bytes, file, ENTRY)?;
+        let Entry { sha256, provenance, .. } = read_entry(&entry, file)?;
+        let tensor = Place::file(file).field(format!("tensor `{TENSOR}`"));
         let Ok(poses) = tensors.tensor(TENSOR) else {
             return Err(IoError::unexpected(tensor, "one", "none"));
         };
@@ -135,7 +129,11 @@ impl ManifoldFile {
         let samples = PoseSamples::new(rows(poses.data())).map_err(|error| no_samples(tensor, &error))?;
         if provenance.recorded < samples.len() as u64 {
             let expected = format!("at least the {} samples", samples.len());
-            return Err(IoError::unexpected(place().field("recorded"), expected, format!("{}", provenance.recorded)));
+            return Err(IoError::unexpected(
+                Place::file(file).field("recorded"),
+                expected,
+                format!("{}", provenance.recorded),
+            ));
         }
         Ok(ManifoldFile { samples, provenance })
     }
@@ -145,7 +143,7 @@ impl ManifoldFile {
     /// # Errors
     /// As [`from_bytes`](ManifoldFile::from_bytes), and if the file cannot be read.
     pub fn read_file(path: &Path) -> Result<(ManifoldFile, Input), IoError> {
-        let (bytes, input) = bytes::read_all(path, MAX_BYTES)?;
+        let (bytes, input) = tensor_file::read_all(path, MAX_BYTES, ENTRY)?;
         Ok((ManifoldFile::from_bytes(&bytes, &input.path)?, input))
     }
 }

@@ -13,5 +13,6 @@ pub mod pose_file;
 #[cfg(feature = "parquet")]
 mod pose_parquet;
 mod pose_row;
+mod tensor_file;
 #[cfg(feature = "learned")]
 pub mod weights_file;

@@ -10,6 +10,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::io::base::bytes;
 use crate::io::base::error::{IoError, Place};
+use crate::io::manifold::tensor_file;
 use crate::manifold::learned::Layer;
 
 /// The metadata as written.
@@ -81,21 +82,15 @@ pub(crate) fn read<'b, T: DeserializeOwned>(
         schema: u32,
     }
     let place = || Place::file(file);
-    let damaged = |error| IoError::unexpected(place(), "a whole safetensors file", format!("{error}"));
-    let (_, header) = SafeTensors::read_metadata(bytes).map_err(damaged)?;
-    let tensors = SafeTensors::deserialize(bytes).map_err(damaged)?;
-    let Some(entry) = header.metadata().as_ref().and_then(|metadata| metadata.get(key)) else {
-        let found = format!("a file without it, of {} tensors", tensors.len());
-        return Err(IoError::unexpected(place().field("metadata"), format!("entry `{key}`"), found));
-    };
+    let (tensors, entry) = tensor_file::parse(bytes, file, key)?;
     let syntax =
         |error: serde_json::Error| IoError::syntax(place().field(format!("metadata, {key}")), error.to_string());
-    let head: Head = serde_json::from_str(entry).map_err(syntax)?;
+    let head: Head = serde_json::from_str(&entry).map_err(syntax)?;
     if head.schema != schema {
         let found = format!("{}", head.schema);
         return Err(IoError::unexpected(place().field("metadata, schema"), format!("schema {schema}"), found));
     }
-    let entry: Entry<T> = serde_json::from_str(entry).map_err(syntax)?;
+    let entry: Entry<T> = serde_json::from_str(&entry).map_err(syntax)?;
     let mut named = tensors.tensors();
     named.sort_by(|a, b| a.0.cmp(&b.0));
     if bytes::sha256_of_parts(named.iter().map(|(_, view)| view.data())) != entry.sha256 {

@@ -12,7 +12,7 @@ use crate::io::base::bytes::{self, Input};
 use crate::io::base::error::{IoError, Place};
 use crate::io::manifold::network_entry::NetworkEntry;
 pub use crate::io::manifold::network_entry::Teacher;
-use crate::io::manifold::network_tensors;
+use crate::io::manifold::{network_tensors, tensor_file};
 use crate::manifold::learned::{LearnedProjection, Network, TrainingOptions};
 
 /// The schema that this version writes and reads; others are refused.
@@ -90,7 +90,7 @@ impl WeightsFile {
     /// # Errors
     /// As [`from_bytes`](WeightsFile::from_bytes), and if the file cannot be read.
     pub fn read_file(path: &Path) -> Result<(WeightsFile, Input), IoError> {
-        let (bytes, input) = bytes::read_all(path, MAX_BYTES)?;
+        let (bytes, input) = tensor_file::read_all(path, MAX_BYTES, KEY)?;
         Ok((WeightsFile::from_bytes(&bytes, &input.path)?, input))
     }
 }

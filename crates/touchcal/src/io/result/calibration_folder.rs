@@ -6,7 +6,8 @@ use std::path::{Path, PathBuf};
 use crate::estimate::{Estimate, Fixture, Problem, Progress, Score, Spread, Status, Warning, apply_estimated_places};
 use crate::io::base::bytes::Input;
 use crate::io::base::error::{IoError, Place};
-use crate::io::base::result_folder::{self, MANIFEST, ResultFile};
+use crate::io::base::manifest::{MANIFEST, Manifest};
+use crate::io::base::result_folder::{self, ResultFile, ResultKind};
 use crate::io::problem::loaded::Loaded;
 use crate::io::result::estimate_file::{
     self, AcceptanceEntry, CompetingMinimumEntry, ContactCounts, EffectTestEntry, EstimateFile, FixtureResidual,
@@ -83,7 +84,7 @@ pub fn paths(folder: &Path) -> Vec<PathBuf> {
 /// # Errors
 /// [`IoError`] with the path of such a file.
 pub fn check_folder(folder: &Path) -> Result<(), IoError> {
-    result_folder::check_own(folder, &NAMES, former_names(folder))
+    result_folder::check(folder, ResultKind::Calibration, &NAMES, former_names(folder))
 }
 
 /// Writes `calibrated.urdf`, `estimate.json`, `report.html` and what else is `wanted` into
@@ -106,39 +107,43 @@ pub fn write(
     wanted: Wanted,
 ) -> Result<Written, IoError> {
     let mut files = vec![
-        (CALIBRATED, calibrated_urdf(loaded, &solved.estimate)?.into_bytes()),
-        (ESTIMATE, file.to_json()?.into_bytes()),
-        (REPORT, page(loaded, solved, file)?.into_bytes()),
+        ResultFile::new(CALIBRATED, calibrated_urdf(loaded, &solved.estimate)?),
+        ResultFile::new(ESTIMATE, file.to_json()?),
+        ResultFile::new(REPORT, page(loaded, solved, file)?),
     ];
     let of_driver = if wanted.driver { driver_files(loaded, &solved.estimate)? } else { None };
     let driver = of_driver.is_some().then(|| DRIVER.map(|name| folder.join(name)));
     files.extend(of_driver.into_iter().flatten());
     #[cfg(feature = "mcap")]
     if wanted.mcap {
-        files.push((MCAP, crate::io::result::calibration_mcap::to_bytes(&loaded.problem, &solved.estimate)?));
+        files.push(ResultFile::new(
+            MCAP,
+            crate::io::result::calibration_mcap::to_bytes(&loaded.problem, &solved.estimate)?,
+        ));
     }
-    let mcap = files.iter().any(|(name, _)| *name == MCAP).then(|| folder.join(MCAP));
-    result_folder::write(folder, &files, former_names(folder))?;
+    let mcap = (wanted.mcap && cfg!(feature = "mcap")).then(|| folder.join(MCAP));
+    result_folder::write(folder, ResultKind::Calibration, files, former_names(folder))?;
     let [urdf, estimate, report] = [CALIBRATED, ESTIMATE, REPORT].map(|name| folder.join(name));
     Ok(Written { urdf, estimate, report, driver, mcap })
 }
 
 /// The files of a calibration in `folder` if it is one of a version that wrote no manifest.
 fn former_names(folder: &Path) -> &'static [&'static str] {
+    let is_listed = Manifest::read(folder).is_ok_and(|found| found.results.contains_key(&ResultKind::Calibration));
     let is_calibration = || EstimateFile::read_file(&folder.join(ESTIMATE)).is_ok();
-    if !folder.join(MANIFEST).exists() && is_calibration() { &NAMES } else { &[] }
+    if !is_listed && is_calibration() { &NAMES } else { &[] }
 }
 
 /// What a driver that takes encoder offsets needs instead of `calibrated.urdf`: the URDF without
 /// the offsets and the offsets ([`split_offsets`]), in this order. `None` if the nominal chain has
 /// other joints than the calibrated one.
-fn driver_files(loaded: &Loaded, estimate: &Estimate) -> Result<Option<[ResultFile; 2]>, IoError> {
+fn driver_files(loaded: &Loaded, estimate: &Estimate) -> Result<Option<[ResultFile<'static>; 2]>, IoError> {
     let Some((robot, offsets)) = split_offsets(&calibrated(loaded, estimate), &loaded.problem.robot) else {
         return Ok(None);
     };
     let [urdf, yaml] = DRIVER;
     let text = urdf::rewrite(&loaded.urdf, &robot)?;
-    Ok(Some([(urdf, text.into_bytes()), (yaml, offsets_yaml::text(&robot, &offsets).into_bytes())]))
+    Ok(Some([ResultFile::new(urdf, text), ResultFile::new(yaml, offsets_yaml::text(&robot, &offsets))]))
 }
 
 /// The text of `calibrated.urdf`: that of the URDF that was read, with the calibrated joint origins

@@ -10,7 +10,6 @@ use super::estimate_schema_1;
 use crate::estimate::{NoiseSigma, ParameterPosterior, PosteriorEntry};
 use crate::io::base::bytes::{self, Input};
 use crate::io::base::error::{IoError, Place};
-use crate::io::base::result_folder;
 
 pub use super::estimate_check_entries::{
     AcceptanceEntry, Decision, HeldOutEntry, PredictiveCheckEntry, ScatterEntry, TaskErrorsEntry,
@@ -185,7 +184,6 @@ impl EstimateFile {
     /// As [`EstimateFile::from_json`], and if the file cannot be read, is larger than
     /// [`MAX_BYTES`], or is of a calibration whose writing was interrupted.
     pub fn read_file(path: &Path) -> Result<EstimateFile, IoError> {
-        result_folder::check_finished(path)?;
         let (text, input) = bytes::read_text(path, MAX_BYTES)?;
         EstimateFile::from_json(&text, &input.path)
     }

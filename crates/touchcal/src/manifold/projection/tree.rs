@@ -69,7 +69,7 @@ impl Tree {
     /// last.
     fn few(&self, query: &Point, k: usize) -> Vec<Found> {
         let mut few: Vec<Found> = Vec::with_capacity(k + 1);
-        for point in self.points.nearest_neighbor_iter(query) {
+        for point in self.points.nearest_neighbor_iter(*query) {
             let next = found(point, query);
             if few.len() >= k && few.last().is_some_and(|last| next.0 > last.0) {
                 break;

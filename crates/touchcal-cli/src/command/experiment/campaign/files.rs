@@ -2,19 +2,29 @@
 
 use std::path::Path;
 
-use touchcal::io::atomic;
+use touchcal::io::result_folder::{self, ResultFile, ResultKind};
 
 use super::figure;
 use super::statistics::CampaignStatistics;
 use crate::failure::Failure;
 use crate::output;
 
-/// Writes campaign.json and campaign.svg into `folder`.
-pub fn write(statistics: &CampaignStatistics, folder: &Path) -> Result<(), Failure> {
-    atomic::write(&folder.join("campaign.json"), json(statistics)?.as_bytes())?;
+const STATISTICS: &str = "campaign.json";
+const FIGURE: &str = "campaign.svg";
+/// Name of the file of all rows.
+pub const ROWS: &str = "rows.parquet";
+
+/// Refuses to replace files in `folder` that touchcal did not write.
+pub fn check(folder: &Path) -> Result<(), Failure> {
+    Ok(result_folder::check(folder, ResultKind::Campaign, &[STATISTICS, FIGURE, ROWS], &[])?)
+}
+
+/// Writes campaign.json, campaign.svg and the file of all rows, if there is one, into `folder`.
+pub fn write(statistics: &CampaignStatistics, folder: &Path, rows: Option<ResultFile<'_>>) -> Result<(), Failure> {
     let svg = figure::coverage(statistics).map_err(Failure::Setup)?;
-    atomic::write(&folder.join("campaign.svg"), svg.as_bytes())?;
-    Ok(())
+    let mut files = vec![ResultFile::new(STATISTICS, json(statistics)?), ResultFile::new(FIGURE, svg)];
+    files.extend(rows);
+    Ok(result_folder::write(folder, ResultKind::Campaign, files, &[])?)
 }
 
 /// Prints the statistics: as JSON, or as a table with the files written to `folder`.

@@ -45,7 +45,7 @@ pub fn run(args: &CampaignArgs) -> Result<Outcome, Failure> {
     let statistics: Vec<CampaignStatistics> =
         totals.iter().map(|total| CampaignStatistics::new(&total.summary, total.core_seconds)).collect();
     for (campaign, statistics) in campaigns.iter().zip(&statistics) {
-        files::write(statistics, campaign.folder())?;
+        files::write(statistics, campaign.folder(), None)?;
     }
     match &args.vary {
         Some(vary) => sweep::output(args, vary, &statistics)?,
@@ -57,11 +57,14 @@ pub fn run(args: &CampaignArgs) -> Result<Outcome, Failure> {
 /// One campaign, or one for each value of the varied setting.
 fn campaigns(args: &CampaignArgs, file: &ScenarioFile) -> Result<Vec<Campaign>, Failure> {
     let Some(vary) = &args.vary else {
+        files::check(&args.out)?;
         return Ok(vec![Campaign::new(&scenario_file::scenario_text(file), args.out.clone(), args)?]);
     };
+    sweep::check(&args.out)?;
     let campaign = |value: &f64| {
-        let files = scenario_file::varied_text(file, &vary.setting, *value)?;
-        Campaign::new(&files, args.out.join(format!("{}={value}", vary.setting)), args)
+        let folder = args.out.join(format!("{}={value}", vary.setting));
+        files::check(&folder)?;
+        Campaign::new(&scenario_file::varied_text(file, &vary.setting, *value)?, folder, args)
     };
     vary.values.iter().map(campaign).collect()
 }

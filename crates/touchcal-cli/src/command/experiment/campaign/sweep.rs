@@ -1,7 +1,9 @@
 //! Campaigns that differ in one setting, side by side.
 
+use std::path::Path;
+
 use serde::Serialize;
-use touchcal::io::atomic;
+use touchcal::io::result_folder::{self, ResultFile, ResultKind};
 
 use super::figure;
 use super::statistics::{CampaignStatistics, quantiles};
@@ -24,14 +26,22 @@ struct SweepEntry<'a> {
     statistics: &'a CampaignStatistics,
 }
 
+const STATISTICS: &str = "sweep.json";
+const FIGURE: &str = "sweep.svg";
+
+/// Refuses to replace files in `folder` that touchcal did not write.
+pub fn check(folder: &Path) -> Result<(), Failure> {
+    Ok(result_folder::check(folder, ResultKind::Sweep, &[STATISTICS, FIGURE], &[])?)
+}
+
 /// Writes sweep.json and sweep.svg, and prints the statistics of each value.
 pub fn output(args: &CampaignArgs, vary: &Vary, statistics: &[CampaignStatistics]) -> Result<(), Failure> {
     let campaigns =
         vary.values.iter().zip(statistics).map(|(&value, statistics)| SweepEntry { value, statistics }).collect();
     let json = serde_json::to_string_pretty(&Sweep { setting: &vary.setting, campaigns })? + "\n";
-    atomic::write(&args.out.join("sweep.json"), json.as_bytes())?;
     let svg = figure::sweep(vary, statistics).map_err(Failure::Setup)?;
-    atomic::write(&args.out.join("sweep.svg"), svg.as_bytes())?;
+    let files = vec![ResultFile::new(STATISTICS, json.as_str()), ResultFile::new(FIGURE, svg)];
+    result_folder::write(&args.out, ResultKind::Sweep, files, &[])?;
     output::print(&if args.json { json } else { text(args, vary, statistics) })
 }
 

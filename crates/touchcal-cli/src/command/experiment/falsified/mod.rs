@@ -6,13 +6,18 @@ mod statistics;
 mod trials;
 
 use touchcal::experiment::falsified::{FalsifiedKind, FalsifiedRow, has_recorded};
+use touchcal::io::result_folder::{self, ResultFile, ResultKind};
 use touchcal::io::{atomic, falsified_parquet};
 
-use super::threads;
+use super::{saved, threads};
 use crate::args::FalsifiedArgs;
 use crate::failure::{Failure, Outcome};
 use crate::output;
 use statistics::KindStatistics;
+
+const ROWS: &str = "falsified.parquet";
+const STATISTICS: &str = "falsified.json";
+const FIGURE: &str = "falsified.svg";
 
 /// Computes the missing trials, writes all of them and their statistics, and prints these.
 pub fn run(args: &FalsifiedArgs) -> Result<Outcome, Failure> {
@@ -24,17 +29,22 @@ pub fn run(args: &FalsifiedArgs) -> Result<Outcome, Failure> {
     if let (Some(kind), false) = (not_recorded.first(), args.kind.is_empty()) {
         return Err(Failure::Setup(format!("--kind {} needs a simulation, without --logs", kind.name)));
     }
+    result_folder::check(&args.out, ResultKind::Falsified, &[ROWS, STATISTICS, FIGURE], &[])?;
+    atomic::remove_left_over(&args.out.join(saved::ROWS));
     let rows = trials::run(args, &kinds)?;
     let statistics: Vec<KindStatistics> = kinds.iter().map(|kind| KindStatistics::new(kind, &rows)).collect();
     write(args, &rows, &statistics)
 }
 
 fn write(args: &FalsifiedArgs, rows: &[FalsifiedRow], statistics: &[KindStatistics]) -> Result<Outcome, Failure> {
-    falsified_parquet::write_file(&args.out.join("falsified.parquet"), rows)?;
     let json = serde_json::to_string_pretty(statistics)? + "\n";
-    atomic::write(&args.out.join("falsified.json"), json.as_bytes())?;
     let svg = figure::svg(statistics).map_err(Failure::Setup)?;
-    atomic::write(&args.out.join("falsified.svg"), svg.as_bytes())?;
+    let results = vec![
+        ResultFile::new(ROWS, falsified_parquet::to_bytes(rows)?),
+        ResultFile::new(STATISTICS, json.as_str()),
+        ResultFile::new(FIGURE, svg),
+    ];
+    result_folder::write(&args.out, ResultKind::Falsified, results, &[])?;
     let files = "falsified.parquet, falsified.json, falsified.svg and rows/";
     let text = format!("{}Written   {}: {files}\n", statistics::table(statistics), args.out.display());
     output::print(if args.json { &json } else { &text })?;

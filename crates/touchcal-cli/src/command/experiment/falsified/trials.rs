@@ -127,6 +127,6 @@ impl Job<'_> {
             Contacts::Recorded(name, _) => name,
         };
         let name = format!("{}.{contacts}.{}.json", self.kind.name, self.seed);
-        args.out.join("rows").join(name)
+        args.out.join(saved::ROWS).join(name)
     }
 }

@@ -23,7 +23,7 @@ use std::path::Path;
 
 use toml::Spanned;
 
-use crate::contact::{AngleUnit, ContactLog, Detection, KnownRows, Load, LoadFrame, LoadOn};
+use crate::contact::{AngleUnit, ContactLog, Detection, KnownRows, Load, LoadFrame, LoadOn, repeated_contacts};
 use crate::estimate::{DEFAULT_DISTANCE_SIGMA, Distance, Problem, parameter_count};
 use crate::io::base::bytes::{self, Input};
 use crate::io::base::error::{IoError, Place, quoted, shown_number};
@@ -148,6 +148,7 @@ fn build(toml: &ProblemToml, selection: &Selection, context: &Context<'_>) -> Re
         inputs.push(read_contacts(table, &robot, &options, context, (log, &mut known))?);
     }
     held_out.notes().iter().for_each(|note| contacts.note(note));
+    note_repetition(&mut contacts, &held_out);
     assumptions.notes(KEYS).iter().for_each(|note| contacts.note(note));
     let acceptance = toml.accept.as_ref().map(|table| acceptance(table, (&robot, &tool), context)).transpose()?;
     let mut problem = settings.problem(robot, (tool, fixtures, distances), contacts)?;
@@ -155,6 +156,18 @@ fn build(toml: &ProblemToml, selection: &Selection, context: &Context<'_>) -> Re
     problem.held_out = held_out;
     check_size(&problem, context)?;
     Ok(Loaded { problem, urdf, inputs })
+}
+
+/// Appends a note if a log is a copy of another.
+fn note_repetition(contacts: &mut ContactLog, held_out: &ContactLog) {
+    let repeated = repeated_contacts([&*contacts, held_out]);
+    if repeated > 0 {
+        contacts.note(format!(
+            "{repeated} of {} contacts have, one after another, the joint positions of earlier ones to 1e-6 rad; \
+             if a log is a copy of another, name only one of them: copies make uncertainties too small",
+            contacts.len() + held_out.len()
+        ));
+    }
 }
 
 /// Refuses more parameters than can be estimated.

@@ -16,7 +16,6 @@ use std::path::Path;
 
 use crate::io::base::bytes::{self, Input};
 use crate::io::base::error::{IoError, Place};
-use crate::io::base::result_folder;
 use crate::io::base::suggest;
 use crate::robot::{Robot, builtin};
 
@@ -66,7 +65,6 @@ pub fn read_bytes(content: &[u8], file: &str, ends: Ends<'_>) -> Result<Robot, I
 /// As [`read_bytes`], and if the file cannot be read, or is of a calibration whose writing was
 /// interrupted.
 pub fn read_file(path: &Path, ends: Ends<'_>) -> Result<UrdfFile, IoError> {
-    result_folder::check_finished(path)?;
     let (text, input) = bytes::read_text(path, MAX_BYTES)?;
     let robot = read(&text, &input.path, ends)?;
     Ok(UrdfFile { robot, text, input })

@@ -8,12 +8,12 @@ use std::path::Path;
 use serde::Serialize;
 
 use super::read::ScenarioFile;
-use super::write::{Lines, TextFile, file_name, fixture_text, robot_text, scenario_text, tool_text};
+use super::write::{Lines, SCENARIO, TextFile, file_name, fixture_text, robot_text, scenario_text, tool_text};
 use crate::estimate::{Distance, EXACT_DISTANCE_SIGMA, ShapeTolerance};
 use crate::experiment;
 use crate::geometry::Parts;
-use crate::io::base::atomic;
 use crate::io::base::error::{IoError, Place};
+use crate::io::base::result_folder::{self, ResultFile, ResultKind};
 use crate::parameter::Block;
 use crate::robot::segments;
 use crate::sim::{Log, MeasuredDistance, Scenario, Seeds, SimulatedTrial, Touch, Truth, WRENCH_DIGITS};
@@ -25,43 +25,32 @@ pub const TRUTH: &str = "truth.json";
 /// Name of the column of the arm's temperature (°C).
 const ARM_TEMPERATURE: &str = "temperature_c";
 
-/// Checks that writing a simulation into `folder` overwrites no problem file but that of an earlier
-/// simulation, which is one with a [`TRUTH`] file beside it. A folder that does not exist passes.
+/// Checks that writing a simulation into `folder` replaces no problem, scenario or truth but those
+/// of an earlier simulation, as that wrote them. A folder that does not exist passes.
 ///
 /// # Errors
-/// [`IoError::Unexpected`] if the folder holds another problem file.
+/// [`IoError::Unexpected`] with the path of such a file.
 pub fn check_folder(folder: &Path) -> Result<(), IoError> {
-    let problem = folder.join(PROBLEM);
-    if problem.exists() && !folder.join(TRUTH).exists() {
-        let place = Place::file(problem.display().to_string());
-        let expected = "the problem of an earlier simulation, or none";
-        return Err(IoError::unexpected(place, expected, "another; choose another folder"));
-    }
-    Ok(())
+    result_folder::check(folder, ResultKind::Simulation, &[PROBLEM, SCENARIO, TRUTH], &[])
 }
 
-/// Writes all files of a simulation into `folder`: truth, logs, scenario, and the problem last.
-/// `file` is the scenario that was simulated with `seeds`. Missing folders are made, files of these
-/// names replaced.
+/// Writes all files of a simulation into `folder`, in place of a former one: truth, logs, scenario
+/// and problem. `file` is the scenario that was simulated with `seeds`. Missing folders are made.
 ///
 /// # Errors
-/// As [`check_folder`] and [`truth_text`], with nothing written, and if a file cannot be written;
-/// those before it then stay.
+/// As [`result_folder::write`] and [`truth_text`].
 pub fn write_folder(
     folder: &Path,
     file: &ScenarioFile,
     simulated: &SimulatedTrial,
     seeds: impl Into<Seeds>,
 ) -> Result<(), IoError> {
-    check_folder(folder)?;
-    let mut files = vec![truth_text(&file.scenario, simulated, seeds)?];
-    files.extend(log_texts(&file.scenario, simulated));
-    files.extend(scenario_text(file));
-    files.extend(problem_text(file, &simulated.truth));
-    for file in files {
-        atomic::write(&folder.join(file.name), file.text.as_bytes())?;
-    }
-    Ok(())
+    let mut texts = vec![truth_text(&file.scenario, simulated, seeds)?];
+    texts.extend(log_texts(&file.scenario, simulated));
+    texts.extend(scenario_text(file));
+    texts.extend(problem_text(file, &simulated.truth));
+    let files = texts.into_iter().map(|text| ResultFile::new(text.name, text.text)).collect();
+    result_folder::write(folder, ResultKind::Simulation, files, &[])
 }
 
 /// The text of `problem.toml`, which `touchcal calibrate` takes, preceded by the files that it

@@ -1,0 +1,89 @@
+//! Stretches of a log that are there twice, such as a log and a resampled copy of it.
+
+use std::collections::HashMap;
+use std::hash::{DefaultHasher, Hash, Hasher};
+
+use super::log::ContactLog;
+
+/// Joint positions of this size are equal (rad or m): far below the noise of encoders.
+const EQUAL: f64 = 1e-6;
+/// Shortest stretch, in contacts that differ from the one before: noise repeats none so long.
+const STRETCH: usize = 10;
+
+/// Number of contacts in stretches whose joint positions, to 1e-6 rad (or m), are those of an
+/// earlier stretch, contact after contact. A stretch has at least ten contacts in which the arm has
+/// moved since the one before. The contacts are those of all `logs`, one log after the other; each
+/// counts once.
+pub fn repeated_contacts<'a>(logs: impl IntoIterator<Item = &'a ContactLog>) -> usize {
+    let keys: Vec<u64> = logs.into_iter().flat_map(|log| (0..log.len()).map(|i| key(log.q(i)))).collect();
+    let mut first: HashMap<u64, usize> = HashMap::new();
+    let (mut repeated, mut stretch) = (0, Stretch::default());
+    for (i, key) in keys.iter().enumerate() {
+        // The contact itself is no earlier one.
+        let next = stretch.of.map(|of| of + 1).filter(|&next| next < i && keys[next] == *key);
+        if next.is_none() {
+            repeated += stretch.counted();
+            stretch = Stretch::default();
+        }
+        stretch.of = next.or_else(|| first.get(key).copied());
+        if stretch.of.is_some() {
+            stretch.contacts += 1;
+            stretch.moved += usize::from(i == 0 || keys[i - 1] != *key);
+        }
+        first.entry(*key).or_insert(i);
+    }
+    repeated + stretch.counted()
+}
+
+/// Contacts that follow earlier ones.
+#[derive(Default)]
+struct Stretch {
+    /// The earlier contact that the last one equals.
+    of: Option<usize>,
+    contacts: usize,
+    /// Contacts that differ from the one before.
+    moved: usize,
+}
+
+impl Stretch {
+    fn counted(&self) -> usize {
+        if self.moved >= STRETCH { self.contacts } else { 0 }
+    }
+}
+
+fn key(q: &[f64]) -> u64 {
+    let mut hasher = DefaultHasher::new();
+    q.iter().for_each(|position| ((position / EQUAL).round() as i64).hash(&mut hasher));
+    hasher.finish()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::contact::Source;
+
+    /// A log of these positions of one joint.
+    fn log(positions: impl IntoIterator<Item = f64>) -> ContactLog {
+        let mut log = ContactLog::new(1);
+        let file = log.add_file("log.csv");
+        positions.into_iter().zip(1..).for_each(|(q, line)| log.push(&[q], 0, Source { line, file }));
+        log
+    }
+
+    #[test]
+    fn stretches_that_are_there_twice_are_counted() {
+        let moving = |count: usize, from: f64| (0..count).map(move |k| from + 1e-3 * k as f64);
+        let once = log(moving(40, 0.0));
+        assert_eq!(repeated_contacts([&once]), 0);
+        // A copy with other rounding errors, behind others and in another log.
+        let copy = log(moving(5, 1.0).chain(moving(12, 0.02).map(|q| q + 1e-9)));
+        assert_eq!(repeated_contacts([&once, &copy]), 12);
+        // Three copies: each but the first.
+        assert_eq!(repeated_contacts([&once, &once, &once]), 80);
+        assert_eq!(repeated_contacts([&once, &log(moving(9, 0.0))]), 0);
+        // Backwards, and an arm that rests at two places in turn.
+        assert_eq!(repeated_contacts([&once, &log(moving(40, 0.0).collect::<Vec<_>>().into_iter().rev())]), 0);
+        let resting = (0..8).flat_map(|k| [f64::from(k % 2); 20]);
+        assert_eq!(repeated_contacts([&log(resting)]), 0);
+    }
+}
