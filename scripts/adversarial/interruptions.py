@@ -1,17 +1,18 @@
-"""Each command, ended at each system call that changes files, and with each of these calls failed.
+"""Commands that write several files, ended at each system call that changes files, and with each of these calls failed.
 
 What must hold afterwards:
 
 - the result in the folder is the former one, the new one, or one that readers refuse as unfinished
 - files of others are as they were
-- the next run succeeds and leaves no temporary file
-- a call that fails gives an error and exit code 1, unless the command can do without it
+- the next run succeeds, and leaves its result and nothing else
+- a call that fails gives an error and exit code 1, or the command does without it and writes its whole result
 """
 
 import hashlib
 import json
 import re
 import shutil
+import signal
 import subprocess
 import sys
 import time
@@ -50,6 +51,8 @@ class Command:
     reader: tuple = None
     # What the next run may say after one that was finished.
     refusal: str = None
+    # What a run leaves besides a result and its manifest.
+    more: tuple = ()
 
 
 def commands():
@@ -58,7 +61,7 @@ def commands():
     read_urdf = ("calibrated.urdf", ["evaluate", "sim/problem.toml", "--urdf", "out/calibrated.urdf"])
     read_problem = ("problem.toml", ["inspect", "out/problem.toml"])
     simulate = ["simulate", "--preset", "mukca", "--contacts", "20", "--out", "out", "--seed"]
-    campaign = ["experiment", "campaign", "--preset", "mukca", "--contacts", "20", "--trials", "2", "--threads", "1", "--out", "out"]
+    campaign = ["experiment", "campaign", "--preset", "mukca", "--contacts", "20", "--trials", "2", "--out", "out", "--threads", "1"]
     falsified = ["experiment", "falsified", "--kind", "spacing_2.5_percent", "--contacts", "1000", "--trials", "1"]
     network = ["--steps", "20", "--width", "4", "--depth", "1", "--pairs", "64", "--batch", "16", "--onnx"]
     return [
@@ -66,12 +69,12 @@ def commands():
         Command("calibrate, with files for a driver", of_driver, calibrate, read_urdf),
         Command("simulate", [*simulate, "2"], [*simulate, "1"], read_problem),
         Command("demo", ["demo", "--contacts", "1000", "--out", "out"], None, read_problem),
-        Command("experiment campaign", campaign),
-        Command("experiment falsified", [*falsified, "--threads", "1", "--out", "out"]),
-        Command("manifold", ["manifold", "--poses", "poses.csv", "--out", "out/manifold.safetensors"]),
+        Command("experiment campaign", [*campaign, "--seed", "2"], [*campaign, "--seed", "1"], more=("parts/",)),
+        Command("experiment falsified", [*falsified, "--threads", "1", "--out", "out"], more=("rows/",)),
+        Command("manifold", ["manifold", "--poses", "poses.csv", "--out", "out/manifold.safetensors"], more=("manifold.safetensors",)),
         Command("train", ["train", "--manifold", "manifold.safetensors", *network, "--out", "out"]),
-        Command("convert", ["convert", "log.csv", "--urdf", "arm.urdf", "--out", "out/log.parquet"]),
-        Command("new", ["new", "peg-in-hole", "--out", "out"], refusal="problem.toml exists already"),
+        Command("convert", ["convert", "log.csv", "--urdf", "arm.urdf", "--out", "out/log.parquet"], more=("log.parquet",)),
+        Command("new", ["new", "peg-in-hole", "--out", "out"], refusal="problem.toml exists already", more=("README.md", "problem.toml")),
     ]
 
 
@@ -80,7 +83,7 @@ class Trials:
 
     def __init__(self, program, base, command):
         self.program, self.base, self.command = program, base, command
-        self.work = base.parent / "work"
+        self.work, self.trace = base.parent / "work", base.parent / "trace"
 
     def run(self, arguments, tracer=()):
         return subprocess.run([*tracer, self.program, *arguments], cwd=self.work, capture_output=True, text=True, timeout=NEEDED)
@@ -104,27 +107,27 @@ class Trials:
         shutil.copytree(self.work, self.base)
 
     def calls(self):
-        """The calls that change files: of each name, which of all calls of that name."""
+        """The calls that change files: of each name, which of all calls of that name in its thread."""
         self.fresh()
-        trace = self.work.parent / "trace"
-        done = self.run(self.command.arguments, ["strace", "-f", "-o", trace, "-e", "trace=" + ",".join(CALLS)])
+        done = self.run(self.command.arguments, ["strace", "-f", "-o", self.trace, "-e", "trace=" + ",".join(CALLS)])
         assert done.returncode in DONE, done.stderr
         numbers, found = {}, []
-        for line in trace.read_text().splitlines():
-            call = re.match(r"(?:\d+ +)?(\w+)\(", line)
+        for line in self.trace.read_text().splitlines():
+            call = re.match(r"(\d+) +(\w+)\(", line)
             if call is None:
                 continue
-            name = call[1]
-            numbers[name] = numbers.get(name, 0) + 1
+            name = call[2]
+            numbers[call[1], name] = numbers.get((call[1], name), 0) + 1
             if name != "openat" or "O_CREAT" in line:
-                found.append((name, numbers[name]))
-        return found
+                found.append((name, numbers[call[1], name]))
+        # Of threads with the same numbers each has its call tried.
+        return sorted(set(found))
 
     def interrupted(self, name, number):
         """Ends the command at this call."""
         self.fresh()
-        self.run(self.command.arguments, self.tracer(name, number, "signal=KILL"))
-        return self.faults()
+        done = self.run(self.command.arguments, self.tracer(name, number, "signal=KILL"))
+        return self.faults() + ([] if done.returncode in (-signal.SIGKILL, 128 + signal.SIGKILL) else ["the call was not reached"])
 
     def failed(self, name, number):
         """Fails this call."""
@@ -135,14 +138,16 @@ class Trials:
             faults.append(f"no error message: {done.stderr}")
         if done.returncode not in (1, *DONE):
             faults.append(f"exit code {done.returncode}: {done.stderr}")
-        if done.returncode in DONE and self.states().count("unfinished") > 0:
-            faults.append("finished, but the manifest says unfinished")
+        if "(INJECTED)" not in self.trace.read_text():
+            faults.append("the call was not reached")
+        if done.returncode in DONE:
+            faults += self.not_whole()
         if "panicked" in done.stderr:
             faults.append(done.stderr)
         return faults + self.faults()
 
     def tracer(self, name, number, what):
-        return ["strace", "-f", "-o", "/dev/null", "-e", f"trace={name}", "-e", f"inject={name}:{what}:when={number}"]
+        return ["strace", "-f", "-o", self.trace, "-e", f"trace={name}", "-e", f"inject={name}:{what}:when={number}"]
 
     def states(self):
         """Of each result that the manifest lists: finished, torn, or unfinished."""
@@ -153,6 +158,25 @@ class Trials:
         sha256 = lambda name: hashlib.sha256((out / name).read_bytes()).hexdigest() if (out / name).exists() else None
         is_whole = lambda result: all(sha256(name) == found for name, found in result["files"].items())
         return ["unfinished" if each["unfinished"] else "finished" if is_whole(each) else "torn" for each in results]
+
+    def not_whole(self):
+        """What the folder has besides a finished result, and what it lacks of that."""
+        out = self.work / "out"
+        faults = [f"a result that is {state}" for state in self.states() if state != "finished"]
+        listed = set()
+        if (out / "touchcal.json").exists():
+            results = json.loads((out / "touchcal.json").read_text())["results"].values()
+            listed = {"touchcal.json", *(name for each in results for name in each["files"])}
+        single = {name for name in self.command.more if not name.endswith("/")}
+        if not listed and not single:
+            faults.append("no result")
+        folders = tuple(name for name in self.command.more if name.endswith("/"))
+        found = {str(path.relative_to(out)) for path in out.rglob("*") if path.is_file()} - OTHERS.keys()
+        if missing := (listed | single) - found:
+            faults.append(f"without {missing}")
+        if more := {name for name in found - listed - single if not (folders and name.startswith(folders)) or ".touchcal-" in name}:
+            faults.append(f"besides the result {more}")
+        return faults
 
     def faults(self):
         """What is wrong with what is left, and with the next run."""
@@ -169,10 +193,7 @@ class Trials:
         is_refused = self.command.refusal is not None and self.command.refusal in done.stderr
         if done.returncode not in DONE and not is_refused:
             faults.append(f"the next run: exit code {done.returncode}: {done.stderr}")
-        if set(self.states()) - {"finished"}:
-            faults.append(f"after the next run: {self.states()}")
-        if left := [str(path) for path in out.rglob(".touchcal-*")]:
-            faults.append(f"after the next run: {left}")
+        faults += [f"after the next run: {fault}" for fault in self.not_whole()]
         if any((out / name).read_text() != text for name, text in OTHERS.items()):
             faults.append("files of others changed")
         return faults

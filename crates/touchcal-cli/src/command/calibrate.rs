@@ -16,7 +16,7 @@ pub fn run(args: &CalibrateArgs) -> Result<Outcome, Failure> {
     let out = format!(" --out {}", args.out.display());
     super::refuse_replaced(&args.source, &args.arm, ["calibrate", &out])?;
     let mut loaded = super::read(&args.source)?;
-    super::check_outputs(
+    super::prepare_outputs(
         calibration_folder::paths(&args.out),
         loaded.inputs.iter().map(|input| Path::new(&input.path)),
     )?;

@@ -11,7 +11,7 @@ use crate::progress::Spinner;
 
 /// Reads a log, writes it in another format, prints its size and columns.
 pub fn run(args: &ConvertArgs) -> Result<Outcome, Failure> {
-    super::check_outputs([args.out.clone()], [args.log.as_path(), args.urdf.as_path()])?;
+    super::prepare_outputs([args.out.clone()], [args.log.as_path(), args.urdf.as_path()])?;
     let name = args.urdf.to_str().filter(|name| builtin::ALL.iter().any(|(known, _)| known == name));
     let ends = Ends { base: None, tip: args.tip.as_deref() };
     let arm = match name {

@@ -23,7 +23,7 @@ const COORDINATES: [&str; 6] = ["x", "y", "z", "roll", "pitch", "yaw"];
 pub fn run(args: &ManifoldArgs) -> Result<Outcome, Failure> {
     let recording = Recording::read(args)?;
     let inputs = recording.inputs.iter().map(|input| Path::new(&input.path));
-    super::check_outputs([args.out.clone()], inputs)?;
+    super::prepare_outputs([args.out.clone()], inputs)?;
     let metric = Metric { metres_per_radian: args.mm_per_deg * 1e-3 / 1f64.to_radians() };
     let spacing = args.spacing_mm * 1e-3;
     let thinned = recording.samples.thinned(spacing, metric);

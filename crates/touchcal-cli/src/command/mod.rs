@@ -25,26 +25,27 @@ use crate::args::{Arm, Source};
 use crate::failure::Failure;
 use crate::progress::Spinner;
 
-/// Refuses, before long work, to overwrite an input or to write into a path that is no folder, and
+/// Refuses, before long work, to overwrite an input or to write into a path that is no folder. Then
 /// removes what runs that were ended left beside the outputs.
-fn check_outputs<'a>(
-    outputs: impl IntoIterator<Item = PathBuf>,
+fn prepare_outputs<'a>(
+    outputs: impl IntoIterator<Item = PathBuf> + Clone,
     inputs: impl IntoIterator<Item = &'a Path>,
 ) -> Result<(), Failure> {
     let canonical = |path: &Path| path.canonicalize().ok();
     let inputs: Vec<&Path> = inputs.into_iter().collect();
-    for output in outputs {
+    for output in outputs.clone() {
         if let Some(file) = output.ancestors().skip(1).find(|above| above.is_file()) {
             return Err(Failure::IntoFile(file.display().to_string()));
-        }
-        if let Some(folder) = output.parent() {
-            atomic::remove_left_over(if folder.as_os_str().is_empty() { Path::new(".") } else { folder });
         }
         let Some(found) = canonical(&output) else { continue };
         if let Some(input) = inputs.iter().find(|input| canonical(input).as_ref() == Some(&found)) {
             let [output, input] = [&*output, input].map(|path| path.display().to_string());
             return Err(Failure::OverInput { output, input });
         }
+    }
+    for output in outputs {
+        let folder = output.parent().filter(|folder| !folder.as_os_str().is_empty());
+        atomic::remove_left_over(folder.unwrap_or(Path::new(".")));
     }
     Ok(())
 }

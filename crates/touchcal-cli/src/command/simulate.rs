@@ -15,7 +15,7 @@ use crate::table::Table;
 
 /// Simulates a scenario and writes logs, problem, scenario and truth.
 pub fn run(args: &SimulateArgs) -> Result<Outcome, Failure> {
-    super::check_outputs([args.out.join(scenario_file::SCENARIO)], args.source.scenario.as_deref())?;
+    super::prepare_outputs([args.out.join(scenario_file::SCENARIO)], args.source.scenario.as_deref())?;
     scenario_file::check_folder(&args.out)?;
     let file = scenario(&args.source)?;
     let seeds = Seeds { errors: args.seed, noise: args.noise_seed.unwrap_or(args.seed) };

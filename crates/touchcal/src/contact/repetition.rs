@@ -1,4 +1,4 @@
-//! Stretches of a log that are there twice, such as a log and a resampled copy of it.
+//! Stretches of a log that are there twice, such as a log and a copy of it with other digits.
 
 use std::collections::HashMap;
 use std::hash::{DefaultHasher, Hash, Hasher};
@@ -10,27 +10,28 @@ const EQUAL: f64 = 1e-6;
 /// Shortest stretch, in contacts that differ from the one before: noise repeats none so long.
 const STRETCH: usize = 10;
 
-/// Number of contacts in stretches whose joint positions, to 1e-6 rad (or m), are those of an
-/// earlier stretch, contact after contact. A stretch has at least ten contacts in which the arm has
+/// Number of contacts in stretches whose joint positions are those of an earlier stretch, to 1e-6
+/// rad (or m), contact after contact. A stretch has at least ten contacts in which the arm has
 /// moved since the one before. The contacts are those of all `logs`, one log after the other; each
 /// counts once.
 pub fn repeated_contacts<'a>(logs: impl IntoIterator<Item = &'a ContactLog>) -> usize {
-    let keys: Vec<u64> = logs.into_iter().flat_map(|log| (0..log.len()).map(|i| key(log.q(i)))).collect();
+    let positions: Vec<&[f64]> = logs.into_iter().flat_map(|log| (0..log.len()).map(|i| log.q(i))).collect();
+    // Stretches are found by contacts that are equal when rounded; of a copy, most are.
     let mut first: HashMap<u64, usize> = HashMap::new();
     let (mut repeated, mut stretch) = (0, Stretch::default());
-    for (i, key) in keys.iter().enumerate() {
+    for (i, q) in positions.iter().enumerate() {
         // The contact itself is no earlier one.
-        let next = stretch.of.map(|of| of + 1).filter(|&next| next < i && keys[next] == *key);
+        let next = stretch.of.map(|of| of + 1).filter(|&next| next < i && are_equal(positions[next], q));
         if next.is_none() {
             repeated += stretch.counted();
             stretch = Stretch::default();
         }
-        stretch.of = next.or_else(|| first.get(key).copied());
+        let same = *first.entry(rounded(q)).or_insert(i);
+        stretch.of = next.or(Some(same).filter(|&same| same < i));
         if stretch.of.is_some() {
             stretch.contacts += 1;
-            stretch.moved += usize::from(i == 0 || keys[i - 1] != *key);
+            stretch.moved += usize::from(i == 0 || !are_equal(positions[i - 1], q));
         }
-        first.entry(*key).or_insert(i);
     }
     repeated + stretch.counted()
 }
@@ -51,7 +52,11 @@ impl Stretch {
     }
 }
 
-fn key(q: &[f64]) -> u64 {
+fn are_equal(a: &[f64], b: &[f64]) -> bool {
+    a.iter().zip(b).all(|(a, b)| (a - b).abs() < EQUAL)
+}
+
+fn rounded(q: &[f64]) -> u64 {
     let mut hasher = DefaultHasher::new();
     q.iter().for_each(|position| ((position / EQUAL).round() as i64).hash(&mut hasher));
     hasher.finish()
@@ -75,8 +80,10 @@ mod tests {
         let moving = |count: usize, from: f64| (0..count).map(move |k| from + 1e-3 * k as f64);
         let once = log(moving(40, 0.0));
         assert_eq!(repeated_contacts([&once]), 0);
-        // A copy with other rounding errors, behind others and in another log.
-        let copy = log(moving(5, 1.0).chain(moving(12, 0.02).map(|q| q + 1e-9)));
+        // A copy with other digits, behind others and in another log. Its second contact is
+        // rounded otherwise.
+        let digits = |(k, q): (usize, f64)| q + if k == 1 { 6e-7 } else { 1e-9 };
+        let copy = log(moving(5, 1.0).chain(moving(12, 0.02).enumerate().map(digits)));
         assert_eq!(repeated_contacts([&once, &copy]), 12);
         // Three copies: each but the first.
         assert_eq!(repeated_contacts([&once, &once, &once]), 80);

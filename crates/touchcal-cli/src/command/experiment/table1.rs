@@ -86,12 +86,12 @@ pub fn run(args: &Table1Args) -> Result<Outcome, Failure> {
         approaches.iter().zip(&grouped).map(|(approach, rows)| Summary::of(approach, rows)).collect();
     let labels: Vec<&str> = approaches.iter().map(|approach| approach.label).collect();
     let svg = figure::svg(&labels, &grouped, (PUBLISHED_BIAS_DEG, PUBLISHED_STRAIN)).map_err(Failure::Setup)?;
-    let files = vec![
+    let files = [
         ResultFile::new(JSON, json(&rows, &summaries)?),
         ResultFile::new(CSV, csv(&rows)),
         ResultFile::new(FIGURE, svg),
     ];
-    result_folder::write(&args.out, ResultKind::Table1, files, &[])?;
+    result_folder::write(&args.out, ResultKind::Table1, &files, &[])?;
     output::print(&text(args, sources.len(), &summaries))?;
     Ok(Outcome::Done)
 }

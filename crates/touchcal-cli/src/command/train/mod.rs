@@ -167,7 +167,7 @@ impl Session<'_> {
             files.push(ResultFile::new(ONNX, onnx::to_bytes(&weights.projection, &summary.properties())));
             names.push(ONNX);
         }
-        result_folder::write(&self.args.out, ResultKind::Network, files, &[])?;
+        result_folder::write(&self.args.out, ResultKind::Network, &files, &[])?;
         let written: Vec<PathBuf> = names.iter().map(|name| self.args.out.join(name)).collect();
         // The results that it protected are written.
         if self.checkpoint.exists() {

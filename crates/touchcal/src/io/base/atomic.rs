@@ -2,16 +2,16 @@
 
 use std::ffi::OsStr;
 use std::fs::File;
-use std::io::{Seek, Write};
+use std::io::Write;
 use std::path::{Path, PathBuf};
 
 use tempfile::{NamedTempFile, PersistError};
 
-use crate::io::base::bytes;
 use crate::io::base::error::IoError;
 
-/// What the names of temporary files begin with.
+/// What the names of temporary files begin with, and how many letters and digits follow.
 const TEMPORARY: &str = ".touchcal-";
+const RANDOM: usize = 6;
 
 /// Writes `bytes` to `path`: to a temporary file in the same folder, which is flushed to the disk
 /// and then renamed. A concurrent reader of `path` gets the old content or the new, never a part.
@@ -50,13 +50,6 @@ impl Prepared {
         let failed = |error: PersistError| IoError::file(&self.path, "write", error.error);
         self.temporary.persist(&self.path).map(drop).map_err(failed)
     }
-
-    /// SHA-256 of the content.
-    pub(crate) fn sha256(&self) -> Result<String, IoError> {
-        let mut file = self.temporary.as_file();
-        let found = file.rewind().and_then(|()| bytes::Hashing::new(file).finish());
-        found.map_err(|source| IoError::file(&self.path, "write", source))
-    }
 }
 
 /// Writes what [`write_by`] does, to a temporary file.
@@ -90,21 +83,26 @@ fn temporary_in(folder: &Path) -> std::io::Result<NamedTempFile> {
     }
 }
 
-/// Removes the temporary files in `folder` that no run has open: those of runs that were ended.
-/// What cannot be removed stays; nothing happens if there is no such folder.
+/// Removes the temporary files in `folder` that no run has open: those of runs that were ended. For
+/// folders of one machine: another's lock may not be seen. What cannot be removed stays; nothing
+/// happens if there is no such folder.
 pub fn remove_left_over(folder: &Path) {
-    let is_temporary = |name: &OsStr| name.to_str().is_some_and(|name| name.starts_with(TEMPORARY));
     for entry in std::fs::read_dir(folder).into_iter().flatten().flatten() {
         let is_file = entry.file_type().is_ok_and(|kind| kind.is_file());
         if !is_file || !is_temporary(&entry.file_name()) {
             continue;
         }
         // Locked while it is removed, so that a run that is about to lock it sees that it is gone.
-        let Ok(file) = File::open(entry.path()) else { continue };
+        let Ok(file) = File::options().write(true).open(entry.path()) else { continue };
         if file.try_lock().is_ok() {
             std::fs::remove_file(entry.path()).ok();
         }
     }
+}
+
+fn is_temporary(name: &OsStr) -> bool {
+    let random = name.to_str().and_then(|name| name.strip_prefix(TEMPORARY));
+    random.is_some_and(|random| random.len() == RANDOM && random.bytes().all(|byte| byte.is_ascii_alphanumeric()))
 }
 
 /// Removes a file; of a symbolic link the link, not what it points to.
@@ -121,14 +119,14 @@ pub fn remove(path: &Path) -> Result<(), IoError> {
 fn builder() -> tempfile::Builder<'static, 'static> {
     use std::os::unix::fs::PermissionsExt;
     let mut builder = tempfile::Builder::new();
-    builder.prefix(TEMPORARY).permissions(std::fs::Permissions::from_mode(0o666));
+    builder.prefix(TEMPORARY).rand_bytes(RANDOM).permissions(std::fs::Permissions::from_mode(0o666));
     builder
 }
 
 #[cfg(not(unix))]
 fn builder() -> tempfile::Builder<'static, 'static> {
     let mut builder = tempfile::Builder::new();
-    builder.prefix(TEMPORARY);
+    builder.prefix(TEMPORARY).rand_bytes(RANDOM);
     builder
 }
 
@@ -140,7 +138,7 @@ mod tests {
     fn only_temporary_files_that_no_run_has_open_are_left_over() {
         let folder = tempfile::tempdir().unwrap();
         let folder = folder.path();
-        for name in [".touchcal-left", ".touchcal-", "mine", ".mine"] {
+        for name in [".touchcal-left12", ".touchcal-notes", "mine", ".mine"] {
             std::fs::write(folder.join(name), "").unwrap();
         }
         std::fs::create_dir(folder.join(".touchcal-folder")).unwrap();
@@ -156,8 +154,11 @@ mod tests {
             names
         };
         let temporary = other.temporary.path().file_name().unwrap().to_str().unwrap().to_owned();
-        assert_eq!(names(), [".mine", &temporary, "mine"]);
+        assert!(
+            names() == [".mine", &temporary, ".touchcal-notes", "mine"]
+                || names() == [".mine", ".touchcal-notes", &temporary, "mine"]
+        );
         other.replace().unwrap();
-        assert_eq!(names(), [".mine", "a", "mine"]);
+        assert_eq!(names(), [".mine", ".touchcal-notes", "a", "mine"]);
     }
 }

@@ -10,8 +10,12 @@ use super::error::{IoError, Place};
 
 /// Name of the manifest.
 pub(crate) const MANIFEST: &str = "touchcal.json";
+/// Version of the manifest's format.
+const SCHEMA: u32 = 1;
 /// Largest manifest read (bytes).
 const MAX_BYTES: u64 = 16 << 20;
+/// Most parts of a file's path in its folder.
+const MAX_DEPTH: usize = 2;
 
 /// What the files of a result are of. A folder may hold one result of each kind.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
@@ -34,30 +38,35 @@ pub enum ResultKind {
 }
 
 /// The results in a folder.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct Manifest {
-    /// Version of this format: 1.
-    pub(crate) schema: u32,
+    schema: u32,
     pub(crate) results: BTreeMap<ResultKind, ListedResult>,
 }
 
-/// The files of one result, by their paths in the folder, with `/` between their parts.
+/// The files of one result with their SHA-256, by their paths in the folder, with `/` between their
+/// parts.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct ListedResult {
-    /// Whether files may be missing, or be those of a former result.
+    /// Whether files may be missing, or be those of the former result.
     pub(crate) unfinished: bool,
-    /// SHA-256 of each file as it was written.
     pub(crate) files: BTreeMap<String, String>,
-    /// Files of former results that are to be removed.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub(crate) obsolete: Vec<String>,
+    /// Of an unfinished result: files that are replaced or removed.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub(crate) former: BTreeMap<String, String>,
 }
 
 impl ListedResult {
     pub(crate) fn names(&self) -> impl Iterator<Item = &str> {
-        self.files.keys().chain(&self.obsolete).map(String::as_str)
+        self.files.keys().chain(self.former.keys()).map(String::as_str)
+    }
+}
+
+impl Default for Manifest {
+    fn default() -> Self {
+        Manifest { schema: SCHEMA, results: BTreeMap::new() }
     }
 }
 
@@ -72,12 +81,20 @@ impl Manifest {
         }
         let text = std::fs::read(&path).map_err(|source| IoError::file(&path, "read", source))?;
         let manifest: Manifest = serde_json::from_slice(&text).map_err(|error| failed(error.to_string()))?;
-        let is_inside = |name: &str| Path::new(name).components().all(|part| matches!(part, Component::Normal(_)));
-        if manifest.schema != 1 || !manifest.results.values().flat_map(ListedResult::names).all(is_inside) {
-            return Err(failed("expected schema 1, and files in this folder".to_owned()));
+        let names = manifest.results.values().flat_map(ListedResult::names);
+        if manifest.schema != SCHEMA || !names.into_iter().all(is_name) {
+            return Err(failed(format!("expected schema {SCHEMA}, and files in this folder")));
         }
         Ok(manifest)
     }
+}
+
+/// Whether a result may have a file of this name: in its folder or a folder in that, and not its
+/// manifest.
+pub(crate) fn is_name(name: &str) -> bool {
+    let mut parts = Path::new(name).components();
+    let count = parts.clone().count();
+    name != MANIFEST && (1..=MAX_DEPTH).contains(&count) && parts.all(|part| matches!(part, Component::Normal(_)))
 }
 
 /// Checks that a file that is read is of no unfinished result. Files that no manifest lists are of
@@ -86,9 +103,9 @@ impl Manifest {
 /// # Errors
 /// [`IoError`] if it is.
 pub(crate) fn check_finished(path: &Path) -> Result<(), IoError> {
-    let absolute = std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
-    for folder in absolute.ancestors().skip(1).take(2) {
-        let Some(name) = absolute.strip_prefix(folder).ok().and_then(Path::to_str) else { continue };
+    let found = path.canonicalize().unwrap_or_else(|_| path.to_owned());
+    for folder in found.ancestors().skip(1).take(MAX_DEPTH) {
+        let Some(name) = found.strip_prefix(folder).ok().and_then(Path::to_str) else { continue };
         // A file of that name that is no manifest is of somebody else.
         let Ok(manifest) = Manifest::read(folder) else { continue };
         let name = name.replace('\\', "/");

@@ -34,14 +34,12 @@ impl CampaignFolder {
     /// that all processes simulate the same text, to the last bit. `files` are those of
     /// [`scenario_text`](scenario_file::scenario_text), among them one named [`SCENARIO`]; the
     /// campaign has `trials` (≥ 0) trials with the seeds `first_seed`, `first_seed + 1`, … Missing
-    /// folders are made; parts that are there are left, but not temporary files of runs that were
-    /// ended.
+    /// folders are made; parts that are there are left.
     ///
     /// # Errors
     /// [`IoError`] if the files cannot be written, or are no scenario; some may then be written.
     pub fn new(files: &[TextFile], folder: PathBuf, trials: u64, first_seed: u64) -> Result<Self, IoError> {
         let parts = folder.join(PARTS);
-        atomic::remove_left_over(&parts);
         files.iter().try_for_each(|file| atomic::write(&parts.join(&file.name), file.text.as_bytes()))?;
         let scenario = scenario_file::read_file(&parts.join(SCENARIO))?.scenario;
         let text: String = files.iter().map(|file| file.text.as_str()).collect();
@@ -105,6 +103,12 @@ impl CampaignFolder {
 
     fn is_whole(&self, part: u64, found: &Part) -> bool {
         found.rows.iter().map(|row| row.trial).eq(self.range(part)) && found.settings == self.settings
+    }
+
+    /// Removes the temporary files that ended runs of this machine left among the parts. Not while
+    /// other machines write parts.
+    pub fn remove_left_over(&self) {
+        atomic::remove_left_over(&self.folder.join(PARTS));
     }
 
     /// A part of this campaign from its rows, one per trial in the order of

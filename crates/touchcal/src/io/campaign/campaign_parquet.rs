@@ -107,30 +107,20 @@ pub fn write_file(
     about: &Part,
     parts: impl Iterator<Item = Result<Vec<CampaignRow>, IoError>>,
 ) -> Result<(), IoError> {
-    atomic::write_by(path, |file| write_into(file, about, parts))
-}
-
-/// As [`write_file`], into an open file.
-///
-/// # Errors
-/// As [`write_file`]; the file may then have a part of the content.
-pub fn write_into(
-    file: &mut File,
-    about: &Part,
-    parts: impl Iterator<Item = Result<Vec<CampaignRow>, IoError>>,
-) -> Result<(), IoError> {
-    let mut writer = writer(file, about).map_err(unwritten)?;
-    let mut rows = Vec::new();
-    for part in parts {
-        rows.extend(part?);
-        if rows.len() >= GROUP {
-            add(&mut writer, &rows).map_err(unwritten)?;
-            rows.clear();
+    atomic::write_by(path, |file| {
+        let mut writer = writer(file, about).map_err(unwritten)?;
+        let mut rows = Vec::new();
+        for part in parts {
+            rows.extend(part?);
+            if rows.len() >= GROUP {
+                add(&mut writer, &rows).map_err(unwritten)?;
+                rows.clear();
+            }
         }
-    }
-    add(&mut writer, &rows).map_err(unwritten)?;
-    writer.close().map_err(unwritten)?;
-    Ok(())
+        add(&mut writer, &rows).map_err(unwritten)?;
+        writer.close().map_err(unwritten)?;
+        Ok(())
+    })
 }
 
 fn unwritten(error: ParquetError) -> IoError {

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use crate::estimate::{Estimate, Fixture, Problem, Progress, Score, Spread, Status, Warning, apply_estimated_places};
 use crate::io::base::bytes::Input;
 use crate::io::base::error::{IoError, Place};
-use crate::io::base::manifest::{MANIFEST, Manifest};
+use crate::io::base::manifest::MANIFEST;
 use crate::io::base::result_folder::{self, ResultFile, ResultKind};
 use crate::io::problem::loaded::Loaded;
 use crate::io::result::estimate_file::{
@@ -122,22 +122,21 @@ pub fn write(
         ));
     }
     let mcap = (wanted.mcap && cfg!(feature = "mcap")).then(|| folder.join(MCAP));
-    result_folder::write(folder, ResultKind::Calibration, files, former_names(folder))?;
+    result_folder::write(folder, ResultKind::Calibration, &files, former_names(folder))?;
     let [urdf, estimate, report] = [CALIBRATED, ESTIMATE, REPORT].map(|name| folder.join(name));
     Ok(Written { urdf, estimate, report, driver, mcap })
 }
 
-/// The files of a calibration in `folder` if it is one of a version that wrote no manifest.
+/// The files that a calibration of a version without manifest has, if `folder` holds a calibration.
 fn former_names(folder: &Path) -> &'static [&'static str] {
-    let is_listed = Manifest::read(folder).is_ok_and(|found| found.results.contains_key(&ResultKind::Calibration));
-    let is_calibration = || EstimateFile::read_file(&folder.join(ESTIMATE)).is_ok();
-    if !is_listed && is_calibration() { &NAMES } else { &[] }
+    let is_calibration = EstimateFile::read_file(&folder.join(ESTIMATE)).is_ok();
+    if is_calibration { &NAMES } else { &[] }
 }
 
 /// What a driver that takes encoder offsets needs instead of `calibrated.urdf`: the URDF without
 /// the offsets and the offsets ([`split_offsets`]), in this order. `None` if the nominal chain has
 /// other joints than the calibrated one.
-fn driver_files(loaded: &Loaded, estimate: &Estimate) -> Result<Option<[ResultFile<'static>; 2]>, IoError> {
+fn driver_files(loaded: &Loaded, estimate: &Estimate) -> Result<Option<[ResultFile; 2]>, IoError> {
     let Some((robot, offsets)) = split_offsets(&calibrated(loaded, estimate), &loaded.problem.robot) else {
         return Ok(None);
     };

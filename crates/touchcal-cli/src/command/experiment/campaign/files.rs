@@ -11,20 +11,17 @@ use crate::output;
 
 const STATISTICS: &str = "campaign.json";
 const FIGURE: &str = "campaign.svg";
-/// Name of the file of all rows.
-pub const ROWS: &str = "rows.parquet";
 
 /// Refuses to replace files in `folder` that touchcal did not write.
 pub fn check(folder: &Path) -> Result<(), Failure> {
-    Ok(result_folder::check(folder, ResultKind::Campaign, &[STATISTICS, FIGURE, ROWS], &[])?)
+    Ok(result_folder::check(folder, ResultKind::Campaign, &[STATISTICS, FIGURE], &[])?)
 }
 
-/// Writes campaign.json, campaign.svg and the file of all rows, if there is one, into `folder`.
-pub fn write(statistics: &CampaignStatistics, folder: &Path, rows: Option<ResultFile<'_>>) -> Result<(), Failure> {
+/// Writes campaign.json and campaign.svg into `folder`.
+pub fn write(statistics: &CampaignStatistics, folder: &Path) -> Result<(), Failure> {
     let svg = figure::coverage(statistics).map_err(Failure::Setup)?;
-    let mut files = vec![ResultFile::new(STATISTICS, json(statistics)?), ResultFile::new(FIGURE, svg)];
-    files.extend(rows);
-    Ok(result_folder::write(folder, ResultKind::Campaign, files, &[])?)
+    let files = [ResultFile::new(STATISTICS, json(statistics)?), ResultFile::new(FIGURE, svg)];
+    Ok(result_folder::write(folder, ResultKind::Campaign, &files, &[])?)
 }
 
 /// Prints the statistics: as JSON, or as a table with the files written to `folder`.

@@ -5,7 +5,6 @@ use std::path::{Path, PathBuf};
 use touchcal::experiment::CampaignSummary;
 use touchcal::io::campaign_folder::{PART, PARTS};
 use touchcal::io::campaign_parquet::{self, Part};
-use touchcal::io::result_folder::ResultFile;
 
 use super::files;
 use super::statistics::CampaignStatistics;
@@ -27,9 +26,11 @@ pub fn run(args: &MergeArgs) -> Result<Outcome, Failure> {
     }
     let core_seconds = parts.iter().map(|part| part.core_seconds).sum();
     let statistics = CampaignStatistics::new(&summary, core_seconds);
-    let header = Part { settings, trials: summary.trials, core_seconds, rows: Vec::new() };
-    let all = ResultFile::by(files::ROWS, |file| campaign_parquet::write_into(file, &header, rows()));
-    files::write(&statistics, &args.out, args.rows.then_some(all))?;
+    if args.rows {
+        let header = Part { settings, trials: summary.trials, core_seconds, rows: Vec::new() };
+        campaign_parquet::write_file(&args.out.join("rows.parquet"), &header, rows())?;
+    }
+    files::write(&statistics, &args.out)?;
     if !args.json {
         output::print(&duplicates)?;
     }

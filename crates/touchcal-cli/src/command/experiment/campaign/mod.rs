@@ -45,7 +45,8 @@ pub fn run(args: &CampaignArgs) -> Result<Outcome, Failure> {
     let statistics: Vec<CampaignStatistics> =
         totals.iter().map(|total| CampaignStatistics::new(&total.summary, total.core_seconds)).collect();
     for (campaign, statistics) in campaigns.iter().zip(&statistics) {
-        files::write(statistics, campaign.folder(), None)?;
+        files::write(statistics, campaign.folder())?;
+        campaign.remove_left_over();
     }
     match &args.vary {
         Some(vary) => sweep::output(args, vary, &statistics)?,

@@ -41,6 +41,11 @@ impl Campaign {
         self.parts.folder()
     }
 
+    /// Removes what ended runs left among the parts, all of which must be there.
+    pub fn remove_left_over(&self) {
+        self.parts.remove_left_over();
+    }
+
     /// Reads the parts that are in the folder, computes those missing of which `is_own` is true,
     /// and adds them up.
     pub fn run(&self, is_own: impl Fn(u64) -> bool, counter: &Counter) -> Result<PartsSummary, Failure> {

@@ -40,8 +40,8 @@ pub fn output(args: &CampaignArgs, vary: &Vary, statistics: &[CampaignStatistics
         vary.values.iter().zip(statistics).map(|(&value, statistics)| SweepEntry { value, statistics }).collect();
     let json = serde_json::to_string_pretty(&Sweep { setting: &vary.setting, campaigns })? + "\n";
     let svg = figure::sweep(vary, statistics).map_err(Failure::Setup)?;
-    let files = vec![ResultFile::new(STATISTICS, json.as_str()), ResultFile::new(FIGURE, svg)];
-    result_folder::write(&args.out, ResultKind::Sweep, files, &[])?;
+    let files = [ResultFile::new(STATISTICS, json.as_str()), ResultFile::new(FIGURE, svg)];
+    result_folder::write(&args.out, ResultKind::Sweep, &files, &[])?;
     output::print(&if args.json { json } else { text(args, vary, statistics) })
 }
 

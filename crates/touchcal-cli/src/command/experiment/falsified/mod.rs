@@ -39,12 +39,12 @@ pub fn run(args: &FalsifiedArgs) -> Result<Outcome, Failure> {
 fn write(args: &FalsifiedArgs, rows: &[FalsifiedRow], statistics: &[KindStatistics]) -> Result<Outcome, Failure> {
     let json = serde_json::to_string_pretty(statistics)? + "\n";
     let svg = figure::svg(statistics).map_err(Failure::Setup)?;
-    let results = vec![
+    let results = [
         ResultFile::new(ROWS, falsified_parquet::to_bytes(rows)?),
         ResultFile::new(STATISTICS, json.as_str()),
         ResultFile::new(FIGURE, svg),
     ];
-    result_folder::write(&args.out, ResultKind::Falsified, results, &[])?;
+    result_folder::write(&args.out, ResultKind::Falsified, &results, &[])?;
     let files = "falsified.parquet, falsified.json, falsified.svg and rows/";
     let text = format!("{}Written   {}: {files}\n", statistics::table(statistics), args.out.display());
     output::print(if args.json { &json } else { &text })?;

@@ -49,8 +49,8 @@ pub fn write_folder(
     texts.extend(log_texts(&file.scenario, simulated));
     texts.extend(scenario_text(file));
     texts.extend(problem_text(file, &simulated.truth));
-    let files = texts.into_iter().map(|text| ResultFile::new(text.name, text.text)).collect();
-    result_folder::write(folder, ResultKind::Simulation, files, &[])
+    let files: Vec<ResultFile> = texts.into_iter().map(|text| ResultFile::new(text.name, text.text)).collect();
+    result_folder::write(folder, ResultKind::Simulation, &files, &[])
 }
 
 /// The text of `problem.toml`, which `touchcal calibrate` takes, preceded by the files that it
