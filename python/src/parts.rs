@@ -79,6 +79,8 @@ impl Tool {
 ///         hole "outline", "clearance", "depth".
 ///     clearance_sigma, depth_sigma: of a hole, standard deviations of the clearance on each side
 ///         and of the depth (m); default: 0.03 mm each.
+///     edge_radius_sigma: of a hole, standard deviation of the radius of its edges, and of the
+///         tool's there, beyond those of the manifold (m), which is estimated; default: 0.
 ///     placement: fixtures that were recorded in one session share it; default: the name up to its
 ///         first "/".
 #[pyclass(frozen, module = "touchcal")]
@@ -86,7 +88,7 @@ impl Tool {
 pub struct Fixture {
     fixture: estimate::Fixture,
     declared: DeclaredPrior,
-    shape_sigmas: [Option<f64>; 2],
+    shape_sigmas: [Option<f64>; 3],
     manifold: Manifold,
 }
 
@@ -94,7 +96,7 @@ pub struct Fixture {
 #[allow(clippy::too_many_arguments, reason = "most are keywords with a default")]
 impl Fixture {
     #[new]
-    #[pyo3(signature = (name, manifold, base_from_fixture=None, *, sigma=None, sigma_angle=None, free=false, exact=None, clearance_sigma=None, depth_sigma=None, placement=None), text_signature = "(name, manifold, base_from_fixture=None, *, sigma=None, sigma_angle=None, free=False, exact=False, clearance_sigma=None, depth_sigma=None, placement=None)")]
+    #[pyo3(signature = (name, manifold, base_from_fixture=None, *, sigma=None, sigma_angle=None, free=false, exact=None, clearance_sigma=None, depth_sigma=None, edge_radius_sigma=None, placement=None), text_signature = "(name, manifold, base_from_fixture=None, *, sigma=None, sigma_angle=None, free=False, exact=False, clearance_sigma=None, depth_sigma=None, edge_radius_sigma=None, placement=None)")]
     fn new(
         name: String,
         manifold: &Manifold,
@@ -105,6 +107,7 @@ impl Fixture {
         exact: Option<Exact>,
         clearance_sigma: Option<f64>,
         depth_sigma: Option<f64>,
+        edge_radius_sigma: Option<f64>,
         placement: Option<String>,
     ) -> PyResult<Fixture> {
         let title = format!("fixture `{name}`");
@@ -134,11 +137,12 @@ impl Fixture {
             tolerance: ShapeTolerance {
                 clearance: shape(clearance_sigma, "clearance", ShapeTolerance::DEFAULT.clearance)?,
                 depth: shape(depth_sigma, "depth", ShapeTolerance::DEFAULT.depth)?,
+                edge_radius: shape(edge_radius_sigma, "edge_radius", ShapeTolerance::DEFAULT.edge_radius)?,
             },
             placement: placement.unwrap_or_else(|| problem_file::placement(&name).to_owned()),
             name,
         };
-        let shape_sigmas = [clearance_sigma, depth_sigma];
+        let shape_sigmas = [clearance_sigma, depth_sigma, edge_radius_sigma];
         Ok(Fixture { fixture, declared, shape_sigmas, manifold: manifold.clone() })
     }
 

@@ -252,6 +252,7 @@ class Fixture:
         exact: bool | Sequence[_Exact] = False,
         clearance_sigma: float | None = None,
         depth_sigma: float | None = None,
+        edge_radius_sigma: float | None = None,
         placement: str | None = None,
     ) -> Fixture: ...
     @property

@@ -269,10 +269,11 @@ fn with_effect(problem: &Problem, effect: &OmittedEffect) -> Problem {
             let named = freed.fixtures.iter_mut().filter(|other| other.name == *fixture);
             let default = |sigma: f64, default: f64| if sigma == 0.0 { default } else { sigma };
             named.for_each(|fixture| {
-                let ShapeTolerance { clearance, depth } = fixture.tolerance;
+                let ShapeTolerance { clearance, depth, edge_radius } = fixture.tolerance;
                 fixture.tolerance = ShapeTolerance {
                     clearance: default(clearance, ShapeTolerance::DEFAULT.clearance),
                     depth: default(depth, ShapeTolerance::DEFAULT.depth),
+                    edge_radius,
                 };
             });
         }

@@ -60,8 +60,8 @@ impl PlacePrior {
 /// Standard deviations (m) of the shapes of tool and fixture together; 0 is exact.
 ///
 /// They widen the covariance of one-sided contacts by what an error of that size would move the
-/// estimates; the shapes themselves are not estimated, but for gap biases that follow from contacts
-/// whatever the tolerance. Other fixtures have none.
+/// estimates; the shapes themselves are not estimated, but for edges, and gap biases that follow
+/// from contacts whatever the tolerance. Other fixtures have none.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ShapeTolerance {
     /// Standard deviation (m, ≥ 0) of the clearance on each side: contacts whose normal is nearest
@@ -70,13 +70,16 @@ pub struct ShapeTolerance {
     /// Standard deviation (m, ≥ 0) of the depth: contacts whose normal is nearest to ±z of the
     /// fixture.
     pub depth: f64,
+    /// Standard deviation (m, ≥ 0) of the radius of the edges of tool and fixture beyond that of
+    /// their shapes, which is estimated.
+    pub edge_radius: f64,
 }
 
 impl ShapeTolerance {
     /// Exact shapes.
-    pub const EXACT: ShapeTolerance = ShapeTolerance { clearance: 0.0, depth: 0.0 };
+    pub const EXACT: ShapeTolerance = ShapeTolerance { clearance: 0.0, depth: 0.0, edge_radius: 0.0 };
     /// Default tolerance, what a workshop reaches: 0.03 mm of clearance on each side and of depth.
-    pub const DEFAULT: ShapeTolerance = ShapeTolerance { clearance: 0.03e-3, depth: 0.03e-3 };
+    pub const DEFAULT: ShapeTolerance = ShapeTolerance { clearance: 0.03e-3, depth: 0.03e-3, edge_radius: 0.0 };
 }
 
 /// Standard deviations of the errors of the measured wrench, where it is used as a load; 0 is

@@ -175,7 +175,11 @@ fn fixture(touch: &Touch) -> Fixture {
         manifold: exact_manifold(&touch.parts).into(),
         base_from_fixture: (!touch.free).then_some(touch.base_from_fixture),
         prior: if touch.free { PlacePrior::Flat } else { place_prior(touch.place_error) },
-        tolerance: ShapeTolerance { clearance: touch.clearance_sigma, depth: touch.depth_sigma },
+        tolerance: ShapeTolerance {
+            clearance: touch.clearance_sigma,
+            depth: touch.depth_sigma,
+            edge_radius: touch.edge_radius_sigma,
+        },
         placement: touch.name.split('/').next().unwrap_or_default().to_owned(),
     }
 }

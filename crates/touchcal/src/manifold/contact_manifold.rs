@@ -2,6 +2,8 @@
 
 use std::sync::Arc;
 
+use nalgebra::Vector3;
+
 use super::cache::ContactCache;
 use super::gate::Gate;
 use super::residual::{MAX_ROWS, Residual};
@@ -131,6 +133,14 @@ pub trait ContactManifold: Send + Sync + std::fmt::Debug {
             gate.accepts(gap, &normal_in_fixture, gradient.dot(&(gate.covariance * gradient)))
         });
         true
+    }
+
+    /// Derivative of a candidate's gap by the radius of all edges of tool and fixture, beyond those
+    /// that they have (1, ≥ 0), where its unit normal, from the fixture into the tool, is this in
+    /// both frames; 0, as unless overridden, where no edge is touched.
+    fn gap_by_edge_radius(&self, normal_in_tool: &Vector3<f64>, normal_in_fixture: &Vector3<f64>) -> f64 {
+        let _ = (normal_in_tool, normal_in_fixture);
+        0.0
     }
 
     /// The same manifold with a hole `factor` (1, above 0) times as deep; `None`, as unless

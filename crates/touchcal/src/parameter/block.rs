@@ -35,6 +35,9 @@ pub enum Block {
     /// Mean gaps at contact with a fixture (m): one common to all surfaces, and on top of it one
     /// for each of six directions; a nuisance.
     GapBias,
+    /// Radius of the edges of tool and fixture beyond the declared (m), one for each hole; a
+    /// nuisance.
+    EdgeRadius,
     /// Bias of the measured wrench `[f; τ]` in the tip frame (N, N m), a nuisance.
     WrenchBias,
     /// Relative error of the scale of the measured wrench (1), a nuisance.
@@ -46,7 +49,7 @@ pub enum Block {
 impl Block {
     /// Name in files and reports: `strain`, `segment_strain`, `joint_offset`, `joint_drift`,
     /// `joint_trend`, `joint_walk`, `joint_harmonic`, `joint_origin`, `joint_compliance`, `tool`,
-    /// `fixture`, `gap_bias`, `wrench_bias`, `wrench_scale`, `distance`.
+    /// `fixture`, `gap_bias`, `edge_radius`, `wrench_bias`, `wrench_scale`, `distance`.
     pub fn name(self) -> &'static str {
         match self {
             Block::Strain => "strain",
@@ -61,6 +64,7 @@ impl Block {
             Block::Tool => "tool",
             Block::Fixture => "fixture",
             Block::GapBias => "gap_bias",
+            Block::EdgeRadius => "edge_radius",
             Block::WrenchBias => "wrench_bias",
             Block::WrenchScale => "wrench_scale",
             Block::Distance => "distance",
@@ -68,11 +72,12 @@ impl Block {
     }
 
     /// Whether the block is not part of the arm: true for tool, fixtures, drifts,
-    /// trends, walks, gap biases, bias and scale of the wrench, and distances.
+    /// trends, walks, gap biases, edges, bias and scale of the wrench, and distances.
     pub fn is_nuisance(self) -> bool {
         let of_encoders =
             matches!(self, Block::JointDrift | Block::JointTrend | Block::JointWalk | Block::JointHarmonic);
         let of_wrench = matches!(self, Block::WrenchBias | Block::WrenchScale);
-        of_encoders || of_wrench || matches!(self, Block::Tool | Block::Fixture | Block::GapBias | Block::Distance)
+        let of_parts = matches!(self, Block::GapBias | Block::EdgeRadius);
+        of_encoders || of_wrench || of_parts || matches!(self, Block::Tool | Block::Fixture | Block::Distance)
     }
 }

@@ -158,6 +158,7 @@ impl Parameter {
             ParameterId::DirectionalGapBias(_, k) => {
                 format!("the gap bias of fixture {owner} towards {}", DIRECTION_NAMES[k.min(5)])
             }
+            ParameterId::EdgeRadius(_) => format!("the radius of the edges of fixture {rest}"),
             ParameterId::WrenchBias(_) => format!("the bias of the wrench's {rest}"),
             ParameterId::WrenchScale => "the scale of the wrench".to_owned(),
             ParameterId::Distance(_) => format!("the distance {rest}"),

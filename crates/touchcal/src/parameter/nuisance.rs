@@ -132,6 +132,12 @@ pub fn directional_gap_bias(fixture_name: &str, fixture: usize, k: usize) -> Par
     Parameter::length(name, ParameterId::DirectionalGapBias(fixture, k))
 }
 
+/// Radius (m) of the edges of the fixture with this index, and of the tool there, beyond the
+/// declared, named `edge_radius.{fixture_name}`, without prior.
+pub fn edge_radius(fixture_name: &str, fixture: usize) -> Parameter {
+    Parameter::length(format!("edge_radius.{fixture_name}"), ParameterId::EdgeRadius(fixture))
+}
+
 /// Bias of component `k` (0 to 5; larger counts as 5) of the measured wrench `[f; τ]` in the tip
 /// frame (N, N m), named `wrench_bias.{fx|fy|fz|tx|ty|tz}`, without prior, see
 /// [`ParameterId::WrenchBias`].

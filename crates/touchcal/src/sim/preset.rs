@@ -153,6 +153,7 @@ fn in_hole(robot: Robot) -> Result<Scenario, PartsError> {
             depth_sigma: 0.0,
             unequal_clearance_sigma: 0.0,
             edge_wear: 0.0,
+            edge_radius_sigma: 0.0,
             postures: vec![POSTURE.to_vec()],
             exploration: Exploration {
                 radius: 4.0 * MM,

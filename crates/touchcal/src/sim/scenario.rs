@@ -73,6 +73,9 @@ pub struct Touch {
     /// [radii](crate::geometry::EdgeRadii) (m, ≥ 0); without effect on parts other than a peg in
     /// a hole.
     pub edge_wear: f64,
+    /// Standard deviation of a normal draw whose absolute value is the radius by which these edges
+    /// are worn further (m, ≥ 0); likewise.
+    pub edge_radius_sigma: f64,
     /// Postures near which to work, each in turn: lists of joint positions (rad, or m for a
     /// prismatic joint; exactly one for each moving joint, base first). Without a posture the log
     /// is empty.

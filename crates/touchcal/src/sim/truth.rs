@@ -70,6 +70,9 @@ impl Truth {
         let unequal =
             |touch: &Touch, chance: &mut Pcg64| [(); 2].map(|()| touch.unequal_clearance_sigma * normal(chance));
         let unequal_clearance = scenario.touches.iter().map(|touch| unequal(touch, chance)).collect();
+        for (f, touch) in scenario.touches.iter().enumerate().filter(|(_, touch)| touch.edge_radius_sigma > 0.0) {
+            errors.push((ParameterId::EdgeRadius(f), (touch.edge_radius_sigma * normal(chance)).abs()));
+        }
         Truth { errors, clearance, depth, unequal_clearance, distance_error }
     }
 
@@ -143,7 +146,7 @@ impl Truth {
     pub(super) fn parts(&self, scenario: &Scenario, f: usize) -> Option<Parts> {
         let [wider, deeper] = self.shape_errors(f);
         let unequal = self.unequal_clearance.get(f).copied().unwrap_or_default();
-        let wear = scenario.touches[f].edge_wear;
+        let wear = scenario.touches[f].edge_wear + self.value(ParameterId::EdgeRadius(f));
         match &scenario.touches[f].parts {
             Parts::PegInHole(parts) if [wider, deeper, unequal[0], unequal[1], wear] != [0.0; 5] => {
                 let further =

@@ -43,7 +43,7 @@ fn nothing_is_exact_by_default() {
     for fixture in &problem.fixtures {
         assert_eq!(fixture.prior, PlacePrior::DEFAULT_FIXTURE, "{}", fixture.name);
     }
-    assert_eq!(problem.fixtures[0].tolerance, ShapeTolerance { clearance: 0.03e-3, depth: 0.03e-3 });
+    assert_eq!(problem.fixtures[0].tolerance, ShapeTolerance { clearance: 0.03e-3, depth: 0.03e-3, edge_radius: 0.0 });
     assert_eq!(problem.fixtures[1].tolerance, ShapeTolerance::EXACT);
     assert_eq!(with("distance", "").distances[0].sigma, DEFAULT_DISTANCE_SIGMA);
     assert_eq!(DEFAULT_DISTANCE_SIGMA, 0.1e-3);
@@ -64,7 +64,7 @@ fn exact_is_all_of_a_table_or_the_listed_parts() {
         ("exact = [\"place\", \"depth\"]", true, default.clearance, 0.0),
     ] {
         assert_eq!(prior(lines) == PlacePrior::Fixed, place, "{lines}");
-        assert_eq!(tolerance(lines), ShapeTolerance { clearance, depth }, "{lines}");
+        assert_eq!(tolerance(lines), ShapeTolerance { clearance, depth, ..ShapeTolerance::EXACT }, "{lines}");
     }
     for lines in ["exact = true", "exact = [\"place\", \"outline\"]"] {
         assert_eq!(with("tool", lines).tool.prior, PlacePrior::Fixed, "{lines}");
@@ -153,7 +153,10 @@ fn one_standard_deviation_leaves_the_default_of_the_other() {
     assert_eq!(with("hole", "sigma_deg = 2").fixtures[0].prior, gaussian(1.0, 2.0));
     assert_eq!(with("hole", "sigma_mm = 0").fixtures[0].prior, gaussian(0.0, 0.5));
     let problem = with("hole", "depth_sigma_mm = 0.2");
-    assert_eq!(problem.fixtures[0].tolerance, ShapeTolerance { clearance: 0.03e-3, depth: 0.2e-3 });
+    assert_eq!(problem.fixtures[0].tolerance, ShapeTolerance { depth: 0.2e-3, ..ShapeTolerance::DEFAULT });
+    let problem = with("hole", "edge_radius_sigma_mm = 0.1");
+    assert_eq!(problem.fixtures[0].tolerance, ShapeTolerance { edge_radius: 0.1e-3, ..ShapeTolerance::DEFAULT });
+    let problem = with("hole", "depth_sigma_mm = 0.2");
     let note = notes(&problem)[0];
     assert!(note.contains("fixture `hole`: clearance ± 0.03 mm;") && !note.contains("depth ±"), "{note}");
 }

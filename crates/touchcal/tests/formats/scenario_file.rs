@@ -52,6 +52,7 @@ clearance_sigma_mm = 0.01
 depth_sigma_mm = 0.02
 unequal_clearance_sigma_mm = 0.03
 edge_wear_mm = 0.1
+edge_radius_sigma_mm = 0.02
 edge_radius_mm = 0.05
 postures_deg = [[0, 42, 15, -89, -13, 50, -1], [10, 45, -10, -85, 10, 48, 0]]
 [[fixture]]
@@ -123,6 +124,7 @@ fn every_key_is_read() {
     near(left.depth_sigma, 0.02e-3);
     near(left.unequal_clearance_sigma, 0.03e-3);
     near(left.edge_wear, 0.1e-3);
+    near(left.edge_radius_sigma, 0.02e-3);
     let Parts::PegInHole(parts) = &left.parts else { panic!("a hole") };
     assert_eq!(parts.edge_radii(), EdgeRadii { peg: 0.02e-3, hole: 0.05e-3 });
     // The file's own exploration for all, the preset's where it says nothing.
@@ -176,6 +178,7 @@ fn same(read: &Problem, made: &Problem) {
         same_prior(a.prior, b.prior);
         near(a.tolerance.clearance, b.tolerance.clearance);
         near(a.tolerance.depth, b.tolerance.depth);
+        near(a.tolerance.edge_radius, b.tolerance.edge_radius);
         let apart = a.base_from_fixture.zip(b.base_from_fixture).map(|(a, b)| se3::log(&(a.inverse() * b)).norm());
         assert!(apart < Some(1e-9) && a.base_from_fixture.is_some() == b.base_from_fixture.is_some());
         // The same shapes: the same rows at any pose.

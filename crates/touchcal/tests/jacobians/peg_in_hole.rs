@@ -86,6 +86,15 @@ fn check_gradient(model: &PrismPair, at: &Pose) -> Result<(), TestCaseError> {
     Ok(())
 }
 
+/// The peg displaced to where it touches.
+fn at_contact(model: &PrismPair, mut at: Pose) -> Pose {
+    for _ in 0..30 {
+        let gap = model.gap(&at);
+        at = Translation3::from(-gap.normal_in_fixture * gap.value) * at;
+    }
+    at
+}
+
 proptest! {
     #![proptest_config(ProptestConfig { cases: 2000, failure_persistence: None, rng_seed: RngSeed::Fixed(1), max_global_rejects: 100_000, ..ProptestConfig::default() })]
 
@@ -102,6 +111,21 @@ proptest! {
         check_gradient(&model, &at)?;
     }
 
+    /// At contact, where the same feature is nearest as with edges rounder by a nanometre.
+    #[test]
+    fn gap_by_edge_radius(p in [-1e-3..1e-3, -1e-3..1e-3, -0.028..-2e-3], w in [-0.05..0.05, -0.05..0.05, -0.05..0.05]) {
+        let (sharp, at, radius) = (model(), at_contact(&model(), pose(p, w)), 1e-9);
+        let (gap, feature) = nearest_feature(&sharp, &at);
+        prop_assume!(gap.value.abs() < 1e-9);
+        let rounder = sharp.with_edge_radii(EdgeRadii { peg: radius, hole: radius }).unwrap();
+        let (farther, other) = nearest_feature(&rounder, &at);
+        prop_assume!(feature == other);
+        let normal_in_tool = at.rotation.inverse() * gap.normal_in_fixture;
+        let derivative = PegInHole::new(sharp).gap_by_edge_radius(&normal_in_tool, &gap.normal_in_fixture);
+        let numeric = (farther.value - gap.value) / radius;
+        prop_assert!((numeric - derivative).abs() < 1e-5, "{feature:?}: {numeric} {derivative} {gap:?}");
+    }
+
     #[test]
     fn gradient_on_top(p in [-0.02..0.02, -0.02..0.02, -2e-4..2e-3], w in [-0.1..0.1, -0.1..0.1, -1.0..1.0]) {
         check_gradient(&model(), &pose(p, w))?;
@@ -116,11 +140,7 @@ proptest! {
     #[test]
     fn no_kink_at_contact(p in [-1e-3..1e-3, -1e-3..1e-3, -0.028..-2e-3], w in [-0.03..0.03, -0.03..0.03, -0.03..0.03]) {
         let model = model();
-        let mut at = pose(p, w);
-        for _ in 0..30 {
-            let gap = model.gap(&at);
-            at = Translation3::from(-gap.normal_in_fixture * gap.value) * at;
-        }
+        let at = at_contact(&model, pose(p, w));
         let gap = model.gap(&at);
         prop_assume!(gap.value.abs() < 1e-9);
         let near = ties(&model, &at, 120e-6);

@@ -25,3 +25,4 @@ mod not_usable;
 mod recorded_logs;
 mod round_parts;
 mod square_parts;
+mod worn_edges;

@@ -100,7 +100,7 @@ impl<'p> CalibrationModel<'p> {
     pub fn shape_errors(&self) -> Vec<DVector<f64>> {
         let mut errors = Vec::new();
         for (f, fixture) in self.problem.fixtures.iter().enumerate() {
-            let ShapeTolerance { clearance, depth } = fixture.tolerance;
+            let ShapeTolerance { clearance, depth, .. } = fixture.tolerance;
             for (sigma, directions) in [(clearance, 0..4), (depth, 4..6)].into_iter().filter(|(sigma, _)| *sigma > 0.0)
             {
                 let is_of_error =

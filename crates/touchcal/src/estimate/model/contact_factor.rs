@@ -5,11 +5,12 @@ use nalgebra::{Matrix6, Vector3};
 use super::linearization::LinearizationPoint;
 use super::objective::Objective;
 use super::residual_rows::residual_rows;
+use super::row_biases::RowBiases;
 use super::whitening::{pose_covariance, row_covariance, whiten};
 use crate::estimate::contact_mode::{
     CandidateContacts, CandidateMatrix, CandidateVector, MarginalLikelihood, bearing, marginal_likelihood,
 };
-use crate::manifold::{ContactCache, Gate, MAX_ROWS, Residual, axis_direction};
+use crate::manifold::{ContactCache, Gate, MAX_ROWS, Residual};
 use crate::parameter::ParameterId;
 use crate::robot::{KinematicParameter, KinematicsScratch};
 use crate::se3::{self, Pose, Twist};
@@ -326,20 +327,14 @@ impl ContactFactor {
         self.rows.values()
     }
 
-    /// Residuals and derivatives of rows with the gap biases of their directions.
+    /// Residuals and derivatives of rows with their gap biases.
     fn subtract_gap_biases(&mut self, point: &LinearizationPoint<'_>, i: usize, fixture_from_tool: &Pose) {
-        let gap_biases = point.fixtures[point.model.problem.contacts.fixture(i)].gap_biases();
-        let directions: [usize; MAX_ROWS] = std::array::from_fn(|r| {
-            let normal = |row| fixture_from_tool.rotation * se3::linear(row);
-            self.rows.jacobian().get(r).map_or(0, |row| axis_direction(&normal(row)))
-        });
-        self.differentiate(point, i, fixture_from_tool, |id, r| match id {
-            ParameterId::GapBias(_) => Some(-1.0),
-            ParameterId::DirectionalGapBias(_, k) => Some(-f64::from(u8::from(directions[r] == k))),
-            _ => None,
-        });
-        for (r, value) in self.rows.values().iter().enumerate() {
-            self.residual[r] = value - gap_biases[directions[r]];
+        let f = point.model.problem.contacts.fixture(i);
+        let manifold = &*point.model.problem.fixtures[f].manifold;
+        let biases = RowBiases::new(&self.rows, fixture_from_tool, manifold);
+        self.differentiate(point, i, fixture_from_tool, |id, r| biases.derivative(id, r));
+        for (r, gap) in self.rows.values().iter().enumerate() {
+            self.residual[r] = biases.residual(&point.fixtures[f], r, *gap);
         }
     }
 

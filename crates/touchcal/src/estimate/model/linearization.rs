@@ -43,6 +43,8 @@ pub(crate) struct FixtureState {
     pub gap_bias: f64,
     /// Gap bias (m) on top of `gap_bias` for contact normals nearest to +x, −x, +y, −y, +z and −z.
     pub directional_gap_bias: [f64; AXIS_DIRECTIONS],
+    /// Radius (m) of edges beyond the declared.
+    pub edge_radius: f64,
 }
 
 impl FixtureState {
@@ -60,7 +62,7 @@ impl<'m> LinearizationPoint<'m> {
         let mut kinematics = model.kinematics.clone();
         let mut kinematic_values = Vec::new();
         let mut twists = vec![Twist::zeros(); model.base_from_fixture.len()];
-        let mut biases = vec![(0.0, [0.0; AXIS_DIRECTIONS]); model.base_from_fixture.len()];
+        let mut biases = vec![(0.0, [0.0; AXIS_DIRECTIONS], 0.0); model.base_from_fixture.len()];
         let dof = kinematics.dof();
         let placements = 1 + model.layout.placement.iter().max().copied().unwrap_or(0);
         let (mut drift, mut trend) = (vec![0.0; dof * placements], vec![0.0; dof]);
@@ -77,6 +79,7 @@ impl<'m> LinearizationPoint<'m> {
                 ParameterId::Fixture(f, k) => twists[f][k] = value,
                 ParameterId::GapBias(f) => biases[f].0 = value,
                 ParameterId::DirectionalGapBias(f, k) => biases[f].1[k] = value,
+                ParameterId::EdgeRadius(f) => biases[f].2 = value,
                 ParameterId::WrenchBias(k) => wrench_bias[k] = value,
                 ParameterId::WrenchScale => wrench_scale = value,
                 // A factor of its own, see `add_distances`.
@@ -85,7 +88,7 @@ impl<'m> LinearizationPoint<'m> {
         }
         kinematics.set(&kinematic_values);
         let fixtures = model.base_from_fixture.iter().zip(twists).zip(biases);
-        let fixtures = fixtures.map(|((nominal, twist), (gap_bias, directional_gap_bias))| {
+        let fixtures = fixtures.map(|((nominal, twist), (gap_bias, directional_gap_bias, edge_radius))| {
             let base_from_fixture = nominal * se3::exp(&twist);
             FixtureState {
                 fixture_from_base: base_from_fixture.inverse(),
@@ -93,6 +96,7 @@ impl<'m> LinearizationPoint<'m> {
                 right_jacobian: se3::right_jacobian(&twist),
                 gap_bias,
                 directional_gap_bias,
+                edge_radius,
             }
         });
         let WrenchTolerance { force_noise, torque_noise, .. } = model.problem.wrench;
@@ -240,7 +244,8 @@ impl<'m> LinearizationPoint<'m> {
                 let measured = self.model.problem.contacts.q(i)[joint];
                 scratch.joints[joint] * if phase == 0 { -measured.sin() } else { -measured.cos() }
             }
-            ParameterId::GapBias(_) | ParameterId::DirectionalGapBias(..) | ParameterId::Distance(_) => Twist::zeros(),
+            ParameterId::GapBias(_) | ParameterId::DirectionalGapBias(..) => Twist::zeros(),
+            ParameterId::EdgeRadius(_) | ParameterId::Distance(_) => Twist::zeros(),
             ParameterId::WrenchBias(k) => scratch.load.column(k) / -(1.0 + self.wrench_scale),
             ParameterId::WrenchScale => scratch.load * Twist::from(self.load(i)) / -(1.0 + self.wrench_scale),
         }

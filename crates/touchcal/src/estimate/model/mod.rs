@@ -16,6 +16,7 @@ mod objective;
 mod omitted_effects;
 mod residual_rows;
 mod resolution;
+mod row_biases;
 mod stretches;
 mod trend_axis;
 mod walk_rest;

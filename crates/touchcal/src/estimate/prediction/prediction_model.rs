@@ -145,7 +145,7 @@ impl<'a, 'p> Knowledge<'a, 'p> {
         let estimate = || Some(self.posterior?.entries[self.indices[k]?].value);
         let is_applied = match self.parameter(k).id {
             ParameterId::Kinematic(_) | ParameterId::Fixture(..) => arm == ArmOf::Nominal,
-            ParameterId::GapBias(_) | ParameterId::DirectionalGapBias(..) => true,
+            ParameterId::GapBias(_) | ParameterId::DirectionalGapBias(..) | ParameterId::EdgeRadius(_) => true,
             _ => false,
         };
         estimate().filter(|_| is_applied).unwrap_or(0.0)

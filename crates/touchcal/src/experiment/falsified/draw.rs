@@ -23,7 +23,7 @@ pub(super) fn draw(
         Quantity::FixturePlaces => move_fixtures(problem, || place(PlacePrior::DEFAULT_FIXTURE, random)),
         Quantity::ToolPlace => move_tool(problem, &place(PlacePrior::DEFAULT_TOOL, random)),
         Quantity::Shapes => {
-            let ShapeTolerance { clearance, depth } = ShapeTolerance::DEFAULT;
+            let ShapeTolerance { clearance, depth, .. } = ShapeTolerance::DEFAULT;
             let (wider, deeper) = (clearance * normal(random), depth * normal(random));
             change_parts(problem, scenario, |parts| with_hole(parts, wider, deeper))?;
         }

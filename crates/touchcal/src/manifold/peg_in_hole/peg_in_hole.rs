@@ -2,11 +2,13 @@
 
 use std::sync::Arc;
 
+use nalgebra::Vector3;
+
 use super::candidates::push_candidates;
 use super::hole::{Hole, ROTATION_SCALE, TRANSLATION_SCALE};
 use super::shapes::PegInHoleShapes;
 use super::surfaces::{SURFACE_COUNTS, is_at_rim};
-use crate::geometry::PrismPair;
+use crate::geometry::{EdgeGauge, PrismPair};
 use crate::manifold::cache::ContactCache;
 use crate::manifold::contact_manifold::{ContactManifold, ResidualKind, RotationalOrders, SurfaceCounts};
 use crate::manifold::gate::Gate;
@@ -35,6 +37,7 @@ use crate::se3::Pose;
 pub struct PegInHole<G> {
     shapes: G,
     hole: Hole,
+    edges: Option<[EdgeGauge; 2]>,
 }
 
 impl PegInHole<PrismPair> {
@@ -57,7 +60,8 @@ impl<G: PegInHoleShapes> PegInHole<G> {
             sum_of_edge_radii: shapes.sum_of_edge_radii(),
             symmetry: shapes.symmetry(),
         };
-        PegInHole { shapes, hole }
+        let edges = shapes.edge_gauges();
+        PegInHole { shapes, hole, edges }
     }
 
     /// Shapes of peg and hole, each in its frame.
@@ -98,6 +102,12 @@ impl<G: PegInHoleShapes + Send + Sync + std::fmt::Debug + 'static> ContactManifo
             );
         }
         is_distinct
+    }
+
+    fn gap_by_edge_radius(&self, normal_in_tool: &Vector3<f64>, normal_in_fixture: &Vector3<f64>) -> f64 {
+        // Outward of the peg, and outward of the hole's outline, into the solid.
+        let normals = [normal_in_tool, normal_in_fixture].map(|normal| -normal);
+        self.edges.iter().flatten().zip(&normals).map(|(edges, normal)| edges.excess(normal)).sum()
     }
 
     fn rotational_orders(&self) -> RotationalOrders {

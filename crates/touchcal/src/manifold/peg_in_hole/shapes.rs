@@ -1,7 +1,8 @@
 //! The shapes that a peg and a hole may have.
 
 use crate::geometry::{
-    AxialSymmetry, EdgeRadii, GapQuery, MeshPair, Polygon, PrismPair, is_surface_of_revolution, rotational_order,
+    AxialSymmetry, EdgeGauge, EdgeRadii, GapQuery, MeshPair, Polygon, PrismPair, is_surface_of_revolution,
+    rotational_order,
 };
 use crate::manifold::contact_manifold::RotationalOrders;
 use crate::manifold::sketch::{Shape, Sketch};
@@ -25,6 +26,12 @@ pub trait PegInHoleShapes: GapQuery {
     /// edges of meshes are part of these.
     fn sum_of_edge_radii(&self) -> f64 {
         0.0
+    }
+
+    /// What tells contacts at edges of peg and hole from those at faces; `None`, as unless
+    /// overridden, where edges are part of the shapes.
+    fn edge_gauges(&self) -> Option<[EdgeGauge; 2]> {
+        None
     }
 
     /// Whether peg and hole are each round about the z axis of their frame: the Jacobian then
@@ -62,6 +69,10 @@ impl PegInHoleShapes for PrismPair {
     fn sum_of_edge_radii(&self) -> f64 {
         let EdgeRadii { peg, hole } = self.edge_radii();
         peg + hole
+    }
+
+    fn edge_gauges(&self) -> Option<[EdgeGauge; 2]> {
+        Some([self.peg(), self.hole()].map(EdgeGauge::new))
     }
 
     fn symmetry(&self) -> AxialSymmetry {

@@ -29,12 +29,12 @@ impl Assumptions {
         }
     }
 
-    /// Notes what is assumed of the shape of a hole named `part` in messages, of whose clearance
-    /// and depth the standard deviations `declared` (m) are declared.
-    pub fn shape(&mut self, part: &str, declared: [Option<f64>; 2], tolerance: ShapeTolerance) {
-        for (declared, name, sigma) in
-            [(declared[0], "clearance", tolerance.clearance), (declared[1], "depth", tolerance.depth)]
-        {
+    /// Notes what is assumed of the shape of a hole named `part` in messages, of whose clearance,
+    /// depth and edges the standard deviations `declared` (m) are declared.
+    pub fn shape(&mut self, part: &str, declared: [Option<f64>; 3], tolerance: ShapeTolerance) {
+        let ShapeTolerance { clearance, depth, edge_radius } = tolerance;
+        let sigmas = [("clearance", clearance), ("depth", depth), ("edge radius", edge_radius)];
+        for (declared, (name, sigma)) in declared.into_iter().zip(sigmas) {
             match declared {
                 None if sigma > 0.0 => self.of_parts.push(format!("{part}: {name} ± {} mm", rounded(1e3 * sigma))),
                 Some(0.0) => self.exact_by_zero.push(format!("{part}: {name}")),

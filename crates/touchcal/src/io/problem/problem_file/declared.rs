@@ -70,7 +70,8 @@ pub(super) fn fixture(
         let has_rotation = manifold.fixture_directions().iter().any(|&direction| direction >= 3);
         assumptions.place(&name, declared, has_rotation);
     }
-    let shape_keys = [table.clearance_sigma_mm.as_ref(), table.depth_sigma_mm.as_ref()];
+    let shape_keys =
+        [&table.clearance_sigma_mm, &table.depth_sigma_mm, &table.edge_radius_sigma_mm].map(Option::as_ref);
     let mut tolerance = ShapeTolerance::EXACT;
     if table.kind == FixtureKind::Hole {
         tolerance = shape_tolerance(shape_keys, &exact, ShapeTolerance::DEFAULT, &name, context)?;

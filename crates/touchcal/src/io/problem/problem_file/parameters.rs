@@ -112,7 +112,7 @@ pub(super) fn wanted(
             Block::JointWalk => joint_walk(robot, drift.walk.unwrap_or(DEFAULT_WALK_SIGMA)),
             Block::JointHarmonic => joint_harmonic(robot),
             Block::JointDrift | Block::Tool | Block::Fixture | Block::GapBias => Vec::new(),
-            Block::WrenchBias | Block::WrenchScale | Block::Distance => Vec::new(),
+            Block::EdgeRadius | Block::WrenchBias | Block::WrenchScale | Block::Distance => Vec::new(),
         };
         wanted.tool |= block == Block::Tool;
         wanted.joint_drift |= block == Block::JointDrift;

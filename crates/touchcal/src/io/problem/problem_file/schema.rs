@@ -163,6 +163,7 @@ pub(crate) struct FixtureToml {
     pub(crate) sigma_deg: Option<Number>,
     pub(crate) clearance_sigma_mm: Option<Number>,
     pub(crate) depth_sigma_mm: Option<Number>,
+    pub(crate) edge_radius_sigma_mm: Option<Number>,
     #[serde(default)]
     pub(crate) free: bool,
     pub(crate) exact: Option<Spanned<Value>>,

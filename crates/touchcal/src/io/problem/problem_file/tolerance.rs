@@ -136,7 +136,7 @@ pub(crate) fn place_prior(
 
 /// The tolerance of a hole's shape: a standard deviation each, or the default one, or exact.
 pub(crate) fn shape_tolerance(
-    [clearance, depth]: [Option<&Number>; 2],
+    [clearance, depth, edge_radius]: [Option<&Number>; 3],
     exact: &[&str],
     default: ShapeTolerance,
     field: &str,
@@ -156,6 +156,7 @@ pub(crate) fn shape_tolerance(
     Ok(ShapeTolerance {
         clearance: sigma(clearance, "clearance_sigma_mm", "clearance", default.clearance)?,
         depth: sigma(depth, "depth_sigma_mm", "depth", default.depth)?,
+        edge_radius: sigma(edge_radius, "edge_radius_sigma_mm", "edge_radius", default.edge_radius)?,
     })
 }
 

@@ -262,6 +262,7 @@ fn check_keys(fixture: &FixtureToml, name: &str, context: &Context<'_>) -> Resul
         .or(number(&fixture.edge_radius_mm, "edge_radius_mm"))
         .or(number(&fixture.clearance_sigma_mm, "clearance_sigma_mm"))
         .or(number(&fixture.depth_sigma_mm, "depth_sigma_mm"))
+        .or(number(&fixture.edge_radius_sigma_mm, "edge_radius_sigma_mm"))
         .or(fixture_sources(fixture).key())
         .or(fixture.manifold.as_ref().map(|manifold| (manifold.span(), "manifold")))
         .or(text(&fixture.samples, "samples"))

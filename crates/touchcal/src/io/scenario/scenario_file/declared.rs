@@ -51,9 +51,11 @@ pub(super) fn set_errors(
         span: table.span(),
     };
     fixture.place_error = place_error(&keys, &name, context)?;
-    let shape_keys = [touch.clearance_sigma_mm.as_ref(), touch.depth_sigma_mm.as_ref()];
+    let shape_keys =
+        [&touch.clearance_sigma_mm, &touch.depth_sigma_mm, &touch.edge_radius_sigma_mm].map(Option::as_ref);
     let shape = shape_tolerance(shape_keys, &exact, ShapeTolerance::EXACT, &name, context)?;
     (fixture.clearance_sigma, fixture.depth_sigma) = (shape.clearance, shape.depth);
+    fixture.edge_radius_sigma = shape.edge_radius;
     let (unequal, key) = (touch.unequal_clearance_sigma_mm.as_ref(), format!("{name}, unequal_clearance_sigma_mm"));
     fixture.unequal_clearance_sigma = context.number(unequal, MM, Allowed::NotNegative, &key)?.unwrap_or(0.0);
     let wear = (touch.edge_wear_mm.as_ref(), format!("{name}, edge_wear_mm"));

@@ -76,7 +76,11 @@ pub fn problem_text(file: &ScenarioFile, truth: &Truth) -> Vec<TextFile> {
             line.place(touch);
         }
         let is_hole = matches!(touch.parts, Parts::PegInHole(_));
-        let shape = is_hole.then_some(ShapeTolerance { clearance: touch.clearance_sigma, depth: touch.depth_sigma });
+        let shape = is_hole.then_some(ShapeTolerance {
+            clearance: touch.clearance_sigma,
+            depth: touch.depth_sigma,
+            edge_radius: touch.edge_radius_sigma,
+        });
         line.tolerances((!touch.free).then_some(touch.place_error), shape);
     }
     let mut line = Lines(&mut text);

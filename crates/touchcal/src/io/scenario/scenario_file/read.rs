@@ -284,6 +284,7 @@ fn touches(scenario: &mut Scenario, toml: &ScenarioToml, context: &Context<'_>) 
             depth_sigma: 0.0,
             unequal_clearance_sigma: 0.0,
             edge_wear: 0.0,
+            edge_radius_sigma: 0.0,
             postures: postures(touch, &scenario.robot, &field, context)?,
             exploration: usual,
         };

@@ -69,6 +69,7 @@ pub(super) struct TouchToml {
     pub(super) free: bool,
     pub(super) clearance_sigma_mm: Option<Number>,
     pub(super) depth_sigma_mm: Option<Number>,
+    pub(super) edge_radius_sigma_mm: Option<Number>,
     pub(super) unequal_clearance_sigma_mm: Option<Number>,
     pub(super) edge_wear_mm: Option<Number>,
     pub(super) exact: Option<Spanned<Value>>,
@@ -104,6 +105,7 @@ impl TouchToml {
             sigma_deg: None,
             clearance_sigma_mm: None,
             depth_sigma_mm: None,
+            edge_radius_sigma_mm: None,
             free: false,
             exact: None,
         };

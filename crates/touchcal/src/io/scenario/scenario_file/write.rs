@@ -117,6 +117,7 @@ impl Lines<'_> {
         self.number("depth_sigma_mm", 1e3 * touch.depth_sigma);
         self.number("unequal_clearance_sigma_mm", 1e3 * touch.unequal_clearance_sigma);
         self.number("edge_wear_mm", 1e3 * touch.edge_wear);
+        self.number("edge_radius_sigma_mm", 1e3 * touch.edge_radius_sigma);
         let posture = |posture: &Vec<f64>| format!("[{}]", in_user_units(scenario, posture).join(", "));
         let postures: Vec<String> = touch.postures.iter().map(posture).collect();
         self.raw("postures_deg", &format!("[{}]", postures.join(", ")));
@@ -173,13 +174,16 @@ impl Lines<'_> {
             self.sigmas(error);
         }
         let mut exact = Vec::from_iter(is_exact_place.then_some("place"));
-        let ShapeTolerance { clearance, depth } = shape.unwrap_or(ShapeTolerance { clearance: 0.0, depth: 0.0 });
+        let ShapeTolerance { clearance, depth, edge_radius } = shape.unwrap_or(ShapeTolerance::EXACT);
         for (name, sigma) in [("clearance", clearance), ("depth", depth)] {
             match shape {
                 None => {}
                 Some(_) if sigma == 0.0 => exact.push(name),
                 Some(_) => self.number(&format!("{name}_sigma_mm"), 1e3 * sigma),
             }
+        }
+        if edge_radius > 0.0 {
+            self.number("edge_radius_sigma_mm", 1e3 * edge_radius);
         }
         match exact.len() {
             0 => {}
