@@ -70,9 +70,10 @@ held_out = true
 
 
 def test_a_problem_in_code_has_the_bits_of_its_file(workcell: Path) -> None:
-    # The same contacts, as rows of their own: rows that are read twice would not be held out.
-    rows = (workcell / "hole.csv").read_text().splitlines()
-    (workcell / "again.csv").write_text("".join(f"{row},again\n" for row in rows))
+    # The same contacts backwards, as rows of their own: rows that are read twice would not be held out,
+    # and a copy is warned of.
+    header, *rows = (workcell / "hole.csv").read_text().splitlines()
+    (workcell / "again.csv").write_text("".join(f"{row},again\n" for row in [header, *reversed(rows)]))
     accepted = workcell / "accepted.toml"
     accepted.write_text((workcell / "problem.toml").read_text() + HELD_OUT + TASK)
     from_file = touchcal.calibrate(touchcal.Problem.from_toml(accepted))
