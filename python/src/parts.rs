@@ -76,7 +76,7 @@ impl Tool {
 ///         (rad) component; default: 1 mm and 0.5 degrees.
 ///     free: flat prior, instead of sigma and sigma_angle.
 ///     exact: whether pose and shape are exactly known, or a list of what is: "place", and of a
-///         hole "outline", "clearance", "depth".
+///         hole "outline", "clearance", "depth", "edge_radius".
 ///     clearance_sigma, depth_sigma: of a hole, standard deviations of the clearance on each side
 ///         and of the depth (m); default: 0.03 mm each.
 ///     edge_radius_sigma: of a hole, standard deviation of the radius of its edges, and of the
@@ -190,7 +190,8 @@ enum Exact {
 impl Exact {
     /// Names of what is exact of a fixture.
     fn parts(self, title: &str, is_hole: bool) -> PyResult<Vec<String>> {
-        let known: &[&str] = if is_hole { &["place", "outline", "clearance", "depth"] } else { &["place"] };
+        let known: &[&str] =
+            if is_hole { &["place", "outline", "clearance", "depth", "edge_radius"] } else { &["place"] };
         match self {
             Exact::All(false) => Ok(Vec::new()),
             Exact::All(true) => Ok(known.iter().map(|name| (*name).to_owned()).collect()),

@@ -71,7 +71,7 @@ _Block: TypeAlias = Literal[
     "tool",
     "fixture",
 ]
-_Exact: TypeAlias = Literal["place", "outline", "clearance", "depth"]
+_Exact: TypeAlias = Literal["place", "outline", "clearance", "depth", "edge_radius"]
 _Distance: TypeAlias = tuple[str, str, float] | tuple[str, str, float, float]
 
 class _Log(TypedDict):

@@ -147,6 +147,13 @@ pub struct Fixture {
     pub placement: String,
 }
 
+impl Fixture {
+    /// Whether the radius of the edges is estimated.
+    pub(crate) fn has_uncertain_edges(&self) -> bool {
+        self.tolerance.edge_radius > 0.0 && self.manifold.has_edges()
+    }
+}
+
 /// A known distance between the origins of two fixtures' frames, measured independently of the arm.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Distance {

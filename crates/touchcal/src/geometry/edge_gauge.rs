@@ -34,7 +34,9 @@ impl EdgeGauge {
     }
 
     /// `Σ aᵢ − 1` (1, ≥ 0) of a unit vector along the outward normal of the prism at a contact. The
-    /// sides are those next to it by their angle, wherever they are on the outline.
+    /// sides are those next to it by their angle, wherever they are on the outline: too small a
+    /// number at a corner of an outline that has a side of an angle between those of the corner
+    /// elsewhere, as outlines that are not convex may have.
     pub fn excess(&self, normal: &Vector3<f64>) -> f64 {
         let across = normal.xy();
         let following = self.sides.iter().cycle().skip(1);

@@ -135,6 +135,11 @@ pub trait ContactManifold: Send + Sync + std::fmt::Debug {
         true
     }
 
+    /// Whether the radius of edges can be another than that of the shapes; false unless overridden.
+    fn has_edges(&self) -> bool {
+        false
+    }
+
     /// Derivative of a candidate's gap by the radius of all edges of tool and fixture, beyond those
     /// that they have (1, ≥ 0), where its unit normal, from the fixture into the tool, is this in
     /// both frames; 0, as unless overridden, where no edge is touched.

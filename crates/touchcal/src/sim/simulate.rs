@@ -178,7 +178,8 @@ pub fn run(
     for (f, touch) in scenario.touches.iter().enumerate() {
         let parts = truth.parts(scenario, f).ok_or_else(|| {
             let [wider_mm, deeper_mm] = truth.shape_errors(f).map(|error| 1e3 * error);
-            SimulationError::Shape { fixture: touch.name.clone(), wider_mm, deeper_mm, worn_mm: 1e3 * touch.edge_wear }
+            let worn_mm = 1e3 * truth.edge_wear(scenario, f);
+            SimulationError::Shape { fixture: touch.name.clone(), wider_mm, deeper_mm, worn_mm }
         })?;
         let phases = touch.exploration.phases(&mut chance(seed, 2 + (touches + f) as u64));
         let mut chance = chance(seed, 1 + f as u64);

@@ -42,7 +42,7 @@ pub enum SimulationError {
     Interrupted,
     /// A hole that is not valid after the changes of width and depth drawn for it.
     #[error(
-        "`{fixture}` cannot be {wider_mm:+.3} mm wider and {deeper_mm:+.3} mm deeper with edges worn by {worn_mm:.3} mm: lower its clearance_sigma, depth_sigma, unequal_clearance_sigma or edge_wear"
+        "`{fixture}` cannot be {wider_mm:+.3} mm wider and {deeper_mm:+.3} mm deeper with edges worn by {worn_mm:.3} mm: lower its clearance_sigma, depth_sigma, unequal_clearance_sigma, edge_wear or edge_radius_sigma"
     )]
     Shape {
         /// Name of the fixture.

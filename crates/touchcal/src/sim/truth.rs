@@ -8,8 +8,8 @@ use super::recorder::{Recorder, WrenchErrors, normal};
 use super::scenario::{ArmErrors, Distribution, PlaceError, Scenario, Touch};
 use crate::geometry::{EdgeRadii, Parts};
 use crate::parameter::{
-    Parameter, ParameterId, joint_compliance, joint_offset, joint_origin, joint_trend, kinematic_part, segment_strain,
-    strain, wrench_bias, wrench_scale,
+    Parameter, ParameterId, edge_radius, joint_compliance, joint_offset, joint_origin, joint_trend, kinematic_part,
+    segment_strain, strain, wrench_bias, wrench_scale,
 };
 use crate::robot::{JointKind, KinematicParameter, Robot, segments};
 use crate::se3::{self, Pose, Twist};
@@ -142,11 +142,16 @@ impl Truth {
         [&self.clearance, &self.depth].map(|errors| errors.get(f).copied().unwrap_or(0.0))
     }
 
+    /// Radius (m) by which edges at fixture `f` are rounder than nominally.
+    pub(super) fn edge_wear(&self, scenario: &Scenario, f: usize) -> f64 {
+        scenario.touches[f].edge_wear + self.value(ParameterId::EdgeRadius(f))
+    }
+
     /// What tool and fixture `f` truly are. None if the hole does not survive its change.
     pub(super) fn parts(&self, scenario: &Scenario, f: usize) -> Option<Parts> {
         let [wider, deeper] = self.shape_errors(f);
         let unequal = self.unequal_clearance.get(f).copied().unwrap_or_default();
-        let wear = scenario.touches[f].edge_wear + self.value(ParameterId::EdgeRadius(f));
+        let wear = self.edge_wear(scenario, f);
         match &scenario.touches[f].parts {
             Parts::PegInHole(parts) if [wider, deeper, unequal[0], unequal[1], wear] != [0.0; 5] => {
                 let further =
@@ -162,9 +167,9 @@ impl Truth {
     }
 
     /// The erroneous parameters with names and units, and their values (SI), in the order: strain,
-    /// segment strains, joint offsets, joint origins, compliances, tool, fixtures, wrench, trends
-    /// of encoder offsets. Their priors are those of the parameters' constructors and say nothing
-    /// about the truth. Drifts of placements and gap biases are left out.
+    /// segment strains, joint offsets, joint origins, compliances, tool, fixtures, edges, wrench,
+    /// trends of encoder offsets. Their priors are those of the parameters' constructors and say
+    /// nothing about the truth. Drifts of placements and gap biases are left out.
     pub fn named(&self, scenario: &Scenario) -> Vec<(Parameter, f64)> {
         let robot = &scenario.robot;
         let mut known = vec![strain()];
@@ -177,6 +182,7 @@ impl Truth {
             let prefix = format!("fixture.{}", touch.name);
             known.extend((0..6).map(|k| Parameter::twist(&prefix, ParameterId::Fixture(f, k), k)));
         }
+        known.extend(scenario.touches.iter().enumerate().map(|(f, touch)| edge_radius(&touch.name, f)));
         known.extend((0..6).map(wrench_bias));
         known.push(wrench_scale());
         known.extend(joint_trend(robot));

@@ -85,7 +85,7 @@ fn exact_is_a_truth_value_or_a_list_of_names() {
             assert!(message.contains(part), "expected `{part}` in: {message}");
         }
     }
-    let hole = "a list of what is exact (`place`, `outline`, `clearance` or `depth`)";
+    let hole = "a list of what is exact (`place`, `outline`, `clearance`, `depth` or `edge_radius`)";
     refused_in(
         "hole",
         "exact = [\"palce\"]",

@@ -106,6 +106,10 @@ fn edges_that_parts_cannot_have_are_refused() {
     refused("length_mm = 40", "length_mm = 40\nedge_radius_mm = 11", &["tool, edge_radius_mm", "long enough", "11 mm"]);
     let sigma = &["fixture `table`", "what belongs to a plane", "`edge_radius_sigma_mm`"];
     refused("xyz_mm = [0, 0, 10] }", "xyz_mm = [0, 0, 10] }\nedge_radius_sigma_mm = 0.1", sigma);
+    let both = "depth_mm = 30\nexact = true\nedge_radius_sigma_mm = 0.1";
+    refused("depth_mm = 30", both, &["hole`, edge_radius_sigma_mm", "both"]);
+    let unknown = "depth_mm = 30\nmanifold = \"unknown\"\nedge_radius_sigma_mm = 0.1";
+    refused("outline_offset_mm = 0.5\ndepth_mm = 30", unknown, &["edge_radius_sigma_mm"]);
     refused("depth_mm = 30", "depth_mm = 30\nedge_radius_mm = -1", &["hole`, edge_radius_mm", "-1"]);
     refused("depth_mm = 30", "depth_mm = 30\nedge_radius_mm = 31", &["hole`, edge_radius_mm", "long enough", "31 mm"]);
     let mesh = "mesh = \"peg.stl\"\nedge_radius_mm = 0.1";

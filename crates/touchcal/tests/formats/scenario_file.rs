@@ -284,7 +284,7 @@ fn what_contradicts_exact_is_refused() {
         let error = described(tool, hole, plane, distance).unwrap_err();
         assert!(error.contains(message) && error.lines().count() == 1, "expected `{message}` in: {error}");
     };
-    let exact = "a list of what is exact (`place`, `outline`, `clearance` or `depth`), found \"depht\"; did you mean";
+    let exact = "a list of what is exact (`place`, `outline`, `clearance`, `depth` or `edge_radius`), found \"depht\"; did you mean";
     refused(["", "exact = ['depht']", "", ""], exact);
     refused(["", "", "exact = ['depth']", ""], "fixture `block/rim`, exact: expected true, false, or a list of what");
     refused(["exact = ['depth']", "", "", ""], "s.toml:5:9, tool, exact: expected true, false, or a list of what");

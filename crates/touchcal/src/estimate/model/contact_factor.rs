@@ -176,7 +176,7 @@ impl ContactFactor {
         let pose = point.pose_and_jacobian(i, &mut self.q, &mut self.kinematics);
         self.rows.clear();
         point.model.problem.fixtures[f].manifold.residual(&pose, 0.0, &mut self.rows);
-        self.subtract_gap_biases(point, i, &pose);
+        self.subtract_biases(point, i, &pose);
         self.likelihood = None;
         self.residual_noise(point, i)
     }
@@ -327,14 +327,13 @@ impl ContactFactor {
         self.rows.values()
     }
 
-    /// Residuals and derivatives of rows with their gap biases.
-    fn subtract_gap_biases(&mut self, point: &LinearizationPoint<'_>, i: usize, fixture_from_tool: &Pose) {
+    /// Residuals and derivatives of rows with their gap biases and edges.
+    fn subtract_biases(&mut self, point: &LinearizationPoint<'_>, i: usize, fixture_from_tool: &Pose) {
         let f = point.model.problem.contacts.fixture(i);
-        let manifold = &*point.model.problem.fixtures[f].manifold;
-        let biases = RowBiases::new(&self.rows, fixture_from_tool, manifold);
+        let biases = RowBiases::new(&self.rows, fixture_from_tool, &point.model.problem.fixtures[f]);
         self.differentiate(point, i, fixture_from_tool, |id, r| biases.derivative(id, r));
         for (r, gap) in self.rows.values().iter().enumerate() {
-            self.residual[r] = biases.residual(&point.fixtures[f], r, *gap);
+            self.residual[r] = gap - biases.bias(&point.fixtures[f], r);
         }
     }
 
@@ -345,7 +344,7 @@ impl ContactFactor {
         i: usize,
         (pose, gate): (&Pose, &Gate),
     ) -> CandidateContacts {
-        self.subtract_gap_biases(point, i, pose);
+        self.subtract_biases(point, i, pose);
         self.likelihood = None;
         let (model, f) = (point.model, point.model.problem.contacts.fixture(i));
         self.region = model.region(i, &self.rows);

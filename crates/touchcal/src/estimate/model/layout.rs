@@ -179,7 +179,7 @@ fn all_parameters(problem: &Problem, placements: &[&str]) -> Vec<Parameter> {
             let sigma = options.contact_mode.directional_bias_sigma;
             parameters
                 .extend((0..AXIS_DIRECTIONS).map(|k| directional_gap_bias(&fixture.name, f, k).with_sigma(sigma)));
-            let of_edges = Some(fixture.tolerance.edge_radius).filter(|sigma| *sigma > 0.0);
+            let of_edges = fixture.has_uncertain_edges().then_some(fixture.tolerance.edge_radius);
             parameters.extend(of_edges.map(|sigma| edge_radius(&fixture.name, f).with_sigma(sigma)));
         }
     }

@@ -1,7 +1,8 @@
 //! What the measured gaps of a contact's candidates are off by: gap biases, and edges.
 
 use super::linearization::FixtureState;
-use crate::manifold::{ContactManifold, MAX_ROWS, Residual, axis_direction};
+use crate::estimate::problem::Fixture;
+use crate::manifold::{MAX_ROWS, Residual, axis_direction};
 use crate::parameter::ParameterId;
 use crate::se3::{self, Pose};
 
@@ -13,14 +14,16 @@ pub(super) struct RowBiases {
 }
 
 impl RowBiases {
-    /// Of the rows at this pose.
-    pub fn new(rows: &Residual, fixture_from_tool: &Pose, manifold: &dyn ContactManifold) -> Self {
+    /// Of the rows at this pose, of contacts with this fixture.
+    pub fn new(rows: &Residual, fixture_from_tool: &Pose, fixture: &Fixture) -> Self {
         let mut biases = RowBiases { directions: [0; MAX_ROWS], by_edge_radius: [0.0; MAX_ROWS] };
         for (r, row) in rows.jacobian().iter().enumerate() {
             let in_tool = se3::linear(row);
             let in_fixture = fixture_from_tool.rotation * in_tool;
             biases.directions[r] = axis_direction(&in_fixture);
-            biases.by_edge_radius[r] = manifold.gap_by_edge_radius(&in_tool, &in_fixture);
+            if fixture.has_uncertain_edges() {
+                biases.by_edge_radius[r] = fixture.manifold.gap_by_edge_radius(&in_tool, &in_fixture);
+            }
         }
         biases
     }
@@ -35,8 +38,9 @@ impl RowBiases {
         }
     }
 
-    /// The residual of row `r`, where the gap between the declared shapes is `gap` (m).
-    pub fn residual(&self, fixture: &FixtureState, r: usize, gap: f64) -> f64 {
-        gap - fixture.gap_biases()[self.directions[r]] + fixture.edge_radius * self.by_edge_radius[r]
+    /// What the gap (m) of row `r` between the declared shapes is too large by.
+    pub fn bias(&self, fixture: &FixtureState, r: usize) -> f64 {
+        let of_gap = fixture.gap_bias + fixture.directional_gap_bias[self.directions[r]];
+        of_gap - fixture.edge_radius * self.by_edge_radius[r]
     }
 }

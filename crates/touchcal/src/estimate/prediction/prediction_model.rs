@@ -7,8 +7,8 @@ use crate::estimate::problem::{Noise, PlacePrior, Problem};
 use crate::estimate::result::ParameterPosterior;
 use crate::manifold::ResidualKind;
 use crate::parameter::{
-    Block, Parameter, ParameterId, Prior, joint_compliance, joint_drift, joint_harmonic, joint_offset, joint_origin,
-    joint_trend, segment_strain, strain,
+    Block, Parameter, ParameterId, Prior, edge_radius, joint_compliance, joint_drift, joint_harmonic, joint_offset,
+    joint_origin, joint_trend, segment_strain, strain,
 };
 
 /// Distance (m) up to which two arms put the tool at the same place.
@@ -86,7 +86,8 @@ fn further_parameters(own: &CalibrationModel<'_>, posterior: Option<&ParameterPo
         let of_arm = [joint_offset(robot), joint_origin(robot), joint_compliance(robot), segment_strain(robot)];
         let of_encoders = [joint_harmonic(robot), joint_trend(robot)];
         let all = of_arm.into_iter().chain(of_encoders).chain([vec![strain()], tool]).flatten();
-        parameters.extend(all.filter(|parameter| posterior.index(&parameter.name).is_some()));
+        let edges = problem.fixtures.iter().enumerate().map(|(f, fixture)| edge_radius(&fixture.name, f));
+        parameters.extend(all.chain(edges).filter(|parameter| posterior.index(&parameter.name).is_some()));
         let has_drift = ["joint_drift", "joint_trend", "joint_walk"]
             .iter()
             .any(|block| posterior.greatest_prior_sigma(block) > 0.0);

@@ -95,7 +95,9 @@ pub fn write(folder: &Path, kind: ResultKind, files: &[ResultFile], without_mani
     let former = own_files(folder, manifest.results.get(&kind), &names, without_manifest)?;
     let all = former.keys().map(String::as_str).chain(names);
     let folders: BTreeSet<PathBuf> = all.filter_map(|name| Some(folder.join(name).parent()?.to_owned())).collect();
-    folders.iter().for_each(|folder| atomic::remove_left_over(folder));
+    if !is_of_trials(kind) {
+        folders.iter().for_each(|folder| atomic::remove_left_over(folder));
+    }
     let mut pending = Vec::with_capacity(files.len());
     for file in files {
         let path = folder.join(&file.name);
@@ -159,7 +161,7 @@ fn write_manifest(
 /// same trials write the same, and wait for each other.
 fn lock(folder: &Path, kind: ResultKind) -> Result<Option<File>, IoError> {
     let Ok(handle) = File::open(folder) else { return Ok(None) };
-    if matches!(kind, ResultKind::Campaign | ResultKind::Sweep | ResultKind::Falsified | ResultKind::Table1) {
+    if is_of_trials(kind) {
         handle.lock().ok();
         return Ok(Some(handle));
     }
@@ -170,6 +172,11 @@ fn lock(folder: &Path, kind: ResultKind) -> Result<Option<File>, IoError> {
         }
         Ok(()) | Err(TryLockError::Error(_)) => Ok(Some(handle)),
     }
+}
+
+/// Whether a result sums up trials, which runs on several machines may have computed in parts.
+fn is_of_trials(kind: ResultKind) -> bool {
+    matches!(kind, ResultKind::Campaign | ResultKind::Sweep | ResultKind::Falsified | ResultKind::Table1)
 }
 
 /// Flushes the names of a folder's files to the disk, so that later changes are not there before

@@ -104,6 +104,10 @@ impl<G: PegInHoleShapes + Send + Sync + std::fmt::Debug + 'static> ContactManifo
         is_distinct
     }
 
+    fn has_edges(&self) -> bool {
+        self.edges.is_some()
+    }
+
     fn gap_by_edge_radius(&self, normal_in_tool: &Vector3<f64>, normal_in_fixture: &Vector3<f64>) -> f64 {
         // Outward of the peg, and outward of the hole's outline, into the solid.
         let normals = [normal_in_tool, normal_in_fixture].map(|normal| -normal);

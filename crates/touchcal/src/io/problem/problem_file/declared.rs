@@ -76,6 +76,7 @@ pub(super) fn fixture(
     if table.kind == FixtureKind::Hole {
         tolerance = shape_tolerance(shape_keys, &exact, ShapeTolerance::DEFAULT, &name, context)?;
     }
+    check_edges(table, tolerance.edge_radius > 0.0 && !manifold.has_edges(), &name, context)?;
     // Of a projection or an unknown manifold it has no effect.
     if manifold.residual_kind() == ResidualKind::LeastGap {
         assumptions.shape(&name, shape_keys.map(|key| key.map(|number| *number.get_ref())), tolerance);
@@ -116,4 +117,15 @@ pub(super) fn distance(
     let distance = context.required(Some(mm), MM, table.span(), "distance, mm")?;
     let sigma = distance_sigma(sigma_mm.as_ref(), exact.as_ref(), context)?;
     Ok(Distance { between, distance, sigma: sigma.max(EXACT_DISTANCE_SIGMA) })
+}
+
+/// Refuses a tolerance of edges that `are_missing`.
+fn check_edges(table: &FixtureToml, are_missing: bool, name: &str, context: &Context<'_>) -> Result<(), IoError> {
+    match table.edge_radius_sigma_mm.as_ref().filter(|_| are_missing) {
+        None => Ok(()),
+        Some(number) => {
+            let place = context.place(number.span(), format!("{name}, edge_radius_sigma_mm"));
+            Err(IoError::unexpected(place, "exact contacts of outlines, which have edges", "others"))
+        }
+    }
 }

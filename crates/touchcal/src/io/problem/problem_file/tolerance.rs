@@ -72,7 +72,7 @@ pub(crate) const TOOL_PARTS: &[&str] = &["place", "outline"];
 /// What `exact` can name in a `[[fixture]]`.
 pub(crate) fn fixture_parts(kind: FixtureKind) -> &'static [&'static str] {
     match kind {
-        FixtureKind::Hole => &["place", "outline", "clearance", "depth"],
+        FixtureKind::Hole => &["place", "outline", "clearance", "depth", "edge_radius"],
         FixtureKind::Socket | FixtureKind::Plane => &["place"],
     }
 }

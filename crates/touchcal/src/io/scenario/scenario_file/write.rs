@@ -187,7 +187,7 @@ impl Lines<'_> {
         }
         match exact.len() {
             0 => {}
-            3 => self.raw("exact", "true"),
+            3 if edge_radius == 0.0 => self.raw("exact", "true"),
             1 if shape.is_none() => self.raw("exact", "true"),
             _ => self.raw("exact", &format!("{exact:?}")),
         }
