@@ -95,9 +95,7 @@ pub fn write(folder: &Path, kind: ResultKind, files: &[ResultFile], without_mani
     let former = own_files(folder, manifest.results.get(&kind), &names, without_manifest)?;
     let all = former.keys().map(String::as_str).chain(names);
     let folders: BTreeSet<PathBuf> = all.filter_map(|name| Some(folder.join(name).parent()?.to_owned())).collect();
-    if !is_of_trials(kind) {
-        folders.iter().for_each(|folder| atomic::remove_left_over(folder));
-    }
+    folders.iter().for_each(|folder| atomic::remove_left_over(folder));
     let mut pending = Vec::with_capacity(files.len());
     for file in files {
         let path = folder.join(&file.name);
