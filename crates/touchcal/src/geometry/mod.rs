@@ -8,7 +8,7 @@
 //! [`prisms_of`] recognizes meshes that are straight, [`AxialSymmetry`] is what is known of round
 //! parts. Lengths are metres.
 
-mod edge_gauge;
+mod edge_faces;
 mod gap;
 mod mesh;
 mod mesh_gap;
@@ -18,7 +18,7 @@ mod prism_gap;
 mod recognize;
 mod softmin;
 
-pub use edge_gauge::EdgeGauge;
+pub use edge_faces::EdgeFaces;
 pub use gap::{GapQuery, SignedGap};
 pub use mesh::{MAX_TRIANGLES, PointMm, TriangleMesh, TriangleMeshError, WELD_DISTANCE};
 pub use mesh_gap::{MeshPair, NeighborList};

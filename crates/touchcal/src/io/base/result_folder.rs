@@ -110,10 +110,10 @@ pub fn write(folder: &Path, kind: ResultKind, files: &[ResultFile], without_mani
     }
     remove_obsolete(folder, &listed)?;
     folders.iter().filter(|folder| folder.is_dir()).try_for_each(|folder| sync(folder))?;
-    if let Some(name) =
+    if let Some((name, _)) =
         listed.files.iter().find(|(name, written)| sha256(&folder.join(name)).ok().as_ref() != Some(written))
     {
-        let place = Place::file(folder.join(name.0).display().to_string());
+        let place = Place::file(folder.join(name).display().to_string());
         return Err(IoError::unexpected(
             place,
             "the file as it was written",
@@ -155,8 +155,8 @@ fn write_manifest(
     atomic::write(&path, &serde_json::to_vec_pretty(manifest).map_err(failed)?)
 }
 
-/// Keeps other runs from writing into the folder, where the file system can. Runs that sum up the
-/// same trials write the same, and wait for each other.
+/// Keeps other runs from writing into the folder, where the file system has locks. Runs that sum up
+/// trials wait for each other.
 fn lock(folder: &Path, kind: ResultKind) -> Result<Option<File>, IoError> {
     let Ok(handle) = File::open(folder) else { return Ok(None) };
     if is_of_trials(kind) {

@@ -8,7 +8,7 @@ use super::candidates::push_candidates;
 use super::hole::{Hole, ROTATION_SCALE, TRANSLATION_SCALE};
 use super::shapes::PegInHoleShapes;
 use super::surfaces::{SURFACE_COUNTS, is_at_rim};
-use crate::geometry::{EdgeGauge, PrismPair};
+use crate::geometry::{EdgeFaces, PrismPair};
 use crate::manifold::cache::ContactCache;
 use crate::manifold::contact_manifold::{ContactManifold, ResidualKind, RotationalOrders, SurfaceCounts};
 use crate::manifold::gate::Gate;
@@ -37,7 +37,7 @@ use crate::se3::Pose;
 pub struct PegInHole<G> {
     shapes: G,
     hole: Hole,
-    edges: Option<[EdgeGauge; 2]>,
+    edges: Option<[EdgeFaces; 2]>,
 }
 
 impl PegInHole<PrismPair> {
@@ -60,7 +60,7 @@ impl<G: PegInHoleShapes> PegInHole<G> {
             sum_of_edge_radii: shapes.sum_of_edge_radii(),
             symmetry: shapes.symmetry(),
         };
-        let edges = shapes.edge_gauges();
+        let edges = shapes.edge_faces();
         PegInHole { shapes, hole, edges }
     }
 

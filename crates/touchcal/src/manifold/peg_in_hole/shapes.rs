@@ -1,7 +1,7 @@
 //! The shapes that a peg and a hole may have.
 
 use crate::geometry::{
-    AxialSymmetry, EdgeGauge, EdgeRadii, GapQuery, MeshPair, Polygon, PrismPair, is_surface_of_revolution,
+    AxialSymmetry, EdgeFaces, EdgeRadii, GapQuery, MeshPair, Polygon, PrismPair, is_surface_of_revolution,
     rotational_order,
 };
 use crate::manifold::contact_manifold::RotationalOrders;
@@ -30,7 +30,7 @@ pub trait PegInHoleShapes: GapQuery {
 
     /// What tells contacts at edges of peg and hole from those at faces; `None`, as unless
     /// overridden, where edges are part of the shapes.
-    fn edge_gauges(&self) -> Option<[EdgeGauge; 2]> {
+    fn edge_faces(&self) -> Option<[EdgeFaces; 2]> {
         None
     }
 
@@ -71,8 +71,8 @@ impl PegInHoleShapes for PrismPair {
         peg + hole
     }
 
-    fn edge_gauges(&self) -> Option<[EdgeGauge; 2]> {
-        Some([self.peg(), self.hole()].map(EdgeGauge::new))
+    fn edge_faces(&self) -> Option<[EdgeFaces; 2]> {
+        Some([self.peg(), self.hole()].map(EdgeFaces::new))
     }
 
     fn symmetry(&self) -> AxialSymmetry {

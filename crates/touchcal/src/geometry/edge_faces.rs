@@ -1,4 +1,4 @@
-//! How much farther two parts are apart where they touch at round edges.
+//! How the gap between two prisms at an edge depends on the radius of the edge.
 
 use nalgebra::{Vector2, Vector3};
 
@@ -7,19 +7,18 @@ use super::polygon::Polygon;
 /// Faces whose normals differ by less (rad) are one.
 const SAME: f64 = 1e-6;
 
-/// The faces of a prism along z, by which a contact at an edge is told from one at a face.
+/// Normals of the faces of a prism along z.
 ///
-/// Rounding all edges of a prism to the radius ρ moves the point at which a plane of normal `n`
-/// touches it back by `ρ (Σ aᵢ − 1)`, where `n = Σ aᵢ mᵢ` with the normals `mᵢ` of the faces that
-/// meet there: nothing at a face, `ρ (|n_r| + |n_z| − 1)` at an edge of its end with a normal `n_r`
-/// of a side.
+/// With all edges rounded to the radius ρ, a plane with the normal `n` touches the prism
+/// `ρ (Σ aᵢ − 1)` farther inside. The coefficients `aᵢ ≥ 0` are those of `n = Σ aᵢ mᵢ`, with the
+/// normals `mᵢ` of the faces that meet at the edge. The sum is 1 for a contact at a face.
 #[derive(Clone, Debug)]
-pub struct EdgeGauge {
+pub struct EdgeFaces {
     /// Different normals of the sides, by their angle.
     sides: Vec<Vector2<f64>>,
 }
 
-impl EdgeGauge {
+impl EdgeFaces {
     /// Of a prism with this outline.
     pub fn new(outline: &Polygon) -> Self {
         let mut angles: Vec<f64> = (0..outline.len())
@@ -30,13 +29,13 @@ impl EdgeGauge {
             .collect();
         angles.sort_unstable_by(f64::total_cmp);
         angles.dedup_by(|a, b| (*a - *b).abs() < SAME);
-        EdgeGauge { sides: angles.into_iter().map(|angle| Vector2::new(angle.cos(), angle.sin())).collect() }
+        EdgeFaces { sides: angles.into_iter().map(|angle| Vector2::new(angle.cos(), angle.sin())).collect() }
     }
 
-    /// `Σ aᵢ − 1` (1, ≥ 0) of a unit vector along the outward normal of the prism at a contact. The
-    /// sides are those next to it by their angle, wherever they are on the outline: too small a
-    /// number at a corner of an outline that has a side of an angle between those of the corner
-    /// elsewhere, as outlines that are not convex may have.
+    /// `Σ aᵢ − 1` (1, ≥ 0) for the outward unit normal of the prism at a contact. The sides are the
+    /// two whose normals enclose it, wherever they are on the outline. At a corner of an outline
+    /// that is not convex, where a side elsewhere has a normal between those of the corner, the
+    /// result is too small.
     pub fn excess(&self, normal: &Vector3<f64>) -> f64 {
         let across = normal.xy();
         let following = self.sides.iter().cycle().skip(1);
