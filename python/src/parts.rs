@@ -80,7 +80,7 @@ impl Tool {
 ///     clearance_sigma, depth_sigma: of a hole, standard deviations of the clearance on each side
 ///         and of the depth (m); default: 0.03 mm each.
 ///     edge_radius_sigma: of a hole, standard deviation of the radius of its edges, and of the
-///         tool's there, beyond those of the manifold (m), which is estimated; default: 0.
+///         tool's there, beyond those of the manifold (m); default: 0.05 mm.
 ///     placement: fixtures that were recorded in one session share it; default: the name up to its
 ///         first "/".
 #[pyclass(frozen, module = "touchcal")]
@@ -130,14 +130,15 @@ impl Fixture {
             Some(sigma) => not_negative(&title, &format!("{part}_sigma"), sigma),
             None => Ok(if is_hole && !is_exact(part) { default } else { 0.0 }),
         };
+        let default = ShapeTolerance::DEFAULT.of(manifold.shape.as_ref());
         let fixture = estimate::Fixture {
             manifold: manifold.shape.clone(),
             base_from_fixture: place,
             prior: declared.prior,
             tolerance: ShapeTolerance {
-                clearance: shape(clearance_sigma, "clearance", ShapeTolerance::DEFAULT.clearance)?,
-                depth: shape(depth_sigma, "depth", ShapeTolerance::DEFAULT.depth)?,
-                edge_radius: shape(edge_radius_sigma, "edge_radius", ShapeTolerance::DEFAULT.edge_radius)?,
+                clearance: shape(clearance_sigma, "clearance", default.clearance)?,
+                depth: shape(depth_sigma, "depth", default.depth)?,
+                edge_radius: shape(edge_radius_sigma, "edge_radius", default.edge_radius)?,
             },
             placement: placement.unwrap_or_else(|| problem_file::placement(&name).to_owned()),
             name,

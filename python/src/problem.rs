@@ -21,7 +21,7 @@ use crate::toml_value::as_table;
 /// Name of the source of settings in messages.
 const SETTINGS: &str = "Problem";
 /// Arguments that declare what is assumed without them.
-const KEYS: &str = "sigma, sigma_angle, clearance_sigma, depth_sigma, or exact=True";
+const KEYS: &str = "sigma, sigma_angle, clearance_sigma, depth_sigma, edge_radius_sigma, or exact=True";
 
 /// A calibration problem: robot, tool, fixtures and contacts. What is assumed where no standard
 /// deviations are declared is issued as a `UserWarning`.

@@ -31,7 +31,7 @@ fn a_preset_is_simulated_and_calibrated() {
         1500
     );
     let truth = truth["parameters"].as_object().unwrap();
-    assert_eq!(truth.len(), 23, "four segments, seven offsets, six components each of tool and hole");
+    assert_eq!(truth.len(), 24, "four segments, seven offsets, six components each of tool and hole, edges");
     for parameter in estimate["parameters"].as_array().unwrap() {
         let Some(truth) = truth.get(parameter["name"].as_str().unwrap()) else { continue };
         let (error, sigma) =

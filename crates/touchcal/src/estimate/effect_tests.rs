@@ -5,7 +5,7 @@ use nalgebra::{Cholesky, DMatrix, DVector};
 use super::model::{
     CalibrationModel, Curvature, LinearizationPoint, Objective, OmittedParameters, add_distances, add_priors,
     contact_mode_statistics, distance_information, extended_or_own, prior_information, with_omitted_effects,
-    with_walk_rest,
+    with_unestimated_errors,
 };
 use super::options::WarningThresholds;
 use super::result::{EffectTest, EffectValue, Estimate, OmittedEffect, Warning};
@@ -22,6 +22,9 @@ const SUBSAMPLE: usize = 6000;
 /// Largest number of parameters, with those that are left out, up to which there are tests: memory
 /// grows with its square, for each of some dozens of blocks of contacts.
 const MAX_PARAMETERS: usize = 400;
+/// Standard deviation (m) of the radius of edges that are exact: contacts that are soft look like
+/// edges that are rounder.
+const EXACT_EDGE_RADIUS_SIGMA: f64 = 0.02e-3;
 /// Length (m) by which rotations of the tool count as motion.
 const LEVER: f64 = 0.1;
 /// Root mean square motion (m) up to which the tool does not move.
@@ -64,7 +67,7 @@ pub(super) fn effect_tests(search: &mut SearchState<'_>, estimate: &Estimate) ->
     }
     let one_sided = (0..problem.contacts.len()).any(|i| search.model.is_one_sided(i));
     let has_likelihood = uses_contact_modes(search) || !one_sided;
-    let rest = with_walk_rest(&search.model);
+    let rest = with_unestimated_errors(&search.model);
     let (own, errors) = extended_or_own(&search.model, rest.as_ref());
     let (model, omitted) = with_omitted_effects(own);
     let effects: Vec<OmittedEffect> = omitted.iter().map(|omitted| omitted.effect.clone()).collect();
@@ -124,7 +127,10 @@ fn score_tests(
     let radius = tool_radius(search, &reported, &positions).hypot(problem.noise.contact);
     let count = omitted.len() as f64;
     let each = omitted.into_iter().filter_map(|omitted| {
-        let found = score_test(&at, &inverse, (&omitted.indices, &omitted.sizes))?;
+        let mut found = score_test(&at, &inverse, (&omitted.indices, &omitted.sizes))?;
+        if let OmittedEffect::EdgeRadius { .. } = omitted.effect {
+            found = found.allowing_for(omitted.indices[0], EXACT_EDGE_RADIUS_SIGMA);
+        }
         let displacement = tool_displacement(&jacobians, &found.change);
         Some(model_test(model, omitted, found, (count, displacement, radius)))
     });

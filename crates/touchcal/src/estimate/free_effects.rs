@@ -270,12 +270,17 @@ fn with_effect(problem: &Problem, effect: &OmittedEffect) -> Problem {
             let default = |sigma: f64, default: f64| if sigma == 0.0 { default } else { sigma };
             named.for_each(|fixture| {
                 let ShapeTolerance { clearance, depth, edge_radius } = fixture.tolerance;
+                let defaults = ShapeTolerance::DEFAULT.of(fixture.manifold.as_ref());
                 fixture.tolerance = ShapeTolerance {
-                    clearance: default(clearance, ShapeTolerance::DEFAULT.clearance),
-                    depth: default(depth, ShapeTolerance::DEFAULT.depth),
-                    edge_radius,
+                    clearance: default(clearance, defaults.clearance),
+                    depth: default(depth, defaults.depth),
+                    edge_radius: default(edge_radius, defaults.edge_radius),
                 };
             });
+        }
+        OmittedEffect::EdgeRadius { fixture } => {
+            let named = freed.fixtures.iter_mut().filter(|other| other.name == *fixture);
+            named.for_each(|fixture| fixture.tolerance.edge_radius = ShapeTolerance::DEFAULT.edge_radius);
         }
         OmittedEffect::Distance { between: [a, b] } => {
             let is_named = |distance: &&mut Distance| {

@@ -183,7 +183,7 @@ fn shapes(search: &SearchState<'_>, estimate: &Estimate) -> Vec<DeclaredQuantity
             name: estimate.parameters[k].parameter.name.clone(),
             unit: Unit::Meter,
             value: if k == common { common_value } else { common_value + estimate.parameters[k].value },
-            sigma: if direction < 4 { fixture.tolerance.clearance } else { fixture.tolerance.depth },
+            sigma: fixture.tolerance.towards(direction),
         };
         let is_part = |row: usize, k: usize| k == common || k == gaps[row].1;
         let (size, count) = (gaps.len(), estimate.parameters.len());

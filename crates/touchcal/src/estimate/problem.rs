@@ -78,8 +78,21 @@ pub struct ShapeTolerance {
 impl ShapeTolerance {
     /// Exact shapes.
     pub const EXACT: ShapeTolerance = ShapeTolerance { clearance: 0.0, depth: 0.0, edge_radius: 0.0 };
-    /// Default tolerance, what a workshop reaches: 0.03 mm of clearance on each side and of depth.
-    pub const DEFAULT: ShapeTolerance = ShapeTolerance { clearance: 0.03e-3, depth: 0.03e-3, edge_radius: 0.0 };
+    /// Default tolerance, what a workshop reaches: 0.03 mm of clearance on each side and of depth,
+    /// edges sharp to 0.05 mm.
+    pub const DEFAULT: ShapeTolerance = ShapeTolerance { clearance: 0.03e-3, depth: 0.03e-3, edge_radius: 0.05e-3 };
+
+    /// Standard deviation (m) of gaps at contact in axis direction `k`: 0 to 5 for +x, −x, +y, −y,
+    /// +z, −z.
+    pub(crate) fn towards(&self, k: usize) -> f64 {
+        if k < 4 { self.clearance } else { self.depth }
+    }
+
+    /// This tolerance, with exact edges where a shape [has none](ContactManifold::has_edges).
+    pub fn of(self, manifold: &dyn ContactManifold) -> ShapeTolerance {
+        let edge_radius = if manifold.has_edges() { self.edge_radius } else { 0.0 };
+        ShapeTolerance { edge_radius, ..self }
+    }
 }
 
 /// Standard deviations of the errors of the measured wrench, where it is used as a load; 0 is
@@ -148,9 +161,14 @@ pub struct Fixture {
 }
 
 impl Fixture {
-    /// Whether the radius of the edges is estimated.
+    /// Whether the radius of the edges has a tolerance.
     pub(crate) fn has_uncertain_edges(&self) -> bool {
         self.tolerance.edge_radius > 0.0 && self.manifold.has_edges()
+    }
+
+    /// Whether the radius of the edges is exact.
+    pub(crate) fn has_exact_edges(&self) -> bool {
+        self.tolerance.edge_radius == 0.0 && self.manifold.has_edges()
     }
 }
 

@@ -90,8 +90,8 @@ fn correlated(estimate: &Estimate) -> Vec<usize> {
     let each = estimate.parameters.iter().enumerate().filter(|(k, entry)| {
         let block = entry.parameter.id.block();
         let is_nuisance = matches!(block, Block::JointDrift | Block::JointTrend | Block::JointWalk | Block::GapBias);
-        let is_other = matches!(block, Block::EdgeRadius | Block::WrenchBias | Block::WrenchScale);
-        !is_nuisance && !is_other && entry.sigma.is_some() && estimate.covariance[(*k, *k)] > 0.0
+        let of_wrench = matches!(block, Block::WrenchBias | Block::WrenchScale);
+        !is_nuisance && !of_wrench && entry.sigma.is_some() && estimate.covariance[(*k, *k)] > 0.0
     });
     each.map(|(k, _)| k).take(MOST_CORRELATED).collect()
 }

@@ -39,12 +39,11 @@ const UNITS = { m: [1e3, "mm"], rad: [180 / Math.PI, "°"], "rad/(N m)": [1e6, "
 const BLOCKS = {
   strain: "Strain common to all links", segment_strain: "Additional strain of each segment", joint_offset: "Encoder offsets", joint_origin: "Joint origins",
   joint_compliance: "Joint compliance", tool: "Pose of the tool on the tip", fixture: "Poses of the fixtures", gap_bias: "Gap bias: mean measured gap at contact",
-  edge_radius: "Radius of edges beyond the declared",
   joint_drift: "Drift of encoder offsets between placements", joint_trend: "Trend of encoder offsets over the log",
   wrench_bias: "Bias of the measured wrench, in the tip frame", wrench_scale: "Relative error of the measured wrench's scale",
 };
 /** Blocks of nuisance parameters. */
-const NUISANCE = ["gap_bias", "edge_radius", "joint_drift", "joint_trend", "wrench_bias", "wrench_scale"];
+const NUISANCE = ["gap_bias", "joint_drift", "joint_trend", "wrench_bias", "wrench_scale"];
 
 function place(contact) {
   return `${data.contacts.files[contact.file] ?? "?"}, line ${contact.line}`;

@@ -6,8 +6,9 @@
 //! stays within μ times the normal force: it sticks until that is reached and then slides, opposing
 //! the motion (Cundall & Strack 1979, without damping).
 
-use nalgebra::{Cholesky, Matrix3, Matrix3x6, Matrix6, Point3, Translation3, UnitQuaternion, Vector3};
+use nalgebra::{Cholesky, Matrix3, Matrix3x6, Matrix6, Translation3, UnitQuaternion, Vector3};
 
+use super::friction::{Friction, Rubbing, STICKING, bounded};
 use super::parts::{Near, NearPairs, Pair};
 use crate::geometry::Parts;
 use crate::se3::{self, Pose, Twist};
@@ -23,14 +24,14 @@ pub struct Stiffness {
 
 /// Normal stiffness of parts (N/m).
 const CONTACT: f64 = 1e9;
-/// Tangential stiffness of what sticks (N/m): 10 N shear it by 1 µm.
-const STICKING: f64 = 1e7;
 /// Linearisations of the parts before a search is given up: one that slides along a wall needs
 /// three to five, one wedged in a narrow hole up to 150.
 const LINEARISATIONS: usize = 1000;
 /// Of these, the first bound friction anew by the normal forces just found. Where a tool jams they
 /// can chase each other: then the bounds stay.
 const BOUNDINGS: usize = 30;
+/// After so many, steps that turn back are halved: they alternate between faces at an edge.
+const ALTERNATING: usize = 500;
 /// Newton steps within one linearisation.
 const STEPS: usize = 100;
 /// A search has ended when the next step moves no point of the tool further (m).
@@ -72,51 +73,6 @@ struct Linear {
     gradient: Twist,
 }
 
-/// Forces and lengths in the tool frame.
-#[derive(Clone, Copy, Debug)]
-struct Friction {
-    /// Tangential motion of the point for a displacement of the tool.
-    slip_by: Matrix3x6<f64>,
-    /// Force (N) if the pair sticks.
-    trial: Vector3<f64>,
-    /// Greatest force (N).
-    most: f64,
-}
-
-impl Friction {
-    fn force(&self) -> Vector3<f64> {
-        bounded(&self.trial, self.most)
-    }
-}
-
-/// A point of the tool that rubs; directions and forces in the fixture's frame.
-#[derive(Clone, Copy, Debug)]
-struct Rubbing {
-    pair: Pair,
-    point_in_tool: Point3<f64>,
-    normal: Vector3<f64>,
-    /// Force (N) when the last command ended.
-    carried: Vector3<f64>,
-    /// Greatest force (N).
-    most: f64,
-}
-
-impl Rubbing {
-    /// Force (N) at `pose` if the point sticks.
-    fn trial(&self, pose: &Pose, before: &Pose) -> Vector3<f64> {
-        let moved = pose * self.point_in_tool - before * self.point_in_tool;
-        let trial = self.carried - moved * STICKING;
-        trial - self.normal * self.normal.dot(&trial)
-    }
-
-    /// Energy (J) of the tangential spring and of what has slid.
-    fn energy(&self, pose: &Pose, before: &Pose) -> f64 {
-        let size = self.trial(pose, before).norm();
-        let energy = if size <= self.most { 0.5 * size * size } else { self.most * (size - 0.5 * self.most) };
-        energy / STICKING
-    }
-}
-
 /// A tool that is pushed along a fixture, command by command.
 pub(super) struct Equilibrium<'a> {
     parts: &'a Parts,
@@ -153,6 +109,7 @@ impl<'a> Equilibrium<'a> {
     pub fn settle(&mut self, fixture_from_command: &Pose) -> Option<Rest> {
         let before = self.pose;
         let mut pose = before;
+        let mut last = Twist::zeros();
         self.look(&pose);
         for round in 0..LINEARISATIONS {
             if round < BOUNDINGS {
@@ -171,6 +128,10 @@ impl<'a> Equilibrium<'a> {
                 self.keep_normal_forces();
             }
             let mut share = self.parts.reach().map_or(1.0, |reach| (reach / length).min(1.0));
+            if round > ALTERNATING && step.dot(&last) < 0.0 {
+                share *= 0.5;
+            }
+            last = step;
             loop {
                 let candidate = pose * se3::exp(&(step * share));
                 self.look(&candidate);
@@ -291,7 +252,7 @@ impl<'a> Equilibrium<'a> {
                 }
             }
             for friction in frictions.iter() {
-                add_friction(friction, &mut gradient, &mut curvature);
+                friction.add_to(&mut gradient, &mut curvature);
             }
             let step = -Cholesky::new(curvature)?.solve(&gradient);
             if -gradient.dot(&step) < NEGLIGIBLE {
@@ -341,23 +302,6 @@ fn apart(pose: &Pose, command: &Pose) -> (Vector3<f64>, Vector3<f64>) {
     let turned: UnitQuaternion<f64> = command.rotation.inverse() * pose.rotation;
     let Translation3 { vector } = pose.translation;
     (vector - command.translation.vector, se3::rotation_log(&turned))
-}
-
-fn add_friction(friction: &Friction, gradient: &mut Twist, curvature: &mut Matrix6<f64>) {
-    let size = friction.trial.norm();
-    *gradient -= friction.slip_by.tr_mul(&friction.force());
-    let sticking = (friction.most / size).min(1.0) * STICKING;
-    *curvature += friction.slip_by.tr_mul(&friction.slip_by) * sticking;
-    if size > friction.most {
-        let along = friction.slip_by.tr_mul(&(friction.trial / size));
-        curvature.ger(-sticking, &along, &along, 1.0);
-    }
-}
-
-/// A vector, shortened to a length.
-fn bounded(vector: &Vector3<f64>, most: f64) -> Vector3<f64> {
-    let size = vector.norm();
-    if size <= most { *vector } else { vector * (most / size) }
 }
 
 /// Share of a step at which the energy is least along it, whose slope at 0 is `start`.

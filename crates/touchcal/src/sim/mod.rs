@@ -11,6 +11,7 @@
 
 mod equilibrium;
 mod exploration;
+mod friction;
 mod inverse_kinematics;
 mod parts;
 mod preset;

@@ -38,10 +38,11 @@ pub enum PartsError {
 /// clearance, 30 mm deep, until the log has 3000 contacts.
 ///
 /// [`Preset::Paper`] alone is exact and without friction, recorded at 300 Hz. The others have
-/// friction of 0.1. Those with a peg are recorded at 100 Hz, each trial along a path of its own,
-/// and have form errors of 0.01 mm, a tool mounted to 0.05 mm and 0.02°, a hole as wide and as
-/// deep as declared to 0.02 mm, and a force sensor with a noise of 0.2 N (standard deviations) and
-/// a filter with a time constant of 10 ms.
+/// friction of 0.1. Those with a peg are recorded at 100 Hz, each trial along a path of its own on
+/// which the peg leaves the hole by 8 mm between presses, and have form errors of 0.01 mm, a tool
+/// mounted to 0.05 mm and 0.02°, a hole as wide and as deep as declared to 0.02 mm, along x and y
+/// wider by another 0.01 mm each, edges worn by 0.05 mm, and a force sensor with a noise of 0.2 N
+/// (standard deviations) and a filter with a time constant of 10 ms.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Preset {
     /// The experiment of Negi, Manyar & Gupta (2025, arXiv 2506.17458): strain ±0.05, encoder
@@ -185,6 +186,9 @@ fn with_tolerances(scenario: &mut Scenario, place_error: PlaceError) {
         touch.place_error = place_error;
         touch.clearance_sigma = 0.02 * MM;
         touch.depth_sigma = 0.02 * MM;
+        touch.unequal_clearance_sigma = 0.01 * MM;
+        touch.edge_radius_sigma = 0.05 * MM;
+        touch.exploration.lift = 8.0 * MM;
         touch.exploration.random_phases = true;
     }
     scenario.recorder.rate = 100.0;

@@ -43,7 +43,10 @@ fn nothing_is_exact_by_default() {
     for fixture in &problem.fixtures {
         assert_eq!(fixture.prior, PlacePrior::DEFAULT_FIXTURE, "{}", fixture.name);
     }
-    assert_eq!(problem.fixtures[0].tolerance, ShapeTolerance { clearance: 0.03e-3, depth: 0.03e-3, edge_radius: 0.0 });
+    assert_eq!(
+        problem.fixtures[0].tolerance,
+        ShapeTolerance { clearance: 0.03e-3, depth: 0.03e-3, edge_radius: 0.05e-3 }
+    );
     assert_eq!(problem.fixtures[1].tolerance, ShapeTolerance::EXACT);
     assert_eq!(with("distance", "").distances[0].sigma, DEFAULT_DISTANCE_SIGMA);
     assert_eq!(DEFAULT_DISTANCE_SIGMA, 0.1e-3);
@@ -54,17 +57,18 @@ fn exact_is_all_of_a_table_or_the_listed_parts() {
     let tolerance = |lines: &str| with("hole", lines).fixtures[0].tolerance;
     let prior = |lines: &str| with("hole", lines).fixtures[0].prior;
     let default = ShapeTolerance::DEFAULT;
-    for (lines, place, clearance, depth) in [
-        ("exact = true", true, 0.0, 0.0),
-        ("exact = false", false, default.clearance, default.depth),
-        ("exact = []", false, default.clearance, default.depth),
-        ("exact = [\"place\"]", true, default.clearance, default.depth),
-        ("exact = [\"outline\"]", false, default.clearance, default.depth),
-        ("exact = [\"clearance\"]", false, 0.0, default.depth),
-        ("exact = [\"place\", \"depth\"]", true, default.clearance, 0.0),
+    for (lines, place, expected) in [
+        ("exact = true", true, ShapeTolerance::EXACT),
+        ("exact = false", false, default),
+        ("exact = []", false, default),
+        ("exact = [\"place\"]", true, default),
+        ("exact = [\"outline\"]", false, default),
+        ("exact = [\"clearance\"]", false, ShapeTolerance { clearance: 0.0, ..default }),
+        ("exact = [\"place\", \"depth\"]", true, ShapeTolerance { depth: 0.0, ..default }),
+        ("exact = [\"edge_radius\"]", false, ShapeTolerance { edge_radius: 0.0, ..default }),
     ] {
         assert_eq!(prior(lines) == PlacePrior::Fixed, place, "{lines}");
-        assert_eq!(tolerance(lines), ShapeTolerance { clearance, depth, ..ShapeTolerance::EXACT }, "{lines}");
+        assert_eq!(tolerance(lines), expected, "{lines}");
     }
     for lines in ["exact = true", "exact = [\"place\", \"outline\"]"] {
         assert_eq!(with("tool", lines).tool.prior, PlacePrior::Fixed, "{lines}");
@@ -124,10 +128,13 @@ fn what_contradicts_itself_is_refused() {
     both("hole", "exact = [\"depth\"]\ndepth_sigma_mm = 0.1", "depth_sigma_mm or `exact` with \"depth\"");
     both("distance", "sigma_mm = 0.1\nexact = true", "distance, sigma_mm: expected sigma_mm or exact");
     // Of 0 says the same.
-    let problem = with("hole", "exact = true\nsigma_mm = 0\nsigma_deg = 0\nclearance_sigma_mm = 0\ndepth_sigma_mm = 0");
+    let problem = with(
+        "hole",
+        "exact = true\nsigma_mm = 0\nsigma_deg = 0\nclearance_sigma_mm = 0\ndepth_sigma_mm = 0\nedge_radius_sigma_mm = 0",
+    );
     assert_eq!((problem.fixtures[0].prior, problem.fixtures[0].tolerance), (PlacePrior::Fixed, ShapeTolerance::EXACT));
     // A free place may have an exact shape.
-    let problem = with("hole", "free = true\nexact = [\"clearance\", \"depth\"]");
+    let problem = with("hole", "free = true\nexact = [\"clearance\", \"depth\", \"edge_radius\"]");
     assert_eq!((problem.fixtures[0].prior, problem.fixtures[0].tolerance), (PlacePrior::Flat, ShapeTolerance::EXACT));
     refused("depth_mm = 30", "depth_mm = 30\nclearance_sigma_mm = -1", &["clearance_sigma_mm", "at least 0"]);
 }
@@ -154,8 +161,8 @@ fn one_standard_deviation_leaves_the_default_of_the_other() {
     assert_eq!(with("hole", "sigma_mm = 0").fixtures[0].prior, gaussian(0.0, 0.5));
     let problem = with("hole", "depth_sigma_mm = 0.2");
     assert_eq!(problem.fixtures[0].tolerance, ShapeTolerance { depth: 0.2e-3, ..ShapeTolerance::DEFAULT });
-    let problem = with("hole", "edge_radius_sigma_mm = 0.1");
-    assert_eq!(problem.fixtures[0].tolerance, ShapeTolerance { edge_radius: 0.1e-3, ..ShapeTolerance::DEFAULT });
+    let problem = with("hole", "edge_radius_sigma_mm = 0.2");
+    assert_eq!(problem.fixtures[0].tolerance, ShapeTolerance { edge_radius: 0.2e-3, ..ShapeTolerance::DEFAULT });
     let problem = with("hole", "depth_sigma_mm = 0.2");
     let note = notes(&problem)[0];
     assert!(note.contains("fixture `hole`: clearance ± 0.03 mm;") && !note.contains("depth ±"), "{note}");
@@ -164,12 +171,13 @@ fn one_standard_deviation_leaves_the_default_of_the_other() {
 #[test]
 fn what_is_assumed_is_told() {
     let told = |problem: &Problem| notes(problem).into_iter().map(str::to_owned).collect::<Vec<_>>();
-    let keys = "declare them (sigma_mm, sigma_deg, clearance_sigma_mm, depth_sigma_mm, or exact = true)";
+    let keys =
+        "declare them (sigma_mm, sigma_deg, clearance_sigma_mm, depth_sigma_mm, edge_radius_sigma_mm, or exact = true)";
     let found = told(&read(&changed("tool", "").replace("mm = 50\nsigma_mm = 0.1", "mm = 50")).unwrap().problem);
     let expected = format!(
         "assumed, since no standard deviations are declared: tool: place ± 0.3 mm, 0.2°; \
          fixture `hole`: place ± 1 mm, 0.5°; fixture `hole`: clearance ± 0.03 mm; fixture `hole`: depth ± 0.03 mm; \
-         fixture `table`: place ± 1 mm, 0.5°; distance hole–table: ± 0.1 mm; {keys}"
+         fixture `hole`: edge radius ± 0.05 mm; fixture `table`: place ± 1 mm, 0.5°; distance hole–table: ± 0.1 mm; {keys}"
     );
     assert_eq!(found, [expected]);
     // With everything declared nothing is said.

@@ -181,7 +181,7 @@ fn the_page_says_what_contacts_contradict_and_what_is_assumed() {
         content(&page(problem, estimate, &[]))["declarations"]["effects"].as_array().unwrap().clone()
     };
     assert!(effects(&right, &problem).iter().all(|effect| effect["is_significant"] == false));
-    assert_eq!(effects(&right, &problem).len(), 8);
+    assert_eq!(effects(&right, &problem).len(), 9);
     let declared = content(&page(&problem, &right, &[]))["declarations"]["declared"].as_array().unwrap().clone();
     let names: Vec<&str> = declared.iter().filter_map(|test| test["name"].as_str()).collect();
     assert_eq!(names.len(), right.prior_tests.len());

@@ -84,8 +84,8 @@ fn what_is_true_and_declared_exact_is_not_contradicted() {
     for trial in TRIALS {
         let estimate = solve(&mujoco_trial(trial).0);
         assert_eq!(shown(&estimate), Vec::<&OmittedEffect>::new(), "{trial}");
-        // Compliance, segments, origins, harmonics, trend, walk, tool, fixture.
-        assert_eq!(estimate.effect_tests.len(), 8, "{trial}");
+        // Compliance, segments, origins, harmonics, trend, walk, tool, fixture, edges.
+        assert_eq!(estimate.effect_tests.len(), 9, "{trial}");
     }
 }
 

@@ -14,7 +14,8 @@ fn where_a_peg_sticks_there_is_no_floor() {
     // At this rate the log ends within the first press, which along this path does not reach the
     // floor.
     scenario.recorder.rate = 300.0;
-    scenario.touches[0].exploration.random_phases = false;
+    let exploration = &mut scenario.touches[0].exploration;
+    (exploration.random_phases, exploration.lift) = (false, 0.0);
     scenario.friction = 0.25;
     scenario.contact_sigma = 20e-6;
     scenario.touches[0].clearance_sigma = 30e-6;

@@ -52,12 +52,12 @@ impl CoarseFit {
         CoarseFit::at(problem, minimum.theta)
     }
 
-    /// The fit with parameters `theta` (SI, in the order of the layout); gap biases and edges count
-    /// as zero, which envelopes do not have.
+    /// The fit with parameters `theta` (SI, in the order of the layout); gap biases count as zero,
+    /// which envelopes do not have.
     pub fn at(problem: Problem, mut theta: DVector<f64>) -> CoarseFit {
         let mut search = SearchState::new(&problem);
         for (parameter, value) in search.model.layout.parameters.iter().zip(theta.iter_mut()) {
-            if matches!(parameter.id.block(), Block::GapBias | Block::EdgeRadius) {
+            if parameter.id.block() == Block::GapBias {
                 *value = 0.0;
             }
         }

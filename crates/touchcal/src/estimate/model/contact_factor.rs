@@ -327,13 +327,14 @@ impl ContactFactor {
         self.rows.values()
     }
 
-    /// Residuals and derivatives of rows with their gap biases and edges.
+    /// Residuals of rows with their gap biases, and derivatives.
     fn subtract_biases(&mut self, point: &LinearizationPoint<'_>, i: usize, fixture_from_tool: &Pose) {
         let f = point.model.problem.contacts.fixture(i);
-        let biases = RowBiases::new(&self.rows, fixture_from_tool, &point.model.problem.fixtures[f]);
+        let manifold = point.model.problem.fixtures[f].manifold.as_ref();
+        let biases = RowBiases::new(&self.rows, fixture_from_tool, (&point.fixtures[f], manifold));
         self.differentiate(point, i, fixture_from_tool, |id, r| biases.derivative(id, r));
         for (r, gap) in self.rows.values().iter().enumerate() {
-            self.residual[r] = gap - biases.bias(&point.fixtures[f], r);
+            self.residual[r] = gap - biases.bias(r);
         }
     }
 

@@ -4,7 +4,7 @@ use crate::estimate::options::EstimatorOptions;
 use crate::estimate::problem::{PlacePrior, Problem, WrenchTolerance};
 use crate::manifold::{AXIS_DIRECTIONS, ResidualKind};
 use crate::parameter::{
-    Parameter, ParameterId, Prior, directional_gap_bias, edge_radius, gap_bias, joint_drift, wrench_bias, wrench_scale,
+    Parameter, ParameterId, Prior, directional_gap_bias, gap_bias, joint_drift, wrench_bias, wrench_scale,
 };
 use crate::robot::KinematicParameter;
 use nalgebra::{DMatrix, DVector};
@@ -179,8 +179,6 @@ fn all_parameters(problem: &Problem, placements: &[&str]) -> Vec<Parameter> {
             let sigma = options.contact_mode.directional_bias_sigma;
             parameters
                 .extend((0..AXIS_DIRECTIONS).map(|k| directional_gap_bias(&fixture.name, f, k).with_sigma(sigma)));
-            let of_edges = fixture.has_uncertain_edges().then_some(fixture.tolerance.edge_radius);
-            parameters.extend(of_edges.map(|sigma| edge_radius(&fixture.name, f).with_sigma(sigma)));
         }
     }
     if problem.deflects_under_loads() {

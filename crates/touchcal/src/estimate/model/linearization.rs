@@ -43,8 +43,8 @@ pub(crate) struct FixtureState {
     pub gap_bias: f64,
     /// Gap bias (m) on top of `gap_bias` for contact normals nearest to +x, −x, +y, −y, +z and −z.
     pub directional_gap_bias: [f64; AXIS_DIRECTIONS],
-    /// Radius (m) of edges beyond the declared.
-    pub edge_radius: f64,
+    /// Whether the radius of edges beyond the declared is a parameter; it is zero.
+    pub has_edge_radius: bool,
 }
 
 impl FixtureState {
@@ -62,7 +62,7 @@ impl<'m> LinearizationPoint<'m> {
         let mut kinematics = model.kinematics.clone();
         let mut kinematic_values = Vec::new();
         let mut twists = vec![Twist::zeros(); model.base_from_fixture.len()];
-        let mut biases = vec![(0.0, [0.0; AXIS_DIRECTIONS], 0.0); model.base_from_fixture.len()];
+        let mut biases = vec![(0.0, [0.0; AXIS_DIRECTIONS], false); model.base_from_fixture.len()];
         let dof = kinematics.dof();
         let placements = 1 + model.layout.placement.iter().max().copied().unwrap_or(0);
         let (mut drift, mut trend) = (vec![0.0; dof * placements], vec![0.0; dof]);
@@ -79,7 +79,7 @@ impl<'m> LinearizationPoint<'m> {
                 ParameterId::Fixture(f, k) => twists[f][k] = value,
                 ParameterId::GapBias(f) => biases[f].0 = value,
                 ParameterId::DirectionalGapBias(f, k) => biases[f].1[k] = value,
-                ParameterId::EdgeRadius(f) => biases[f].2 = value,
+                ParameterId::EdgeRadius(f) => biases[f].2 = true,
                 ParameterId::WrenchBias(k) => wrench_bias[k] = value,
                 ParameterId::WrenchScale => wrench_scale = value,
                 // A factor of its own, see `add_distances`.
@@ -88,7 +88,7 @@ impl<'m> LinearizationPoint<'m> {
         }
         kinematics.set(&kinematic_values);
         let fixtures = model.base_from_fixture.iter().zip(twists).zip(biases);
-        let fixtures = fixtures.map(|((nominal, twist), (gap_bias, directional_gap_bias, edge_radius))| {
+        let fixtures = fixtures.map(|((nominal, twist), (gap_bias, directional_gap_bias, has_edge_radius))| {
             let base_from_fixture = nominal * se3::exp(&twist);
             FixtureState {
                 fixture_from_base: base_from_fixture.inverse(),
@@ -96,7 +96,7 @@ impl<'m> LinearizationPoint<'m> {
                 right_jacobian: se3::right_jacobian(&twist),
                 gap_bias,
                 directional_gap_bias,
-                edge_radius,
+                has_edge_radius,
             }
         });
         let WrenchTolerance { force_noise, torque_noise, .. } = model.problem.wrench;

@@ -19,7 +19,7 @@ mod resolution;
 mod row_biases;
 mod stretches;
 mod trend_axis;
-mod walk_rest;
+mod unestimated_errors;
 mod whitening;
 
 pub(crate) use assembly::{contact_caches, contact_equations, normal_equations, whitened_norms};
@@ -38,4 +38,4 @@ pub(crate) use objective::Objective;
 pub(crate) use omitted_effects::{OmittedParameters, has_exact_declarations, with_omitted_effects};
 pub(crate) use resolution::set_resolution;
 pub(crate) use stretches::{Stretch, residual_stretches};
-pub(crate) use walk_rest::{extended_or_own, with_walk_rest};
+pub(crate) use unestimated_errors::{extended_or_own, uncertain_edges, with_unestimated_errors};

@@ -2,11 +2,13 @@
 
 use super::calibration_model::CalibrationModel;
 use super::layout::{tool_directions, wrench_parameters};
-use crate::estimate::problem::{DEFAULT_DISTANCE_SIGMA, PLAUSIBLE_HARMONIC, PlacePrior, Problem, WrenchTolerance};
+use crate::estimate::problem::{
+    DEFAULT_DISTANCE_SIGMA, PLAUSIBLE_HARMONIC, PlacePrior, Problem, ShapeTolerance, WrenchTolerance,
+};
 use crate::estimate::result::OmittedEffect;
 use crate::parameter::{
-    Block, Parameter, ParameterId, Prior, distance_error, joint_compliance, joint_harmonic, joint_origin, joint_trend,
-    joint_walk, segment_strain,
+    Block, Parameter, ParameterId, Prior, distance_error, edge_radius, joint_compliance, joint_harmonic, joint_origin,
+    joint_trend, joint_walk, segment_strain,
 };
 use crate::robot::KinematicParameter;
 
@@ -78,6 +80,9 @@ pub(crate) fn with_omitted_effects<'p>(own: &CalibrationModel<'p>) -> (Calibrati
         let size = |id| twist_size(id, default_sizes(PlacePrior::DEFAULT_FIXTURE));
         let effect = OmittedEffect::FixturePlace { fixture: fixture.name.clone() };
         add(effect, of_fixture.into_iter().map(parameter).collect(), &size);
+        let edges = fixture.has_exact_edges().then(|| edge_radius(&fixture.name, f));
+        let effect = OmittedEffect::EdgeRadius { fixture: fixture.name.clone() };
+        add(effect, Vec::from_iter(edges), &|_| ShapeTolerance::DEFAULT.edge_radius);
     }
     for (d, distance) in problem.distances.iter().enumerate().filter(|(_, distance)| distance.is_nearly_exact()) {
         let between = [distance.between.0, distance.between.1].map(|f| problem.fixtures[f].name.as_str());

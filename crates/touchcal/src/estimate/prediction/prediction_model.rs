@@ -2,13 +2,13 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use crate::estimate::model::{CalibrationModel, LinearizationPoint};
+use crate::estimate::model::{CalibrationModel, LinearizationPoint, uncertain_edges};
 use crate::estimate::problem::{Noise, PlacePrior, Problem};
 use crate::estimate::result::ParameterPosterior;
 use crate::manifold::ResidualKind;
 use crate::parameter::{
-    Block, Parameter, ParameterId, Prior, edge_radius, joint_compliance, joint_drift, joint_harmonic, joint_offset,
-    joint_origin, joint_trend, segment_strain, strain,
+    Block, Parameter, ParameterId, Prior, joint_compliance, joint_drift, joint_harmonic, joint_offset, joint_origin,
+    joint_trend, segment_strain, strain,
 };
 
 /// Distance (m) up to which two arms put the tool at the same place.
@@ -42,7 +42,7 @@ impl<'p> PredictionModel<'p> {
     /// a nominal place have no error of it, since contacts with them are compared with each other.
     pub fn new(problem: &'p Problem, posterior: Option<&ParameterPosterior>, arm: ArmOf) -> Self {
         let own = CalibrationModel::new(problem);
-        let mut model = own.extended(further_parameters(&own, posterior));
+        let mut model = own.extended(further_parameters(&own, posterior).into_iter().chain(uncertain_edges(problem)));
         if let (Some(sigma), true) = (posterior.and_then(|known| known.noise), problem.noise.is_estimated) {
             model = model.with_noise(&Noise { encoder: sigma.encoder, contact: sigma.contact, is_estimated: true });
         }
@@ -86,8 +86,7 @@ fn further_parameters(own: &CalibrationModel<'_>, posterior: Option<&ParameterPo
         let of_arm = [joint_offset(robot), joint_origin(robot), joint_compliance(robot), segment_strain(robot)];
         let of_encoders = [joint_harmonic(robot), joint_trend(robot)];
         let all = of_arm.into_iter().chain(of_encoders).chain([vec![strain()], tool]).flatten();
-        let edges = problem.fixtures.iter().enumerate().map(|(f, fixture)| edge_radius(&fixture.name, f));
-        parameters.extend(all.chain(edges).filter(|parameter| posterior.index(&parameter.name).is_some()));
+        parameters.extend(all.filter(|parameter| posterior.index(&parameter.name).is_some()));
         let has_drift = ["joint_drift", "joint_trend", "joint_walk"]
             .iter()
             .any(|block| posterior.greatest_prior_sigma(block) > 0.0);
@@ -146,7 +145,7 @@ impl<'a, 'p> Knowledge<'a, 'p> {
         let estimate = || Some(self.posterior?.entries[self.indices[k]?].value);
         let is_applied = match self.parameter(k).id {
             ParameterId::Kinematic(_) | ParameterId::Fixture(..) => arm == ArmOf::Nominal,
-            ParameterId::GapBias(_) | ParameterId::DirectionalGapBias(..) | ParameterId::EdgeRadius(_) => true,
+            ParameterId::GapBias(_) | ParameterId::DirectionalGapBias(..) => true,
             _ => false,
         };
         estimate().filter(|_| is_applied).unwrap_or(0.0)

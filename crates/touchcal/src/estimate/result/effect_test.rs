@@ -37,6 +37,11 @@ pub enum OmittedEffect {
         /// Name of the fixture.
         fixture: String,
     },
+    /// Edges of the tool and a fixture, declared exact, are rounder or sharper than declared.
+    EdgeRadius {
+        /// Name of the fixture.
+        fixture: String,
+    },
     /// A distance between two fixtures that is declared exact, or nearly, is not so.
     Distance {
         /// Names of the fixtures.
@@ -49,7 +54,7 @@ pub enum OmittedEffect {
 impl OmittedEffect {
     /// Name in files: `joint_compliance`, `segment_strain`, `joint_origin`, `joint_harmonic`,
     /// `joint_trend`, `joint_walk`, `tool`, `fixture.{name}`, `wrench`, `gap_bias.{fixture}`,
-    /// `distance.{a}.{b}`, `noise`.
+    /// `edge_radius.{fixture}`, `distance.{a}.{b}`, `noise`.
     pub fn name(&self) -> String {
         match self {
             OmittedEffect::JointCompliance => "joint_compliance".to_owned(),
@@ -62,6 +67,7 @@ impl OmittedEffect {
             OmittedEffect::FixturePlace { fixture } => format!("fixture.{fixture}"),
             OmittedEffect::Wrench => "wrench".to_owned(),
             OmittedEffect::Shape { fixture } => format!("gap_bias.{fixture}"),
+            OmittedEffect::EdgeRadius { fixture } => format!("edge_radius.{fixture}"),
             OmittedEffect::Distance { between: [a, b] } => format!("distance.{a}.{b}"),
             OmittedEffect::Noise => "noise".to_owned(),
         }
@@ -80,6 +86,9 @@ impl OmittedEffect {
             OmittedEffect::FixturePlace { fixture } => format!("fixture `{fixture}` is not where it is declared"),
             OmittedEffect::Wrench => "the measured wrench has a bias or another scale".to_owned(),
             OmittedEffect::Shape { fixture } => format!("the shape of fixture `{fixture}` is not as declared"),
+            OmittedEffect::EdgeRadius { fixture } => {
+                format!("the edges of fixture `{fixture}` and the tool there are not as declared")
+            }
             OmittedEffect::Distance { between: [a, b] } => {
                 format!("the distance of fixtures `{a}` and `{b}` is not as declared")
             }
@@ -121,6 +130,9 @@ impl OmittedEffect {
             OmittedEffect::Shape { .. } => {
                 "measure outline, clearance and depth again, or give them a standard deviation"
             }
+            OmittedEffect::EdgeRadius { .. } => {
+                "measure the radius of the edges of peg and hole, or give it a standard deviation"
+            }
             OmittedEffect::Distance { .. } => "measure the distance again, or give it a standard deviation",
             OmittedEffect::Noise => "declare a larger noise, or leave out `[noise]` so that it is estimated",
             OmittedEffect::Wrench => "give bias and scale of the wrench a standard deviation",
@@ -137,6 +149,9 @@ impl OmittedEffect {
             OmittedEffect::ToolPlace => "tip_from_tool in [tool]".to_owned(),
             OmittedEffect::Distance { .. } => "mm in [[distance]]".to_owned(),
             OmittedEffect::FixturePlace { fixture } => format!("base_from_fixture in [[fixture]] {fixture}"),
+            OmittedEffect::EdgeRadius { fixture } => {
+                format!("edge_radius_mm in [tool] and [[fixture]] {fixture}")
+            }
             OmittedEffect::Shape { fixture } => format!("outline, depth_mm in [[fixture]] {fixture}"),
             _ => "parameters in [estimate]".to_owned(),
         }

@@ -82,7 +82,6 @@ impl Declaration {
             Declaration::Shape { fixture } => format!("outline, depth_mm in [[fixture]] {fixture}"),
             Declaration::Distance { .. } => "mm in [[distance]]".to_owned(),
             Declaration::Wrench | Declaration::Noise => "[noise]".to_owned(),
-            Declaration::Parameters(Block::EdgeRadius) => "edge_radius_mm in [tool] and [[fixture]]".to_owned(),
             Declaration::Parameters(_) => "[estimate]".to_owned(),
         }
     }

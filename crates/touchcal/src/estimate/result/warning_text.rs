@@ -141,9 +141,6 @@ pub(super) fn far_from_prior_advice(name: &str) -> &'static str {
         Some("tool") => "measure the tool's pose again, and check its unit and axes",
         Some("fixture") => "measure the fixture's pose again, and check its unit and axes",
         Some("gap_bias") => "measure the clearance and the depth again, and check the outlines and their unit",
-        Some("edge_radius") => {
-            "measure the radius of the edges of peg and hole, or declare a larger standard deviation (edge_radius_sigma_mm)"
-        }
         Some("distance") => "measure the distance again, and check its unit and which log belongs to which fixture",
         Some("joint_trend") => {
             "encoders drift more than declared (encoder_trend_deg): let the arm warm up, or declare a larger drift"

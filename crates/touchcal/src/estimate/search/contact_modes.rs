@@ -8,7 +8,7 @@ use super::newton::newton;
 use super::state::SearchState;
 use crate::estimate::model::{
     Curvature, Expectation, Objective, contact_mode_statistics, distance_information, em_step, extended_or_own,
-    no_contact_bounds, prior_information, residual_stretches, set_bearing_normals, with_walk_rest,
+    no_contact_bounds, prior_information, residual_stretches, set_bearing_normals, with_unestimated_errors,
 };
 use crate::estimate::result::{Observer, PredictiveCheck, Progress, Stage};
 use crate::estimate::uncertainty::{Sandwich, predictive_check, sandwich_covariance};
@@ -152,7 +152,7 @@ pub(crate) fn residual_prediction(search: &mut SearchState<'_>) -> Option<Predic
     if is_unconverged || search.model.problem.has_projection() || search.is_interrupted() {
         return None;
     }
-    let extended = with_walk_rest(&search.model);
+    let extended = with_unestimated_errors(&search.model);
     let (model, errors) = extended_or_own(&search.model, extended.as_ref());
     let theta = search.theta.clone().resize_vertically(model.layout.len(), 0.0);
     let known = distance_information(&search.model, &search.theta) + prior_information(&search.model);
@@ -167,7 +167,7 @@ pub(crate) fn sandwich(search: &mut SearchState<'_>) -> Option<(Sandwich, Option
     if !uses_contact_modes(search) || search.is_interrupted() {
         return None;
     }
-    let extended = with_walk_rest(&search.model);
+    let extended = with_unestimated_errors(&search.model);
     let (model, errors) = extended_or_own(&search.model, extended.as_ref());
     let (own, size) = (search.model.layout.len(), model.layout.len());
     let theta = search.theta.clone().resize_vertically(size, 0.0);

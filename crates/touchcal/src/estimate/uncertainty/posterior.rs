@@ -33,8 +33,7 @@ impl Posterior {
         let is_in_question = |id| {
             let of_wrench = matches!(id, ParameterId::WrenchBias(_) | ParameterId::WrenchScale);
             let of_log = matches!(id, ParameterId::JointTrend(_) | ParameterId::JointWalk(..));
-            let of_parts = matches!(id, ParameterId::DirectionalGapBias(..) | ParameterId::EdgeRadius(_));
-            !(of_wrench || of_log || of_parts)
+            !(of_wrench || of_log || matches!(id, ParameterId::DirectionalGapBias(..)))
         };
         let without = |scale: DVector<f64>, is_kept: &dyn Fn(ParameterId) -> bool| {
             scale.map_with_location(|k, _, scale| if is_kept(parameters[k].id) { scale } else { 0.0 })

@@ -61,6 +61,16 @@ pub(crate) struct ScoreTest {
     pub sigma: Vec<f64>,
 }
 
+impl ScoreTest {
+    /// This test of one parameter, of index `k`, that may be off by the standard deviation `sigma`
+    /// (SI) although the effect is zero.
+    pub fn allowing_for(self, k: usize, sigma: f64) -> ScoreTest {
+        let statistic = self.change[k].powi(2) / (self.sigma[0].powi(2) + sigma.powi(2)).max(f64::MIN_POSITIVE);
+        let p_value = ChiSquared::new(1.0).map_or(1.0, |distribution| distribution.sf(statistic));
+        ScoreTest { statistic, p_value, ..self }
+    }
+}
+
 /// Tests the left-out parameters of indices `omitted` with plausible sizes `sizes` (SI), a number
 /// each; `inverse` is that of the curvature of the estimated ones, zero elsewhere. `None` if there
 /// are none, contacts see none of them at that size, or a number is not finite.

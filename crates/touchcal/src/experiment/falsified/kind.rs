@@ -175,7 +175,7 @@ impl Declared {
         }
         for fixture in &mut problem.fixtures {
             if self.has_default(Shapes) {
-                fixture.tolerance = ShapeTolerance::DEFAULT;
+                fixture.tolerance = ShapeTolerance::DEFAULT.of(fixture.manifold.as_ref());
             }
             fixture.prior = match (fixture.prior, self) {
                 (PlacePrior::Fixed, FixtureSigma(sigma)) => PlacePrior::Gaussian { sigma, sigma_angle: 0.5 * DEG },

@@ -74,7 +74,8 @@ pub(super) fn fixture(
         [&table.clearance_sigma_mm, &table.depth_sigma_mm, &table.edge_radius_sigma_mm].map(Option::as_ref);
     let mut tolerance = ShapeTolerance::EXACT;
     if table.kind == FixtureKind::Hole {
-        tolerance = shape_tolerance(shape_keys, &exact, ShapeTolerance::DEFAULT, &name, context)?;
+        let default = ShapeTolerance::DEFAULT.of(manifold.as_ref());
+        tolerance = shape_tolerance(shape_keys, &exact, default, &name, context)?;
     }
     check_edges(table, tolerance.edge_radius > 0.0 && !manifold.has_edges(), &name, context)?;
     // Of a projection or an unknown manifold it has no effect.

@@ -48,7 +48,7 @@ pub use settings::{DEFAULT_CONTACT, DEFAULT_ENCODER, Settings};
 pub use tolerance::DeclaredPrior;
 
 /// Keys that declare what is assumed without them.
-const KEYS: &str = "sigma_mm, sigma_deg, clearance_sigma_mm, depth_sigma_mm, or exact = true";
+const KEYS: &str = "sigma_mm, sigma_deg, clearance_sigma_mm, depth_sigma_mm, edge_radius_sigma_mm, or exact = true";
 /// Most fixtures of a problem, and most parameters: memory grows with their square, time with their
 /// cube, to seconds for each step of the search.
 const MAX_FIXTURES: usize = 1000;

@@ -175,19 +175,16 @@ impl Lines<'_> {
         }
         let mut exact = Vec::from_iter(is_exact_place.then_some("place"));
         let ShapeTolerance { clearance, depth, edge_radius } = shape.unwrap_or(ShapeTolerance::EXACT);
-        for (name, sigma) in [("clearance", clearance), ("depth", depth)] {
+        for (name, sigma) in [("clearance", clearance), ("depth", depth), ("edge_radius", edge_radius)] {
             match shape {
                 None => {}
                 Some(_) if sigma == 0.0 => exact.push(name),
                 Some(_) => self.number(&format!("{name}_sigma_mm"), 1e3 * sigma),
             }
         }
-        if edge_radius > 0.0 {
-            self.number("edge_radius_sigma_mm", 1e3 * edge_radius);
-        }
         match exact.len() {
             0 => {}
-            3 if edge_radius == 0.0 => self.raw("exact", "true"),
+            4 => self.raw("exact", "true"),
             1 if shape.is_none() => self.raw("exact", "true"),
             _ => self.raw("exact", &format!("{exact:?}")),
         }
