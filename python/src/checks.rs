@@ -10,8 +10,8 @@ use touchcal::estimate::{self, DeclaredValue, EffectValue};
 ///
 /// Attributes:
 ///     effect: for programs: "joint_compliance", "segment_strain", "joint_origin",
-///         "joint_harmonic", "joint_trend", "joint_walk", "tool", "fixture.{name}" or
-///         "wrench".
+///         "joint_harmonic", "joint_trend", "joint_walk", "tool", "fixture.{name}",
+///         "edge_radius.{fixture}", "distance.{a}.{b}" or "wrench".
 ///     description: the effect in words.
 ///     declared_in: key and table of a problem file that leave it out.
 ///     remedy: what to do about it.

@@ -104,6 +104,7 @@ def test_a_problem_in_code_has_the_bits_of_its_file(workcell: Path) -> None:
                 sigma_angle=0.2 * deg,
                 clearance_sigma=0.02 * mm,
                 depth_sigma=0.02 * mm,
+                edge_radius_sigma=0.05 * mm,
             )
         ],
         {"hole": log},

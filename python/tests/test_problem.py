@@ -72,7 +72,7 @@ def test_what_is_assumed_is_warned_of_and_estimated(robot: touchcal.Robot, log: 
         contacts = {fixture.name: log for fixture in fixtures}
         return Problem(robot, tool, fixtures, contacts, parameters=["joint_offset"], **arguments)  # type: ignore[arg-type]
 
-    words = r"tool: place ± 0.3 mm, 0.2°; fixture `h`: place ± 1 mm, 0.5°; fixture `h`: clearance ± 0.03 mm; fixture `h`: depth ± 0.03 mm; declare"
+    words = r"tool: place ± 0.3 mm, 0.2°; fixture `h`: place ± 1 mm, 0.5°; fixture `h`: clearance ± 0.03 mm; fixture `h`: depth ± 0.03 mm; fixture `h`: edge radius ± 0.05 mm; declare"
     with pytest.warns(UserWarning, match=words):
         assumed = problem(Tool(), [Fixture("h", hole(), place)])
     assert len(assumed.notes) == 1
@@ -87,7 +87,7 @@ def test_what_is_assumed_is_warned_of_and_estimated(robot: touchcal.Robot, log: 
         problem(Tool(sigma=2e-3), ball, distances=[("a", "b", 0.05)])
     with pytest.warns(UserWarning, match="^standard deviations of 0 are taken as exact: tool$"):
         problem(Tool(sigma=0, sigma_angle=0), ball)
-    exact = problem(Tool(exact=True), [Fixture("h", hole(), place, exact=["place"], clearance_sigma=1e-5, depth_sigma=1e-4)])
+    exact = problem(Tool(exact=True), [Fixture("h", hole(), place, exact=["place"], clearance_sigma=1e-5, depth_sigma=1e-4, edge_radius_sigma=1e-5)])
     assert not exact.notes
     assert not any(entry.name.startswith(("tool.", "fixture.")) for entry in touchcal.inspect(exact).parameters)
 

@@ -67,8 +67,8 @@ pub(super) fn effect_tests(search: &mut SearchState<'_>, estimate: &Estimate) ->
     }
     let one_sided = (0..problem.contacts.len()).any(|i| search.model.is_one_sided(i));
     let has_likelihood = uses_contact_modes(search) || !one_sided;
-    let rest = with_unestimated_errors(&search.model);
-    let (own, errors) = extended_or_own(&search.model, rest.as_ref());
+    let extended = with_unestimated_errors(&search.model);
+    let (own, errors) = extended_or_own(&search.model, extended.as_ref());
     let (model, omitted) = with_omitted_effects(own);
     let effects: Vec<OmittedEffect> = omitted.iter().map(|omitted| omitted.effect.clone()).collect();
     let is_applicable = has_likelihood

@@ -18,6 +18,10 @@ use crate::solver::StopReason;
 /// Prior standard deviation (1) of a segment's strain, which has no prior of its own.
 const SEGMENT_STRAIN_SIGMA: f64 = 5e-3;
 
+/// Standard deviation (m) of edges that are declared exact and that contacts contradict: these are
+/// off by a tenth of a millimetre or more.
+const WORN_EDGE_SIGMA: f64 = 0.2e-3;
+
 /// Effects of the arm that are estimated together where none can be tested; errors of joint origins
 /// include those of the segments' lengths.
 const TOGETHER: [OmittedEffect; 5] = [
@@ -29,7 +33,8 @@ const TOGETHER: [OmittedEffect; 5] = [
 ];
 
 /// Calibrates as [`calibrate`] does. Then adds all effects that the model leaves out and contacts
-/// contradict, as parameters with priors, and calibrates again, until there are no more.
+/// contradict, as parameters with priors, and calibrates again, until there are no more. Edges are
+/// no parameters: they get a standard deviation, which intervals allow for.
 ///
 /// All are added at once: contacts often show one effect as several, and the result then has the
 /// uncertainty of which it is. Where the first calibration has nothing to test effects with, as
@@ -280,7 +285,7 @@ fn with_effect(problem: &Problem, effect: &OmittedEffect) -> Problem {
         }
         OmittedEffect::EdgeRadius { fixture } => {
             let named = freed.fixtures.iter_mut().filter(|other| other.name == *fixture);
-            named.for_each(|fixture| fixture.tolerance.edge_radius = ShapeTolerance::DEFAULT.edge_radius);
+            named.for_each(|fixture| fixture.tolerance.edge_radius = WORN_EDGE_SIGMA);
         }
         OmittedEffect::Distance { between: [a, b] } => {
             let is_named = |distance: &&mut Distance| {

@@ -60,8 +60,8 @@ impl PlacePrior {
 /// Standard deviations (m) of the shapes of tool and fixture together; 0 is exact.
 ///
 /// They widen the covariance of one-sided contacts by what an error of that size would move the
-/// estimates; the shapes themselves are not estimated, but for edges, and gap biases that follow
-/// from contacts whatever the tolerance. Other fixtures have none.
+/// estimates; the shapes themselves are not estimated. Gap biases are, whatever the tolerance.
+/// Other fixtures have none.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ShapeTolerance {
     /// Standard deviation (m, ≥ 0) of the clearance on each side: contacts whose normal is nearest
@@ -70,8 +70,8 @@ pub struct ShapeTolerance {
     /// Standard deviation (m, ≥ 0) of the depth: contacts whose normal is nearest to ±z of the
     /// fixture.
     pub depth: f64,
-    /// Standard deviation (m, ≥ 0) of the radius of the edges of tool and fixture beyond that of
-    /// their shapes, which is estimated.
+    /// Standard deviation (m, ≥ 0) of the radius of all edges of tool and fixture beyond that of
+    /// their shapes.
     pub edge_radius: f64,
 }
 

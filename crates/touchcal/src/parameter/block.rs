@@ -36,7 +36,7 @@ pub enum Block {
     /// for each of six directions; a nuisance.
     GapBias,
     /// Radius of the edges of tool and fixture beyond the declared (m), one for each hole; a
-    /// nuisance.
+    /// nuisance that is not estimated.
     EdgeRadius,
     /// Bias of the measured wrench `[f; τ]` in the tip frame (N, N m), a nuisance.
     WrenchBias,

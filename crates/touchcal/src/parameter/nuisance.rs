@@ -133,7 +133,8 @@ pub fn directional_gap_bias(fixture_name: &str, fixture: usize, k: usize) -> Par
 }
 
 /// Radius (m) of the edges of the fixture with this index, and of the tool there, beyond the
-/// declared, named `edge_radius.{fixture_name}`, without prior.
+/// declared, named `edge_radius.{fixture_name}`, without prior. It is not estimated, see
+/// [`ParameterId::EdgeRadius`].
 pub fn edge_radius(fixture_name: &str, fixture: usize) -> Parameter {
     Parameter::length(format!("edge_radius.{fixture_name}"), ParameterId::EdgeRadius(fixture))
 }

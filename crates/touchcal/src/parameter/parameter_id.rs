@@ -45,7 +45,8 @@ pub enum ParameterId {
     /// the fixture into the tool, is nearest to axis direction `k` of fixture `f`: 0 to 5 for +x,
     /// −x, +y, −y, +z, −z.
     DirectionalGapBias(usize, usize),
-    /// `(f)`: radius (m) of the edges of fixture `f`, and of the tool there, beyond the declared.
+    /// `(f)`: radius (m) of the edges of fixture `f`, and of the tool there, beyond the declared. An
+    /// error that is allowed for and tested; it is not estimated.
     EdgeRadius(usize),
     /// `(k)`: bias `b` of component `k` of the measured wrench `[f; τ]` on the tool, in the tip
     /// frame (N, N m): measured = (1 + s) · true + b, the same for all contacts.
@@ -89,7 +90,7 @@ impl ParameterId {
     }
 
     /// The parameter of the kinematics of arm and tool; `None` for drifts, trends,
-    /// walks, harmonics, fixtures, gap biases, bias and scale of the wrench, and distances.
+    /// walks, harmonics, fixtures, gap biases, edges, bias and scale of the wrench, and distances.
     pub fn kinematic(self) -> Option<KinematicParameter> {
         match self {
             ParameterId::Kinematic(parameter) => Some(parameter),

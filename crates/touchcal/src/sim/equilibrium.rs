@@ -36,7 +36,7 @@ const ALTERNATING: usize = 500;
 const STEPS: usize = 100;
 /// A search has ended when the next step moves no point of the tool further (m).
 const SETTLED: f64 = 1e-9;
-/// The same (m) at the last linearisation: along an edge, steps may alternate between faces.
+/// The same (m) at the last linearisation.
 const AT_REST: f64 = 1e-7;
 /// What is nearer than this touches (m).
 const TOUCHING: f64 = 1e-7;
@@ -128,7 +128,10 @@ impl<'a> Equilibrium<'a> {
                 self.keep_normal_forces();
             }
             let mut share = self.parts.reach().map_or(1.0, |reach| (reach / length).min(1.0));
-            if round > ALTERNATING && step.dot(&last) < 0.0 {
+            let size = self.parts.size();
+            let along = se3::linear(&step).dot(&se3::linear(&last))
+                + size * size * se3::angular(&step).dot(&se3::angular(&last));
+            if round > ALTERNATING && along < 0.0 {
                 share *= 0.5;
             }
             last = step;

@@ -43,7 +43,7 @@ pub(crate) struct FixtureState {
     pub gap_bias: f64,
     /// Gap bias (m) on top of `gap_bias` for contact normals nearest to +x, −x, +y, −y, +z and −z.
     pub directional_gap_bias: [f64; AXIS_DIRECTIONS],
-    /// Whether the radius of edges beyond the declared is a parameter; it is zero.
+    /// Whether the model has the radius of edges behind its parameters, as an error of value zero.
     pub has_edge_radius: bool,
 }
 

@@ -1,5 +1,5 @@
 //! What is in error and not estimated: edges, and what estimated random walks of encoders leave
-//! out.
+//! out. Least gaps, which count where contacts have no marginal likelihood, do not depend on edges.
 
 use std::f64::consts::{PI, SQRT_2};
 

@@ -7,8 +7,8 @@ use crate::estimate::problem::{Noise, PlacePrior, Problem};
 use crate::estimate::result::ParameterPosterior;
 use crate::manifold::ResidualKind;
 use crate::parameter::{
-    Block, Parameter, ParameterId, Prior, joint_compliance, joint_drift, joint_harmonic, joint_offset, joint_origin,
-    joint_trend, segment_strain, strain,
+    Block, Parameter, ParameterId, Prior, gap_bias, joint_compliance, joint_drift, joint_harmonic, joint_offset,
+    joint_origin, joint_trend, segment_strain, strain,
 };
 
 /// Distance (m) up to which two arms put the tool at the same place.
@@ -42,7 +42,8 @@ impl<'p> PredictionModel<'p> {
     /// a nominal place have no error of it, since contacts with them are compared with each other.
     pub fn new(problem: &'p Problem, posterior: Option<&ParameterPosterior>, arm: ArmOf) -> Self {
         let own = CalibrationModel::new(problem);
-        let mut model = own.extended(further_parameters(&own, posterior).into_iter().chain(uncertain_edges(problem)));
+        let edges = uncertain_edges(problem).filter(|edge| !is_of_calibration(edge, problem, posterior));
+        let mut model = own.extended(further_parameters(&own, posterior).into_iter().chain(edges));
         if let (Some(sigma), true) = (posterior.and_then(|known| known.noise), problem.noise.is_estimated) {
             model = model.with_noise(&Noise { encoder: sigma.encoder, contact: sigma.contact, is_estimated: true });
         }
@@ -105,6 +106,13 @@ fn further_parameters(own: &CalibrationModel<'_>, posterior: Option<&ParameterPo
     let is_new = |parameter: &Parameter| own.layout.parameters.iter().all(|known| known.id != parameter.id);
     let flat = |parameter: Parameter| parameter.with_prior(Prior::Flat);
     parameters.into_iter().filter(is_new).map(flat).collect()
+}
+
+/// Whether the calibration was of contacts with these edges: its estimates are off by them, as
+/// these contacts are, and the two cancel.
+fn is_of_calibration(edge: &Parameter, problem: &Problem, posterior: Option<&ParameterPosterior>) -> bool {
+    let ParameterId::EdgeRadius(f) = edge.id else { return false };
+    posterior.is_some_and(|known| known.index(&gap_bias(&problem.fixtures[f].name, f).name).is_some())
 }
 
 /// Whether a parameter that no calibration knows is off by as much as its prior says.

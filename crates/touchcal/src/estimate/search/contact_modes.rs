@@ -179,8 +179,8 @@ pub(crate) fn sandwich(search: &mut SearchState<'_>) -> Option<(Sandwich, Option
     let own_known = known.view((0, 0), (own, own)).into_owned();
     let covariance = (&statistics.score_outer_product.information, sandwich.design_effect);
     let check = predictive_check(&statistics.stretches, covariance, &own_known, &search.free, errors);
-    let of_walks = errors.iter().map(|&(k, sigma)| DVector::from_fn(size, |of, _| if of == k { sigma } else { 0.0 }));
-    let all: Vec<DVector<f64>> = model.shape_errors().into_iter().chain(of_walks).collect();
+    let of_errors = errors.iter().map(|&(k, sigma)| DVector::from_fn(size, |of, _| if of == k { sigma } else { 0.0 }));
+    let all: Vec<DVector<f64>> = model.shape_errors().into_iter().chain(of_errors).collect();
     let mut sandwich = sandwich.with_errors(&statistics, &all);
     sandwich.covariance = sandwich.covariance.map(|all| all.view((0, 0), (own, own)).into_owned());
     Some((sandwich, check))

@@ -7,8 +7,8 @@
 //! - `g_e = Wᵀ g` is the gradient by S with P following, `H_e = Wᵀ H_{·S}` its information,
 //! - `V = D Wᵀ (B + Λ) W + Σ Wᵀ (H e) (H e)ᵀ W` is its covariance, with the outer product `B` of
 //!   scores, the information `Λ` of priors, the design effect `D` of contacts whose errors are
-//!   correlated, and errors `e` of one standard deviation of shapes and of what random walks have
-//!   beyond the estimated cosines,
+//!   correlated, and errors `e` of one standard deviation of what is uncertain and not estimated:
+//!   shapes, and what random walks have beyond the estimated cosines,
 //! - `g_eᵀ V⁻¹ g_e` is chi-squared distributed if S is zero, and `−H_e⁻¹ g_e` estimates S.
 //!
 //! Directions of S that contacts do not see at a plausible size are left out.
@@ -49,7 +49,8 @@ pub(crate) struct Derivatives {
 
 /// The outcome of a test.
 pub(crate) struct ScoreTest {
-    /// `g_eᵀ V⁻¹ g_e` (1), and the number of directions tested.
+    /// `g_eᵀ V⁻¹ g_e` (1), or as [`ScoreTest::allowing_for`] has it, and the number of directions
+    /// tested.
     pub statistic: f64,
     pub degrees_of_freedom: usize,
     /// Probability of a statistic as large by chance.
@@ -65,9 +66,10 @@ impl ScoreTest {
     /// This test of one parameter, of index `k`, that may be off by the standard deviation `sigma`
     /// (SI) although the effect is zero.
     pub fn allowing_for(self, k: usize, sigma: f64) -> ScoreTest {
-        let statistic = self.change[k].powi(2) / (self.sigma[0].powi(2) + sigma.powi(2)).max(f64::MIN_POSITIVE);
+        let sigma = self.sigma[0].hypot(sigma).max(f64::MIN_POSITIVE);
+        let statistic = (self.change[k] / sigma).powi(2);
         let p_value = ChiSquared::new(1.0).map_or(1.0, |distribution| distribution.sf(statistic));
-        ScoreTest { statistic, p_value, ..self }
+        ScoreTest { statistic, p_value, sigma: vec![sigma], ..self }
     }
 }
 

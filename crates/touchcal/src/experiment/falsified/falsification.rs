@@ -7,7 +7,7 @@ use rand_pcg::Pcg64;
 use super::declare::{change_parts, change_positions, encoder_drift, move_fixtures, move_tool, with_hole};
 use super::draw::{draw, gaussian_twist, normal};
 use super::quantity::Quantity::{self, Distances, FixturePlaces, Shapes, ToolPlace, Trends, UnseenEffects};
-use crate::estimate::Problem;
+use crate::estimate::{Problem, ShapeTolerance};
 use crate::geometry::{Parts, Polygon, PrismPair};
 use crate::parameter::{Block, ParameterId};
 use crate::robot::{JointKind, KinematicParameter, calibrated};
@@ -177,6 +177,10 @@ impl Falsification {
             Falsification::Friction(coefficient) => scenario.friction = coefficient,
             Falsification::UnequalClearance(sigma) => {
                 scenario.touches.iter_mut().for_each(|touch| touch.unequal_clearance_sigma = sigma);
+            }
+            Falsification::Drawn(Shapes) | Falsification::AllDrawn => {
+                let sigma = ShapeTolerance::DEFAULT.edge_radius;
+                scenario.touches.iter_mut().for_each(|touch| touch.edge_radius_sigma = sigma);
             }
             Falsification::EdgeWear(radius) => scenario.touches.iter_mut().for_each(|touch| touch.edge_wear = radius),
             Falsification::ForceLag(lag) => {

@@ -86,7 +86,7 @@ impl FalsifiedKind {
         tried(ALL, kind("nothing", "nothing", Nothing, Defaults)),
         kind("hole_drawn", "hole off by a draw from the default, 1 mm and 0.5°; all else exact", Drawn(FixturePlaces), Only(FixturePlaces)),
         kind("tool_drawn", "tool off by a draw from the default, 0.3 mm and 0.2°; all else exact", Drawn(ToolPlace), Only(ToolPlace)),
-        kind("shapes_drawn", "clearance and depth off by draws from the default, 0.03 mm; all else exact", Drawn(Shapes), Only(Shapes)),
+        kind("shapes_drawn", "clearance, depth and edges off by draws from the default, 0.03 and 0.05 mm; all else exact", Drawn(Shapes), Only(Shapes)),
         kind("trends_drawn", "each encoder drifts by a draw from the default, 0.01° over the log; all else exact", Drawn(Trends), Only(Trends)),
         tried(SOCKETS, kind("spacing_drawn", "distances off by draws from the default, 0.1 mm; all else exact", Drawn(Distances), Only(Distances))),
         tried(ALL, kind("all_drawn", "places, shapes, distances, trends and encoder harmonics off by draws from their defaults", AllDrawn, Defaults)),

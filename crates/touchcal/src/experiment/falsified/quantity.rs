@@ -7,7 +7,7 @@ pub enum Quantity {
     FixturePlaces,
     /// The tool's pose on the tip link: `PlacePrior::DEFAULT_TOOL`.
     ToolPlace,
-    /// Clearance and depth: `ShapeTolerance::DEFAULT`.
+    /// Clearance, depth and edges: `ShapeTolerance::DEFAULT`.
     Shapes,
     /// Distances between fixtures: `DEFAULT_DISTANCE_SIGMA`; 0.01 mm where they are exact.
     Distances,
