@@ -275,8 +275,8 @@ fn value_warning(entry: &ParameterEstimate, search: &SearchState<'_>) -> Option<
             let sigma = clearance.hypot(thresholds.exact_gap_share * problem.noise.contact * search.model.noise.factor);
             far_from_prior(name, value.abs() / sigma.max(f64::MIN_POSITIVE), thresholds)
         }
-        // The width of its prior is estimated from all directions. A bias within the tolerance of the
-        // shape, or within its own standard deviation, contradicts nothing.
+        // The width of its prior is estimated from all directions. A bias within the tolerance of
+        // the shape, or within its own standard deviation, contradicts nothing.
         ParameterId::DirectionalGapBias(f, k) => {
             let tolerance = problem.fixtures[*f].tolerance.towards(*k);
             let sigma = entry.parameter.prior_sigma().unwrap_or(0.0).max(tolerance).max(entry.sigma.unwrap_or(0.0));

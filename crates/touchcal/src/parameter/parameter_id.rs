@@ -45,8 +45,8 @@ pub enum ParameterId {
     /// the fixture into the tool, is nearest to axis direction `k` of fixture `f`: 0 to 5 for +x,
     /// −x, +y, −y, +z, −z.
     DirectionalGapBias(usize, usize),
-    /// `(f)`: radius (m) of the edges of fixture `f`, and of the tool there, beyond the declared. An
-    /// error that is allowed for and tested; it is not estimated.
+    /// `(f)`: radius (m) of the edges of fixture `f`, and of the tool there, beyond the declared.
+    /// An error that is allowed for and tested; it is not estimated.
     EdgeRadius(usize),
     /// `(k)`: bias `b` of component `k` of the measured wrench `[f; τ]` on the tool, in the tip
     /// frame (N, N m): measured = (1 + s) · true + b, the same for all contacts.
