@@ -78,8 +78,8 @@ pub struct ShapeTolerance {
 impl ShapeTolerance {
     /// Exact shapes.
     pub const EXACT: ShapeTolerance = ShapeTolerance { clearance: 0.0, depth: 0.0, edge_radius: 0.0 };
-    /// Default tolerance, what a workshop reaches: 0.03 mm of clearance on each side and of depth,
-    /// edges sharp to 0.05 mm.
+    /// Default tolerance, what a workshop reaches: 0.03 mm of the clearance on each side and of the
+    /// depth, 0.05 mm of the radius of edges.
     pub const DEFAULT: ShapeTolerance = ShapeTolerance { clearance: 0.03e-3, depth: 0.03e-3, edge_radius: 0.05e-3 };
 
     /// Standard deviation (m) of gaps at contact in axis direction `k`: 0 to 5 for +x, −x, +y, −y,

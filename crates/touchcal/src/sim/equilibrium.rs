@@ -128,10 +128,7 @@ impl<'a> Equilibrium<'a> {
                 self.keep_normal_forces();
             }
             let mut share = self.parts.reach().map_or(1.0, |reach| (reach / length).min(1.0));
-            let size = self.parts.size();
-            let along = se3::linear(&step).dot(&se3::linear(&last))
-                + size * size * se3::angular(&step).dot(&se3::angular(&last));
-            if round > ALTERNATING && along < 0.0 {
+            if round > ALTERNATING && self.turns_back(&step, &last) {
                 share *= 0.5;
             }
             last = step;
@@ -152,6 +149,12 @@ impl<'a> Equilibrium<'a> {
             }
         }
         None
+    }
+
+    /// Whether a step moves the tool against the one before, rotations weighted by the tool's size.
+    fn turns_back(&self, step: &Twist, last: &Twist) -> bool {
+        let rotation = se3::angular(step).dot(&se3::angular(last)) * self.parts.size().powi(2);
+        se3::linear(step).dot(&se3::linear(last)) + rotation < 0.0
     }
 
     fn rest(&mut self, pose: Pose, spring: Twist) -> Rest {
