@@ -181,10 +181,19 @@ fn joint_warnings(problem: &Problem) -> Vec<Warning> {
     warnings
 }
 
-/// Whether an estimate is within what was declared.
-fn far_from_prior(name: String, deviations: f64, thresholds: &WarningThresholds) -> Option<Warning> {
+/// Whether a value (SI) is within what was `declared`, a standard deviation. The estimate's `own`
+/// one decides whether the result may be used where it is larger: what is not estimated, such as
+/// worn edges, moves the estimate.
+fn far_from_prior(
+    name: String,
+    value: f64,
+    (declared, own): (f64, f64),
+    thresholds: &WarningThresholds,
+) -> Option<Warning> {
     let [doubtful, unusable] = thresholds.prior_deviations;
-    (deviations > doubtful).then_some(Warning::FarFromPrior { name, deviations, usable: deviations <= unusable })
+    let deviations = value.abs() / declared.max(f64::MIN_POSITIVE);
+    let usable = value.abs() <= unusable * declared.max(own);
+    (deviations > doubtful).then_some(Warning::FarFromPrior { name, deviations, usable })
 }
 
 /// Whether the distances of fixtures are within what was declared.
@@ -193,9 +202,9 @@ fn distance_warnings(search: &SearchState<'_>) -> Vec<Warning> {
     let each = problem.distances.iter().filter_map(|declared| {
         let (a, b) = declared.between;
         let [from, to] = [a, b].map(|f| point.fixtures[f].base_from_fixture.translation.vector);
-        let deviations = ((to - from).norm() - declared.distance).abs() / declared.sigma;
+        let value = (to - from).norm() - declared.distance;
         let name = format!("distance.{}.{}", problem.fixtures[a].name, problem.fixtures[b].name);
-        far_from_prior(name, deviations, &problem.options.thresholds)
+        far_from_prior(name, value, (declared.sigma, 0.0), &problem.options.thresholds)
     });
     each.collect()
 }
@@ -259,29 +268,28 @@ fn value_warning(entry: &ParameterEstimate, search: &SearchState<'_>) -> Option<
     let thresholds = &problem.options.thresholds;
     let Parameter { name, id, scale, .. } = &entry.parameter;
     let (name, value) = (name.clone(), entry.value);
-    let deviations = entry.parameter.prior_sigma().map_or(0.0, |sigma| value.abs() / sigma);
+    let (prior, own) = (entry.parameter.prior_sigma(), entry.sigma.unwrap_or(0.0));
     match id {
         _ if !id.block().is_nuisance() && value.abs() > thresholds.implausible_scales * scale => {
             Some(Warning::Implausible { name, value })
         }
-        ParameterId::GapBias(_) if deviations > thresholds.prior_deviations[0] => {
+        ParameterId::GapBias(_) if prior.is_some_and(|prior| value.abs() > thresholds.prior_deviations[0] * prior) => {
             Some(Warning::NotTouching { name, gap: value })
         }
         // A clearance that is declared too wide lets parts float, and one too narrow penetrate.
         // The least of noisy gaps has a bias of its own.
         ParameterId::GapBias(f) if uses_contact_modes(search) => {
             // The standard deviation of the gap has that of the clearance already.
-            let clearance = problem.fixtures[*f].tolerance.clearance.max(entry.sigma.unwrap_or(0.0));
+            let clearance = problem.fixtures[*f].tolerance.clearance.max(own);
             let sigma = clearance.hypot(thresholds.exact_gap_share * problem.noise.contact * search.model.noise.factor);
-            far_from_prior(name, value.abs() / sigma.max(f64::MIN_POSITIVE), thresholds)
+            far_from_prior(name, value, (sigma, own), thresholds)
         }
         // The width of its prior is estimated from all directions. A bias within the tolerance of
         // the shape, or within its own standard deviation, contradicts nothing.
         ParameterId::DirectionalGapBias(f, k) => {
             let tolerance = problem.fixtures[*f].tolerance.towards(*k);
-            let sigma = entry.parameter.prior_sigma().unwrap_or(0.0).max(tolerance).max(entry.sigma.unwrap_or(0.0));
-            far_from_prior(name, value.abs() / sigma.max(f64::MIN_POSITIVE), thresholds)
+            far_from_prior(name, value, (prior.unwrap_or(0.0).max(tolerance).max(own), own), thresholds)
         }
-        _ => far_from_prior(name, deviations, thresholds),
+        _ => far_from_prior(name, value, (prior?, own), thresholds),
     }
 }

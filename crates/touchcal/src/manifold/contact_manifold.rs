@@ -113,9 +113,8 @@ pub trait ContactManifold: Send + Sync + std::fmt::Debug {
     ///
     /// A candidate contact is a surface that can push in one direction, that of the linear part of
     /// its row's derivative; the gaps of all that are touched at once are zero, on average over the
-    /// pose's noise. Returns whether the surfaces can be distinguished at this pose; where they
-    /// cannot, nothing is appended, and the contact says nothing. The default is the rows of the
-    /// residual that `gate` accepts, which suits a manifold of one surface.
+    /// pose's noise. The default is the rows of the residual that `gate` accepts, which suits a
+    /// manifold of one surface.
     ///
     /// `cache` belongs to the contact, which is evaluated many times at nearby poses; the result
     /// does not depend on it.
@@ -125,13 +124,20 @@ pub trait ContactManifold: Send + Sync + std::fmt::Debug {
         gate: &Gate,
         cache: &mut ContactCache,
         candidates: &mut Residual,
-    ) -> bool {
+    ) {
         let _ = cache;
         self.residual(fixture_from_tool, 0.0, candidates);
         candidates.retain(|gap, gradient| {
             let normal_in_fixture = fixture_from_tool.rotation * se3::linear(gradient);
             gate.accepts(gap, &normal_in_fixture, gradient.dot(&(gate.covariance * gradient)))
         });
+    }
+
+    /// Whether the surfaces that are near at this pose can be distinguished; true unless
+    /// overridden. Where they cannot, candidate contacts say nothing, and a search leaves the
+    /// contact out.
+    fn has_distinct_surfaces(&self, fixture_from_tool: &Pose) -> bool {
+        let _ = fixture_from_tool;
         true
     }
 

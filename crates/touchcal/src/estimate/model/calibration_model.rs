@@ -5,7 +5,7 @@ use nalgebra::{DVector, Vector3};
 use super::layout::ParameterLayout;
 use super::noise::NoiseModel;
 use super::trend_axis::TrendAxis;
-use crate::estimate::contact_mode::ContactModePrior;
+use crate::estimate::contact_mode::{ContactModePrior, FixedMode};
 use crate::estimate::problem::{Noise, Problem, ShapeTolerance};
 use crate::manifold::{Residual, ResidualKind, SurfaceCounts};
 use crate::parameter::{Parameter, ParameterId};
@@ -31,10 +31,9 @@ pub(crate) struct CalibrationModel<'p> {
     /// contacts whose load is not known, and behind them those of contacts whose load is, if there
     /// are both.
     pub mode_priors: Vec<Vec<ContactModePrior>>,
-    /// The normals (tool frame) of the surfaces that bear the load of each contact, see
-    /// [`set_bearing_normals`](super::set_bearing_normals). Empty until then: the surfaces that
-    /// bear a load are found at each evaluation.
-    pub bearing_normals: Vec<Vec<Vector3<f64>>>,
+    /// What is fixed of the mode of each contact, see [`fix_modes`](super::fix_modes). Empty until
+    /// then: it is found at each evaluation.
+    pub fixed_modes: Vec<FixedMode>,
 }
 
 impl<'p> CalibrationModel<'p> {
@@ -52,7 +51,7 @@ impl<'p> CalibrationModel<'p> {
             trend_axis: TrendAxis::new(problem),
             noise: NoiseModel::new(&problem.robot, &problem.noise),
             mode_priors: mode_priors.collect(),
-            bearing_normals: Vec::new(),
+            fixed_modes: Vec::new(),
             kinematics,
             layout,
         }
@@ -69,7 +68,7 @@ impl<'p> CalibrationModel<'p> {
             trend_axis: self.trend_axis,
             noise: self.noise.clone(),
             mode_priors: self.mode_priors.clone(),
-            bearing_normals: self.bearing_normals.clone(),
+            fixed_modes: self.fixed_modes.clone(),
             layout,
         }
     }

@@ -15,9 +15,6 @@ use crate::parameter::ParameterId;
 use crate::robot::{KinematicParameter, KinematicsScratch};
 use crate::se3::{self, Pose, Twist};
 
-/// Least cosine of the angle between the normals of candidates that are of one surface.
-const ALIKE: f64 = 0.95;
-
 /// The factor of one contact, evaluated in place.
 pub(crate) struct ContactFactor {
     q: Vec<f64>,
@@ -287,9 +284,9 @@ impl ContactFactor {
         cache: &mut ContactCache,
     ) -> CandidateContacts {
         let (pose, gate) = self.find_candidates(point, i, cache);
-        match point.model.bearing_normals.get(i) {
+        match point.model.fixed_modes.get(i) {
             _ if !point.model.has_load(i) => {}
-            Some(bearing) => self.rows.retain(|_, row| bearing.iter().any(|one| one.dot(&se3::linear(row)) > ALIKE)),
+            Some(fixed) => self.rows.retain(|_, row| fixed.is_bearing(&se3::linear(row))),
             None => {
                 let mut bears = bearing(&point.load_on_tool(i), self.rows.jacobian()).into_iter();
                 self.rows.retain(|_, _| bears.next() == Some(true));
@@ -318,7 +315,11 @@ impl ContactFactor {
         };
         self.rows.clear();
         let manifold = &model.problem.fixtures[f].manifold;
-        self.is_distinct = manifold.candidate_contacts(&pose, &gate, cache, &mut self.rows);
+        let fixed = model.fixed_modes.get(i);
+        self.is_distinct = fixed.map_or_else(|| manifold.has_distinct_surfaces(&pose), |fixed| fixed.is_distinct);
+        if self.is_distinct {
+            manifold.candidate_contacts(&pose, &gate, cache, &mut self.rows);
+        }
         (pose, gate)
     }
 

@@ -2,12 +2,12 @@
 //! the cost, and their sums.
 
 mod assembly;
-mod bearing_normals;
 mod calibration_model;
 mod contact_factor;
 mod declared_factors;
 mod em_step;
 mod false_rows;
+mod fixed_modes;
 mod layout;
 mod linearization;
 mod mode_statistics;
@@ -23,12 +23,12 @@ mod unestimated_errors;
 mod whitening;
 
 pub(crate) use assembly::{contact_caches, contact_equations, normal_equations, whitened_norms};
-pub(crate) use bearing_normals::{set_bearing_normals, unborne_share};
 pub(crate) use calibration_model::CalibrationModel;
 pub(crate) use contact_factor::ContactFactor;
 pub(crate) use declared_factors::{add_distances, add_priors, distance_information, distance_row, prior_information};
 pub(crate) use em_step::{Expectation, em_step};
 pub(crate) use false_rows::no_contact_bounds;
+pub(crate) use fixed_modes::{fix_modes, unborne_share};
 pub(crate) use layout::{PriorGroup, parameter_count};
 pub(crate) use linearization::LinearizationPoint;
 pub(crate) use mode_statistics::{

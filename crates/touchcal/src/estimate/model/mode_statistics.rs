@@ -215,6 +215,7 @@ impl ContactModeStatistics {
             }
         }
         self.derivatives.cost += 2.0 * (likelihood.nll - factor.load_noise_cost());
+        self.derivatives.rows += likelihood.active.sum();
         let region = factor.region();
         if self.curvature == Curvature::Observed {
             self.add_odds(model, (f, region), (factor, rows), likelihood);
@@ -275,6 +276,7 @@ impl ContactModeStatistics {
         let complete = |r: usize, s: usize| if r == s { weight } else { 0.0 };
         let jacobian = factor.jacobian(rows.width);
         self.derivatives.cost += loss.cost(squared);
+        self.derivatives.rows += weight * residual.len() as f64;
         match self.curvature {
             Curvature::Complete => {
                 let index = &model.layout.dependencies[rows.fixture];
@@ -371,16 +373,16 @@ pub(crate) fn contact_mode_statistics(
     }
 }
 
-/// Normal equations at `theta` of all contacts, known distances and priors, with the observed
-/// information of the marginal likelihood by the distances in place of that of complete data. The
-/// odds of contact modes are held fixed; `rows` and `squares` are zero.
+/// Normal equations at `theta` of contacts with these `statistics`, known distances and priors,
+/// with the observed information of the marginal likelihood by the distances in place of that of
+/// complete data. The odds of contact modes, and parameters behind the model's, are held fixed;
+/// `squares` is zero.
 pub(crate) fn observed_equations(
     model: &CalibrationModel<'_>,
     theta: &DVector<f64>,
-    caches: &mut [ContactCache],
+    statistics: &ContactModeStatistics,
 ) -> NormalEquations {
-    let all = contact_mode_statistics(model, theta, (1, Curvature::Observed), caches).derivatives;
-    let mut normal = all.of_first(theta.len());
+    let mut normal = statistics.derivatives.of_first(theta.len());
     add_distances(&LinearizationPoint::new(model, theta), &mut normal);
     add_priors(model, theta, Objective::ContactModes, &mut normal);
     normal.complete()

@@ -8,7 +8,7 @@ use super::newton::newton;
 use super::state::SearchState;
 use crate::estimate::model::{
     Curvature, Expectation, Objective, contact_mode_statistics, distance_information, em_step, extended_or_own,
-    no_contact_bounds, prior_information, residual_stretches, set_bearing_normals, with_unestimated_errors,
+    fix_modes, no_contact_bounds, prior_information, residual_stretches, with_unestimated_errors,
 };
 use crate::estimate::result::{Observer, PredictiveCheck, Progress, Stage};
 use crate::estimate::uncertainty::{Sandwich, predictive_check, sandwich_covariance};
@@ -48,11 +48,11 @@ pub(crate) fn refine(search: &mut SearchState<'_>, observe: Observer<'_>) {
         if search.model.problem.noise.is_estimated {
             noise.factor *= std::mem::replace(&mut noise.mode_factor, 1.0);
         }
-        fix_bearing(search);
+        fix_present_modes(search);
         let fine = search.options().fine_contact_modes;
         let near = LevenbergMarquardtOptions { decrement: NEWTON_DECREMENT.max(fine.decrement), ..fine };
         search.minimize(Objective::ContactModes, 1, near, observe);
-        fix_bearing(search);
+        fix_present_modes(search);
         if search.is_finished() && !newton(search, observe) {
             search.minimize(Objective::ContactModes, 1, fine, observe);
             if search.is_finished() {
@@ -64,9 +64,9 @@ pub(crate) fn refine(search: &mut SearchState<'_>, observe: Observer<'_>) {
     }
 }
 
-/// Fixes the surfaces that bear the loads of contacts at the present parameters.
-fn fix_bearing(search: &mut SearchState<'_>) {
-    set_bearing_normals(&mut search.model, &search.theta, &mut search.caches);
+/// Fixes what is fixed of contact modes at the present parameters.
+fn fix_present_modes(search: &mut SearchState<'_>) {
+    fix_modes(&mut search.model, &search.theta, &mut search.caches);
 }
 
 /// Estimates the odds of contact modes by expectation–maximisation and, with subsamples, finds the
@@ -172,7 +172,8 @@ pub(crate) fn sandwich(search: &mut SearchState<'_>) -> Option<(Sandwich, Option
     let (own, size) = (search.model.layout.len(), model.layout.len());
     let theta = search.theta.clone().resize_vertically(size, 0.0);
     let known = distance_information(model, &theta) + prior_information(model);
-    let statistics = contact_mode_statistics(model, &theta, (1, Curvature::Observed), &mut search.caches);
+    let at_theta = || contact_mode_statistics(model, &theta, (1, Curvature::Observed), &mut search.caches);
+    let statistics = search.statistics.take().unwrap_or_else(at_theta);
     // What is in error is not estimated.
     let free = FreeParameters::new(search.free.scale().clone().resize_vertically(size, 0.0));
     let sandwich = sandwich_covariance(&statistics, &known, &free, &model.mode_priors);

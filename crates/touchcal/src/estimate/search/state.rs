@@ -3,7 +3,8 @@
 use nalgebra::DVector;
 
 use crate::estimate::model::{
-    CalibrationModel, InformativeShare, LinearizationPoint, Objective, contact_caches, normal_equations,
+    CalibrationModel, ContactModeStatistics, InformativeShare, LinearizationPoint, Objective, contact_caches,
+    normal_equations,
 };
 use crate::estimate::options::SearchOptions;
 use crate::estimate::problem::Problem;
@@ -40,6 +41,10 @@ pub(crate) struct SearchState<'p> {
     pub fixed: GaugeFix,
     /// How many one-sided contacts are informative; `None` where no contact modes were fitted.
     pub informative_share: Option<InformativeShare>,
+    /// Sums over all contacts at the present parameters with their observed information, by
+    /// [`with_unestimated_errors`](crate::estimate::model::with_unestimated_errors), where the last
+    /// steps were Newton's.
+    pub statistics: Option<ContactModeStatistics>,
     /// Minima of the least gaps that searches from other starts found, the one with the least cost
     /// first.
     pub other_minima: Vec<OtherMinimum>,
@@ -64,6 +69,7 @@ impl<'p> SearchState<'p> {
             free: FreeParameters::new(scale),
             fixed: GaugeFix::default(),
             informative_share: None,
+            statistics: None,
             other_minima: Vec::new(),
             is_from_other_start: false,
             has_excess_scatter: false,
@@ -133,6 +139,7 @@ impl<'p> SearchState<'p> {
         let minimum = minimize(linearize, self.theta.clone(), &self.free, options, &mut observe);
         let iterations = self.termination.iterations + minimum.termination.iterations;
         self.theta = minimum.theta;
+        self.statistics = None;
         self.termination = Termination { iterations, ..minimum.termination };
     }
 

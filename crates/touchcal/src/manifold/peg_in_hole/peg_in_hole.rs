@@ -8,7 +8,7 @@ use super::candidates::push_candidates;
 use super::hole::{Hole, ROTATION_SCALE, TRANSLATION_SCALE};
 use super::shapes::PegInHoleShapes;
 use super::surfaces::{SURFACE_COUNTS, is_at_rim};
-use crate::geometry::{EdgeFaces, PrismPair};
+use crate::geometry::{EdgeFaces, PrismPair, SignedGap};
 use crate::manifold::cache::ContactCache;
 use crate::manifold::contact_manifold::{ContactManifold, ResidualKind, RotationalOrders, SurfaceCounts};
 use crate::manifold::gate::Gate;
@@ -29,10 +29,10 @@ use crate::se3::Pose;
 ///   rotation vector itself jumps to its negative. If either part is round, the last three rows are
 ///   the peg's axis minus the hole's (unit vectors in the hole's frame) over 1° in radians.
 /// - Candidate contacts: of the features that the gate accepts, one for each direction in which
-///   they push; none while the tip passes the rim, within 0.2 mm. There are four regions, by the
-///   depth of the tip, of 14 surfaces each: for the axis direction of the hole that is nearest to
-///   the normal (six) and for the end of the peg's part inside, tip or rim (two), and one at either
-///   end for the farther candidates of a direction.
+///   they push; they cannot be distinguished while the tip passes the rim, within 0.2 mm. There are
+///   four regions, by the depth of the tip, of 14 surfaces each: for the axis direction of the hole
+///   that is nearest to the normal (six) and for the end of the peg's part inside, tip or rim
+///   (two), and one at either end for the farther candidates of a direction.
 #[derive(Clone, Debug)]
 pub struct PegInHole<G> {
     shapes: G,
@@ -90,18 +90,15 @@ impl<G: PegInHoleShapes + Send + Sync + std::fmt::Debug + 'static> ContactManifo
         gate: &Gate,
         cache: &mut ContactCache,
         candidates: &mut Residual,
-    ) -> bool {
-        let is_distinct = !is_at_rim(&self.hole, hole_from_peg);
-        if is_distinct {
-            push_candidates(
-                &self.hole,
-                hole_from_peg,
-                gate,
-                |cutoff, visit| self.shapes.visit_below(hole_from_peg, cutoff, &mut cache.neighbors, visit),
-                candidates,
-            );
-        }
-        is_distinct
+    ) {
+        let visit_below = |cutoff, visit: &mut dyn FnMut(&SignedGap)| {
+            self.shapes.visit_below(hole_from_peg, cutoff, &mut cache.neighbors, visit);
+        };
+        push_candidates(&self.hole, hole_from_peg, gate, visit_below, candidates);
+    }
+
+    fn has_distinct_surfaces(&self, hole_from_peg: &Pose) -> bool {
+        !is_at_rim(&self.hole, hole_from_peg)
     }
 
     fn has_edges(&self) -> bool {

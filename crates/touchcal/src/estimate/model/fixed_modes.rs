@@ -1,21 +1,20 @@
-//! Which surfaces bear the loads of contacts.
+//! What is fixed of contact modes while a search takes its last steps.
 
-use nalgebra::{DVector, Vector3};
+use nalgebra::DVector;
 use rayon::prelude::*;
 
 use super::calibration_model::CalibrationModel;
 use super::contact_factor::ContactFactor;
 use super::linearization::LinearizationPoint;
+use crate::estimate::contact_mode::FixedMode;
 use crate::manifold::ContactCache;
 
-/// Sets the surfaces that bear the load of each contact, by their normals, to those that do so at
-/// `theta`. From then on these surfaces are fixed, whatever the parameters: the last steps of a
-/// search need a likelihood that does not jump as surfaces begin or cease to bear.
-pub(crate) fn set_bearing_normals(model: &mut CalibrationModel<'_>, theta: &DVector<f64>, caches: &mut [ContactCache]) {
-    model.bearing_normals.clear();
-    if (0..caches.len()).any(|i| model.has_load(i)) {
-        model.bearing_normals = found(&LinearizationPoint::new(model, theta), caches);
-    }
+/// Fixes, whatever the parameters, which contacts have candidates and which surfaces bear their
+/// loads, as at `theta`. The last steps of a search need a likelihood that does not jump as
+/// contacts pass a rim, or as surfaces begin or cease to bear.
+pub(crate) fn fix_modes(model: &mut CalibrationModel<'_>, theta: &DVector<f64>, caches: &mut [ContactCache]) {
+    model.fixed_modes.clear();
+    model.fixed_modes = found(&LinearizationPoint::new(model, theta), caches);
 }
 
 /// Share (0 to 1) of contacts in which no candidate bears the load, among every `stride`-th that
@@ -33,14 +32,16 @@ pub(crate) fn unborne_share(model: &CalibrationModel<'_>, theta: &DVector<f64>, 
     (all > 0).then(|| unborne as f64 / all as f64)
 }
 
-fn found(point: &LinearizationPoint<'_>, caches: &mut [ContactCache]) -> Vec<Vec<Vector3<f64>>> {
+fn found(point: &LinearizationPoint<'_>, caches: &mut [ContactCache]) -> Vec<FixedMode> {
     let model = point.model;
     let of_contact = |factor: &mut ContactFactor, (i, cache): (usize, &mut ContactCache)| {
         if !(model.is_one_sided(i) && model.has_load(i)) {
-            return Vec::new();
+            let manifold = &model.problem.fixtures[model.problem.contacts.fixture(i)].manifold;
+            let is_distinct = manifold.has_distinct_surfaces(&point.pose(i, factor.joint_positions()));
+            return FixedMode { is_distinct, bearing_normals: Vec::new() };
         }
         factor.evaluate_candidates(point, i, cache);
-        factor.bearing_normals(point, i).collect()
+        FixedMode { is_distinct: factor.is_distinct(), bearing_normals: factor.bearing_normals(point, i).collect() }
     };
     caches.par_iter_mut().enumerate().map_init(|| ContactFactor::new(point, false), of_contact).collect()
 }
