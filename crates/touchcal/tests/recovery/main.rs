@@ -15,6 +15,7 @@ mod custom_manifold;
 mod declarations;
 mod friction;
 mod gradient_descent;
+mod gross_rows;
 mod joint_compliance;
 mod load;
 mod meshes;

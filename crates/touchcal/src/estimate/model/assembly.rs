@@ -49,17 +49,28 @@ pub(crate) struct Batch<'b> {
     pub indices: &'b [usize],
 }
 
-/// Sums what `add(batch, caches, sum)` adds for every `stride`-th contact, in chunks of contacts.
-/// `caches` has one for each contact; up to `max_parts` runs of chunks are summed in parallel, each
-/// in what `empty()` makes, and come back in the order of the contacts.
+/// Which contacts are summed, and in how many parts.
+pub(crate) struct Selection<'s> {
+    /// Difference of the indices of successive contacts.
+    pub stride: usize,
+    /// Indices of contacts that are left out, ascending.
+    pub left_out: &'s [usize],
+    /// Most runs of chunks that are summed in parallel.
+    pub max_parts: usize,
+}
+
+/// Sums what `add(batch, caches, sum)` adds for the contacts `selected`, in chunks of contacts.
+/// `caches` has one for each contact; runs of chunks are summed in parallel, each in what `empty()`
+/// makes, and come back in the order of the contacts.
 pub(crate) fn sum_contacts<S: Send>(
     model: &CalibrationModel<'_>,
-    (stride, max_parts): (usize, usize),
+    selected: Selection<'_>,
     mut caches: &mut [ContactCache],
     empty: impl Fn() -> S + Sync,
     add: impl Fn(&Batch<'_>, &mut CacheSlice<'_>, &mut S) + Sync,
 ) -> Vec<S> {
     let contacts = &model.problem.contacts;
+    let Selection { stride, left_out, max_parts } = selected;
     let count = contacts.len().div_ceil(stride);
     let length = count.div_ceil(CHUNKS).max(MIN_CHUNK);
     let chunks = count.div_ceil(length);
@@ -75,7 +86,8 @@ pub(crate) fn sum_contacts<S: Send>(
     let sum = |(chunks, mut caches): (Range<usize>, CacheSlice<'_>)| {
         let mut sum = empty();
         for chunk in chunks {
-            let indices: Vec<usize> = (chunk * length..((chunk + 1) * length).min(count)).map(|i| i * stride).collect();
+            let indices = (chunk * length..((chunk + 1) * length).min(count)).map(|i| i * stride);
+            let indices: Vec<usize> = indices.filter(|i| left_out.binary_search(i).is_err()).collect();
             let of_fixture = indices.chunk_by(|&a, &b| contacts.fixture(a) == contacts.fixture(b));
             let batches = of_fixture.flat_map(|indices| indices.chunks(BATCH));
             batches.for_each(|indices| add(&Batch { chunk, indices }, &mut caches, &mut sum));
@@ -117,7 +129,8 @@ pub(crate) fn contact_equations(
     let point = LinearizationPoint::new(model, theta);
     let empty = || (ContactFactor::new(&point, false), NormalEquations::new(model.layout.len()));
     let weight = stride as f64;
-    let parts = sum_contacts(model, (stride, CHUNKS), caches, empty, |batch, caches, (factor, sum)| {
+    let selected = Selection { stride, left_out: &model.gross, max_parts: CHUNKS };
+    let parts = sum_contacts(model, selected, caches, empty, |batch, caches, (factor, sum)| {
         if objective == Objective::ContactModes && model.is_one_sided(batch.indices[0]) {
             for &i in batch.indices {
                 factor.evaluate_modes(&point, i, caches.of(i));
@@ -149,7 +162,8 @@ pub(crate) fn whitened_norms(
     let point = LinearizationPoint::new(model, theta);
     let empty = || (ContactFactor::new(&point, false), NormalEquations::new(model.layout.len()), Vec::new());
     let objective = Objective::Residual(Loss::Squared);
-    let parts = sum_contacts(model, (1, CHUNKS), caches, empty, |batch, _, (factor, sum, norms)| {
+    let selected = Selection { stride: 1, left_out: &[], max_parts: CHUNKS };
+    let parts = sum_contacts(model, selected, caches, empty, |batch, _, (factor, sum, norms)| {
         evaluate_batch(&point, batch, objective, factor, |i, factor| {
             add_factor(&point, (i, objective), 1.0, factor, sum);
             norms.push((factor.squared_norm(), factor.residual().len()));

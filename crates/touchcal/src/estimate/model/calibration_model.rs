@@ -31,6 +31,9 @@ pub(crate) struct CalibrationModel<'p> {
     /// contacts whose load is not known, and behind them those of contacts whose load is, if there
     /// are both.
     pub mode_priors: Vec<Vec<ContactModePrior>>,
+    /// Indices, ascending, of contacts that are grossly wrong and left out of the search, see
+    /// [`gross_rows`](super::gross_rows).
+    pub gross: Vec<usize>,
     /// What is fixed of the mode of each contact, see [`fix_modes`](super::fix_modes). Empty until
     /// then: it is found at each evaluation.
     pub fixed_modes: Vec<FixedMode>,
@@ -51,6 +54,7 @@ impl<'p> CalibrationModel<'p> {
             trend_axis: TrendAxis::new(problem),
             noise: NoiseModel::new(&problem.robot, &problem.noise),
             mode_priors: mode_priors.collect(),
+            gross: Vec::new(),
             fixed_modes: Vec::new(),
             kinematics,
             layout,
@@ -68,6 +72,7 @@ impl<'p> CalibrationModel<'p> {
             trend_axis: self.trend_axis,
             noise: self.noise.clone(),
             mode_priors: self.mode_priors.clone(),
+            gross: self.gross.clone(),
             fixed_modes: self.fixed_modes.clone(),
             layout,
         }

@@ -8,6 +8,7 @@ mod declared_factors;
 mod em_step;
 mod false_rows;
 mod fixed_modes;
+mod gross_rows;
 mod layout;
 mod linearization;
 mod mode_statistics;
@@ -29,6 +30,7 @@ pub(crate) use declared_factors::{add_distances, add_priors, distance_informatio
 pub(crate) use em_step::{Expectation, em_step};
 pub(crate) use false_rows::no_contact_bounds;
 pub(crate) use fixed_modes::{fix_modes, unborne_share};
+pub(crate) use gross_rows::gross_rows;
 pub(crate) use layout::{PriorGroup, parameter_count};
 pub(crate) use linearization::LinearizationPoint;
 pub(crate) use mode_statistics::{

@@ -4,7 +4,7 @@ use std::array::from_fn;
 
 use nalgebra::DVector;
 
-use super::assembly::{Batch, CHUNKS, CacheSlice, sum_contacts};
+use super::assembly::{Batch, CHUNKS, CacheSlice, Selection, sum_contacts};
 use super::calibration_model::CalibrationModel;
 use super::contact_factor::ContactFactor;
 use super::declared_factors::{add_distances, add_priors};
@@ -356,7 +356,8 @@ pub(crate) fn contact_mode_statistics(
     let empty = || ContactModeStatistics::new(model.layout.len(), &model.mode_priors, curvature);
     let scratch = || (ContactFactor::new(&point, curvature == Curvature::Observed), empty());
     let max_parts = if curvature == Curvature::Observed { MAX_PARTS } else { CHUNKS };
-    let parts = sum_contacts(model, (stride, max_parts), caches, scratch, |batch, caches, (factor, statistics)| {
+    let selected = Selection { stride, left_out: &model.gross, max_parts };
+    let parts = sum_contacts(model, selected, caches, scratch, |batch, caches, (factor, statistics)| {
         statistics.add_batch(&point, batch, caches, factor);
     });
     let mut total = empty();

@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, DVector};
 
-use super::assembly::{CHUNKS, sum_contacts};
+use super::assembly::{CHUNKS, Selection, sum_contacts};
 use super::calibration_model::CalibrationModel;
 use super::contact_factor::ContactFactor;
 use super::linearization::LinearizationPoint;
@@ -51,7 +51,8 @@ pub(crate) fn residual_stretches(
     let point = LinearizationPoint::new(model, theta);
     let loss = model.problem.loss;
     let empty = || (ContactFactor::new(&point, false), NormalEquations::new(model.layout.len()), 0.0);
-    let parts = sum_contacts(model, (1, CHUNKS), caches, empty, |batch, _, (factor, sum, slope)| {
+    let selected = Selection { stride: 1, left_out: &model.gross, max_parts: CHUNKS };
+    let parts = sum_contacts(model, selected, caches, empty, |batch, _, (factor, sum, slope)| {
         for &i in batch.indices {
             factor.evaluate(&point, i, Objective::Residual(loss));
             let index = &model.layout.dependencies[model.problem.contacts.fixture(i)];

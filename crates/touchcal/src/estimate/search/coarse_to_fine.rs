@@ -4,8 +4,12 @@ use nalgebra::DVector;
 
 use super::annealing::anneal;
 use super::state::SearchState;
-use crate::estimate::model::Objective;
+use crate::estimate::model::{Objective, gross_rows};
 use crate::estimate::result::Observer;
+use crate::solver::Loss;
+
+/// Minimizations until contacts that are grossly wrong are found: smaller ones show without larger.
+const MAX_ROUNDS: usize = 4;
 
 /// From zero towards the manifolds' envelopes; with parameters fixed that nothing determines there,
 /// once more.
@@ -36,9 +40,21 @@ pub(crate) fn coarse_to_fine(search: &mut SearchState<'_>, observe: Observer<'_>
     after_coarse
 }
 
+/// From zero towards the envelopes, again without contacts that are grossly wrong there: in squared
+/// distances one of them outweighs hundreds of others. With a squared loss all contacts count.
 fn towards_envelopes(search: &mut SearchState<'_>, observe: Observer<'_>) {
-    search.theta.fill(0.0);
-    search.minimize(Objective::Envelope, search.stride(), search.options().coarse, observe);
+    for _ in 0..MAX_ROUNDS {
+        search.theta.fill(0.0);
+        search.minimize(Objective::Envelope, search.stride(), search.options().coarse, observe);
+        if search.model.problem.loss == Loss::Squared {
+            break;
+        }
+        let gross = gross_rows(&search.model, &search.theta, search.stride());
+        if gross == search.model.gross {
+            break;
+        }
+        search.model.gross = gross;
+    }
 }
 
 /// Fits the residuals, from few contacts to all.
