@@ -301,10 +301,10 @@ pub struct WarningThresholds {
     pub implausible_scales: f64,
     /// Absolute values of a parameter or a declared distance, in prior standard deviations, above
     /// which there is a warning `[0]` and the result is not usable `[1]`: for the latter in those
-    /// of the estimate where these are larger, since what is not estimated, such as worn edges,
-    /// moves it. For a gap bias it is not usable from the first on, since parts in contact touch:
-    /// half a millimetre off is another place or part. A directional gap bias counts in the largest
-    /// of its prior's, its own and the shape's standard deviation.
+    /// of the estimated parameter where these are larger, since what is not estimated, such as worn
+    /// edges, moves it. For a gap bias it is not usable from the first on, since parts in contact
+    /// touch: half a millimetre off is another place or part. A directional gap bias counts in the
+    /// largest of its prior's, its own and the shape's standard deviation.
     pub prior_deviations: [f64; 2],
     /// Share (> 0) of the declared contact noise that counts as standard deviation of a gap bias
     /// where the clearance is exact: contacts are not harder than that.

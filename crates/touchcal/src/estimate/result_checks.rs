@@ -181,18 +181,19 @@ fn joint_warnings(problem: &Problem) -> Vec<Warning> {
     warnings
 }
 
-/// Whether a value (SI) is within what was `declared`, a standard deviation. The estimate's `own`
-/// one decides whether the result may be used where it is larger: what is not estimated, such as
-/// worn edges, moves the estimate.
+/// A warning if a `value` (SI), the deviation from what was declared, exceeds its standard
+/// deviation `sigma` too many times. Where the standard deviation `own` of the estimate is larger,
+/// it decides whether the result may be used: what is not estimated, such as worn edges, moves the
+/// estimate.
 fn far_from_prior(
     name: String,
     value: f64,
-    (declared, own): (f64, f64),
+    (sigma, own): (f64, f64),
     thresholds: &WarningThresholds,
 ) -> Option<Warning> {
     let [doubtful, unusable] = thresholds.prior_deviations;
-    let deviations = value.abs() / declared.max(f64::MIN_POSITIVE);
-    let usable = value.abs() <= unusable * declared.max(own);
+    let deviations = value.abs() / sigma.max(f64::MIN_POSITIVE);
+    let usable = value.abs() <= unusable * sigma.max(own);
     (deviations > doubtful).then_some(Warning::FarFromPrior { name, deviations, usable })
 }
 

@@ -134,8 +134,9 @@ pub trait ContactManifold: Send + Sync + std::fmt::Debug {
     }
 
     /// Whether the surfaces that are near at this pose can be distinguished; true unless
-    /// overridden. Where they cannot, candidate contacts say nothing, and a search leaves the
-    /// contact out.
+    /// overridden. Where they cannot, the marginal likelihood leaves the contact out. In the last
+    /// steps of a search that may be decided once, so that
+    /// [`candidate_contacts`](Self::candidate_contacts) is asked at such poses too.
     fn has_distinct_surfaces(&self, fixture_from_tool: &Pose) -> bool {
         let _ = fixture_from_tool;
         true

@@ -37,7 +37,8 @@ fn intervals_allow_for_worn_edges() {
 
 /// The edges of this trial are worn by 0.12 mm, declared to 0.05 mm: the tool's z ends 4.6 standard
 /// deviations of its prior away, as far as edges may move it. While the search takes its last
-/// steps 250 contacts pass the rim of the hole, whose height is poorly known.
+/// steps contacts pass the rim of the hole, whose height is poorly known: without these the search
+/// continues.
 #[test]
 fn contacts_that_pass_the_rim_do_not_end_a_search() {
     let (estimate, truth) = solved(&cell(0.0, 0.05e-3), 5029);

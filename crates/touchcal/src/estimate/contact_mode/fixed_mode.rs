@@ -8,8 +8,9 @@ const ALIKE: f64 = 0.95;
 /// What is fixed of the mode of a contact.
 #[derive(Clone, Debug)]
 pub(crate) struct FixedMode {
-    /// Whether the contact has candidates: its surfaces can be distinguished.
-    pub is_distinct: bool,
+    /// Whether the contact has candidates, since its surfaces can be distinguished; `None` where
+    /// this is found at each evaluation.
+    pub is_distinct: Option<bool>,
     /// Normals (tool frame) of the surfaces that bear its load, where the load is known.
     pub bearing_normals: Vec<Vector3<f64>>,
 }

@@ -31,11 +31,11 @@ pub(crate) struct CalibrationModel<'p> {
     /// contacts whose load is not known, and behind them those of contacts whose load is, if there
     /// are both.
     pub mode_priors: Vec<Vec<ContactModePrior>>,
-    /// Indices, ascending, of contacts that are grossly wrong and left out of the search, see
+    /// Indices, ascending, of contacts that are left out of the search but for its last steps, see
     /// [`gross_rows`](super::gross_rows).
     pub gross: Vec<usize>,
-    /// What is fixed of the mode of each contact, see [`fix_modes`](super::fix_modes). Empty until
-    /// then: it is found at each evaluation.
+    /// What is fixed of the mode of each contact, see [`fix_bearing`](super::fix_bearing) and
+    /// [`fix_modes`](super::fix_modes). Empty before: all is found at each evaluation.
     pub fixed_modes: Vec<FixedMode>,
 }
 

@@ -315,8 +315,8 @@ impl ContactFactor {
         };
         self.rows.clear();
         let manifold = &model.problem.fixtures[f].manifold;
-        let fixed = model.fixed_modes.get(i);
-        self.is_distinct = fixed.map_or_else(|| manifold.has_distinct_surfaces(&pose), |fixed| fixed.is_distinct);
+        let fixed = model.fixed_modes.get(i).and_then(|fixed| fixed.is_distinct);
+        self.is_distinct = fixed.unwrap_or_else(|| manifold.has_distinct_surfaces(&pose));
         if self.is_distinct {
             manifold.candidate_contacts(&pose, &gate, cache, &mut self.rows);
         }

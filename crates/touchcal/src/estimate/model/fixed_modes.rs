@@ -9,12 +9,27 @@ use super::linearization::LinearizationPoint;
 use crate::estimate::contact_mode::FixedMode;
 use crate::manifold::ContactCache;
 
-/// Fixes, whatever the parameters, which contacts have candidates and which surfaces bear their
-/// loads, as at `theta`. The last steps of a search need a likelihood that does not jump as
-/// contacts pass a rim, or as surfaces begin or cease to bear.
+/// Fixes, whatever the parameters, which surfaces bear the load of each contact, as at `theta`. The
+/// last steps of a search need a likelihood that does not jump as surfaces begin or cease to bear.
+pub(crate) fn fix_bearing(model: &mut CalibrationModel<'_>, theta: &DVector<f64>, caches: &mut [ContactCache]) {
+    model.fixed_modes.clear();
+    if (0..caches.len()).any(|i| model.has_load(i)) {
+        model.fixed_modes = found(&LinearizationPoint::new(model, theta), caches);
+    }
+}
+
+/// Fixes besides which contacts have candidates, so that the likelihood does not jump either as
+/// contacts pass a rim.
 pub(crate) fn fix_modes(model: &mut CalibrationModel<'_>, theta: &DVector<f64>, caches: &mut [ContactCache]) {
     model.fixed_modes.clear();
-    model.fixed_modes = found(&LinearizationPoint::new(model, theta), caches);
+    let point = LinearizationPoint::new(model, theta);
+    let mut modes = found(&point, caches);
+    let (contacts, mut q) = (&model.problem.contacts, vec![0.0; point.dof()]);
+    for (i, mode) in modes.iter_mut().enumerate() {
+        let manifold = &model.problem.fixtures[contacts.fixture(i)].manifold;
+        mode.is_distinct = Some(manifold.has_distinct_surfaces(&point.pose(i, &mut q)));
+    }
+    model.fixed_modes = modes;
 }
 
 /// Share (0 to 1) of contacts in which no candidate bears the load, among every `stride`-th that
@@ -35,13 +50,12 @@ pub(crate) fn unborne_share(model: &CalibrationModel<'_>, theta: &DVector<f64>, 
 fn found(point: &LinearizationPoint<'_>, caches: &mut [ContactCache]) -> Vec<FixedMode> {
     let model = point.model;
     let of_contact = |factor: &mut ContactFactor, (i, cache): (usize, &mut ContactCache)| {
-        if !(model.is_one_sided(i) && model.has_load(i)) {
-            let manifold = &model.problem.fixtures[model.problem.contacts.fixture(i)].manifold;
-            let is_distinct = manifold.has_distinct_surfaces(&point.pose(i, factor.joint_positions()));
-            return FixedMode { is_distinct, bearing_normals: Vec::new() };
+        let mut bearing_normals = Vec::new();
+        if model.is_one_sided(i) && model.has_load(i) {
+            factor.evaluate_candidates(point, i, cache);
+            bearing_normals.extend(factor.bearing_normals(point, i));
         }
-        factor.evaluate_candidates(point, i, cache);
-        FixedMode { is_distinct: factor.is_distinct(), bearing_normals: factor.bearing_normals(point, i).collect() }
+        FixedMode { is_distinct: None, bearing_normals }
     };
     caches.par_iter_mut().enumerate().map_init(|| ContactFactor::new(point, false), of_contact).collect()
 }

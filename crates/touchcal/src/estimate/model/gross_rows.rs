@@ -7,14 +7,17 @@ use super::contact_factor::ContactFactor;
 use super::linearization::LinearizationPoint;
 use super::objective::Objective;
 
-/// Share of a fixture's contacts (1) that are not grossly wrong.
-const MOST: f64 = 0.9;
-/// Distance from the envelope over the one that [`MOST`] of the fixture's contacts do not exceed,
-/// above which a row is grossly wrong.
-const GROSS: f64 = 15.0;
+/// Share of a fixture's contacts (1) whose largest distance from the envelope is the measure.
+const MEASURE_SHARE: f64 = 0.9;
+/// Ratio (1) of a row's distance to the measure above which the row is grossly wrong.
+const MAX_RATIO: f64 = 15.0;
+/// Least measure (1), in the scale of the envelope: half a millimetre or a degree for a peg in a
+/// hole. Within an envelope all distances may be zero.
+const MIN_MEASURE: f64 = 1.0;
 
 /// Indices, ascending, of contacts among every `stride`-th that are grossly wrong: at `theta` they
-/// are many times farther from the envelope of their manifold than most contacts with the fixture.
+/// are many times as far from the envelope of their manifold as most contacts with the fixture.
+/// More than a tenth of these cannot be grossly wrong, nor one of ten contacts or fewer.
 pub(crate) fn gross_rows(model: &CalibrationModel<'_>, theta: &DVector<f64>, stride: usize) -> Vec<usize> {
     let (point, contacts) = (LinearizationPoint::new(model, theta), &model.problem.contacts);
     let mut factor = ContactFactor::new(&point, false);
@@ -31,6 +34,7 @@ pub(crate) fn gross_rows(model: &CalibrationModel<'_>, theta: &DVector<f64>, str
 /// Indices of those of `contacts`, given with their distances, that are grossly wrong.
 fn grossly_wrong(mut contacts: Vec<(usize, f64)>) -> impl Iterator<Item = usize> {
     contacts.sort_unstable_by(|(_, a), (_, b)| a.total_cmp(b));
-    let of_most = contacts.get((MOST * contacts.len() as f64) as usize).map_or(0.0, |(_, distance)| *distance);
-    contacts.into_iter().filter(move |(_, distance)| *distance > GROSS * of_most).map(|(i, _)| i)
+    let at = (MEASURE_SHARE * contacts.len() as f64) as usize;
+    let measure = contacts.get(at).map_or(MIN_MEASURE, |(_, distance)| distance.max(MIN_MEASURE));
+    contacts.into_iter().filter(move |(_, distance)| *distance > MAX_RATIO * measure).map(|(i, _)| i)
 }

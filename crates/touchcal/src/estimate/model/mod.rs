@@ -29,7 +29,7 @@ pub(crate) use contact_factor::ContactFactor;
 pub(crate) use declared_factors::{add_distances, add_priors, distance_information, distance_row, prior_information};
 pub(crate) use em_step::{Expectation, em_step};
 pub(crate) use false_rows::no_contact_bounds;
-pub(crate) use fixed_modes::{fix_modes, unborne_share};
+pub(crate) use fixed_modes::{fix_bearing, fix_modes, unborne_share};
 pub(crate) use gross_rows::gross_rows;
 pub(crate) use layout::{PriorGroup, parameter_count};
 pub(crate) use linearization::LinearizationPoint;

@@ -376,8 +376,8 @@ pub(crate) fn contact_mode_statistics(
 
 /// Normal equations at `theta` of contacts with these `statistics`, known distances and priors,
 /// with the observed information of the marginal likelihood by the distances in place of that of
-/// complete data. The odds of contact modes, and parameters behind the model's, are held fixed;
-/// `squares` is zero.
+/// complete data. `statistics` may be those of an extended model. Its parameters that follow the
+/// model's own, and the odds of contact modes, are held fixed; `squares` is zero.
 pub(crate) fn observed_equations(
     model: &CalibrationModel<'_>,
     theta: &DVector<f64>,

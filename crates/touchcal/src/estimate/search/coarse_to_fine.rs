@@ -8,7 +8,7 @@ use crate::estimate::model::{Objective, gross_rows};
 use crate::estimate::result::Observer;
 use crate::solver::Loss;
 
-/// Minimizations until contacts that are grossly wrong are found: smaller ones show without larger.
+/// Most minimizations: a smaller error shows only once larger ones are left out.
 const MAX_ROUNDS: usize = 4;
 
 /// From zero towards the manifolds' envelopes; with parameters fixed that nothing determines there,
@@ -46,7 +46,7 @@ fn towards_envelopes(search: &mut SearchState<'_>, observe: Observer<'_>) {
     for _ in 0..MAX_ROUNDS {
         search.theta.fill(0.0);
         search.minimize(Objective::Envelope, search.stride(), search.options().coarse, observe);
-        if search.model.problem.loss == Loss::Squared {
+        if search.is_interrupted() || search.model.problem.loss == Loss::Squared {
             break;
         }
         let gross = gross_rows(&search.model, &search.theta, search.stride());

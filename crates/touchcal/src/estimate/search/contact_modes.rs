@@ -8,7 +8,7 @@ use super::newton::newton;
 use super::state::SearchState;
 use crate::estimate::model::{
     Curvature, Expectation, Objective, contact_mode_statistics, distance_information, em_step, extended_or_own,
-    fix_modes, no_contact_bounds, prior_information, residual_stretches, with_unestimated_errors,
+    fix_bearing, fix_modes, no_contact_bounds, prior_information, residual_stretches, with_unestimated_errors,
 };
 use crate::estimate::result::{Observer, PredictiveCheck, Progress, Stage};
 use crate::estimate::uncertainty::{Sandwich, predictive_check, sandwich_covariance};
@@ -48,25 +48,30 @@ pub(crate) fn refine(search: &mut SearchState<'_>, observe: Observer<'_>) {
         if search.model.problem.noise.is_estimated {
             noise.factor *= std::mem::replace(&mut noise.mode_factor, 1.0);
         }
-        fix_present_modes(search);
+        fix_bearing(&mut search.model, &search.theta, &mut search.caches);
         let fine = search.options().fine_contact_modes;
         let near = LevenbergMarquardtOptions { decrement: NEWTON_DECREMENT.max(fine.decrement), ..fine };
         search.minimize(Objective::ContactModes, 1, near, observe);
-        fix_present_modes(search);
-        if search.is_finished() && !newton(search, observe) {
-            search.minimize(Objective::ContactModes, 1, fine, observe);
-            if search.is_finished() {
-                newton(search, observe);
-            }
+        fix_bearing(&mut search.model, &search.theta, &mut search.caches);
+        let is_converged = search.is_finished() && finish(search, observe);
+        if !is_converged && search.termination.reason == StopReason::NoDescent {
+            fix_modes(&mut search.model, &search.theta, &mut search.caches);
+            finish(search, observe);
         }
     } else if search.model.has_one_sided_contacts() {
         fine(search, observe);
     }
 }
 
-/// Fixes what is fixed of contact modes at the present parameters.
-fn fix_present_modes(search: &mut SearchState<'_>) {
-    fix_modes(&mut search.model, &search.theta, &mut search.caches);
+/// Newton's method, again after Levenberg–Marquardt if it is not close enough; returns whether it
+/// converged.
+fn finish(search: &mut SearchState<'_>, observe: Observer<'_>) -> bool {
+    let is_converged = newton(search, observe);
+    if is_converged || search.is_interrupted() {
+        return is_converged;
+    }
+    search.minimize(Objective::ContactModes, 1, search.options().fine_contact_modes, observe);
+    search.is_finished() && newton(search, observe)
 }
 
 /// Estimates the odds of contact modes by expectation–maximisation and, with subsamples, finds the

@@ -41,7 +41,7 @@ pub(crate) struct SearchState<'p> {
     pub fixed: GaugeFix,
     /// How many one-sided contacts are informative; `None` where no contact modes were fitted.
     pub informative_share: Option<InformativeShare>,
-    /// Sums over all contacts at the present parameters with their observed information, by
+    /// Sums over the contacts at the present parameters with their observed information, by
     /// [`with_unestimated_errors`](crate::estimate::model::with_unestimated_errors), where the last
     /// steps were Newton's.
     pub statistics: Option<ContactModeStatistics>,

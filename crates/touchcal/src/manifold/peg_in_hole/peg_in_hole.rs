@@ -29,9 +29,9 @@ use crate::se3::Pose;
 ///   rotation vector itself jumps to its negative. If either part is round, the last three rows are
 ///   the peg's axis minus the hole's (unit vectors in the hole's frame) over 1° in radians.
 /// - Candidate contacts: of the features that the gate accepts, one for each direction in which
-///   they push; they cannot be distinguished while the tip passes the rim, within 0.2 mm. There are
-///   four regions, by the depth of the tip, of 14 surfaces each: for the axis direction of the hole
-///   that is nearest to the normal (six) and for the end of the peg's part inside, tip or rim
+///   they push. Surfaces cannot be distinguished while the tip passes the rim, within 0.2 mm. There
+///   are four regions, by the depth of the tip, of 14 surfaces each: for the axis direction of the
+///   hole that is nearest to the normal (six) and for the end of the peg's part inside, tip or rim
 ///   (two), and one at either end for the farther candidates of a direction.
 #[derive(Clone, Debug)]
 pub struct PegInHole<G> {
