@@ -67,8 +67,8 @@ fn minimize(search: &mut SearchState<'_>, observe: Observer<'_>) {
             // With a declaration that is wrong in kind every minimum is wrong.
             let has_mistake = |search: &SearchState<'_>| declaration_warning(search).is_some();
             fit_from_starts(search, &after_coarse, has_mistake, observe);
-            // At the end these rows have little weight by themselves.
-            search.model.gross.clear();
+            // In the last steps rows that are grossly wrong have little weight anyway.
+            search.model.gross_rows.clear();
             refine(search, observe);
         }
     }

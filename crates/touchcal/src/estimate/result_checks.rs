@@ -283,13 +283,13 @@ fn value_warning(entry: &ParameterEstimate, search: &SearchState<'_>) -> Option<
             // The standard deviation of the gap has that of the clearance already.
             let clearance = problem.fixtures[*f].tolerance.clearance.max(own);
             let sigma = clearance.hypot(thresholds.exact_gap_share * problem.noise.contact * search.model.noise.factor);
-            far_from_prior(name, value, (sigma, own), thresholds)
+            far_from_prior(name, value, (sigma, 0.0), thresholds)
         }
         // The width of its prior is estimated from all directions. A bias within the tolerance of
         // the shape, or within its own standard deviation, contradicts nothing.
         ParameterId::DirectionalGapBias(f, k) => {
             let tolerance = problem.fixtures[*f].tolerance.towards(*k);
-            far_from_prior(name, value, (prior.unwrap_or(0.0).max(tolerance).max(own), own), thresholds)
+            far_from_prior(name, value, (prior.unwrap_or(0.0).max(tolerance).max(own), 0.0), thresholds)
         }
         _ => far_from_prior(name, value, (prior?, own), thresholds),
     }

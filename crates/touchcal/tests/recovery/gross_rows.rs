@@ -8,8 +8,8 @@ use touchcal::io::urdf::{self, Ends};
 use touchcal::sim::{self, Preset};
 
 /// Glitches of two encoders put two of 600 contacts decimetres off. They are rejected, the arm is
-/// that without them, and the search is as short: before these rows were left out of the coarse
-/// stage it ended at another minimum, after 25 more searches.
+/// that without them, and the search is as short. With these rows in the coarse stage the search
+/// would end at another minimum, and be repeated from 25 other starts.
 #[test]
 fn glitches_of_encoders_are_rejected() {
     const GLITCHES: [(usize, usize, f64); 2] = [(200, 2, -0.3), (400, 5, -1.0)];

@@ -129,7 +129,7 @@ pub(crate) fn contact_equations(
     let point = LinearizationPoint::new(model, theta);
     let empty = || (ContactFactor::new(&point, false), NormalEquations::new(model.layout.len()));
     let weight = stride as f64;
-    let selected = Selection { stride, left_out: &model.gross, max_parts: CHUNKS };
+    let selected = Selection { stride, left_out: &model.gross_rows, max_parts: CHUNKS };
     let parts = sum_contacts(model, selected, caches, empty, |batch, caches, (factor, sum)| {
         if objective == Objective::ContactModes && model.is_one_sided(batch.indices[0]) {
             for &i in batch.indices {

@@ -33,7 +33,7 @@ pub(crate) struct CalibrationModel<'p> {
     pub mode_priors: Vec<Vec<ContactModePrior>>,
     /// Indices, ascending, of contacts that are left out of the search but for its last steps, see
     /// [`gross_rows`](super::gross_rows).
-    pub gross: Vec<usize>,
+    pub gross_rows: Vec<usize>,
     /// What is fixed of the mode of each contact, see [`fix_bearing`](super::fix_bearing) and
     /// [`fix_modes`](super::fix_modes). Empty before: all is found at each evaluation.
     pub fixed_modes: Vec<FixedMode>,
@@ -54,7 +54,7 @@ impl<'p> CalibrationModel<'p> {
             trend_axis: TrendAxis::new(problem),
             noise: NoiseModel::new(&problem.robot, &problem.noise),
             mode_priors: mode_priors.collect(),
-            gross: Vec::new(),
+            gross_rows: Vec::new(),
             fixed_modes: Vec::new(),
             kinematics,
             layout,
@@ -72,7 +72,7 @@ impl<'p> CalibrationModel<'p> {
             trend_axis: self.trend_axis,
             noise: self.noise.clone(),
             mode_priors: self.mode_priors.clone(),
-            gross: self.gross.clone(),
+            gross_rows: self.gross_rows.clone(),
             fixed_modes: self.fixed_modes.clone(),
             layout,
         }

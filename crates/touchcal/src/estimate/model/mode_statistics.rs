@@ -356,7 +356,7 @@ pub(crate) fn contact_mode_statistics(
     let empty = || ContactModeStatistics::new(model.layout.len(), &model.mode_priors, curvature);
     let scratch = || (ContactFactor::new(&point, curvature == Curvature::Observed), empty());
     let max_parts = if curvature == Curvature::Observed { MAX_PARTS } else { CHUNKS };
-    let selected = Selection { stride, left_out: &model.gross, max_parts };
+    let selected = Selection { stride, left_out: &model.gross_rows, max_parts };
     let parts = sum_contacts(model, selected, caches, scratch, |batch, caches, (factor, statistics)| {
         statistics.add_batch(&point, batch, caches, factor);
     });

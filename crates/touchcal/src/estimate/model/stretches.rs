@@ -51,7 +51,7 @@ pub(crate) fn residual_stretches(
     let point = LinearizationPoint::new(model, theta);
     let loss = model.problem.loss;
     let empty = || (ContactFactor::new(&point, false), NormalEquations::new(model.layout.len()), 0.0);
-    let selected = Selection { stride: 1, left_out: &model.gross, max_parts: CHUNKS };
+    let selected = Selection { stride: 1, left_out: &model.gross_rows, max_parts: CHUNKS };
     let parts = sum_contacts(model, selected, caches, empty, |batch, _, (factor, sum, slope)| {
         for &i in batch.indices {
             factor.evaluate(&point, i, Objective::Residual(loss));

@@ -50,10 +50,10 @@ fn towards_envelopes(search: &mut SearchState<'_>, observe: Observer<'_>) {
             break;
         }
         let gross = gross_rows(&search.model, &search.theta, search.stride());
-        if gross == search.model.gross {
+        if gross == search.model.gross_rows {
             break;
         }
-        search.model.gross = gross;
+        search.model.gross_rows = gross;
     }
 }
 
