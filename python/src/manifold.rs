@@ -12,6 +12,7 @@ use touchcal::io::IoError;
 use touchcal::io::manifold_file;
 use touchcal::io::mesh;
 use touchcal::io::outline::Choice;
+use touchcal::io::problem_file::Assumptions;
 use touchcal::io::weights_file::WeightsFile;
 use touchcal::manifold::coordinates::{self, Coordinates, Metric};
 use touchcal::manifold::{
@@ -22,6 +23,7 @@ use touchcal::se3::Pose;
 
 use crate::array::{Numbers, fixed, fixed_rows, many_poses, poses_array};
 use crate::error::{io, refused, unexpected};
+use crate::log::warn;
 
 /// How a tool touches a fixture: the set of poses `fixture_from_tool` in which it does.
 #[pyclass(frozen, module = "touchcal")]
@@ -100,7 +102,8 @@ impl Manifold {
         Ok(manifold)
     }
 
-    /// A peg in a hole, both of any shape, as closed meshes; frames as for `peg_in_hole`.
+    /// A peg in a hole, both of any shape, as closed meshes; frames as for `peg_in_hole`. Issues a
+    /// `UserWarning` if a mesh has several bodies.
     ///
     /// Args:
     ///     peg, hole: paths of STL or OBJ files; the hole's is the body around it.
@@ -108,11 +111,15 @@ impl Manifold {
     ///     unit: length of the files' unit (m).
     #[staticmethod]
     #[pyo3(signature = (peg, hole, *, depth, unit=0.001))]
-    fn meshes(peg: PathBuf, hole: PathBuf, depth: f64, unit: f64) -> PyResult<Manifold> {
+    fn meshes(py: Python<'_>, peg: PathBuf, hole: PathBuf, depth: f64, unit: f64) -> PyResult<Manifold> {
         positive("depth", depth)?;
         positive("unit", unit)?;
         let (peg, of_peg) = mesh::read_file(&peg, unit).map_err(io)?;
         let (hole, of_hole) = mesh::read_file(&hole, unit).map_err(io)?;
+        let mut assumptions = Assumptions::default();
+        assumptions.several_bodies("peg", peg.body_count());
+        assumptions.several_bodies("hole", hole.body_count());
+        warn(py, &assumptions.notes(""))?;
         let shape = peg_in_hole(MeshPair::new(peg, hole), depth).map_err(|misfit| unfitting("meshes", misfit))?;
         Ok(Manifold { shape: shape.into(), projection: None, inputs: vec![of_peg, of_hole] })
     }

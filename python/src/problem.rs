@@ -1,11 +1,13 @@
 //! A calibration problem: read from a file or built from parts.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
+use std::hash::{DefaultHasher, Hash, Hasher};
 use std::path::PathBuf;
 
 use numpy::PyArray2;
 use pyo3::prelude::*;
 use pyo3::types::PyMapping;
+use touchcal::contact::{note_repetition, repeated_rows_note};
 use touchcal::estimate::{self, Acceptance, DEFAULT_DISTANCE_SIGMA, Distance, EXACT_DISTANCE_SIGMA, contact_poses};
 use touchcal::io::mukca::{self, MukcaOptions};
 use touchcal::io::problem_file::{self, Assumptions, Settings};
@@ -30,7 +32,8 @@ const KEYS: &str = "sigma, sigma_angle, clearance_sigma, depth_sigma, edge_radiu
 ///     robot: the arm.
 ///     tool: the tool.
 ///     fixtures: the fixtures.
-///     contacts: by name of a fixture, the log of its contacts, or several.
+///     contacts: by name of a fixture, the log of its contacts, or several; a row that is there
+///         twice, of the same file or array, counts once.
 ///     parameters: blocks to estimate: "strain", "segment_strain", "joint_offset", "joint_origin",
 ///         "joint_compliance", "joint_drift", "joint_trend", "joint_walk", "joint_harmonic",
 ///         "tool", "fixture".
@@ -44,7 +47,8 @@ const KEYS: &str = "sigma, sigma_angle, clearance_sigma, depth_sigma, edge_radiu
 ///     accept: the table [accept] of problem.toml: tolerance_mm, tolerance_deg, confidence, and the
 ///         task as postures_deg, joints_deg or region (center_mm, size_mm); default: nothing is
 ///         asked for.
-///     held_out: as contacts; these are not fitted, but test the result (`Calibration.held_out`).
+///     held_out: as contacts; these are not fitted, but test the result (`Calibration.held_out`). A
+///         row that `contacts` has too is not held out.
 ///
 /// Raises:
 ///     InputError: as for a file.
@@ -105,14 +109,42 @@ impl FixtureNames {
     }
 }
 
-/// The logs of all fixtures as one, in the order of `contacts`, an argument of the name `field`;
-/// appends their inputs.
+/// Logs that were joined: their inputs, their rows, and notes on rows that were there before.
+#[derive(Default)]
+struct JoinedLogs {
+    inputs: Vec<Input>,
+    /// Hashes of all rows: of their content's SHA-256, number and joint positions.
+    rows: HashSet<u64>,
+    notes: Vec<String>,
+}
+
+impl JoinedLogs {
+    /// The contacts of a log that are in none before, with a note on the others. Contents that are
+    /// the same may be read with other columns.
+    fn new_contacts(&mut self, part: &ContactLog) -> touchcal::contact::ContactLog {
+        let hash = |i| {
+            let mut hasher = DefaultHasher::new();
+            (&part.input.sha256, part.log.source(i).line).hash(&mut hasher);
+            part.log.q(i).iter().for_each(|position| position.to_bits().hash(&mut hasher));
+            hasher.finish()
+        };
+        let new = part.log.filtered(|i| self.rows.insert(hash(i)));
+        let (all, repeated) = (part.log.len(), part.log.len() - new.len());
+        if repeated > 0 {
+            self.notes.push(format!("{}: {}", part.input.path, repeated_rows_note(repeated, all)));
+        }
+        self.inputs.push(part.input.clone());
+        new
+    }
+}
+
+/// The logs of all fixtures as one, in the order of `contacts`, an argument of the name `field`.
 fn joined_log(
     contacts: &Bound<'_, PyMapping>,
     field: &str,
     names: &FixtureNames,
     dof: usize,
-    inputs: &mut Vec<Input>,
+    joined: &mut JoinedLogs,
 ) -> PyResult<touchcal::contact::ContactLog> {
     let mut log = touchcal::contact::ContactLog::new(dof);
     for item in contacts.items()?.try_iter()? {
@@ -127,8 +159,7 @@ fn joined_log(
                 let (expected, found) = (format!("{dof} joints"), format!("{}", part.log.dof()));
                 return Err(unexpected(part.input.path.clone(), expected, found));
             }
-            log.append(&part.log, fixture);
-            inputs.push(part.input.clone());
+            log.append(&joined.new_contacts(&part), fixture);
         }
     }
     Ok(log)
@@ -164,19 +195,23 @@ impl Problem {
             nominal.push(given.nominal(&settings, &mut assumptions)?);
             inputs.extend(given.inputs().iter().cloned());
         }
-        let mut log = joined_log(contacts, "contacts", &names, arm.dof(), &mut inputs)?;
-        let held_out =
-            held_out.map(|logs| joined_log(&logs, "held_out", &names, arm.dof(), &mut inputs)).transpose()?;
+        let mut joined = JoinedLogs::default();
+        let mut log = joined_log(contacts, "contacts", &names, arm.dof(), &mut joined)?;
+        let held_out = held_out.map(|logs| joined_log(&logs, "held_out", &names, arm.dof(), &mut joined));
+        let held_out = held_out.transpose()?.unwrap_or_default();
+        inputs.append(&mut joined.inputs);
         let known = distances.unwrap_or_default().into_iter();
         let distances: Vec<Distance> =
             known.map(|distance| distance.checked(&names, &mut assumptions)).collect::<PyResult<_>>()?;
         let told = log.notes().len();
+        joined.notes.iter().for_each(|note| log.note(note));
+        note_repetition(&mut log, &held_out);
         assumptions.notes(KEYS).iter().for_each(|note| log.note(note));
         let acceptance = accept.map(|accept| acceptance(&accept, (arm, &tool))).transpose()?;
         let problem = settings.problem(arm.clone(), (tool, nominal, distances), log);
         let mut problem = problem.map_err(|error| io(without_lines(error)))?;
         problem.acceptance = acceptance;
-        problem.held_out = held_out.unwrap_or_default();
+        problem.held_out = held_out;
         warn(py, &problem.contacts.notes()[told..])?;
         Problem::of(Loaded { problem, urdf: robot.file.text.clone(), inputs })
     }

@@ -69,7 +69,9 @@ def test_what_is_assumed_is_warned_of_and_estimated(robot: touchcal.Robot, log: 
     place = touchcal.pose((0.6, 0.1, 0.15))
 
     def problem(tool: Tool, fixtures: list[Fixture], **arguments: object) -> Problem:
-        contacts = {fixture.name: log for fixture in fixtures}
+        contacts = {
+            fixture.name: touchcal.ContactLog.from_numpy(robot, log.q + 0.01 * k) for k, fixture in enumerate(fixtures)
+        }
         return Problem(robot, tool, fixtures, contacts, parameters=["joint_offset"], **arguments)  # type: ignore[arg-type]
 
     words = r"tool: place ± 0.3 mm, 0.2°; fixture `h`: place ± 1 mm, 0.5°; fixture `h`: clearance ± 0.03 mm; fixture `h`: depth ± 0.03 mm; fixture `h`: edge radius ± 0.05 mm; declare"
@@ -94,11 +96,12 @@ def test_what_is_assumed_is_warned_of_and_estimated(robot: touchcal.Robot, log: 
 
 def test_settings_mean_what_a_file_means(robot: touchcal.Robot, log: touchcal.ContactLog) -> None:
     fixture = Fixture("s", Manifold.ball_in_socket(), free=True)
+    other = touchcal.ContactLog.from_numpy(robot, log.q + 0.01)
     problem = Problem(
         robot,
         Tool(free=True),
         [fixture],
-        {"s": [log, log]},
+        {"s": [log, other]},
         parameters=["joint_offset", "joint_origin"],
         estimate={"freeze": ["joint_origin.joint_a1"], "prior": {"joint_origin_mm": 0.25}},
     )
@@ -249,3 +252,27 @@ def test_everything_public_is_documented() -> None:
             attributes = thing.__doc__ or ""
             for member in members:
                 assert getattr(thing, member).__doc__ or f"{member}" in attributes, f"{name}.{member}"
+
+
+def test_rows_that_are_there_twice_count_once(robot: touchcal.Robot, log: touchcal.ContactLog) -> None:
+    sockets = [Fixture(f"a/{k}", Manifold.ball_in_socket(), free=True) for k in range(2)]
+
+    def problem(**arguments: object) -> Problem:
+        return Problem(robot, Tool(exact=True), sockets, parameters=["joint_offset"], **arguments)  # type: ignore[arg-type]
+
+    words = "array: 30 of 30 contacts are rows that were read before, in this log or another, and are counted once"
+    with pytest.warns(UserWarning, match=words):
+        twice = problem(contacts={"a/0": [log, log]})
+    assert np.array_equal(twice.q, log.q) and words in twice.notes[0]
+    with pytest.warns(UserWarning, match=words):
+        assert len(problem(contacts={"a/0": log, "a/1": log}).q) == 30
+    with pytest.warns(UserWarning, match=words):
+        both = problem(contacts={"a/0": log}, held_out={"a/1": log})
+    assert touchcal.calibrate(both).held_out is None
+    # The same numbers as other joints, and with other digits: rows of their own.
+    joints = [f"joint_a{k}" for k in range(7, 0, -1)]
+    other = touchcal.ContactLog.from_numpy(robot, log.q, joints=joints)
+    assert len(problem(contacts={"a/0": [log, other]}).q) == 60
+    copy = touchcal.ContactLog.from_numpy(robot, log.q + 1e-9)
+    with pytest.warns(UserWarning, match="30 of 60 contacts have, one after another, the joint positions of earlier"):
+        assert len(problem(contacts={"a/0": [log, copy]}).q) == 60

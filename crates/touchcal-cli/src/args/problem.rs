@@ -36,6 +36,13 @@ pub struct Arm {
     pub joint_compliance: bool,
 }
 
+/// A format in which a driver takes a calibrated arm.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub enum ExportFormat {
+    // With a doc comment the help of all options would take a line more.
+    Ur,
+}
+
 /// Arguments of `calibrate`.
 #[derive(Debug, clap::Args)]
 pub struct CalibrateArgs {
@@ -56,6 +63,10 @@ pub struct CalibrateArgs {
     /// matching robot.urdf
     #[arg(long)]
     pub driver_offsets: bool,
+    /// Also write the arm as its driver takes it; ur: DIR/ur_kinematics.yaml, the
+    /// kinematics_params_file of the ROS 2 driver of Universal Robots
+    #[arg(long, value_name = "FORMAT")]
+    pub export: Vec<ExportFormat>,
     /// Also write DIR/calibration.mcap for Foxglove and Rerun
     #[cfg(feature = "mcap")]
     #[arg(long)]

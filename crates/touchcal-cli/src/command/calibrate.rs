@@ -4,9 +4,10 @@ use std::path::Path;
 
 use touchcal::estimate::{Decision, Estimate, Status};
 use touchcal::io::calibration_folder::{self, Wanted, Written};
+use touchcal::io::ur_kinematics;
 use touchcal::solver::StopReason;
 
-use crate::args::{CalibrateArgs, Source};
+use crate::args::{CalibrateArgs, ExportFormat, Source};
 use crate::failure::{Failure, Outcome};
 use crate::output;
 use crate::summary::{Calibration, Detail, INDENT};
@@ -21,9 +22,14 @@ pub fn run(args: &CalibrateArgs) -> Result<Outcome, Failure> {
         loaded.inputs.iter().map(|input| Path::new(&input.path)),
     )?;
     calibration_folder::check_folder(&args.out)?;
+    let ur = args.export.contains(&ExportFormat::Ur);
+    if ur {
+        // Refused before the calibration rather than after it.
+        ur_kinematics::of(&loaded.problem.robot, &loaded.problem.robot)?;
+    }
     let solved = super::calibrate(&mut loaded, args.free_suspects)?;
     let file = calibration_folder::estimate_file(&loaded, &solved);
-    let wanted = Wanted { driver: args.driver_offsets, mcap: mcap(args) };
+    let wanted = Wanted { driver: args.driver_offsets, mcap: mcap(args), ur };
     let written = calibration_folder::write(&args.out, &loaded, &solved, &file, wanted)?;
     let calibration = Calibration { loaded: &loaded, solved: &solved, file: &file, written: &written };
     if args.json {

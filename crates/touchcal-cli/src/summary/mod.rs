@@ -129,7 +129,7 @@ impl Calibration<'_> {
     }
 
     fn paths(&self) -> String {
-        let Written { urdf, estimate, report, driver, mcap } = self.written;
+        let Written { urdf, estimate, report, driver, mcap, ur } = self.written;
         let [urdf, estimate, report] = [urdf, estimate, report].map(|path| path.display());
         let driver = driver.as_ref().map_or(String::new(), |[urdf, offsets]| {
             let [urdf, offsets] = [urdf, offsets].map(|path| path.display());
@@ -137,7 +137,11 @@ impl Calibration<'_> {
         });
         let mcap =
             mcap.as_ref().map_or(String::new(), |path| format!("{INDENT}{}, for Foxglove or Rerun\n", path.display()));
-        format!("Written   {urdf}\n{INDENT}{estimate}\n{INDENT}{report}\n{driver}{mcap}")
+        let ur = ur.as_ref().map_or(String::new(), |(path, left_out)| {
+            let lacks: String = left_out.iter().map(|words| format!("{INDENT}-> it lacks {words}\n")).collect();
+            format!("{INDENT}{}, kinematics_params_file of the driver of Universal Robots\n{lacks}", path.display())
+        });
+        format!("Written   {urdf}\n{INDENT}{estimate}\n{INDENT}{report}\n{driver}{mcap}{ur}")
     }
 
     fn warnings(&self) -> String {

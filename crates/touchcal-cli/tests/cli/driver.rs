@@ -1,5 +1,7 @@
 //! `calibrate --driver-offsets`: offsets and URDF that together are the calibrated arm.
 
+use std::path::Path;
+
 use super::new::filled_in;
 use super::{json, stderr, stdout, touchcal};
 
@@ -29,6 +31,50 @@ fn offsets_go_to_the_driver_and_leave_the_urdf_as_it_was() {
         compared += 1;
     }
     assert_eq!((compared, lines.len()), (7, 7));
+}
+
+#[test]
+fn joint_origins_go_to_the_driver_of_universal_robots() {
+    const PROBLEM: &str = r#"
+[robot]
+urdf = "arm.urdf"
+[tool]
+kind = "point"
+free = true
+[[fixture]]
+name = "socket"
+kind = "socket"
+free = true
+[[contacts]]
+file = "log.csv"
+fixture = "socket"
+[estimate]
+parameters = ["strain", "joint_offset"]
+"#;
+    let folder = filled_in("planes", &["planes.toml"]);
+    let at = |name: &str| folder.path().join(name);
+    let args = ["calibrate", "planes/problem.toml", "--out", "out", "--export", "ur"];
+    let refused = touchcal(folder.path(), &args).code(1);
+    assert!(stderr(&refused).contains("expected an arm with the joints shoulder_pan_joint, "), "{}", stderr(&refused));
+    assert!(!at("out").exists());
+    std::fs::copy(Path::new(env!("CARGO_MANIFEST_DIR")).join("../../data/ur10/ur10.urdf"), at("arm.urdf")).unwrap();
+    let row =
+        |k: usize| (0..6).map(|j| format!("{:.6}", (0.7 * k as f64 + 1.3 * f64::from(j)).sin())).collect::<Vec<_>>();
+    let log: String = (0..40).map(|k| row(k).join(",") + "\n").collect();
+    std::fs::write(at("log.csv"), log).unwrap();
+    std::fs::write(at("problem.toml"), PROBLEM).unwrap();
+    // Contacts that touch nothing: the result is not usable, and its files are written too.
+    let done = touchcal(folder.path(), &["calibrate", "problem.toml", "--out", "out", "--export", "ur"]).code(3);
+    let said = stdout(&done);
+    assert!(
+        said.contains("out/ur_kinematics.yaml, kinematics_params_file of the driver of Universal Robots\n"),
+        "{said}"
+    );
+    assert!(said.contains("-> it lacks the origin of the fixed joint `flange_joint`, which moved\n"), "{said}");
+    let yaml = std::fs::read_to_string(at("out/ur_kinematics.yaml")).unwrap();
+    assert!(yaml.contains("\nkinematics:\n  shoulder:\n    x: "), "{yaml}");
+    let listed = &json(&at("out/touchcal.json"))["results"]["calibration"]["files"];
+    assert!(listed["ur_kinematics.yaml"].is_string(), "{listed}");
 }
 
 #[test]

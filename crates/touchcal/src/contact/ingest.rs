@@ -6,6 +6,7 @@ use std::hash::{DefaultHasher, Hash, Hasher};
 use super::detection::{Detection, Detector};
 use super::load::Load;
 use super::log::{ContactLog, Source};
+use super::repetition::repeated_rows_note;
 use crate::robot::Robot;
 use crate::se3::Wrench;
 
@@ -200,10 +201,7 @@ impl<'a> ContactIngest<'a> {
     pub fn finish(&mut self, rows: u64) {
         if self.repeated > 0 {
             let all = self.repeated + self.log.len() - self.first;
-            self.note(&format!(
-                "{} of {all} contacts are rows that were read before, in this log or another, and are counted once; check which logs are named, and with which fixture, unless the arm was at rest",
-                self.repeated
-            ));
+            self.note(&repeated_rows_note(self.repeated, all));
         }
         if let Some(note) = self.thin() {
             self.note(&note);

@@ -23,4 +23,4 @@ pub(crate) use ingest::Row;
 pub use ingest::{ContactIngest, IngestOptions, KnownRows, LogFull, MAX_CONTACTS};
 pub use load::{Load, LoadFrame, LoadOn};
 pub use log::{ContactLog, Source};
-pub use repetition::repeated_contacts;
+pub use repetition::{note_repetition, repeated_contacts, repeated_rows_note};

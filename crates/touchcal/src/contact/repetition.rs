@@ -36,6 +36,27 @@ pub fn repeated_contacts<'a>(logs: impl IntoIterator<Item = &'a ContactLog>) -> 
     repeated + stretch.counted()
 }
 
+/// Words for the user: of `all` contacts so many are rows that were read before.
+pub fn repeated_rows_note(repeated: usize, all: usize) -> String {
+    format!(
+        "{repeated} of {all} contacts are rows that were read before, in this log or another, and are counted once; \
+         check which logs are named, and with which fixture, unless the arm was at rest"
+    )
+}
+
+/// Appends a note to those of `contacts` if [`repeated_contacts`] finds any in `contacts` followed
+/// by `held_out`.
+pub fn note_repetition(contacts: &mut ContactLog, held_out: &ContactLog) {
+    let repeated = repeated_contacts([&*contacts, held_out]);
+    if repeated > 0 {
+        contacts.note(format!(
+            "{repeated} of {} contacts have, one after another, the joint positions of earlier ones to 1e-6 rad; \
+             if a log is a copy of another, name only one of them: copies make uncertainties too small",
+            contacts.len() + held_out.len()
+        ));
+    }
+}
+
 /// Contacts that follow earlier ones.
 #[derive(Default)]
 struct Stretch {

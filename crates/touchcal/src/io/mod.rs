@@ -20,6 +20,7 @@
 //! | [`weights_file`], [`checkpoint_file`] | a network, trained or in training | [`WeightsFile`](weights_file::WeightsFile), [`CheckpointFile`](checkpoint_file::CheckpointFile), and writes them |
 //! | [`onnx`] | | writes a network for others |
 //! | [`offsets_yaml`] | | writes encoder offsets for a driver |
+//! | [`ur_kinematics`] | | writes joint origins for the driver of Universal Robots |
 //! | [`atomic`] | | writes a file whole or not at all |
 //! | [`result_folder`] | | writes files that are one result |
 //!
@@ -52,7 +53,7 @@ pub use problem::loaded::Loaded;
 pub use problem::{mukca, problem_file};
 #[cfg(feature = "mcap")]
 pub use result::calibration_mcap;
-pub use result::{calibration_folder, estimate_file, offsets_yaml};
+pub use result::{calibration_folder, estimate_file, offsets_yaml, ur_kinematics};
 pub use robot::urdf;
 pub use scenario::scenario_file;
 pub use shape::{mesh, outline};

@@ -33,4 +33,5 @@ mod problem_file_refused;
 mod report;
 mod results;
 mod scenario_file;
+mod ur_kinematics;
 mod urdf;

@@ -7,8 +7,27 @@ use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
 use touchcal::geometry::{Polygon, TriangleMesh};
 use touchcal::io::mesh::read;
+use touchcal::io::problem_file;
 
 const MM: f64 = 1e-3;
+const WITH_MESHES: &str = r#"
+[robot]
+builtin = "iiwa14"
+[tool]
+kind = "peg"
+mesh = "peg.stl"
+[[fixture]]
+name = "hole"
+kind = "hole"
+mesh = "hole.stl"
+depth_mm = 30
+base_from_fixture = { xyz_mm = [600, 0, 100] }
+[[contacts]]
+file = "log.csv"
+fixture = "hole"
+[estimate]
+parameters = ["strain"]
+"#;
 
 fn stl_text((vertices, triangles): &Mesh) -> String {
     let facets: String = triangles
@@ -72,6 +91,56 @@ fn a_body_turned_inside_out_is_turned_back() {
     let body = solid(&(vertices.clone(), triangles.clone()));
     triangles.iter_mut().for_each(|corners| corners.reverse());
     assert!(apart(&body, &solid(&(vertices, triangles))) < 1e-15);
+}
+
+/// One mesh of two.
+fn joined((vertices, triangles): &Mesh, (others, of_others): &Mesh) -> Mesh {
+    let first = vertices.len() as u32;
+    let of_others = of_others.iter().map(|corners| corners.map(|corner| corner + first));
+    ([vertices.as_slice(), others].concat(), triangles.iter().copied().chain(of_others).collect())
+}
+
+#[test]
+fn bodies_that_are_apart_are_counted_and_told() {
+    let (vertices, triangles) = small();
+    let changed = |change: &dyn Fn(Point3<f64>) -> Point3<f64>| -> Vec<_> {
+        vertices.iter().map(|&vertex| change(vertex)).collect()
+    };
+    let aside = (changed(&|vertex| vertex + Vector3::new(0.2, 0.0, 0.0)), triangles.clone());
+    let middle = Point3::new(0.0, 0.0, 0.005);
+    let inside_out: Vec<[u32; 3]> = triangles.iter().map(|&[a, b, c]| [a, c, b]).collect();
+    let cavity = (changed(&|vertex| middle + 0.5 * (vertex - middle)), inside_out);
+    let within = (changed(&|vertex| middle + 0.2 * (vertex - middle)), triangles.clone());
+    // Two bodies that share the vertex of greatest x, one of them mirrored.
+    let most = vertices.iter().map(|vertex| vertex.x).fold(0.0, f64::max);
+    let mirrored = changed(&|vertex| Point3::new(2.0 * most - vertex.x, vertex.y, vertex.z));
+    let touching = (mirrored, cavity.1.clone());
+    let meshes = [
+        (small(), 1),
+        (joined(&small(), &aside), 2),
+        (joined(&small(), &cavity), 1),
+        (joined(&joined(&small(), &cavity), &within), 2),
+        (joined(&small(), &touching), 1),
+    ];
+    for (mesh, expected) in meshes {
+        assert_eq!(solid(&mesh).body_count(), expected);
+    }
+
+    let outline = Polygon::extrusion25();
+    let hole = parts::block(&outline.offset_mitred(0.5e-3).unwrap(), 0.03);
+    let folder = tempfile::tempdir().unwrap();
+    let write = |name: &str, bytes: &[u8]| std::fs::write(folder.path().join(name), bytes).unwrap();
+    write("peg.stl", &stl(&peg(&outline, 0.04)));
+    write("log.csv", b"0,0.5,0,-1.5,0,1,0\n0,0.6,0,-1.5,0,1,0\n");
+    let told = |hole: &Mesh| {
+        write("hole.stl", &stl(hole));
+        let loaded = problem_file::read(WITH_MESHES, "problem.toml", folder.path()).unwrap();
+        loaded.problem.contacts.notes().iter().find(|note| note.contains("bodies")).cloned()
+    };
+    assert_eq!(told(&hole), None);
+    let expected = "meshes of several bodies, each of which can be touched: fixture `hole` (2); \
+                    export what is meant as one closed surface";
+    assert_eq!(told(&joined(&hole, &aside)).as_deref(), Some(expected));
 }
 
 #[test]

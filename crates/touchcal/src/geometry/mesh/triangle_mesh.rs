@@ -1,6 +1,6 @@
 //! Bodies of any shape: closed surfaces of triangles.
 
-use std::collections::HashMap;
+use std::collections::{BTreeMap, HashMap};
 use std::fmt;
 
 use nalgebra::{Point2, Point3, Vector3};
@@ -185,6 +185,14 @@ impl TriangleMesh {
         self.volume
     }
 
+    /// Number of connected surfaces whose signed volume is positive: surfaces around cavities do
+    /// not count, bodies that share a vertex are one, and bodies that overlap are several.
+    pub fn body_count(&self) -> usize {
+        let vertices: Vec<Point3<f64>> = self.vertices().collect();
+        let surfaces = connected(vertices.len(), self.triangles());
+        surfaces.iter().filter(|triangles| volume(&vertices, triangles) > 0.0).count()
+    }
+
     /// Distance (m) from a point to the surface, negative inside, and the nearest point of the
     /// surface; both points in the body's frame (m), the given one of finite coordinates.
     ///
@@ -253,6 +261,31 @@ fn check_closed(vertices: &[Point3<f64>], triangles: &[[u32; 3]]) -> Result<(), 
         return Err(TriangleMeshError::InconsistentWinding { from: at(from), to: at(to), edges });
     }
     Ok(())
+}
+
+/// The triangles of each connected surface, by a disjoint-set forest of the vertices (Galler &
+/// Fischer, *An improved equivalence algorithm*, 1964).
+fn connected(vertices: usize, triangles: &[[u32; 3]]) -> Vec<Vec<[u32; 3]>> {
+    fn root(parents: &mut [u32], mut vertex: u32) -> u32 {
+        while parents[vertex as usize] != vertex {
+            // Halves the way for the next search.
+            parents[vertex as usize] = parents[parents[vertex as usize] as usize];
+            vertex = parents[vertex as usize];
+        }
+        vertex
+    }
+    let mut parents: Vec<u32> = (0..vertices as u32).collect();
+    for &[a, b, c] in triangles {
+        let [a, b, c] = [a, b, c].map(|corner| root(&mut parents, corner));
+        parents[b as usize] = a;
+        let c = root(&mut parents, c);
+        parents[c as usize] = a;
+    }
+    let mut surfaces: BTreeMap<u32, Vec<[u32; 3]>> = BTreeMap::new();
+    for &triangle in triangles {
+        surfaces.entry(root(&mut parents, triangle[0])).or_default().push(triangle);
+    }
+    surfaces.into_values().collect()
 }
 
 fn volume(vertices: &[Point3<f64>], triangles: &[[u32; 3]]) -> f64 {

@@ -14,7 +14,7 @@ use crate::io::result::estimate_file::{
     FreedEffectEntry, HeldOutEntry, NoiseEntry, NullDirection, ParameterEntry, PredictiveCheckEntry, PriorTestEntry,
     ResidualStats, Residuals, TerminationEntry, WarningEntry,
 };
-use crate::io::result::offsets_yaml;
+use crate::io::result::{offsets_yaml, ur_kinematics};
 use crate::io::robot::urdf;
 use crate::report::{self, Report, WarningText};
 use crate::robot::{Robot, split_offsets};
@@ -30,8 +30,10 @@ pub const REPORT: &str = "report.html";
 const MCAP: &str = "calibration.mcap";
 /// The files for a driver that takes encoder offsets.
 const DRIVER: [&str; 2] = ["driver/robot.urdf", "driver/joint_offsets.yaml"];
+/// The joint origins for the driver of Universal Robots.
+const UR: &str = "ur_kinematics.yaml";
 /// All of them.
-const NAMES: [&str; 6] = [CALIBRATED, ESTIMATE, REPORT, MCAP, DRIVER[0], DRIVER[1]];
+const NAMES: [&str; 7] = [CALIBRATED, ESTIMATE, REPORT, MCAP, DRIVER[0], DRIVER[1], UR];
 
 /// A finished calibration.
 #[derive(Clone, Debug)]
@@ -60,6 +62,10 @@ pub struct Written {
     pub driver: Option<[PathBuf; 2]>,
     /// Path of the MCAP file for Foxglove and Rerun; `None` unless it was [`Wanted`] and written.
     pub mcap: Option<PathBuf>,
+    /// Path of the joint origins for the driver of Universal Robots, and what they leave out
+    /// ([`UrKinematics::left_out`](ur_kinematics::UrKinematics::left_out)); `None` unless they
+    /// were [`Wanted`].
+    pub ur: Option<(PathBuf, Vec<String>)>,
 }
 
 /// What a calibration's folder has besides URDF, estimate and report.
@@ -70,10 +76,13 @@ pub struct Wanted {
     /// `calibration.mcap`, for Foxglove and Rerun (cargo feature `mcap`; without effect without
     /// it).
     pub mcap: bool,
+    /// Joint origins for the driver of Universal Robots ([`ur_kinematics`]).
+    pub ur: bool,
 }
 
 /// Paths of all files that a calibration may write into `folder`, whether or not they exist: URDF,
-/// estimate, report, MCAP file, the two files for a driver in `folder/driver`, and the manifest.
+/// estimate, report, MCAP file, the two files for a driver in `folder/driver`, the joint origins
+/// for the driver of Universal Robots, and the manifest.
 pub fn paths(folder: &Path) -> Vec<PathBuf> {
     NAMES.iter().chain([&MANIFEST]).map(|name| folder.join(name)).collect()
 }
@@ -122,9 +131,15 @@ pub fn write(
         ));
     }
     let mcap = (wanted.mcap && cfg!(feature = "mcap")).then(|| folder.join(MCAP));
+    let mut ur = None;
+    if wanted.ur {
+        let found = ur_kinematics::of(&calibrated(loaded, &solved.estimate), &loaded.problem.robot)?;
+        files.push(ResultFile::new(UR, found.text));
+        ur = Some((folder.join(UR), found.left_out));
+    }
     result_folder::write(folder, ResultKind::Calibration, &files, former_names(folder))?;
     let [urdf, estimate, report] = [CALIBRATED, ESTIMATE, REPORT].map(|name| folder.join(name));
-    Ok(Written { urdf, estimate, report, driver, mcap })
+    Ok(Written { urdf, estimate, report, driver, mcap, ur })
 }
 
 /// The files that a calibration of a version without manifest has, if `folder` holds a calibration.

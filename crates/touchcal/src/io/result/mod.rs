@@ -9,3 +9,4 @@ pub mod estimate_file;
 mod estimate_schema_1;
 mod estimate_tool_entries;
 pub mod offsets_yaml;
+pub mod ur_kinematics;

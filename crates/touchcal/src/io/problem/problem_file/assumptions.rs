@@ -1,14 +1,15 @@
-//! What is assumed where no standard deviations are declared.
+//! What is assumed where no standard deviations are declared, and other notes on parts.
 
 use super::tolerance::DeclaredPrior;
 use crate::estimate::{PlacePrior, ShapeTolerance, WrenchTolerance};
 
-/// Collects what is assumed of tool, fixtures, distances and wrench where nothing is declared, and
-/// which standard deviations are declared 0.
+/// Collects what is assumed of tool, fixtures, distances and wrench where nothing is declared,
+/// which standard deviations are declared 0, and which meshes have several bodies.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Assumptions {
     of_parts: Vec<String>,
     exact_by_zero: Vec<String>,
+    of_several_bodies: Vec<String>,
 }
 
 impl Assumptions {
@@ -76,8 +77,17 @@ impl Assumptions {
         }
     }
 
-    /// Notes for people, none if nothing is assumed: what is assumed, how to declare it with the
-    /// `keys`, and what a standard deviation of 0 makes exact.
+    /// Notes that the mesh of a part named `part` in messages has `count` bodies, if these are
+    /// several.
+    pub fn several_bodies(&mut self, part: &str, count: usize) {
+        if count > 1 {
+            self.of_several_bodies.push(format!("{part} ({count})"));
+        }
+    }
+
+    /// Notes for people, as far as there is anything to say: what is assumed, how to declare it
+    /// with the `keys`, what a standard deviation of 0 makes exact, and which meshes have several
+    /// bodies.
     pub fn notes(&self, keys: &str) -> Vec<String> {
         let assumed = (!self.of_parts.is_empty()).then(|| {
             let parts = self.of_parts.join("; ");
@@ -85,7 +95,11 @@ impl Assumptions {
         });
         let exact = (!self.exact_by_zero.is_empty())
             .then(|| format!("standard deviations of 0 are taken as exact: {}", self.exact_by_zero.join(", ")));
-        assumed.into_iter().chain(exact).collect()
+        let several = (!self.of_several_bodies.is_empty()).then(|| {
+            let parts = self.of_several_bodies.join(", ");
+            format!("meshes of several bodies, each of which can be touched: {parts}; export what is meant as one closed surface")
+        });
+        assumed.into_iter().chain(exact).chain(several).collect()
     }
 }
 

@@ -52,7 +52,7 @@ pub(super) fn fixture(
     context: &Context<'_>,
     (inputs, assumptions): (&mut Vec<Input>, &mut Assumptions),
 ) -> Result<Fixture, IoError> {
-    let manifold = shape.touching(table, context, inputs)?;
+    let manifold = shape.touching(table, context, (inputs, assumptions))?;
     let span = table.span();
     let table = table.get_ref();
     let name = format!("fixture `{}`", table.name.get_ref());

@@ -23,7 +23,7 @@ use std::path::Path;
 
 use toml::Spanned;
 
-use crate::contact::{AngleUnit, ContactLog, Detection, KnownRows, Load, LoadFrame, LoadOn, repeated_contacts};
+use crate::contact::{AngleUnit, ContactLog, Detection, KnownRows, Load, LoadFrame, LoadOn, note_repetition};
 use crate::estimate::{DEFAULT_DISTANCE_SIGMA, Distance, Problem, parameter_count};
 use crate::io::base::bytes::{self, Input};
 use crate::io::base::error::{IoError, Place, quoted, shown_number};
@@ -109,8 +109,8 @@ fn build(toml: &ProblemToml, selection: &Selection, context: &Context<'_>) -> Re
     let UrdfFile { robot, text: urdf, input } = robot(&toml.robot, context)?;
     let mut inputs = vec![input];
     let settings = Settings::of(&toml.noise, &toml.estimate, &robot, context)?;
-    let shape = Shape::of(&toml.tool, context, &mut inputs)?;
     let mut assumptions = Assumptions::default();
+    let shape = Shape::of(&toml.tool, context, (&mut inputs, &mut assumptions))?;
     let tool = tool(&toml.tool, &settings, context, &mut assumptions)?;
     let names = fixture_names(&toml.fixture, context)?;
     let selected = selected(&toml.fixture, selection, context)?;
@@ -156,18 +156,6 @@ fn build(toml: &ProblemToml, selection: &Selection, context: &Context<'_>) -> Re
     problem.held_out = held_out;
     check_size(&problem, context)?;
     Ok(Loaded { problem, urdf, inputs })
-}
-
-/// Appends a note if a log is a copy of another.
-fn note_repetition(contacts: &mut ContactLog, held_out: &ContactLog) {
-    let repeated = repeated_contacts([&*contacts, held_out]);
-    if repeated > 0 {
-        contacts.note(format!(
-            "{repeated} of {} contacts have, one after another, the joint positions of earlier ones to 1e-6 rad; \
-             if a log is a copy of another, name only one of them: copies make uncertainties too small",
-            contacts.len() + held_out.len()
-        ));
-    }
 }
 
 /// Refuses more parameters than can be estimated.

@@ -2,6 +2,7 @@
 
 use toml::Spanned;
 
+use super::assumptions::Assumptions;
 use super::context::Context;
 use super::schema::{LengthUnitToml, Text};
 use crate::geometry::{Polygon, TriangleMesh};
@@ -73,7 +74,7 @@ impl Sources<'_> {
         &self,
         field: &str,
         context: &Context<'_>,
-        inputs: &mut Vec<Input>,
+        (inputs, assumptions): (&mut Vec<Input>, &mut Assumptions),
     ) -> Result<Option<TriangleMesh>, IoError> {
         let Some(file) = self.mesh else {
             let Some(unit) = self.mesh_unit else { return Ok(None) };
@@ -86,6 +87,7 @@ impl Sources<'_> {
         let unit = self.mesh_unit.as_ref().map_or(LengthUnitToml::Mm, |unit| *unit.get_ref());
         let (solid, input) = mesh::read_file(&path, unit.metres())?;
         inputs.push(input);
+        assumptions.several_bodies(field, solid.body_count());
         Ok(Some(solid))
     }
 

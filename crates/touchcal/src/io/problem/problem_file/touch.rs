@@ -6,6 +6,7 @@ use std::rc::Rc;
 use nalgebra::Point3;
 use toml::Spanned;
 
+use super::assumptions::Assumptions;
 use super::context::{Allowed, Context, MM};
 use super::projected;
 use super::schema::{FixtureKind, FixtureToml, ManifoldToml, Number, Text, ToolKind, ToolToml};
@@ -33,7 +34,7 @@ impl Shape {
     pub(crate) fn of(
         tool: &Spanned<ToolToml>,
         context: &Context<'_>,
-        inputs: &mut Vec<Input>,
+        (inputs, assumptions): (&mut Vec<Input>, &mut Assumptions),
     ) -> Result<Self, IoError> {
         let span = tool.span();
         let tool = tool.get_ref();
@@ -64,7 +65,7 @@ impl Shape {
             return Err(IoError::unexpected(context.place(span, "tool"), expected, format!("`{key}`")));
         }
         let outline = sources.outline("tool", context, inputs)?.map(Rc::new);
-        let solid = sources.solid("tool", context, inputs)?.map(Rc::new);
+        let solid = sources.solid("tool", context, (inputs, assumptions))?.map(Rc::new);
         Ok(Shape { kind: tool.kind, outline, solid, length, radius, edge_radius, span })
     }
 
@@ -73,7 +74,7 @@ impl Shape {
         &self,
         fixture: &Spanned<FixtureToml>,
         context: &Context<'_>,
-        inputs: &mut Vec<Input>,
+        (inputs, assumptions): (&mut Vec<Input>, &mut Assumptions),
     ) -> Result<Box<dyn ContactManifold>, IoError> {
         let name = format!("fixture `{}`", fixture.get_ref().name.get_ref());
         if (self.kind, fixture.get_ref().kind) == (ToolKind::Peg, FixtureKind::Hole) {
@@ -85,7 +86,7 @@ impl Shape {
                 ManifoldToml::Unknown => return Ok(Box::new(Unmodeled)),
             }
             if let Some(peg) = &self.solid {
-                return solid_in_hole(peg, fixture, context, inputs);
+                return solid_in_hole(peg, fixture, context, (inputs, assumptions));
             }
             let manifold = exact_manifold(&self.parts(fixture, context, inputs)?);
             let depth = context.required(fixture.get_ref().depth_mm.as_ref(), MM, fixture.span(), &name)?;
@@ -215,7 +216,7 @@ fn solid_in_hole(
     peg: &TriangleMesh,
     table: &Spanned<FixtureToml>,
     context: &Context<'_>,
-    inputs: &mut Vec<Input>,
+    read: (&mut Vec<Input>, &mut Assumptions),
 ) -> Result<Box<dyn ContactManifold>, IoError> {
     let fixture = table.get_ref();
     let name = format!("fixture `{}`", fixture.name.get_ref());
@@ -229,7 +230,7 @@ fn solid_in_hole(
     }
     let depth = context.required(fixture.depth_mm.as_ref(), MM, table.span(), &format!("{name}, depth_mm"))?;
     let place = || context.place(table.span(), &name);
-    let Some(hole) = sources.solid(&name, context, inputs)? else {
+    let Some(hole) = sources.solid(&name, context, read)? else {
         return Err(IoError::unexpected(place(), "`mesh` of the hole, as the peg has", "none"));
     };
     manifold::peg_in_hole(MeshPair::new(peg.clone(), hole), depth).map_err(|misfit| unfitting(misfit, place()))

@@ -19,6 +19,7 @@ use crate::io::base::error::{IoError, Place};
 use crate::io::base::suggest;
 use crate::robot::{Robot, builtin};
 
+pub(crate) use numbers::{roll_pitch_yaw, written};
 pub use read::Ends;
 pub use write::rewrite;
 

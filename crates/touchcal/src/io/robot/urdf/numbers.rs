@@ -18,7 +18,7 @@ pub(super) fn pose(xyz: [f64; 3], rpy: [f64; 3]) -> Pose {
 /// Roll is taken from what remains once yaw is undone, so where pitch is near ±90° and yaw is
 /// undetermined, an arbitrary yaw is answered by the roll that belongs to it, and the rotation is
 /// kept to rounding.
-pub(super) fn roll_pitch_yaw(rotation: &UnitQuaternion<f64>) -> [f64; 3] {
+pub(crate) fn roll_pitch_yaw(rotation: &UnitQuaternion<f64>) -> [f64; 3] {
     let matrix = rotation.to_rotation_matrix();
     let r = matrix.matrix();
     let yaw = r[(1, 0)].atan2(r[(0, 0)]);
@@ -28,9 +28,9 @@ pub(super) fn roll_pitch_yaw(rotation: &UnitQuaternion<f64>) -> [f64; 3] {
     [roll, pitch, yaw]
 }
 
-/// Three numbers as an attribute value, each with as many digits as it takes to read the same
-/// number back.
-pub(super) fn written(numbers: [f64; 3]) -> String {
+/// Numbers as an attribute value, each with as many digits as it takes to read the same number
+/// back, and without exponent.
+pub(crate) fn written<const N: usize>(numbers: [f64; N]) -> String {
     let words = numbers.map(|number| if number.abs() < NEGLIGIBLE { "0".to_owned() } else { format!("{number}") });
     words.join(" ")
 }

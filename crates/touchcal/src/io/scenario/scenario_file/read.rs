@@ -9,10 +9,10 @@ use super::schema::{ErrorsToml, ExplorationToml, RecorderToml, ScenarioToml, Sti
 use crate::io::base::bytes;
 use crate::io::base::error::{IoError, Place, quoted, shown_number};
 use crate::io::base::suggest::{did_you_mean, list};
-use crate::io::problem::problem_file;
 use crate::io::problem::problem_file::context::{Allowed, Context, DEG, MM};
 use crate::io::problem::problem_file::schema::{Number, Text};
 use crate::io::problem::problem_file::touch::Shape;
+use crate::io::problem::problem_file::{self, Assumptions};
 use crate::io::robot::urdf::{self, Ends};
 use crate::robot::{JointKind, Robot};
 use crate::sim::{ArmErrors, Distribution, Exploration, PlaceError, Preset, Scenario, Stiffness, Thermal, Touch};
@@ -253,7 +253,7 @@ fn touches(scenario: &mut Scenario, toml: &ScenarioToml, context: &Context<'_>) 
     }
     no_meshes(toml, context)?;
     let mut inputs = Vec::new();
-    let shape = Shape::of(tool, context, &mut inputs)?;
+    let shape = Shape::of(tool, context, (&mut inputs, &mut Assumptions::default()))?;
     let given = tool.get_ref();
     scenario.tip_from_tool = context.pose(given.tip_from_tool.as_ref(), "tool, tip_from_tool")?.unwrap_or_default();
     if given.free {
