@@ -119,8 +119,8 @@ struct JoinedLogs {
 }
 
 impl JoinedLogs {
-    /// The contacts of a log that are in none before, with a note on the others. Contents that are
-    /// the same may be read with other columns.
+    /// The contacts of a log that no earlier log has, with a note on the others. Joint positions
+    /// are compared too, as one file may be read twice with different columns.
     fn new_contacts(&mut self, part: &ContactLog) -> touchcal::contact::ContactLog {
         let hash = |i| {
             let mut hasher = DefaultHasher::new();

@@ -1,4 +1,5 @@
-//! `calibrate --driver-offsets`: offsets and URDF that together are the calibrated arm.
+//! Results for drivers: `calibrate --driver-offsets`, offsets and URDF that together are the
+//! calibrated arm, and `calibrate --export ur`.
 
 use std::path::Path;
 

@@ -101,7 +101,7 @@ fn joined((vertices, triangles): &Mesh, (others, of_others): &Mesh) -> Mesh {
 }
 
 #[test]
-fn bodies_that_are_apart_are_counted_and_told() {
+fn bodies_are_counted_and_several_are_noted() {
     let (vertices, triangles) = small();
     let changed = |change: &dyn Fn(Point3<f64>) -> Point3<f64>| -> Vec<_> {
         vertices.iter().map(|&vertex| change(vertex)).collect()
@@ -132,15 +132,15 @@ fn bodies_that_are_apart_are_counted_and_told() {
     let write = |name: &str, bytes: &[u8]| std::fs::write(folder.path().join(name), bytes).unwrap();
     write("peg.stl", &stl(&peg(&outline, 0.04)));
     write("log.csv", b"0,0.5,0,-1.5,0,1,0\n0,0.6,0,-1.5,0,1,0\n");
-    let told = |hole: &Mesh| {
+    let note_of = |hole: &Mesh| {
         write("hole.stl", &stl(hole));
         let loaded = problem_file::read(WITH_MESHES, "problem.toml", folder.path()).unwrap();
         loaded.problem.contacts.notes().iter().find(|note| note.contains("bodies")).cloned()
     };
-    assert_eq!(told(&hole), None);
+    assert_eq!(note_of(&hole), None);
     let expected = "meshes of several bodies, each of which can be touched: fixture `hole` (2); \
                     export what is meant as one closed surface";
-    assert_eq!(told(&joined(&hole, &aside)).as_deref(), Some(expected));
+    assert_eq!(note_of(&joined(&hole, &aside)).as_deref(), Some(expected));
 }
 
 #[test]
