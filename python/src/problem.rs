@@ -213,7 +213,9 @@ impl Problem {
         problem.acceptance = acceptance;
         problem.held_out = held_out;
         warn(py, &problem.contacts.notes()[told..])?;
-        Problem::of(Loaded { problem, urdf: robot.file.text.clone(), inputs })
+        let urdf = robot.file.text.clone();
+        // Meshes are warned of where they are read.
+        Problem::of(Loaded { problem, urdf, inputs, has_several_bodies: false })
     }
 
     /// Reads problem.toml and the files it refers to.

@@ -97,7 +97,8 @@ impl Simulation {
     /// The problem that the logs pose to a user who believes what the scenario says.
     fn problem(&self) -> PyResult<Problem> {
         let problem = experiment::problem(&self.file.scenario, &self.simulated);
-        Problem::of(Loaded { problem, urdf: self.file.urdf.clone(), inputs: Vec::new() })
+        let urdf = self.file.urdf.clone();
+        Problem::of(Loaded { problem, urdf, inputs: Vec::new(), has_several_bodies: false })
     }
 
     /// Writes what `touchcal simulate` writes: the logs, problem.toml, scenario.toml, truth.json.

@@ -1,5 +1,7 @@
 //! Lines of a summary: a label of ten columns, and its text.
 
+use crate::table::fixed;
+
 /// Below a label of the summary.
 pub const INDENT: &str = "          ";
 
@@ -22,5 +24,5 @@ pub fn wrapped(text: &str) -> String {
 
 /// A length in mm.
 pub fn millimetres(metres: f64) -> String {
-    format!("{:.3}", 1e3 * metres)
+    fixed(1e3 * metres, 3)
 }

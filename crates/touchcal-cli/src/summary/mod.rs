@@ -13,7 +13,7 @@ use touchcal::io::calibration_folder::{Solved, Written};
 use touchcal::io::estimate_file::{EstimateFile, HeldOutEntry, ScatterEntry};
 use touchcal::solver::{StopReason, Termination};
 
-use crate::table::{Table, signed};
+use crate::table::{Table, fixed, signed};
 use declarations::{declarations, freed_effects};
 use layout::wrapped;
 
@@ -97,9 +97,9 @@ impl Calibration<'_> {
     fn tool(&self) -> String {
         self.solved.estimate.workspace_uncertainty.map_or_else(String::new, |known| {
             let [position, distance] = [known.position, known.distance].map(millimetres);
-            let angle = known.angle.to_degrees();
+            let angle = fixed(known.angle.to_degrees(), 3);
             format!(
-                "Tool      ± {position} mm and {angle:.3}° in base, ± {distance} mm between two positions (standard deviations)\n"
+                "Tool      ± {position} mm and {angle}° in base, ± {distance} mm between two positions (standard deviations)\n"
             )
         })
     }
@@ -238,8 +238,8 @@ pub fn identifiability(identifiability: &Identifiability, detail: Detail) -> Str
     let (rank, parameters, null) =
         (identifiability.rank, identifiability.singular_values.len(), &identifiability.null_space);
     let head = format!(
-        "Identifiable  {rank} of {parameters} directions (condition number {:.0})\n",
-        identifiability.condition
+        "Identifiable  {rank} of {parameters} directions (condition number {})\n",
+        fixed(identifiability.condition, 0)
     );
     if null.is_empty() {
         return head + "\n";

@@ -2,7 +2,7 @@
 
 use touchcal::parameter::{Block, Parameter, ParameterId, Unit};
 
-use crate::table::{Table, signed};
+use crate::table::{Table, fixed, signed};
 
 /// Largest number of groups listed per block.
 const MOST_GROUPS: usize = 8;
@@ -154,7 +154,7 @@ fn cell(line: Option<&&ParameterRow<'_>>, wants_value: bool) -> String {
     let (factor, ..) = in_user_units(line.parameter.unit);
     let text = match (wants_value, line.value, line.sigma) {
         (true, Some(value), _) => signed(factor * value, 3),
-        (false, _, Some(sigma)) => format!("{:.3}", factor * sigma),
+        (false, _, Some(sigma)) => fixed(factor * sigma, 3),
         _ => "-".to_owned(),
     };
     let marked = !line.identifiable && (wants_value || line.value.is_none());

@@ -223,6 +223,52 @@ fn a_peg_drawn_beside_its_frame_is_noticed() {
     assert!(said.contains("its middle is at (11.0, 0.0) mm"), "{said}");
 }
 
+/// Four vertices (mm) of OBJ around (`x`, 0), anticlockwise from above.
+fn square_of_obj(x: f64, half: f64, z: f64) -> String {
+    let corners = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)];
+    corners.map(|(i, j)| format!("v {} {} {z}\n", x + half * i, half * j)).concat()
+}
+
+/// Triangles of OBJ: two for each of these faces of four vertices.
+fn faces_of_obj(faces: &[[i32; 4]]) -> String {
+    let triangles = faces.iter().map(|[a, b, c, d]| format!("f {a} {b} {c}\nf {a} {c} {d}\n"));
+    triangles.collect()
+}
+
+#[test]
+fn pegs_that_are_apart_are_told_by_inspect() {
+    let folder = tempfile::tempdir().unwrap();
+    touchcal(folder.path(), &["simulate", "--preset", "paper", "--contacts", "100", "--out", "sim"]).code(0);
+    let at = |name: &str| folder.path().join("sim").join(name);
+    let peg = |x: f64, half: f64| {
+        let vertices = square_of_obj(x, half, 0.0) + &square_of_obj(x, half, 40.0);
+        let sides = [[-8, -7, -3, -4], [-7, -6, -2, -3], [-6, -5, -1, -2], [-5, -8, -4, -1]];
+        vertices + &faces_of_obj(&[[-8, -5, -6, -7], [-4, -3, -2, -1]]) + &faces_of_obj(&sides)
+    };
+    // Outside, from below, the rim, and the hole's floor.
+    let squares = [(30.0, -40.0), (30.0, 0.0), (10.5, 0.0), (10.5, -30.0)].map(|(half, z)| square_of_obj(0.0, half, z));
+    let sides = (0..4).flat_map(|k| {
+        let [low, top, rim, floor] = [1, 5, 9, 13].map(|first| [first + k, first + (k + 1) % 4]);
+        let between = |[a, b]: [i32; 2], [d, c]: [i32; 2]| [a, b, c, d];
+        [between(low, top), between(top, rim), between(rim, floor)]
+    });
+    let sides: Vec<[i32; 4]> = sides.collect();
+    let hole = squares.concat() + &faces_of_obj(&[[1, 4, 3, 2], [13, 14, 15, 16]]) + &faces_of_obj(&sides);
+    std::fs::write(at("hole.obj"), hole).unwrap();
+    let problem = std::fs::read_to_string(at("problem.toml")).unwrap();
+    let problem = problem.replace("builtin = \"extrusion25\"\nlength_mm = 40\n", "mesh = \"peg.obj\"\n");
+    let problem = problem.replace("outline_offset_mm = 0.5", "mesh = \"hole.obj\"");
+    std::fs::write(at("problem.toml"), problem.replace("edge_radius_mm = 0\n", "")).unwrap();
+    let inspect = |peg: String, code: i32| {
+        std::fs::write(at("peg.obj"), peg).unwrap();
+        let done = touchcal(folder.path(), &["inspect", "sim/problem.toml"]).code(code);
+        String::from_utf8_lossy(&done.get_output().stderr).into_owned()
+    };
+    assert!(!inspect(peg(0.0, 10.0), 0).contains("several bodies"));
+    let told = inspect(peg(-5.0, 4.0) + &peg(5.0, 4.0), 3);
+    assert!(told.contains("meshes of several bodies, each of which can be touched: tool (2)"), "{told}");
+}
+
 #[test]
 fn another_robot_cannot_be_scored() {
     let folder = one_socket(SOCKET);

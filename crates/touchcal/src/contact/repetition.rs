@@ -1,6 +1,5 @@
 //! Stretches of a log that are there twice, such as a log and a copy of it with other digits.
 
-use std::collections::HashMap;
 use std::hash::{DefaultHasher, Hash, Hasher};
 
 use super::log::ContactLog;
@@ -17,7 +16,7 @@ const STRETCH: usize = 10;
 pub fn repeated_contacts<'a>(logs: impl IntoIterator<Item = &'a ContactLog>) -> usize {
     let positions: Vec<&[f64]> = logs.into_iter().flat_map(|log| (0..log.len()).map(|i| log.q(i))).collect();
     // Stretches are found by contacts that are equal when rounded; of a copy, most are.
-    let mut first: HashMap<u64, usize> = HashMap::new();
+    let first = first_equals(&positions);
     let (mut repeated, mut stretch) = (0, Stretch::default());
     for (i, q) in positions.iter().enumerate() {
         // The contact itself is no earlier one.
@@ -26,8 +25,7 @@ pub fn repeated_contacts<'a>(logs: impl IntoIterator<Item = &'a ContactLog>) -> 
             repeated += stretch.counted();
             stretch = Stretch::default();
         }
-        let same = *first.entry(rounded(q)).or_insert(i);
-        stretch.of = next.or(Some(same).filter(|&same| same < i));
+        stretch.of = next.or(Some(first[i] as usize).filter(|&same| same < i));
         if stretch.of.is_some() {
             stretch.contacts += 1;
             stretch.moved += usize::from(i == 0 || !are_equal(positions[i - 1], q));
@@ -55,6 +53,19 @@ pub fn note_repetition(contacts: &mut ContactLog, held_out: &ContactLog) {
             contacts.len() + held_out.len()
         ));
     }
+}
+
+/// For each contact, the index of the first one with the same rounded positions: its own if there
+/// is none before.
+fn first_equals(positions: &[&[f64]]) -> Vec<u32> {
+    // A sorted list takes a third of a hash map's memory.
+    let mut order: Vec<(u64, u32)> = positions.iter().map(|q| rounded(q)).zip(0..).collect();
+    order.sort_unstable();
+    let mut first = vec![0; positions.len()];
+    for equal in order.chunk_by(|(a, _), (b, _)| a == b) {
+        equal.iter().for_each(|&(_, i)| first[i as usize] = equal[0].1);
+    }
+    first
 }
 
 /// Contacts that follow earlier ones.

@@ -67,7 +67,7 @@ pub fn inspect(problem: &Problem, observe: Observer<'_>) -> Inspection {
     let stride = search.stride();
     set_resolution(&mut search.model, &search.theta, stride);
     approach_contact_modes(&mut search, observe);
-    let (contacts, _) = whitened_norms(&search.model, &search.theta, &mut search.caches);
+    let (contacts, ..) = whitened_norms(&search.model, &search.theta, &mut search.caches);
     let data = contacts + distance_information(&search.model, &search.theta);
     let mut posterior = Posterior::new(&search.model, &data, &search.free, &search.fixed);
     if let Some(covariance) = sandwich(&mut search).and_then(|(sandwich, _)| sandwich.covariance) {

@@ -43,8 +43,8 @@ impl PostfitStatistics {
         let loss = model.problem.loss;
         let (mut slope, mut square, mut count) = (0.0, 0.0, 0);
         let mut verdicts = Vec::with_capacity(model.problem.contacts.len());
-        let (information, norms) = whitened_norms(model, theta, caches);
-        for (squared, dimension) in norms {
+        let (information, norms, dimensions) = whitened_norms(model, theta, caches);
+        for (squared, dimension) in norms.into_iter().zip(dimensions.into_iter().map(usize::from)) {
             let weight = loss.weight(squared);
             count += dimension;
             // ψ(r) = w(s) r with s = ‖r‖²: trace of ψ′ is d·w + 2 s w′.

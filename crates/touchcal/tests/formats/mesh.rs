@@ -135,7 +135,9 @@ fn bodies_are_counted_and_several_are_noted() {
     let note_of = |hole: &Mesh| {
         write("hole.stl", &stl(hole));
         let loaded = problem_file::read(WITH_MESHES, "problem.toml", folder.path()).unwrap();
-        loaded.problem.contacts.notes().iter().find(|note| note.contains("bodies")).cloned()
+        let note = loaded.problem.contacts.notes().iter().find(|note| note.contains("bodies")).cloned();
+        assert_eq!(loaded.has_several_bodies, note.is_some());
+        note
     };
     assert_eq!(note_of(&hole), None);
     let expected = "meshes of several bodies, each of which can be touched: fixture `hole` (2); \

@@ -186,8 +186,16 @@ fn parts_are_kept_whole_or_not_at_all() {
     let path = folder.path().join("rows.parquet");
     let said = one.write_rows(&path).unwrap_err().to_string();
     assert!(said.contains("part-000000.parquet: expected a part of this campaign, found none") && !path.exists());
+    assert_eq!(one.check().unwrap_err().to_string(), said);
     one.keep(0, &bytes(rows(0..50))).unwrap();
+    one.check().unwrap();
     one.write_rows(&path).unwrap();
     let written = read_file(&path).unwrap();
     assert_eq!((written.rows, written.core_seconds), (rows(0..70), 4.0));
+
+    // Another run with another seed, in the same folder.
+    let other = campaign("one", 2);
+    other.keep(0, &to_bytes(&other.part(rows(0..50), 2.0)).unwrap()).unwrap();
+    let said = one.check().unwrap_err().to_string();
+    assert!(said.contains("part-000000.parquet") && said.contains("another run with other settings"), "{said}");
 }

@@ -125,7 +125,7 @@ fn a_full_problem_is_read() {
     let folder = folder();
     let path = folder.path().join("problem.toml");
     std::fs::write(&path, FULL).unwrap();
-    let Loaded { problem, urdf, inputs } = problem_file::read_file(&path).unwrap();
+    let Loaded { problem, urdf, inputs, .. } = problem_file::read_file(&path).unwrap();
     assert!(urdf.contains("joint_a1"));
     let files: Vec<&str> = inputs.iter().map(|input| input.path.rsplit('/').next().unwrap()).collect();
     assert_eq!(files, ["problem.toml", "builtin:iiwa14", "peg.csv", "log.csv", "deg.csv"]);

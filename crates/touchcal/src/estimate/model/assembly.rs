@@ -152,25 +152,33 @@ fn total<'s>(model: &CalibrationModel<'_>, parts: impl Iterator<Item = &'s Norma
     total
 }
 
-/// `Σ JᵀJ` of the whitened residuals of all contacts at `theta`, and each one's squared norm with
-/// its number of rows.
+/// `Σ JᵀJ` of the whitened residuals of all contacts at `theta`, each one's squared norm, and its
+/// number of rows.
 pub(crate) fn whitened_norms(
     model: &CalibrationModel<'_>,
     theta: &DVector<f64>,
     caches: &mut [ContactCache],
-) -> (DMatrix<f64>, Vec<(f64, usize)>) {
+) -> (DMatrix<f64>, Vec<f64>, Vec<u8>) {
     let point = LinearizationPoint::new(model, theta);
-    let empty = || (ContactFactor::new(&point, false), NormalEquations::new(model.layout.len()), Vec::new());
+    let empty =
+        || (ContactFactor::new(&point, false), NormalEquations::new(model.layout.len()), Vec::new(), Vec::new());
     let objective = Objective::Residual(Loss::Squared);
     let selected = Selection { stride: 1, left_out: &[], max_parts: CHUNKS };
-    let parts = sum_contacts(model, selected, caches, empty, |batch, _, (factor, sum, norms)| {
+    let parts = sum_contacts(model, selected, caches, empty, |batch, _, (factor, sum, norms, rows)| {
         evaluate_batch(&point, batch, objective, factor, |i, factor| {
             add_factor(&point, (i, objective), 1.0, factor, sum);
-            norms.push((factor.squared_norm(), factor.residual().len()));
+            norms.push(factor.squared_norm());
+            rows.push(factor.residual().len() as u8);
         });
     });
-    let information = total(model, parts.iter().map(|(_, sum, _)| sum)).complete().information;
-    (information, parts.into_iter().flat_map(|(_, _, norms)| norms).collect())
+    let information = total(model, parts.iter().map(|(_, sum, ..)| sum)).complete().information;
+    let count = model.problem.contacts.len();
+    let (mut all_norms, mut all_rows) = (Vec::with_capacity(count), Vec::with_capacity(count));
+    for (_, _, norms, rows) in parts {
+        all_norms.extend(norms);
+        all_rows.extend(rows);
+    }
+    (information, all_norms, all_rows)
 }
 
 /// Evaluates the residuals of contacts with one fixture together, and calls `visit` for each.

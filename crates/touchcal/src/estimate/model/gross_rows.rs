@@ -10,7 +10,7 @@ use super::objective::Objective;
 /// Share of a fixture's contacts (1) whose largest distance from the envelope is the measure.
 const MEASURE_SHARE: f64 = 0.9;
 /// Ratio (1) of a row's distance to the measure above which the row is grossly wrong.
-const MAX_RATIO: f64 = 15.0;
+const MAX_RATIO: f64 = 6.0;
 /// Least measure (1), in the scale of the envelope: half a millimetre or a degree for a peg in a
 /// hole. Within an envelope all distances may be zero.
 const MIN_MEASURE: f64 = 1.0;

@@ -85,8 +85,10 @@ fn search_from_other_starts(
     observe: Observer<'_>,
 ) {
     let options = search.model.problem.options.multi_start;
+    let deviation = after_coarse.component_div(&search.model.layout.scale()).amax();
+    let most = options.starts[usize::from(deviation <= options.max_deviation)];
+    let Some(starts) = starts(search, after_coarse, most) else { return };
     let mut ends = vec![first];
-    let Some(starts) = starts(search, after_coarse, options.starts[1]) else { return };
     let resolution = search.model.noise.resolution;
     let methods = [anneal_loss, anneal_noise];
     let of_both = |start: DVector<f64>| methods.map(|anneal| (start.clone(), anneal));

@@ -1,6 +1,8 @@
 //! What all readers and writers share: bytes with a bound, whole files, errors with their place.
 
 pub mod atomic;
+#[cfg(feature = "parquet")]
+pub(super) mod bounded_pages;
 pub(super) mod bytes;
 pub(crate) mod csv;
 pub(super) mod error;

@@ -118,6 +118,20 @@ impl CampaignFolder {
         Part { settings: self.settings.clone(), trials: self.trials, core_seconds, rows }
     }
 
+    /// Checks that all parts are in the folder, as they are unless another run with other settings
+    /// wrote into it.
+    ///
+    /// # Errors
+    /// [`IoError`] that names the first part that [`kept`](CampaignFolder::kept) does not return.
+    pub fn check(&self) -> Result<(), IoError> {
+        (0..self.count()).try_for_each(|part| self.whole(part).map(drop))
+    }
+
+    fn whole(&self, part: u64) -> Result<Part, IoError> {
+        let found = "none: it was removed, or another run with other settings writes into the folder";
+        self.kept(part).ok_or_else(|| IoError::unexpected(place(&self.path(part)), "a part of this campaign", found))
+    }
+
     /// Writes the rows of all parts, in the order of trials, to one Parquet file; only some are in
     /// memory at a time.
     ///
@@ -125,13 +139,11 @@ impl CampaignFolder {
     /// [`IoError`] if a part is missing or not one that [`kept`](CampaignFolder::kept) returns, or
     /// the file cannot be written; `path` is then as it was.
     pub fn write_rows(&self, path: &Path) -> Result<(), IoError> {
-        let missing = |part| IoError::unexpected(place(&self.path(part)), "a part of this campaign", "none");
-        let whole = |part| self.kept(part).ok_or_else(|| missing(part));
         let mut core_seconds = 0.0;
         for part in 0..self.count() {
-            core_seconds += whole(part)?.core_seconds;
+            core_seconds += self.whole(part)?.core_seconds;
         }
-        let rows = (0..self.count()).map(|part| Ok(whole(part)?.rows));
+        let rows = (0..self.count()).map(|part| Ok(self.whole(part)?.rows));
         campaign_parquet::write_file(path, &self.part(Vec::new(), core_seconds), rows)
     }
 }

@@ -21,6 +21,7 @@ use parquet::schema::parser::parse_message_type;
 
 use crate::experiment::CampaignRow;
 use crate::io::base::atomic;
+use crate::io::base::bounded_pages::BoundedPages;
 use crate::io::base::bytes;
 use crate::io::base::error::{IoError, Place};
 
@@ -189,7 +190,7 @@ pub(crate) fn read_open(content: File, path: &Path) -> Result<Part, IoError> {
 
 fn read(content: File) -> Result<Part, ParquetError> {
     let missing = |what: &str| ParquetError::General(what.to_owned());
-    let reader = SerializedFileReader::new(content)?;
+    let reader = SerializedFileReader::new(BoundedPages(content))?;
     let metadata = reader.metadata().file_metadata();
     let entries = metadata.key_value_metadata().map_or(&[][..], Vec::as_slice);
     let said = KEYS.map(|key| entries.iter().find(|entry| entry.key == key).and_then(|entry| entry.value.as_deref()));

@@ -4,6 +4,7 @@
 use parquet::file::reader::{ChunkReader, FileReader, SerializedFileReader};
 
 use super::pose_row::{COLUMNS, MAX_POSES, columns, pose};
+use crate::io::base::bounded_pages::BoundedPages;
 use crate::io::base::error::{IoError, Place, caught};
 use crate::io::base::number_columns::{NumberColumns, damaged};
 use crate::se3::Pose;
@@ -14,7 +15,7 @@ pub(crate) fn read(content: impl ChunkReader + 'static, file: &str) -> Result<Ve
 }
 
 fn read_groups(content: impl ChunkReader + 'static, file: &str) -> Result<Vec<Pose>, IoError> {
-    let reader = SerializedFileReader::new(content).map_err(|error| damaged(file, &error))?;
+    let reader = SerializedFileReader::new(BoundedPages(content)).map_err(|error| damaged(file, &error))?;
     let schema = reader.metadata().file_metadata().schema_descr();
     let names: Vec<&[u8]> = schema.columns().iter().map(|column| column.name().as_bytes()).collect();
     let used = columns(&names, Place::file(file))?;

@@ -17,6 +17,9 @@ pub struct Loaded {
     /// URDF, shapes of the tool, those of each fixture, logs. A problem that was read from a text
     /// has no entry for it.
     pub inputs: Vec<Input>,
+    /// Whether the problem file's mesh of the tool or of a fixture has several bodies that are
+    /// apart, usually a mistake of the export.
+    pub has_several_bodies: bool,
 }
 
 impl Loaded {

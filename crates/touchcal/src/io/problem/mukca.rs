@@ -114,7 +114,7 @@ pub fn read(folder: &Path, urdf: UrdfFile, options: &MukcaOptions) -> Result<Loa
         other_arms: urdf::builtin_arms(),
         ..Problem::new(robot, tool, fixtures, contacts)
     };
-    Ok(Loaded { problem, urdf: text, inputs })
+    Ok(Loaded { problem, urdf: text, inputs, has_several_bodies: false })
 }
 
 /// The text of a `problem.toml` in `folder`, which need not exist, that reads the same logs and

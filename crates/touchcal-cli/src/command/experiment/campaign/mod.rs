@@ -45,6 +45,7 @@ pub fn run(args: &CampaignArgs) -> Result<Outcome, Failure> {
     let statistics: Vec<CampaignStatistics> =
         totals.iter().map(|total| CampaignStatistics::new(&total.summary, total.core_seconds)).collect();
     for (campaign, statistics) in campaigns.iter().zip(&statistics) {
+        campaign.check()?;
         files::write(statistics, campaign.folder())?;
         campaign.remove_left_over();
     }

@@ -41,6 +41,12 @@ impl Campaign {
         self.parts.folder()
     }
 
+    /// Checks that all parts are in the folder, which another run with other settings may have
+    /// written into.
+    pub fn check(&self) -> Result<(), Failure> {
+        Ok(self.parts.check()?)
+    }
+
     /// Removes what ended runs left among the parts, all of which must be there.
     pub fn remove_left_over(&self) {
         self.parts.remove_left_over();

@@ -16,6 +16,7 @@ use parquet::schema::types::Type;
 use super::numbers::NumberRows;
 use super::options::Options;
 use super::rows::RowSink;
+use crate::io::base::bounded_pages::BoundedPages;
 use crate::io::base::error::{IoError, Place, caught};
 use crate::io::base::number_columns::{NumberColumns, damaged};
 use crate::robot::Robot;
@@ -38,7 +39,7 @@ fn read_groups(
     options: &Options,
     sink: &mut dyn RowSink,
 ) -> Result<(), IoError> {
-    let reader = SerializedFileReader::new(content).map_err(|error| damaged(file, &error))?;
+    let reader = SerializedFileReader::new(BoundedPages(content)).map_err(|error| damaged(file, &error))?;
     let schema = reader.metadata().file_metadata().schema_descr();
     let names: Vec<&[u8]> = schema.columns().iter().map(|column| column.name().as_bytes()).collect();
     let at = |file: &str, row| Place::file(file).field(format!("row {row}"));

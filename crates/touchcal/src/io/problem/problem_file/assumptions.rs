@@ -85,6 +85,11 @@ impl Assumptions {
         }
     }
 
+    /// Whether a mesh has several bodies.
+    pub fn has_several_bodies(&self) -> bool {
+        !self.of_several_bodies.is_empty()
+    }
+
     /// Notes for people, as far as there is anything to say: what is assumed, how to declare it
     /// with the `keys`, what a standard deviation of 0 makes exact, and which meshes have several
     /// bodies.

@@ -150,12 +150,13 @@ fn build(toml: &ProblemToml, selection: &Selection, context: &Context<'_>) -> Re
     held_out.notes().iter().for_each(|note| contacts.note(note));
     note_repetition(&mut contacts, &held_out);
     assumptions.notes(KEYS).iter().for_each(|note| contacts.note(note));
+    let has_several_bodies = assumptions.has_several_bodies();
     let acceptance = toml.accept.as_ref().map(|table| acceptance(table, (&robot, &tool), context)).transpose()?;
     let mut problem = settings.problem(robot, (tool, fixtures, distances), contacts)?;
     problem.acceptance = acceptance;
     problem.held_out = held_out;
     check_size(&problem, context)?;
-    Ok(Loaded { problem, urdf, inputs })
+    Ok(Loaded { problem, urdf, inputs, has_several_bodies })
 }
 
 /// Refuses more parameters than can be estimated.
