@@ -236,7 +236,7 @@ fn faces_of_obj(faces: &[[i32; 4]]) -> String {
 }
 
 #[test]
-fn pegs_that_are_apart_are_told_by_inspect() {
+fn inspect_exits_with_3_for_a_mesh_of_two_pegs() {
     let folder = tempfile::tempdir().unwrap();
     touchcal(folder.path(), &["simulate", "--preset", "paper", "--contacts", "100", "--out", "sim"]).code(0);
     let at = |name: &str| folder.path().join("sim").join(name);
@@ -265,8 +265,8 @@ fn pegs_that_are_apart_are_told_by_inspect() {
         String::from_utf8_lossy(&done.get_output().stderr).into_owned()
     };
     assert!(!inspect(peg(0.0, 10.0), 0).contains("several bodies"));
-    let told = inspect(peg(-5.0, 4.0) + &peg(5.0, 4.0), 3);
-    assert!(told.contains("meshes of several bodies, each of which can be touched: tool (2)"), "{told}");
+    let stderr = inspect(peg(-5.0, 4.0) + &peg(5.0, 4.0), 3);
+    assert!(stderr.contains("meshes of several bodies, each of which can be touched: tool (2)"), "{stderr}");
 }
 
 #[test]

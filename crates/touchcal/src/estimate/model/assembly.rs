@@ -152,8 +152,8 @@ fn total<'s>(model: &CalibrationModel<'_>, parts: impl Iterator<Item = &'s Norma
     total
 }
 
-/// `Σ JᵀJ` of the whitened residuals of all contacts at `theta`, each one's squared norm, and its
-/// number of rows.
+/// `Σ JᵀJ` of the whitened residuals of all contacts at `theta`, and for each contact the squared
+/// norm of its residual and its number of rows.
 pub(crate) fn whitened_norms(
     model: &CalibrationModel<'_>,
     theta: &DVector<f64>,

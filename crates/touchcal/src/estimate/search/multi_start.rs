@@ -7,7 +7,8 @@
 //! stage, and continued from the end with the least cost. Annealing the noise of the likelihood
 //! finds the right minimum among rows that are no contacts; annealing the loss of least gaps finds
 //! that of pegs at the rim. Both are tried. While contacts scatter too much at the best minimum and
-//! only one search ended there, there are more searches.
+//! only one search ended there, there are more searches, unless a declaration is most likely
+//! grossly wrong.
 //!
 //! If contacts still scatter too much there and another minimum was found, or another one fits
 //! about as well, the result is ambiguous.

@@ -1,8 +1,9 @@
 //! A Parquet file whose pages are bounded.
 //!
 //! The parquet crate reserves as many bytes for a page, and room for as many values of a
-//! dictionary, as the header of the page says: a few damaged bytes would take gigabytes. Fields of
-//! a header that are out of order, after the first structure, are not checked: none are written so.
+//! dictionary, as the header of the page says: a few damaged bytes would take gigabytes. A
+//! header that gives its size once more, behind the first structure, is not recognized; no writer
+//! makes such a header.
 
 use std::io::{Chain, Cursor, Read};
 
@@ -45,7 +46,7 @@ impl<R: ChunkReader> ChunkReader for BoundedPages<R> {
         let mut rest = self.0.get_read(start)?;
         let mut head = Vec::new();
         rest.by_ref().take(HEAD).read_to_end(&mut head)?;
-        // What is read in this way is the header of a page, or the end of the file.
+        // The parquet crate reads headers of pages in this way, and the end of the file.
         if start.saturating_add(FOOTER_SIZE as u64) < self.len() {
             check_page(&head)?;
         }
@@ -64,7 +65,7 @@ impl<R: ChunkReader> ChunkReader for BoundedPages<R> {
 /// it has if it is a dictionary.
 fn check_page(head: &[u8]) -> Result<(), ParquetError> {
     let Some((size, values)) = size_and_values(&mut head.iter().copied()) else {
-        return Err(ParquetError::General("a page's header without its size".to_owned()));
+        return Err(ParquetError::General("a page's header is damaged".to_owned()));
     };
     if size > MAX_PAGE {
         let remedy = "its writer must make pages or row groups smaller";
@@ -114,8 +115,8 @@ fn next_field(bytes: &mut impl Iterator<Item = u8>, identifier: &mut u64) -> Opt
     is_larger.then_some(field & 0x0f)
 }
 
-/// A number in groups of seven bits, the lowest first; signed numbers take their sign in its lowest
-/// bit.
+/// A number in groups of seven bits, the lowest group first. The lowest bit of a signed number is
+/// its sign.
 fn unsigned(bytes: &mut impl Iterator<Item = u8>) -> Option<u64> {
     let mut value = 0;
     for shift in (0..u64::BITS).step_by(7) {
@@ -153,20 +154,20 @@ mod tests {
     fn pages_are_bounded() {
         assert!(check_page(&header(0, MAX_PAGE, 1_000_000_000)).is_ok());
         assert!(check_page(&header(2, 80, 10)).is_ok());
-        let told = |head: &[u8]| check_page(head).expect_err("a page that is refused").to_string();
-        assert!(told(&header(0, MAX_PAGE + 1, 10)).contains("a page of 4194305 bytes, more than 4194304"));
-        assert!(told(&header(2, u64::from(u32::MAX), 10)).contains("a page of 4294967295 bytes"));
-        assert!(told(&header(2, 80, 81)).contains("more values than bytes"));
+        let refusal = |head: &[u8]| check_page(head).expect_err("a page that is refused").to_string();
+        assert!(refusal(&header(0, MAX_PAGE + 1, 10)).contains("a page of 4194305 bytes, more than 4194304"));
+        assert!(refusal(&header(2, u64::from(u32::MAX), 10)).contains("a page of 4294967295 bytes"));
+        assert!(refusal(&header(2, 80, 81)).contains("more values than bytes"));
         // The identifier of the size in full.
         let mut full = header(0, MAX_PAGE + 1, 10);
         full.splice(2..3, [0x05, 4]);
-        assert!(told(&full).contains("a page of 4194305 bytes"));
+        assert!(refusal(&full).contains("a page of 4194305 bytes"));
         // An end in the middle.
-        assert!((0..10).all(|end| told(&header(2, 80, 10)[..end]).contains("without its size")));
-        assert!(told(&[0x1c, 0x15, 2, 0]).contains("without its size"));
-        // A dictionary without what a dictionary has.
+        assert!((0..10).all(|end| refusal(&header(2, 80, 10)[..end]).contains("header is damaged")));
+        assert!(refusal(&[0x1c, 0x15, 2, 0]).contains("header is damaged"));
+        // The type of a dictionary, with the structure of a page of values.
         let mut without = header(0, 80, 81);
         without[1] = 2 * 2;
-        assert!(told(&without).contains("without its size"));
+        assert!(refusal(&without).contains("header is damaged"));
     }
 }

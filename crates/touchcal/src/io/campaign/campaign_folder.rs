@@ -128,7 +128,7 @@ impl CampaignFolder {
     }
 
     fn whole(&self, part: u64) -> Result<Part, IoError> {
-        let found = "none: it was removed, or another run with other settings writes into the folder";
+        let found = "none: the file was removed or damaged, or another run with other settings writes into the folder";
         self.kept(part).ok_or_else(|| IoError::unexpected(place(&self.path(part)), "a part of this campaign", found))
     }
 
