@@ -7,7 +7,7 @@ use std::path::PathBuf;
 use numpy::PyArray2;
 use pyo3::prelude::*;
 use pyo3::types::PyMapping;
-use touchcal::contact::{note_repetition, repeated_rows_note};
+use touchcal::contact::{RowsLeftOut, note_repetition, repeated_rows_note};
 use touchcal::estimate::{self, Acceptance, DEFAULT_DISTANCE_SIGMA, Distance, EXACT_DISTANCE_SIGMA, contact_poses};
 use touchcal::io::mukca::{self, MukcaOptions};
 use touchcal::io::problem_file::{self, Assumptions, Settings};
@@ -128,8 +128,9 @@ impl JoinedLogs {
             part.log.q(i).iter().for_each(|position| position.to_bits().hash(&mut hasher));
             hasher.finish()
         };
-        let new = part.log.filtered(|i| self.rows.insert(hash(i)));
+        let mut new = part.log.filtered(|i| self.rows.insert(hash(i)));
         let (all, repeated) = (part.log.len(), part.log.len() - new.len());
+        new.count_left_out(RowsLeftOut { repeated: repeated as u64, ..RowsLeftOut::default() });
         if repeated > 0 {
             self.notes.push(format!("{}: {}", part.input.path, repeated_rows_note(repeated, all)));
         }

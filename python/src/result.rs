@@ -115,34 +115,52 @@ impl Warning {
     }
 }
 
-/// Standard deviations of the calibrated arm's tool, root mean squares over joint positions spread
-/// evenly over the workspace.
+/// Expected errors of the tool, root mean squares over joint positions spread evenly over the
+/// workspace: standard deviations for the calibrated arm, and for the nominal one its distance from
+/// the calibrated arm together with these. Harmonics of the encoders count as corrected in both.
 ///
 /// Attributes:
 ///     position: of the tool's position in base, all three components together (m).
 ///     angle: of the tool's rotation vector in base, all three components together (rad).
 ///     distance: of the distance between two positions of the tool, which does not depend on where
 ///         the base is (m).
+///     nominal_position: expected error of the nominal arm's tool: of its position in base (m).
+///     nominal_angle: of its rotation (rad).
+///     nominal_distance: of the distance between two of its positions (m).
 #[pyclass(frozen, get_all, eq, module = "touchcal")]
 #[derive(Clone, Debug, PartialEq)]
 pub struct WorkspaceUncertainty {
     position: f64,
     angle: f64,
     distance: f64,
+    nominal_position: f64,
+    nominal_angle: f64,
+    nominal_distance: f64,
 }
 
 impl From<estimate::WorkspaceUncertainty> for WorkspaceUncertainty {
     fn from(found: estimate::WorkspaceUncertainty) -> Self {
-        let estimate::WorkspaceUncertainty { position, angle, distance } = found;
-        WorkspaceUncertainty { position, angle, distance }
+        WorkspaceUncertainty {
+            position: found.position,
+            angle: found.angle,
+            distance: found.distance,
+            nominal_position: found.nominal_position,
+            nominal_angle: found.nominal_angle,
+            nominal_distance: found.nominal_distance,
+        }
     }
 }
 
 #[pymethods]
 impl WorkspaceUncertainty {
     fn __repr__(&self) -> String {
-        let WorkspaceUncertainty { position, angle, distance } = self;
-        format!("WorkspaceUncertainty(position={position:?}, angle={angle:?}, distance={distance:?})")
+        let WorkspaceUncertainty { position, angle, distance, nominal_position, nominal_angle, nominal_distance } =
+            self;
+        format!(
+            "WorkspaceUncertainty(position={position:?}, angle={angle:?}, distance={distance:?}, \
+             nominal_position={nominal_position:?}, nominal_angle={nominal_angle:?}, \
+             nominal_distance={nominal_distance:?})"
+        )
     }
 }
 

@@ -101,7 +101,8 @@ impl Simulation {
         Problem::of(Loaded { problem, urdf, inputs: Vec::new(), has_several_bodies: false })
     }
 
-    /// Writes what `touchcal simulate` writes: the logs, problem.toml, scenario.toml, truth.json.
+    /// Writes what `touchcal simulate` writes: the logs, problem.toml, scenario.toml, truth.json
+    /// and true.urdf.
     ///
     /// Raises:
     ///     FileError, InputError: if a file cannot be written, or the folder holds one of them that

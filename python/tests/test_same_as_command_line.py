@@ -29,7 +29,7 @@ def test_files_of_a_simulation(run, tmp_path: Path) -> None:
     run("simulate", "--preset", "workcell", "--seed", 7, "--contacts", 200, "--out", tmp_path / "command")
     touchcal.simulate("workcell", 7, contacts=200).save(tmp_path / "python")
     names = sorted(path.name for path in (tmp_path / "command").iterdir())
-    assert names == ["hole.csv", "problem.toml", "scenario.toml", "touchcal.json", "truth.json"]
+    assert names == ["hole.csv", "problem.toml", "scenario.toml", "touchcal.json", "true.urdf", "truth.json"]
     for name in names:
         assert (tmp_path / "python" / name).read_bytes() == (tmp_path / "command" / name).read_bytes(), name
 

@@ -3,15 +3,37 @@
 use std::borrow::Cow;
 use std::io::{ErrorKind, Write};
 
+use console::{colors_enabled, style};
+use touchcal::estimate::Status;
+
 use crate::failure::Failure;
+use crate::summary::verdict;
 
 /// Writes to stdout; a closed pipe is no failure.
 pub fn print(text: &str) -> Result<(), Failure> {
+    write(&printable(text))
+}
+
+fn write(text: &str) -> Result<(), Failure> {
     let mut stdout = std::io::stdout().lock();
-    match stdout.write_all(printable(text).as_bytes()).and_then(|()| stdout.flush()) {
+    match stdout.write_all(text.as_bytes()).and_then(|()| stdout.flush()) {
         Err(error) if error.kind() != ErrorKind::BrokenPipe => Err(Failure::Stdout(error)),
         _ => Ok(()),
     }
+}
+
+/// Writes a result to stdout: the verdict, which has a colour on a terminal unless the environment
+/// says no (`NO_COLOR`), and the text that follows.
+pub fn print_result(status: Status, text: &str) -> Result<(), Failure> {
+    let label = style(verdict(status)).bold();
+    let coloured = match status {
+        Status::Usable => label.green(),
+        Status::Doubtful => label.yellow(),
+        Status::NotUsable => label.red(),
+    };
+    let is_plain = std::env::var_os("NO_COLOR").is_some_and(|set| !set.is_empty());
+    let coloured = coloured.force_styling(colors_enabled() && !is_plain);
+    write(&format!("{coloured}{}", printable(text)))
 }
 
 /// Writes a line to stderr; a failure to do so is ignored.

@@ -1,8 +1,8 @@
 //! Progress on a terminal, and interruption.
 
 use std::ops::ControlFlow;
-use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, LazyLock};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::{Arc, LazyLock, Mutex};
 use std::time::{Duration, Instant};
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
@@ -10,8 +10,12 @@ use signal_hook::consts::{SIGINT, SIGTERM};
 use signal_hook::flag;
 use touchcal::estimate::{Progress, Stage};
 
+use crate::output::diagnostic;
+
 /// Work shorter than this shows no progress.
 const DELAY: Duration = Duration::from_secs(1);
+/// Time between lines of progress where stderr is no terminal.
+const INTERVAL: Duration = Duration::from_secs(10);
 /// Exit code of a process that was interrupted.
 const INTERRUPTED: i32 = 130;
 
@@ -43,10 +47,43 @@ pub fn interrupted() -> bool {
     INTERRUPT.load(Ordering::SeqCst)
 }
 
-/// A line on stderr that shows progress; nothing where stderr is no terminal.
+/// Progress where stderr is no terminal that bars are drawn on: a line every ten seconds.
+struct PlainLines {
+    label: &'static str,
+    since: Instant,
+    /// When the next line is due; `None` once the work has ended.
+    due: Mutex<Option<Instant>>,
+}
+
+impl PlainLines {
+    fn new(label: &'static str) -> Self {
+        PlainLines { label, since: Instant::now(), due: Mutex::new(Some(Instant::now() + INTERVAL)) }
+    }
+
+    /// A line with `message`, given the seconds (> 0) since the start, if one is due and `bar` is
+    /// not drawn.
+    fn show(&self, bar: &ProgressBar, message: impl FnOnce(f64) -> String) {
+        let Ok(mut due) = self.due.lock() else { return };
+        if !bar.is_hidden() || due.is_none_or(|due| Instant::now() < due) {
+            return;
+        }
+        *due = Some(Instant::now() + INTERVAL);
+        let seconds = self.since.elapsed().as_secs_f64();
+        diagnostic(&format!("{}, {seconds:.0} s: {}", self.label, message(seconds)));
+    }
+
+    /// No line follows.
+    fn end(&self) {
+        if let Ok(mut due) = self.due.lock() {
+            *due = None;
+        }
+    }
+}
+
+/// A line on stderr that shows progress; a line every ten seconds where stderr is no terminal.
 pub struct Spinner {
     bar: ProgressBar,
-    since: Instant,
+    plain: Arc<PlainLines>,
 }
 
 impl Spinner {
@@ -57,7 +94,7 @@ impl Spinner {
             bar.set_style(style);
         }
         bar.set_prefix(label);
-        Spinner { bar, since: Instant::now() }
+        Spinner { bar, plain: Arc::new(PlainLines::new(label)) }
     }
 
     /// Shows a step of an estimation; breaks it off after an interrupt.
@@ -74,22 +111,28 @@ impl Spinner {
     /// Shows elapsed time, for work without progress, once that takes longer than [`DELAY`].
     pub fn run(&self) {
         self.bar.enable_steady_tick(DELAY / 5);
-        let bar = self.bar.clone();
+        let (bar, plain) = (self.bar.clone(), Arc::clone(&self.plain));
         std::thread::spawn(move || {
             std::thread::sleep(DELAY);
             if !bar.is_finished() {
                 bar.set_draw_target(ProgressDrawTarget::stderr());
+            }
+            while !bar.is_finished() {
+                plain.show(&bar, |_| "not done yet".to_owned());
+                std::thread::sleep(DELAY);
             }
         });
     }
 
     /// Shows a message, once the work takes longer than [`DELAY`].
     pub fn show(&self, message: impl FnOnce() -> String) {
-        if self.since.elapsed() >= DELAY {
+        if self.plain.since.elapsed() >= DELAY {
             if self.bar.is_hidden() {
                 self.bar.set_draw_target(ProgressDrawTarget::stderr());
             }
-            self.bar.set_message(message());
+            let message = message();
+            self.plain.show(&self.bar, |_| message.clone());
+            self.bar.set_message(message);
             self.bar.tick();
         }
     }
@@ -97,13 +140,19 @@ impl Spinner {
 
 impl Drop for Spinner {
     fn drop(&mut self) {
+        self.plain.end();
         self.bar.finish_and_clear();
     }
 }
 
-/// A bar on stderr with count and remaining time; nothing where stderr is no terminal.
+/// A bar on stderr with count and remaining time; a line every ten seconds where stderr is no
+/// terminal.
 pub struct Counter {
     bar: ProgressBar,
+    plain: PlainLines,
+    /// Number of items that were done before.
+    before: AtomicU64,
+    count: u64,
 }
 
 impl Counter {
@@ -118,12 +167,22 @@ impl Counter {
         bar.set_prefix(label);
         bar.set_position(done);
         bar.reset_eta();
-        Counter { bar }
+        Counter { bar, plain: PlainLines::new(label), before: AtomicU64::new(done), count }
     }
 
     /// Sets the number of items done.
     pub fn set(&self, done: u64) {
         self.bar.set_position(done);
+        self.show();
+    }
+
+    fn show(&self) {
+        self.plain.show(&self.bar, |seconds| {
+            let (done, count) = (self.bar.position(), self.count);
+            let own = done.saturating_sub(self.before.load(Ordering::Relaxed));
+            let left = seconds * count.saturating_sub(done) as f64 / own as f64;
+            if left.is_finite() { format!("{done} of {count}, {left:.0} s left") } else { format!("{done} of {count}") }
+        });
     }
 
     /// Sets the text after the bar.
@@ -131,14 +190,23 @@ impl Counter {
         self.bar.set_message(message);
     }
 
+    /// Adds items that were done before.
+    #[cfg(feature = "parquet")]
+    pub fn skip(&self, count: u64) {
+        self.before.fetch_add(count, Ordering::Relaxed);
+        self.bar.inc(count);
+    }
+
     /// Adds to the number of items done.
     pub fn advance(&self, count: u64) {
         self.bar.inc(count);
+        self.show();
     }
 }
 
 impl Drop for Counter {
     fn drop(&mut self) {
+        self.plain.end();
         self.bar.finish_and_clear();
     }
 }

@@ -56,7 +56,7 @@ pub enum Command {
     Manifold(ManifoldArgs),
     /// Train a network to project onto a sampled contact manifold
     Train(TrainArgs),
-    /// Simulate an arm with known errors; write logs, problem.toml and truth.json
+    /// Simulate an arm with known errors; write logs, problem.toml, truth.json and true.urdf
     Simulate(SimulateArgs),
     /// Run experiments on trials with known errors
     #[command(subcommand)]

@@ -92,6 +92,10 @@ pub struct EvaluateArgs {
     /// predict from its covariance how well the contacts should fit
     #[arg(long, value_name = "FILE")]
     pub estimate: Option<PathBuf>,
+    /// truth.json of the simulation that wrote the problem and its logs, to print how far the tool
+    /// is from where it truly is, across the workspace
+    #[arg(long, value_name = "FILE")]
+    pub truth: Option<PathBuf>,
     /// Replaced: the problem names the nominal URDF.
     #[arg(long, value_name = "FILE", hide = true, requires = "mukca", conflicts_with = "problem")]
     pub nominal: Option<PathBuf>,

@@ -39,7 +39,7 @@ pub struct SimulateArgs {
     /// The scenario.
     #[command(flatten)]
     pub source: ScenarioSource,
-    /// Folder to write the logs, problem.toml, scenario.toml and truth.json into
+    /// Folder to write the logs, problem.toml, scenario.toml, truth.json and true.urdf into
     #[arg(long, value_name = "DIR")]
     pub out: PathBuf,
     /// Seed of the errors and the noise

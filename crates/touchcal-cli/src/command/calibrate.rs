@@ -36,7 +36,7 @@ pub fn run(args: &CalibrateArgs) -> Result<Outcome, Failure> {
         output::print(&file.to_json()?)?;
     } else {
         let detail = if args.all { Detail::Every } else { Detail::Grouped };
-        output::print(&calibration.summary(detail, &next(&args.source, &written)))?;
+        output::print_result(solved.estimate.status, &calibration.summary(detail, &next(&args.source, &written)))?;
     }
     Ok(outcome(&solved.estimate))
 }

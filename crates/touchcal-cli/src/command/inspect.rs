@@ -55,7 +55,7 @@ fn text(loaded: &Loaded, inspection: &Inspection, detail: Detail) -> String {
         joints(loaded, inspection),
         "Expected standard deviations with the assumed noise\n".to_owned(),
         summary::parameters(&lines, detail),
-        summary::identifiability(&inspection.identifiability, detail),
+        summary::identifiability(&inspection.identifiability, &inspection.parameters, detail),
         format!("Observability  O1 {o1:.3e}  O2 {o2:.3e}  O3 {o3:.3e}  O4 {o4:.3e}  O5 {o5:.3e}\n"),
         note.to_owned(),
         warnings(inspection),

@@ -73,7 +73,9 @@ fn summary(folder: &Path, file: &ScenarioFile, simulated: &SimulatedTrial) -> St
     let folder = folder.display();
     [
         table.to_string(),
-        format!("\nWritten to {folder}: problem.toml and the logs it names, scenario.toml, truth.json.\n\nNext\n"),
+        format!(
+            "\nWritten to {folder}: problem.toml and the logs it names, scenario.toml, truth.json, true.urdf.\n\nNext\n"
+        ),
         format!("  touchcal inspect {folder}/problem.toml\n"),
         format!("  touchcal calibrate {folder}/problem.toml --out {folder}/calibrated\n"),
     ]

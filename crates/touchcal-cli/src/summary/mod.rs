@@ -7,10 +7,15 @@ mod parameters;
 pub use layout::{INDENT, millimetres};
 pub use parameters::{Detail, ParameterRow, in_user_units, parameters};
 
-use touchcal::estimate::{Estimate, Fixture, Identifiability, NullDirection, PredictiveCheck, Score, Spread, Status};
+use touchcal::contact::RowsLeftOut;
+use touchcal::estimate::{
+    Estimate, Fixture, Identifiability, NullDirection, ParameterEstimate, PredictiveCheck, Score, Spread, Status,
+    WorkspaceUncertainty,
+};
 use touchcal::io::Loaded;
 use touchcal::io::calibration_folder::{Solved, Written};
 use touchcal::io::estimate_file::{EstimateFile, HeldOutEntry, ScatterEntry};
+use touchcal::parameter::Block;
 use touchcal::solver::{StopReason, Termination};
 
 use crate::table::{Table, fixed, signed};
@@ -20,7 +25,9 @@ use layout::wrapped;
 /// Most fixtures listed one by one.
 pub const MOST_FIXTURES: usize = 12;
 /// Most directions of the null space listed one by one.
-const MOST_DIRECTIONS: usize = 8;
+const MOST_DIRECTIONS: usize = 3;
+/// Most remedies listed below directions that are not.
+const MOST_REMEDIES: usize = 2;
 
 /// A calibration and its files.
 pub struct Calibration<'a> {
@@ -35,11 +42,13 @@ pub struct Calibration<'a> {
 }
 
 impl Calibration<'_> {
-    /// The summary; `next` is the advice for a usable result.
+    /// The summary after the [`verdict`], its first words; `next` is the advice for a usable
+    /// result.
     pub fn summary(&self, detail: Detail, next: &str) -> String {
         let Solved { estimate, prefit, .. } = self.solved;
         let problem = &self.loaded.problem;
-        let count = &self.file.contacts;
+        let Termination { reason, iterations, .. } = estimate.termination;
+        let reason = reason.name().replace('_', " ");
         let lines = estimate.parameters.iter().map(|entry| ParameterRow {
             parameter: &entry.parameter,
             value: Some(entry.value),
@@ -51,10 +60,10 @@ impl Calibration<'_> {
         let source = if problem.noise.is_estimated { "estimated noise" } else { "declared noise" };
         [
             format!("{}\n", self.headline()),
-            format!("Robot     {}\n", robot(self.loaded)),
-            format!("Contacts  {} rows read, {} contacts used, {} rejected\n", count.read, count.used, count.rejected),
+            format!("Contacts  {}\n", wrapped(&self.rows())),
             format!("Noise     {:.2} times the {source}\n", estimate.noise_factor),
-            self.tool(),
+            format!("Robot     {}\n", robot(self.loaded)),
+            format!("Search    {reason} after {iterations} steps, {:.2} s\n", self.file.seconds),
             predictive_check(estimate.predictive_check.as_ref()),
             freed_effects(&estimate.freed_effects),
             self.held_out(),
@@ -64,7 +73,7 @@ impl Calibration<'_> {
             "Distance from touching (mm)\n".to_owned(),
             residuals(&problem.fixtures, &scores),
             parameters(&lines, detail),
-            identifiability(&estimate.identifiability, detail),
+            identifiability(&estimate.identifiability, &estimate.parameters, detail),
             declarations(estimate, problem),
             competing_minima(estimate),
             self.warnings(),
@@ -74,34 +83,36 @@ impl Calibration<'_> {
         .concat()
     }
 
-    /// Whether the result may be used.
+    /// What follows the verdict: the expected error of the tool, or that the result must not be
+    /// used.
     fn headline(&self) -> String {
-        let Termination { reason, iterations, .. } = self.solved.estimate.termination;
-        let search = format!("converged in {iterations} steps, {:.2} s", self.file.seconds);
-        match self.solved.estimate.status {
-            Status::Usable => format!("Calibrated: usable ({search})."),
-            Status::Doubtful => format!("Calibrated: DOUBTFUL, see the warnings ({search})."),
-            Status::NotUsable if reason == StopReason::Converged => {
-                "*** NOT USABLE (see the warnings): DO NOT USE this result. ***".to_owned()
+        let Estimate { status, termination, workspace_uncertainty, .. } = &self.solved.estimate;
+        let error =
+            workspace_uncertainty.map_or_else(|| "the tool's expected error is not known".to_owned(), tool_error);
+        let blanks = " ".repeat(INDENT.len().saturating_sub(verdict(*status).len()));
+        match status {
+            Status::Usable => blanks + &wrapped(&error),
+            Status::Doubtful => blanks + &wrapped(&format!("{error}; see the warnings")),
+            Status::NotUsable if termination.reason == StopReason::Converged => {
+                ": DO NOT USE this result, see the warnings".to_owned()
             }
-            Status::NotUsable => {
-                let reason = reason.name().replace('_', " ");
-                format!(
-                    "*** NOT USABLE (not converged: {reason} after {iterations} steps): DO NOT USE this result. ***"
-                )
-            }
+            Status::NotUsable => ": DO NOT USE this result, the search did not converge".to_owned(),
         }
     }
 
-    /// How well the tool is known.
-    fn tool(&self) -> String {
-        self.solved.estimate.workspace_uncertainty.map_or_else(String::new, |known| {
-            let [position, distance] = [known.position, known.distance].map(millimetres);
-            let angle = fixed(known.angle.to_degrees(), 3);
-            format!(
-                "Tool      ± {position} mm and {angle}° in base, ± {distance} mm between two positions (standard deviations)\n"
-            )
-        })
+    /// What became of the rows that were read.
+    fn rows(&self) -> String {
+        let count = &self.file.contacts;
+        let RowsLeftOut { out_of_contact, at_rest, repeated } = self.loaded.problem.contacts.rows_left_out();
+        let others = [(out_of_contact, "not in contact"), (at_rest, "at rest"), (repeated, "read twice")];
+        let others = others.iter().filter(|(rows, _)| *rows > 0).map(|(rows, why)| format!(", {rows} {why}"));
+        format!(
+            "{} rows read: {} used, {} rejected{}",
+            count.read,
+            count.used,
+            count.rejected,
+            others.collect::<String>()
+        )
     }
 
     /// The scatter of contacts that were held out.
@@ -161,9 +172,30 @@ impl Calibration<'_> {
     }
 }
 
+/// The verdict on a result, with which its summary begins.
+pub fn verdict(status: Status) -> &'static str {
+    match status {
+        Status::Usable => "USABLE",
+        Status::Doubtful => "DOUBTFUL",
+        Status::NotUsable => "NOT USABLE",
+    }
+}
+
+/// The expected error (root mean square) of the tool, after and before the calibration.
+fn tool_error(tool: WorkspaceUncertainty) -> String {
+    let pose = |position, angle: f64| format!("{} mm, {}°", millimetres(position), fixed(angle.to_degrees(), 3));
+    format!(
+        "expected tool error in base {} (before: {}), between two positions {} mm (before: {} mm)",
+        pose(tool.position, tool.angle),
+        pose(tool.nominal_position, tool.nominal_angle),
+        millimetres(tool.distance),
+        millimetres(tool.nominal_distance)
+    )
+}
+
 /// A warning with its advice.
 pub fn warning(words: &str, advice: &str) -> String {
-    format!("Warning   {}\n          -> {advice}\n", wrapped(words))
+    format!("Warning   {}\n{INDENT}-> {advice}\n", wrapped(words))
 }
 
 /// Name, size and ends of the chain.
@@ -233,26 +265,54 @@ fn predictive_check(check: Option<&PredictiveCheck>) -> String {
     })
 }
 
-/// Rank, condition number and null space as text.
-pub fn identifiability(identifiability: &Identifiability, detail: Detail) -> String {
-    let (rank, parameters, null) =
-        (identifiability.rank, identifiability.singular_values.len(), &identifiability.null_space);
-    let head = format!(
-        "Identifiable  {rank} of {parameters} directions (condition number {})\n",
-        fixed(identifiability.condition, 0)
-    );
+/// Rank, condition number and null space as text; the null space of `parameters` by groups, unless
+/// few directions or `detail` is asked for.
+pub fn identifiability(found: &Identifiability, parameters: &[ParameterEstimate], detail: Detail) -> String {
+    let (rank, all, null) = (found.rank, found.singular_values.len(), &found.null_space);
+    let head = format!("Identifiable  {rank} of {all} directions (condition number {})\n", fixed(found.condition, 0));
     if null.is_empty() {
         return head + "\n";
     }
-    let shown = if detail == Detail::Every { null.len() } else { MOST_DIRECTIONS.min(null.len()) };
+    if detail == Detail::Grouped && null.len() > MOST_DIRECTIONS {
+        let (count, kinds) = (null.len(), kinds(null, parameters));
+        let words = format!("in {count} directions the data add less than the prior: {kinds} (--all lists them)");
+        let mut remedies: Vec<&String> = null.iter().filter_map(|null| null.remedy.as_ref()).collect();
+        remedies.dedup();
+        let remedies = remedies.into_iter().take(MOST_REMEDIES).map(|words| format!("{INDENT}-> {words}\n"));
+        return format!("{head}{INDENT}{}\n{}\n", wrapped(&words), remedies.collect::<String>());
+    }
     let remedy = |words: &String| format!("    -> {words}\n");
     let line = |null: &NullDirection| {
         format!("  - {}\n{}", null.description, null.remedy.as_ref().map_or_else(String::new, remedy))
     };
-    let each: String = null[..shown].iter().map(line).collect();
-    let more = match null.len() - shown {
-        0 => String::new(),
-        more => format!("  … and {more} more (--all lists them)\n"),
-    };
-    format!("{head}Unobservable directions (the data add less than the prior):\n{each}{more}\n")
+    let each: String = null.iter().map(line).collect();
+    format!("{head}Unobservable directions (the data add less than the prior):\n{each}\n")
+}
+
+/// Numbers of directions by the parameters that take part.
+fn kinds(null: &[NullDirection], parameters: &[ParameterEstimate]) -> String {
+    const KINDS: [&str; 6] = [
+        "between arm and fixtures",
+        "between arm and tool",
+        "between tool and fixtures",
+        "within the arm",
+        "of one parameter on which no contact depends",
+        "others",
+    ];
+    let mut counts = [0; KINDS.len()];
+    for direction in null {
+        let blocks: Vec<Block> = direction.named().map(|k| parameters[k].parameter.id.block()).collect();
+        let has_arm = blocks.iter().any(|block| !block.is_nuisance());
+        let (has_tool, has_fixture) = (blocks.contains(&Block::Tool), blocks.contains(&Block::Fixture));
+        counts[match (has_arm, has_tool, has_fixture) {
+            _ if blocks.len() == 1 => 4,
+            (true, _, true) => 0,
+            (true, true, false) => 1,
+            (false, true, true) => 2,
+            (true, false, false) if blocks.iter().all(|block| !block.is_nuisance()) => 3,
+            _ => 5,
+        }] += 1;
+    }
+    let each = counts.iter().zip(KINDS).filter(|(count, _)| **count > 0);
+    each.map(|(count, kind)| format!("{count} {kind}")).collect::<Vec<String>>().join(", ")
 }

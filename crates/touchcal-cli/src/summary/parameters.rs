@@ -6,6 +6,8 @@ use crate::table::{Table, fixed, signed};
 
 /// Largest number of groups listed per block.
 const MOST_GROUPS: usize = 8;
+/// Largest number of other parameters listed.
+const MOST_SCALARS: usize = 10;
 /// Marks parameters that the data do not determine.
 const MARK: &str = "*";
 
@@ -60,7 +62,7 @@ pub fn parameters(lines: &[ParameterRow<'_>], detail: Detail) -> String {
     let lines: Vec<&ParameterRow<'_>> =
         lines.iter().filter(|line| detail == Detail::Every || !is_directional(line)).collect();
     let single: Vec<&ParameterRow<'_>> = lines.iter().copied().filter(|line| !apart(line)).collect();
-    let mut text = scalars(&single);
+    let mut text = scalars(&single, if detail == Detail::Grouped { MOST_SCALARS } else { usize::MAX });
     if detail == Detail::Grouped {
         for (block, title) in [(Block::JointOrigin, "joint origin"), (Block::Tool, "tool"), (Block::Fixture, "fixture")]
         {
@@ -83,18 +85,21 @@ pub fn parameters(lines: &[ParameterRow<'_>], detail: Detail) -> String {
     text + "\n"
 }
 
-/// Before solving there are no values, and no column for them.
-fn scalars(lines: &[&ParameterRow<'_>]) -> String {
-    if lines.is_empty() {
+/// A line for each parameter; of more than `most` only the first that are identifiable. Before
+/// solving there are no values, and no column for them.
+fn scalars(all: &[&ParameterRow<'_>], most: usize) -> String {
+    if all.is_empty() {
         return String::new();
     }
+    let is_listed = |line: &&&ParameterRow<'_>| all.len() <= most || line.identifiable;
+    let lines: Vec<&ParameterRow<'_>> = all.iter().filter(is_listed).take(most).copied().collect();
     let solved = lines.iter().any(|line| line.value.is_some());
     let mut table = Table::default();
     let headings = ["parameter", "value", "± sigma", "prior", "unit", ""];
     let shown =
         |cells: [String; 6]| cells.into_iter().enumerate().filter(move |(i, _)| solved || *i != 1).map(|(_, c)| c);
     table.row(shown(headings.map(str::to_owned)));
-    for line in lines {
+    for line in &lines {
         let (factor, unit, decimals) = in_user_units(line.parameter.unit);
         let number =
             |value: Option<f64>| value.map_or("-".to_owned(), |value| format!("{:.decimals$}", factor * value));
@@ -107,7 +112,14 @@ fn scalars(lines: &[&ParameterRow<'_>]) -> String {
             if line.identifiable { String::new() } else { format!("{MARK} not identifiable") },
         ]));
     }
-    table.to_string()
+    let more = match all.len() - lines.len() {
+        0 => String::new(),
+        more => {
+            let unknown = all.iter().filter(|line| !line.identifiable).count();
+            format!("  … and {more} more; {unknown} are not identifiable (--all lists them)\n")
+        }
+    };
+    format!("{table}{more}")
 }
 
 /// Twists, a line of values and a line of standard deviations each.

@@ -2,10 +2,18 @@
 
 use std::path::Path;
 
-use super::{json, stderr, stdout, touchcal};
+use super::{errors, json, stdout, touchcal};
 
-const FILES: [&str; 7] =
-    ["problem.toml", "scenario.toml", "hole.csv", "truth.json", "calibrated.urdf", "estimate.json", "report.html"];
+const FILES: [&str; 8] = [
+    "problem.toml",
+    "scenario.toml",
+    "hole.csv",
+    "truth.json",
+    "true.urdf",
+    "calibrated.urdf",
+    "estimate.json",
+    "report.html",
+];
 
 /// The file's lines but the one that tells the time taken.
 fn timeless(path: &Path) -> String {
@@ -18,7 +26,7 @@ fn demo_finds_the_truth_and_its_example_gives_the_same_again() {
     let folder = tempfile::tempdir().unwrap();
     let at = |name: &str| folder.path().join("touchcal-demo").join(name);
     let done = touchcal(folder.path(), &["demo"]).success();
-    assert_eq!(stderr(&done), "", "quiet where stderr is no terminal");
+    assert_eq!(errors(&done), "", "quiet where stderr is no terminal");
     let text = stdout(&done);
     assert!(text.contains("joint_offset.joint_a7") && text.contains("at 100 other poses"), "{text}");
     let (estimate, truth) = (json(&at("estimate.json")), json(&at("truth.json")));

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::golden::golden;
-use super::{stderr, stdout, touchcal};
+use super::{json, stderr, stdout, touchcal};
 
 /// Sockets of one arm, recorded for its calibration in `fit` and once more in `check`.
 fn recorded_twice(folder: &Path) {
@@ -83,4 +83,46 @@ fn a_calibration_that_is_not_usable_stays_so() {
     let said = stderr(&done);
     assert!(said.contains("the calibration of out/estimate.json is not usable: do not use it"), "{said}");
     assert!(stdout(&done).contains("found/predicted"), "{}", stdout(&done));
+}
+
+/// Calibrated and nominal arm are off by what the summary expects, and the true arm by nothing. The
+/// truth of another robot is refused.
+#[test]
+fn errors_against_the_truth_are_told() {
+    let folder = tempfile::tempdir().unwrap();
+    let simulate = ["simulate", "--preset", "workcell", "--contacts", "600", "--seed", "3", "--out", "sim"];
+    touchcal(folder.path(), &simulate).success();
+    touchcal(folder.path(), &["calibrate", "sim/problem.toml", "--out", "out"]).success();
+    let truth = ["--truth", "sim/truth.json"];
+    let found = evaluated(folder.path(), "sim/problem.toml", &[&ESTIMATE[..], &truth].concat());
+    let rms = |of: &serde_json::Value, name: &str| of[name]["rms"].as_f64().unwrap();
+    let expected = &json(&folder.path().join("out/estimate.json"))["workspace_uncertainty"];
+    for (error, sigma, nominal) in [
+        ("position_mm", "position_mm", "nominal_position_mm"),
+        ("angle_deg", "angle_deg", "nominal_angle_deg"),
+        ("distance_mm", "distance_mm", "nominal_distance_mm"),
+    ] {
+        let (after, before) = (rms(&found["truth"]["given"], error), rms(&found["truth"]["nominal"], error));
+        let [sigma, nominal] = [sigma, nominal].map(|name| expected[name].as_f64().unwrap());
+        println!("{error}: {after} (expected {sigma}), nominal {before} (expected {nominal})");
+        // One draw of the errors.
+        assert!(after < 3.0 * sigma, "{error}: {after}, expected {sigma}");
+        assert!((0.5..2.0).contains(&(before / nominal)), "{error}: {before}, expected {nominal}");
+    }
+    assert!(rms(&found["truth"]["given"], "aligned_position_mm") < rms(&found["truth"]["given"], "position_mm"));
+
+    touchcal(folder.path(), &["simulate", "--preset", "paper", "--contacts", "60", "--out", "exact"]).success();
+    let args = ["evaluate", "exact/problem.toml", "--urdf", "exact/true.urdf", "--truth", "exact/truth.json"];
+    let text = stdout(&touchcal(folder.path(), &[&args[..], &["--json"]].concat()).success());
+    let found: serde_json::Value = serde_json::from_str(&text).unwrap();
+    for name in ["position_mm", "angle_deg", "aligned_position_mm", "aligned_angle_deg", "distance_mm"] {
+        assert!(found["truth"]["given"][name]["max"].as_f64().unwrap() < 1e-6, "{name}: {text}");
+    }
+    assert!(rms(&found["truth"]["nominal"], "position_mm") > 10.0, "{text}");
+
+    let other = std::fs::read_to_string(folder.path().join("exact/truth.json")).unwrap();
+    std::fs::write(folder.path().join("other.json"), other.replace("joint_a3", "elbow")).unwrap();
+    let args = ["evaluate", "exact/problem.toml", "--urdf", "exact/true.urdf", "--truth", "other.json"];
+    let refused = touchcal(folder.path(), &args).code(1);
+    assert!(stderr(&refused).contains("expected a parameter of the robot \"iiwa14\""), "{}", stderr(&refused));
 }

@@ -306,7 +306,7 @@ fn places_that_are_uncertain_are_scored_with_a_note() {
 fn an_undetermined_arm_is_not_usable_and_says_so() {
     let folder = one_socket(SOCKET);
     let done = touchcal(folder.path(), &["calibrate", "problem.toml", "--out", "out"]).code(3);
-    assert!(stdout(&done).starts_with("*** NOT USABLE"), "{}", stdout(&done));
+    assert!(stdout(&done).starts_with("NOT USABLE: DO NOT USE"), "{}", stdout(&done));
     assert!(stderr(&done).contains("NOT USABLE"));
     let estimate = json(&folder.path().join("out/estimate.json"));
     assert_eq!(estimate["status"], "not_usable");

@@ -78,6 +78,10 @@ fn an_interrupted_battery_keeps_its_rows() {
     let output = child.wait_with_output().unwrap();
     assert_eq!(output.status.code(), Some(130));
     let printed = "touchcal: error: interrupted; finished rows are saved, the same command continues with the others\n";
-    assert_eq!(String::from_utf8(output.stderr).unwrap(), printed);
+    let stderr = String::from_utf8(output.stderr).unwrap();
+    // On a slow machine lines of progress precede it.
+    let (before, last) = stderr.split_at(stderr.len().saturating_sub(printed.len()));
+    assert_eq!(last, printed);
+    assert!(before.lines().all(|line| line.starts_with("touchcal: Trials, ")), "{stderr}");
     assert!(output.stdout.is_empty() && rows() > 0 && !folder.path().join("out/falsified.json").exists());
 }

@@ -44,6 +44,15 @@ fn stderr(done: &Assert) -> String {
     String::from_utf8(done.get_output().stderr.clone()).unwrap()
 }
 
+/// What is printed to stderr, without the lines of progress that a slow machine adds.
+fn errors(done: &Assert) -> String {
+    let is_progress = |line: &&str| {
+        let seconds = line.split_once(" s: ").and_then(|(before, _)| before.rsplit_once(", "));
+        seconds.is_some_and(|(_, seconds)| seconds.parse::<u32>().is_ok())
+    };
+    stderr(done).lines().filter(|line| !is_progress(line)).flat_map(|line| [line, "\n"]).collect()
+}
+
 fn json(path: &Path) -> serde_json::Value {
     serde_json::from_str(&std::fs::read_to_string(path).unwrap()).unwrap()
 }

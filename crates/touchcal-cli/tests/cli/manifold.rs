@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use super::golden::golden;
-use super::{data, json, stderr, stdout, touchcal};
+use super::{data, errors, json, stderr, stdout, touchcal};
 
 fn offline() -> String {
     let path = data().join("mujoco_iiwa14/extrusion/offline/contact_poses.csv.gz");
@@ -16,7 +16,7 @@ fn recorded_poses_are_stored_thinned() {
     let poses = offline();
     let args = ["manifold", "--poses", &poses, "--fixture", "hole", "--spacing-mm", "1", "--out"];
     let done = touchcal(folder.path(), &[&args[..], &["new/m.safetensors"]].concat()).success();
-    assert_eq!(stderr(&done), "");
+    assert_eq!(errors(&done), "");
     golden("manifold.txt", &stdout(&done));
     let again = touchcal(folder.path(), &[&args[..], &["again.safetensors", "--json"]].concat()).success();
     let bytes = |name: &str| std::fs::read(folder.path().join(name)).unwrap();

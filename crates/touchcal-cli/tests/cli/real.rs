@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::{data, json, stderr, stdout, touchcal};
+use super::{data, errors, json, stderr, stdout, touchcal};
 
 /// Writes `sockets/problem.toml` for the logs of a real arm into a folder; returns its name there.
 fn sockets(folder: &Path, logs: &Path, urdf: &Path, more: &[&str]) -> &'static str {
@@ -19,14 +19,14 @@ fn kuka_fitted_in_front_is_right_on_the_left() {
     let problem = sockets(folder.path(), &mukca.join("kuka_14"), &mukca.join("iiwa14.urdf"), &[]);
     let args = ["calibrate", problem, "--only", "front", "--out", "out"];
     let done = touchcal(folder.path(), &args).success();
-    assert_eq!(stderr(&done), "");
+    assert_eq!(errors(&done), "");
     assert!(stdout(&done).contains("--except front --urdf out/calibrated.urdf"), "{}", stdout(&done));
     let estimate = json(&folder.path().join("out/estimate.json"));
     assert_eq!(estimate["status"], "usable");
 
     let args = ["evaluate", problem, "--only", "left_back", "--urdf", "out/calibrated.urdf", "--json"];
     let done = touchcal(folder.path(), &args).success();
-    assert_eq!(stderr(&done), "");
+    assert_eq!(errors(&done), "");
     let score: serde_json::Value = serde_json::from_str(&stdout(&done)).unwrap();
     let mean = |scores: &serde_json::Value| scores["mean_mm"].as_f64().unwrap();
     assert!(mean(&score) <= 0.15 && mean(&score["nominal"]) > 0.5, "{score}");

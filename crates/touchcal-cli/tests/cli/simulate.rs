@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::{json, stderr, stdout, touchcal};
+use super::{errors, json, stderr, stdout, touchcal};
 
 fn bytes(folder: &Path, names: &[&str]) -> Vec<Vec<u8>> {
     names.iter().map(|name| std::fs::read(folder.join(name)).unwrap()).collect()
@@ -14,9 +14,9 @@ fn a_preset_is_simulated_and_calibrated() {
     let at = |name: &str| folder.path().join(name);
     let args = ["simulate", "--preset", "leo_aluminium", "--seed", "3", "--contacts", "1500", "--out"];
     let done = touchcal(folder.path(), &[&args[..], &["a"]].concat()).success();
-    assert!(stderr(&done).is_empty() && stdout(&done).contains("touchcal calibrate a/problem.toml"));
+    assert!(errors(&done).is_empty() && stdout(&done).contains("touchcal calibrate a/problem.toml"));
     touchcal(folder.path(), &[&args[..], &["b"]].concat()).success();
-    let names = ["problem.toml", "scenario.toml", "hole.csv", "truth.json"];
+    let names = ["problem.toml", "scenario.toml", "hole.csv", "truth.json", "true.urdf"];
     assert_eq!(bytes(&at("a"), &names), bytes(&at("b"), &names), "the same seed, the same bytes");
     let header = std::fs::read_to_string(at("a/hole.csv")).unwrap().lines().next().unwrap().to_owned();
     assert!(
@@ -156,7 +156,7 @@ fn refused(text: &str, message: &[&str]) {
     for part in message {
         assert!(stderr(&done).contains(part), "expected `{part}` in: {}", stderr(&done));
     }
-    assert_eq!(stderr(&done).lines().count(), 1);
+    assert_eq!(errors(&done).lines().count(), 1);
     assert!(stdout(&done).is_empty() && !folder.path().join("out").exists());
 }
 

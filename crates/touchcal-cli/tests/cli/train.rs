@@ -4,7 +4,7 @@ use std::path::Path;
 use std::process::Command;
 use std::time::{Duration, Instant};
 
-use super::{data, json, start, stderr, stdout, touchcal};
+use super::{data, errors, json, start, stderr, stdout, touchcal};
 
 /// Options of a network that learns in a second.
 const SMALL: [&str; 8] = ["--width", "32", "--depth", "2", "--pairs", "20000", "--learning-rate", "0.003"];
@@ -39,7 +39,7 @@ fn wait_for_checkpoints(path: &Path) {
 fn a_network_is_trained_and_used() {
     let folder = with_manifold();
     let done = touchcal(folder.path(), &train("new/net", &["--steps", "300", "--onnx"])).success();
-    assert_eq!(stderr(&done), "");
+    assert_eq!(errors(&done), "");
     let shown = stdout(&done);
     for part in
         ["Network   6 - 32 - 32 - 6", "mm, offsets up to", "10 mm, 10 deg ", "100 mm, 30 deg, outside", "weights.onnx"]

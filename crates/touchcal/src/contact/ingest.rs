@@ -5,7 +5,7 @@ use std::hash::{DefaultHasher, Hash, Hasher};
 
 use super::detection::{Detection, Detector};
 use super::load::Load;
-use super::log::{ContactLog, Source};
+use super::log::{ContactLog, RowsLeftOut, Source};
 use super::repetition::repeated_rows_note;
 use crate::robot::Robot;
 use crate::se3::Wrench;
@@ -85,8 +85,7 @@ pub struct ContactIngest<'a> {
     /// Hash of all that the file holds of the next row.
     fingerprint: Option<u64>,
     known: &'a mut KnownRows,
-    /// Number of rows in contact that were known before.
-    repeated: usize,
+    left_out: RowsLeftOut,
     /// The rows have forces, and nothing decides which of them are contacts.
     has_unused_forces: bool,
 }
@@ -115,7 +114,7 @@ impl<'a> ContactIngest<'a> {
             wrench_before: None,
             fingerprint: None,
             known,
-            repeated: 0,
+            left_out: RowsLeftOut::default(),
             has_unused_forces: false,
         }
     }
@@ -154,6 +153,7 @@ impl<'a> ContactIngest<'a> {
             None => flag,
         };
         if !is_touching {
+            self.left_out.out_of_contact += 1;
             return Ok(());
         }
         if self.log.len() >= MAX_CONTACTS.min(MAX_POSITIONS / self.log.dof().max(1)) {
@@ -161,7 +161,7 @@ impl<'a> ContactIngest<'a> {
         }
         let fingerprint = self.fingerprint.unwrap_or_else(|| self.fingerprint_of(number, q, &wrench));
         if !self.known.0.insert(fingerprint) {
-            self.repeated += 1;
+            self.left_out.repeated += 1;
             return Ok(());
         }
         self.log.push(q, self.options.fixture, Source { line: number, file: self.file });
@@ -199,14 +199,15 @@ impl<'a> ContactIngest<'a> {
     /// appends notes, each once: on rows that were read twice, that contacts repeat one another
     /// while the arm is at rest, and that forces were not used.
     pub fn finish(&mut self, rows: u64) {
-        if self.repeated > 0 {
-            let all = self.repeated + self.log.len() - self.first;
-            self.note(&repeated_rows_note(self.repeated, all));
+        if self.left_out.repeated > 0 {
+            let repeated = self.left_out.repeated as usize;
+            self.note(&repeated_rows_note(repeated, repeated + self.log.len() - self.first));
         }
         if let Some(note) = self.thin() {
             self.note(&note);
         }
         self.log.count_rows(rows);
+        self.log.count_left_out(self.left_out);
         if let Some(load) = self.options.load {
             load.apply(self.robot, self.log, self.first);
         }
@@ -220,6 +221,7 @@ impl<'a> ContactIngest<'a> {
     fn thin(&mut self) -> Option<String> {
         if let Some(apart) = self.options.apart {
             let kept = self.log.apart(self.first, apart);
+            self.left_out.at_rest += (self.log.len() - self.first - kept.len()) as u64;
             self.log.keep(self.first, &kept);
             return None;
         }

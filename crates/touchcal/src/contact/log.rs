@@ -29,6 +29,27 @@ pub struct ContactLog {
     load_lags: Vec<f64>,
     notes: Vec<String>,
     rows_read: u64,
+    rows_left_out: RowsLeftOut,
+}
+
+/// Numbers of rows that were read and are no contacts of a log, by reason.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct RowsLeftOut {
+    /// Below the force threshold, or not flagged as contacts.
+    pub out_of_contact: u64,
+    /// In contact, but no farther from the contact before than
+    /// [`IngestOptions::apart`](crate::contact::IngestOptions::apart).
+    pub at_rest: u64,
+    /// Read before, in the same file or in another.
+    pub repeated: u64,
+}
+
+impl std::ops::AddAssign for RowsLeftOut {
+    fn add_assign(&mut self, other: RowsLeftOut) {
+        self.out_of_contact += other.out_of_contact;
+        self.at_rest += other.at_rest;
+        self.repeated += other.repeated;
+    }
 }
 
 impl ContactLog {
@@ -65,6 +86,11 @@ impl ContactLog {
     /// Adds `rows` to the number of rows that were read, in contact or not.
     pub fn count_rows(&mut self, rows: u64) {
         self.rows_read += rows;
+    }
+
+    /// Adds to the numbers of rows that were read and left out.
+    pub fn count_left_out(&mut self, rows: RowsLeftOut) {
+        self.rows_left_out += rows;
     }
 
     /// Appends a note for the user, in words, on an assumption that the reader made.
@@ -167,6 +193,7 @@ impl ContactLog {
         other.load_lags.iter().zip(first..).for_each(|(&lag, file)| self.set_load_lag(file, lag));
         self.notes.extend_from_slice(&other.notes);
         self.rows_read += other.rows_read;
+        self.rows_left_out += other.rows_left_out;
         for i in 0..other.len() {
             let Source { file, line } = other.source(i);
             self.push(other.q(i), fixture, Source { file: first + file, line });
@@ -239,13 +266,18 @@ impl ContactLog {
         self.rows_read
     }
 
+    /// Numbers of rows read that are no contacts, as [`ContactLog::count_left_out`] added them up.
+    pub fn rows_left_out(&self) -> RowsLeftOut {
+        self.rows_left_out
+    }
+
     /// The contacts whose number `i` fulfils `keep(i)`, in order, with their loads and
     /// temperatures, all files and notes and the number of rows read. `keep` is called once for
     /// each contact, in order.
     pub fn filtered(&self, mut keep: impl FnMut(usize) -> bool) -> ContactLog {
         let (files, notes, load_lags) = (self.files.clone(), self.notes.clone(), self.load_lags.clone());
-        let rows_read = self.rows_read;
-        let mut log = ContactLog { files, notes, load_lags, rows_read, ..ContactLog::new(self.dof) };
+        let (rows_read, rows_left_out) = (self.rows_read, self.rows_left_out);
+        let mut log = ContactLog { files, notes, load_lags, rows_read, rows_left_out, ..ContactLog::new(self.dof) };
         for i in (0..self.len()).filter(|&i| keep(i)) {
             log.push(self.q(i), self.fixture(i), self.source(i));
             log.copy_measurements(self, i);

@@ -22,5 +22,5 @@ pub use detection::{Detection, Detector};
 pub(crate) use ingest::Row;
 pub use ingest::{ContactIngest, IngestOptions, KnownRows, LogFull, MAX_CONTACTS};
 pub use load::{Load, LoadFrame, LoadOn};
-pub use log::{ContactLog, Source};
+pub use log::{ContactLog, RowsLeftOut, Source};
 pub use repetition::{note_repetition, repeated_contacts, repeated_rows_note};

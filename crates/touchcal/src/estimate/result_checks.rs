@@ -48,6 +48,11 @@ pub(super) fn result_warnings(
 ) -> Vec<Warning> {
     let problem = search.model.problem;
     let mut warnings = input_warnings(&search.model);
+    warnings.extend(search.contradiction.filter(|_| search.has_excess_scatter).map(|(k, deviations)| {
+        let Parameter { name, prior, .. } = &search.model.layout.parameters[k];
+        let has_prior = prior.sigma().is_some();
+        Warning::ContradictedDeclarations { name: name.clone(), deviations, has_prior }
+    }));
     warnings.extend(data_warnings(search, statistics));
     warnings.extend(fit_warnings(search, statistics, estimate));
     if let Some(other) = estimate.competing_minima.first() {
@@ -267,12 +272,12 @@ fn harmonics(problem: &Problem, estimate: &Estimate) -> Option<Warning> {
 fn value_warning(entry: &ParameterEstimate, search: &SearchState<'_>) -> Option<Warning> {
     let problem = search.model.problem;
     let thresholds = &problem.options.thresholds;
-    let Parameter { name, id, scale, .. } = &entry.parameter;
+    let Parameter { name, id, unit, scale, .. } = &entry.parameter;
     let (name, value) = (name.clone(), entry.value);
     let (prior, own) = (entry.parameter.prior_sigma(), entry.sigma.unwrap_or(0.0));
     match id {
         _ if !id.block().is_nuisance() && value.abs() > thresholds.implausible_scales * scale => {
-            Some(Warning::Implausible { name, value })
+            Some(Warning::Implausible { name, value, unit: *unit })
         }
         ParameterId::GapBias(_) if prior.is_some_and(|prior| value.abs() > thresholds.prior_deviations[0] * prior) => {
             Some(Warning::NotTouching { name, gap: value })

@@ -41,7 +41,7 @@ impl ParameterErrors {
 }
 
 /// `robot` with the errors of the arm that `truth` has; those of tool and fixtures are left out.
-pub(super) fn true_robot(robot: &Robot, truth: &Truth) -> Robot {
+pub(crate) fn true_robot(robot: &Robot, truth: &Truth) -> Robot {
     let arm = truth.errors.iter().filter(|(id, _)| !id.block().is_nuisance());
     let (parameters, values) = kinematic_part(arm.copied());
     calibrated(robot, &parameters, &values)

@@ -1,6 +1,6 @@
 //! The calibration problem of a simulated scenario, with the scenario's nominal values.
 
-use crate::contact::{ContactLog, Load, LoadFrame, LoadOn, Source};
+use crate::contact::{ContactLog, Load, LoadFrame, LoadOn, RowsLeftOut, Source};
 use crate::estimate::{
     Distance, EXACT_DISTANCE_SIGMA, EstimatorOptions, Fixture, Loss, Noise, PlacePrior, Problem, ShapeTolerance, Tool,
     TrendVariable, UnseenEffects, WrenchTolerance,
@@ -53,6 +53,8 @@ pub(super) fn posed(scenario: &Scenario, simulated: &SimulatedTrial, has_loads: 
     for (fixture, (touch, log)) in scenario.touches.iter().zip(&simulated.logs).enumerate() {
         let file = contacts.add_file(&touch.name);
         contacts.count_rows(log.len() as u64);
+        let out_of_contact = (log.len() - log.contacts().count()) as u64;
+        contacts.count_left_out(RowsLeftOut { out_of_contact, ..RowsLeftOut::default() });
         contacts.set_load_lag(file, load.lag);
         for row in log.contacts() {
             contacts.push(log.q(row), fixture, Source { file, line: row as u64 + 1 });

@@ -8,6 +8,7 @@
 //! | [`outline`] | outlines as CSV, SVG or DXF | [`Polygon`](crate::geometry::Polygon) |
 //! | [`mesh`] | bodies as STL or OBJ | [`TriangleMesh`](crate::geometry::TriangleMesh) |
 //! | [`scenario_file`] | `scenario.toml` | [`Scenario`](crate::sim::Scenario), and writes it with the problem that it poses |
+//! | [`truth_file`] | `truth.json` of a simulation | true errors of arm and tool |
 //! | [`mukca`] | a folder of ball-in-socket logs | [`Problem`](crate::estimate::Problem) |
 //! | [`trial_folder`] | trials with truth | [`Trial`](crate::experiment::Trial)s |
 //! | [`pose_file`] | poses of a tool in contact | [`PoseSamples`](crate::manifold::PoseSamples) |
@@ -55,5 +56,5 @@ pub use problem::{mukca, problem_file};
 pub use result::calibration_mcap;
 pub use result::{calibration_folder, estimate_file, offsets_yaml, ur_kinematics};
 pub use robot::urdf;
-pub use scenario::scenario_file;
+pub use scenario::{scenario_file, truth_file};
 pub use shape::{mesh, outline};

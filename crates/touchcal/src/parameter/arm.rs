@@ -115,3 +115,15 @@ pub fn joint_compliance(robot: &Robot) -> Vec<Parameter> {
     });
     each.collect()
 }
+
+/// Every parameter of the arm and the tool that the simulator draws, in the order: strain, segment
+/// strains, joint offsets, joint origins, compliances, tool.
+pub fn of_arm_and_tool(robot: &Robot) -> Vec<Parameter> {
+    let mut all = vec![strain()];
+    all.extend(segment_strain(robot));
+    all.extend(joint_offset(robot));
+    all.extend(joint_origin(robot));
+    all.extend(joint_compliance(robot));
+    all.extend((0..6).map(|k| Parameter::twist("tool", ParameterId::tool(k), k)));
+    all
+}

@@ -7,7 +7,7 @@ mod definition;
 mod nuisance;
 mod parameter_id;
 
-pub use arm::{joint_compliance, joint_offset, joint_origin, segment_strain, strain};
+pub use arm::{joint_compliance, joint_offset, joint_origin, of_arm_and_tool, segment_strain, strain};
 pub use block::Block;
 pub use definition::{Parameter, Prior, Unit};
 pub(crate) use nuisance::joint_walk_rest;

@@ -8,8 +8,7 @@ use super::recorder::{Recorder, WrenchErrors, normal};
 use super::scenario::{ArmErrors, Distribution, PlaceError, Scenario, Touch};
 use crate::geometry::{EdgeRadii, Parts};
 use crate::parameter::{
-    Parameter, ParameterId, edge_radius, joint_compliance, joint_offset, joint_origin, joint_trend, kinematic_part,
-    segment_strain, strain, wrench_bias, wrench_scale,
+    Parameter, ParameterId, edge_radius, joint_trend, kinematic_part, of_arm_and_tool, wrench_bias, wrench_scale,
 };
 use crate::robot::{JointKind, KinematicParameter, Robot, segments};
 use crate::se3::{self, Pose, Twist};
@@ -172,12 +171,7 @@ impl Truth {
     /// nothing about the truth. Drifts of placements and gap biases are left out.
     pub fn named(&self, scenario: &Scenario) -> Vec<(Parameter, f64)> {
         let robot = &scenario.robot;
-        let mut known = vec![strain()];
-        known.extend(segment_strain(robot));
-        known.extend(joint_offset(robot));
-        known.extend(joint_origin(robot));
-        known.extend(joint_compliance(robot));
-        known.extend((0..6).map(|k| Parameter::twist("tool", ParameterId::tool(k), k)));
+        let mut known = of_arm_and_tool(robot);
         for (f, touch) in scenario.touches.iter().enumerate() {
             let prefix = format!("fixture.{}", touch.name);
             known.extend((0..6).map(|k| Parameter::twist(&prefix, ParameterId::Fixture(f, k), k)));

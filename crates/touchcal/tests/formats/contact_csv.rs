@@ -5,7 +5,7 @@ use std::io::Read;
 
 use crate::support::small_arm::{ARM, arm};
 use proptest::prelude::*;
-use touchcal::contact::{AngleUnit, ContactLog, Detection, KnownRows, Load, LoadFrame, LoadOn};
+use touchcal::contact::{AngleUnit, ContactLog, Detection, KnownRows, Load, LoadFrame, LoadOn, RowsLeftOut};
 use touchcal::io::contact_csv;
 use touchcal::io::contact_log::{self, Columns, Options};
 use touchcal::io::urdf::{self, Ends};
@@ -94,6 +94,7 @@ fn an_arm_at_rest_is_one_contact_if_contacts_are_to_be_apart() {
     // Contacts of the file before are not counted on, and stay.
     assert_eq!(q(&log), [[0.5, 0.1], [0.5, 0.1], [0.5, 0.1], [0.52, 0.1], [0.5, 0.1], [0.9, 0.1]]);
     assert_eq!((lines(&log), log.rows_read()), (vec![2, 3, 2, 7, 8, 9], 14));
+    assert_eq!(log.rows_left_out(), RowsLeftOut { at_rest: 8, ..RowsLeftOut::default() });
     assert!(log.notes().is_empty(), "{:?}", log.notes());
 
     let all = read(&text).unwrap();
@@ -122,6 +123,7 @@ fn rows_that_are_equal_in_all_columns_are_one_contact() {
         contact_log::read_new(path, &arm(), &options, (&mut log, &mut known)).unwrap();
     }
     assert_eq!((lines(&log), log.fixture(3), log.rows_read()), (vec![2, 3, 4, 6], 1, 9));
+    assert_eq!(log.rows_left_out(), RowsLeftOut { repeated: 5, ..RowsLeftOut::default() });
     assert!(log.notes()[2].contains("b.csv: 4 of 5 contacts are rows that were read before"), "{:?}", log.notes());
 }
 
@@ -197,7 +199,8 @@ fn contacts_come_from_force_or_flag_or_all_rows() {
     let slow =
         Options { detection: Some(Detection { threshold: 4.0, release: 0.5, debounce: 2 }), ..Options::default() };
     assert_eq!(lines(&read_with(text.as_bytes(), &slow).unwrap()), [4, 5]);
-    assert_eq!(read_with(text.as_bytes(), &force(99.0)).unwrap().rows_read(), 4);
+    let light = read_with(text.as_bytes(), &force(99.0)).unwrap();
+    assert_eq!((light.rows_read(), light.rows_left_out().out_of_contact), (4, 4));
     refused(read_with(&b"q1,q2,fx,fy\n0,0,1,1\n"[..], &force(3.0)), &["columns fx, fy and fz", "q1,q2,fx,fy"]);
     refused(read_with(&b"0,0\n"[..], &force(3.0)), &["columns fx, fy and fz", "no header"]);
 }

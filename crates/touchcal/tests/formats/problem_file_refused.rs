@@ -98,6 +98,7 @@ fn numbers_out_of_range_are_refused() {
     refused("strain = 0.01", "strain = 0", &["estimate.prior, strain"]);
     refused("encoder_deg = 0.002\ncontact_mm = 0.02", "encoder_deg = 0\ncontact_mm = 0", &["noise", "both 0"]);
     refused("loss = \"huber\"", "loss = \"squared\"", &["no scale"]);
+    refused("loss_scale = 2", "loss_scale = 0.01", &["estimate, loss_scale", "at least 0.1", "found 0.01"]);
 }
 
 #[test]

@@ -9,6 +9,17 @@ use touchcal::io::estimate_file::{
 };
 use touchcal::io::{Input, atomic};
 
+fn known() -> WorkspaceUncertaintyEntry {
+    WorkspaceUncertaintyEntry {
+        position_mm: 0.1,
+        angle_deg: 0.01,
+        distance_mm: 0.05,
+        nominal_position_mm: 7.0,
+        nominal_angle_deg: 1.0,
+        nominal_distance_mm: 3.0,
+    }
+}
+
 fn stats() -> ResidualStats {
     let one = FixtureResidual { contacts: 3, mean_mm: Some(0.1), rms_mm: Some(0.2), max_mm: None };
     ResidualStats {
@@ -38,7 +49,7 @@ fn estimate() -> EstimateFile {
             identifiable: true,
         }],
         covariance: vec![vec![1e-8]],
-        workspace_uncertainty: Some(WorkspaceUncertaintyEntry { position_mm: 0.1, angle_deg: 0.01, distance_mm: 0.05 }),
+        workspace_uncertainty: Some(known()),
         rank: 1,
         condition: None,
         null_space: vec![null_direction()],
@@ -215,8 +226,7 @@ fn numbers_that_json_cannot_hold_are_not_written() {
     bad.noise = Some(NoiseEntry { encoder: f64::NAN, contact: 0.0 });
     assert!(bad.to_json().unwrap_err().to_string().contains("noise.encoder: expected a finite number"));
     let mut bad = estimate();
-    bad.workspace_uncertainty =
-        Some(WorkspaceUncertaintyEntry { position_mm: 0.0, angle_deg: f64::NAN, distance_mm: 0.0 });
+    bad.workspace_uncertainty = Some(WorkspaceUncertaintyEntry { angle_deg: f64::NAN, ..known() });
     assert!(
         bad.to_json().unwrap_err().to_string().contains("workspace_uncertainty.angle_deg: expected a finite number")
     );

@@ -199,6 +199,7 @@ fn same(read: &Problem, made: &Problem) {
     }
     assert_eq!(read.contacts.len(), made.contacts.len());
     assert_eq!(read.contacts.rows_read(), made.contacts.rows_read());
+    assert_eq!(read.contacts.rows_left_out(), made.contacts.rows_left_out());
     assert_eq!(read.contacts.has_loads(), made.contacts.has_loads());
     for i in 0..read.contacts.len() {
         let (a, b) = (read.contacts.load(i), made.contacts.load(i));

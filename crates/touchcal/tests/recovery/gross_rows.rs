@@ -7,9 +7,10 @@ use touchcal::experiment;
 use touchcal::io::urdf::{self, Ends};
 use touchcal::sim::{self, Preset};
 
-/// Contacts, joints and errors (rad): two rows that are decimetres off, and one in which a joint
-/// reads zero.
-const GLITCHES: [&[(usize, usize, f64)]; 2] = [&[(200, 2, -0.3), (400, 5, -1.0)], &[(238, 4, 1.5)]];
+/// Contacts, joints and errors (rad): two rows that are decimetres off, one in which a joint reads
+/// zero, and one in which it is nearly turned round: that row pulls the coarse stage so far that
+/// its distance there stands out little.
+const GLITCHES: [&[(usize, usize, f64)]; 3] = [&[(200, 2, -0.3), (400, 5, -1.0)], &[(238, 4, 1.5)], &[(212, 2, 4.2)]];
 
 /// Glitches of encoders put one or two of 600 contacts decimetres off. They are rejected, the arm
 /// is that without them, and the search is as short. With these rows in the coarse stage the search

@@ -33,6 +33,29 @@ fn noise_declared_much_too_small_is_contradicted() {
     assert_eq!(estimate.status, Status::NotUsable);
 }
 
+/// Most iterations where nothing can be found; a search from the right place takes about eighty.
+const MAX_ITERATIONS: usize = 400;
+
+/// With a hole declared half a metre from its place no minimum is right: the result says so,
+/// without searches from other starts.
+#[test]
+fn holes_declared_far_from_their_place_end_soon() {
+    let robot = urdf::read_builtin("iiwa14", Ends::default()).expect("built in").robot;
+    let mut scenario = Preset::Paper.scenario(robot).expect("parts");
+    scenario.contacts = 600;
+    for seed in [1, 2, 3] {
+        let mut problem = problem(&scenario, &sim::simulate(&scenario, seed).expect("contacts"));
+        assert!(!warned(&solve(&problem), "contradicted_declarations"), "seed {seed}");
+        let place = problem.fixtures[0].base_from_fixture.as_mut().expect("declared");
+        place.translation.vector.x -= 0.5;
+        let estimate = solve(&problem);
+        report("hole 0.5 m off", &[("iterations", estimate.termination.iterations as f64)]);
+        assert!(warned(&estimate, "contradicted_declarations"), "seed {seed}: {:?}", estimate.warnings);
+        assert_eq!(estimate.status, Status::NotUsable);
+        assert!(estimate.termination.iterations < MAX_ITERATIONS, "seed {seed}");
+    }
+}
+
 #[test]
 fn noise_declared_a_little_too_small_is_a_warning() {
     let (mut problem, _) = mujoco_trial("extrusion/rich/trial_00");

@@ -40,7 +40,7 @@ pub fn run(args: &DemoArgs) -> Result<Outcome, Failure> {
 fn next(folder: &Path) -> String {
     let folder = folder.display();
     [
-        format!("Written to {folder}: problem.toml and hole.csv (a template), scenario.toml, truth.json,\n"),
+        format!("Written to {folder}: problem.toml and hole.csv (a template), scenario.toml, truth.json, true.urdf,\n"),
         "calibrated.urdf, estimate.json and report.html (open it in a browser).\n\n".to_owned(),
         "Next\n".to_owned(),
         format!("  touchcal inspect {folder}/problem.toml\n"),

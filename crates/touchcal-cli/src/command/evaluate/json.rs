@@ -5,6 +5,7 @@ use std::path::Path;
 
 use serde::Serialize;
 use touchcal::estimate::{CommonStrain, Contradiction, Evaluation, Fixture, FixtureDistance, Score};
+use touchcal::experiment::{PoseErrors, RmsAndMax};
 use touchcal::io::calibration_folder::stats;
 use touchcal::io::estimate_file::{ResidualStats, ScatterEntry, Severity, WarningEntry};
 
@@ -21,6 +22,49 @@ pub struct EvaluationJson {
     distances: Vec<DistanceJson>,
     common_strain: Option<CommonStrainJson>,
     warnings: Vec<WarningEntry>,
+    /// Errors of the tool relative to the true arm, where that is given.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub truth: Option<TruthJson>,
+}
+
+/// Errors of the tool across the workspace.
+#[derive(Serialize)]
+pub struct TruthJson {
+    nominal: PoseErrorsJson,
+    given: PoseErrorsJson,
+}
+
+#[derive(Serialize)]
+struct PoseErrorsJson {
+    position_mm: RmsAndMaxJson,
+    angle_deg: RmsAndMaxJson,
+    aligned_position_mm: RmsAndMaxJson,
+    aligned_angle_deg: RmsAndMaxJson,
+    distance_mm: RmsAndMaxJson,
+}
+
+#[derive(Serialize)]
+struct RmsAndMaxJson {
+    rms: f64,
+    max: f64,
+}
+
+impl TruthJson {
+    /// Of the nominal and the given arm.
+    pub fn new([nominal, given]: &[PoseErrors; 2]) -> Self {
+        let entry = |errors: &PoseErrors| {
+            let scaled = |of: RmsAndMax, factor: f64| RmsAndMaxJson { rms: factor * of.rms, max: factor * of.max };
+            let (mm, deg) = (1e3, 1f64.to_degrees());
+            PoseErrorsJson {
+                position_mm: scaled(errors.position, mm),
+                angle_deg: scaled(errors.angle, deg),
+                aligned_position_mm: scaled(errors.aligned_position, mm),
+                aligned_angle_deg: scaled(errors.aligned_angle, deg),
+                distance_mm: scaled(errors.distance, mm),
+            }
+        };
+        TruthJson { nominal: entry(nominal), given: entry(given) }
+    }
 }
 
 #[derive(Serialize)]
@@ -70,6 +114,7 @@ impl EvaluationJson {
             distances: evaluation.distances.iter().map(distance_entry).collect(),
             common_strain: evaluation.common_strain.map(strain),
             warnings: evaluation.contradictions.iter().map(warning_entry).collect(),
+            truth: None,
         }
     }
 }

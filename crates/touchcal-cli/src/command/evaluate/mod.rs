@@ -2,10 +2,12 @@
 
 mod json;
 mod tables;
+mod truth;
 
 use std::path::Path;
 
 use touchcal::estimate::{Evaluation, Fixture, PlacePrior, Problem, Score, evaluate, evaluate_held_out};
+use touchcal::experiment::PoseErrors;
 use touchcal::io::calibration_folder::{ESTIMATE, place_written};
 use touchcal::io::estimate_file::{EstimateFile, Status};
 use touchcal::io::urdf;
@@ -14,8 +16,9 @@ use crate::args::{Arm, EvaluateArgs};
 use crate::failure::{Failure, Outcome};
 use crate::output;
 use crate::summary::residuals;
-use json::EvaluationJson;
+use json::{EvaluationJson, TruthJson};
 use tables::evaluation;
+use truth::TrueArm;
 
 /// Reads a problem, evaluates the arms, prints their scores, beside what the calibration predicts.
 pub fn run(args: &EvaluateArgs) -> Result<Outcome, Failure> {
@@ -31,6 +34,7 @@ pub fn run(args: &EvaluateArgs) -> Result<Outcome, Failure> {
         None => output::notes(uncertain(&problem).as_slice()),
     }
     evaluated.robot = robot;
+    let truth = args.truth.as_deref().map(|path| TrueArm::read(path, &problem)).transpose()?;
     let posterior = estimate.as_ref().and_then(EstimateFile::posterior);
     let report = Report {
         urdf: &args.urdf,
@@ -38,6 +42,7 @@ pub fn run(args: &EvaluateArgs) -> Result<Outcome, Failure> {
         nominal: evaluate(&problem),
         evaluation: evaluate_held_out(&problem, &evaluated, posterior.as_ref()),
         is_calibrated: posterior.is_some(),
+        tool_errors: truth.map(|truth| [&problem, &evaluated].map(|arm| truth.errors_of(arm))),
     };
     output::print(&if args.json { report.json()? } else { report.text() })?;
     Ok(outcome(args.estimate.as_deref(), estimate.as_ref()))
@@ -75,11 +80,14 @@ struct Report<'a> {
     evaluation: Evaluation,
     /// Whether it is known what the calibration leaves uncertain.
     is_calibrated: bool,
+    /// Errors of the tool with the nominal and the given arm, if the truth is known.
+    tool_errors: Option<[PoseErrors; 2]>,
 }
 
 impl Report<'_> {
     fn json(&self) -> Result<String, Failure> {
-        let json = EvaluationJson::new(self.urdf, self.fixtures, &self.evaluation, &self.nominal);
+        let mut json = EvaluationJson::new(self.urdf, self.fixtures, &self.evaluation, &self.nominal);
+        json.truth = self.tool_errors.as_ref().map(TruthJson::new);
         Ok(serde_json::to_string_pretty(&json)? + "\n")
     }
 
@@ -87,6 +95,7 @@ impl Report<'_> {
         let (title, score) = (self.urdf.display(), &self.evaluation.score);
         let title = format!("Score of {title} on {} contacts (distance from touching, mm)\n", score.all.count);
         let scores = residuals(self.fixtures, &[("nominal", &self.nominal), ("given", score)]);
-        title + &scores + &evaluation(self.fixtures, &self.evaluation, self.is_calibrated)
+        let tool_errors = self.tool_errors.as_ref().map_or_else(String::new, truth::text);
+        title + &scores + &tool_errors + &evaluation(self.fixtures, &self.evaluation, self.is_calibrated)
     }
 }

@@ -83,11 +83,16 @@ pub struct MultiStartOptions {
     /// least `[0]`; up to `[1]` while contacts scatter too much at the best minimum, and only one
     /// search ended there. Two searches are made from each, and one from the end of that stage.
     pub starts: [u64; 2],
-    /// Largest deviation (1) of a parameter from zero after the coarse stage, over its scale (prior
-    /// standard deviation, or plausible size without a prior), beyond which no more than
+    /// Number of iterations of the whole calibration after which there are no more than `starts[0]`
+    /// starts: a bound on work where minima are many and none is right.
+    pub max_iterations_of_more: usize,
+    /// Deviations (1) of a parameter from zero after the coarse stage, over its scale (prior
+    /// standard deviation, or plausible size without a prior). Beyond `[0]` no more than
     /// `starts[0]` starts are tried: most likely a declaration is grossly wrong, and with it every
-    /// minimum.
-    pub max_deviation: f64,
+    /// minimum. Beyond `[1]`, if contacts scatter too much, none is tried, and the result has the
+    /// warning `ContradictedDeclarations`; for that, parameters that have no prior and are not of
+    /// the arm (tool, fixtures, gaps, wrench, changes of encoders) do not count.
+    pub max_deviations: [f64; 2],
     /// Squared Mahalanobis distance (1) between two minima above which they count as different.
     pub min_squared_distance: f64,
     /// Ratio of another minimum's cost to the least one (1) below which it competes.
@@ -99,7 +104,8 @@ impl Default for MultiStartOptions {
         MultiStartOptions {
             min_scatter: 0.9,
             starts: [4, 12],
-            max_deviation: 2.5,
+            max_iterations_of_more: 3000,
+            max_deviations: [2.5, 5.0],
             min_squared_distance: 100.0,
             max_cost_ratio: 1.25,
         }

@@ -17,6 +17,18 @@ pub struct NullDirection {
     pub direction: Vec<(usize, f64)>,
 }
 
+impl NullDirection {
+    /// Least component that is named in [`NullDirection::description`].
+    pub(crate) const MIN_NAMED: f64 = 0.05;
+
+    /// Indices into [`Estimate::parameters`](crate::estimate::Estimate::parameters) of the
+    /// parameters with components large enough to be named in the description, which may leave some
+    /// out.
+    pub fn named(&self) -> impl Iterator<Item = usize> {
+        self.direction.iter().filter(|(_, component)| component.abs() >= Self::MIN_NAMED).map(|&(k, _)| k)
+    }
+}
+
 /// Singular values of the whitened Jacobian in units of the parameters' scales (prior standard
 /// deviation, or plausible size without a prior), and what follows from them.
 ///

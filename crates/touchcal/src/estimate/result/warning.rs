@@ -5,13 +5,17 @@ use super::effect_test::OmittedEffect;
 use super::evaluation::Contradiction;
 use super::status::Severity;
 use super::warning_text::{
-    COMMON_SCALE_ADVICE, CORRELATED_ERRORS_ADVICE, HARMONICS_ADVICE, LOAD_NOT_BORNE_ADVICE, NO_LIKELIHOOD_ADVICE,
-    NOT_TOUCHING_ADVICE, PREDICTION_ADVICE, arm_undetermined_message, competing_minimum_message, design_effect_message,
-    distance_message, far_from_prior_advice, far_from_prior_message, few_informative_message, harmonics_message,
-    implausible_message, little_motion_message, load_not_borne_message, many_rejected_message, no_uncertainty_message,
-    noise_contradicted_message, noise_message, not_touching_message, omitted_effect_message, origin_message,
-    prediction_message, scale_message, symmetric_part_message, too_few_contacts_message, unobservable_message,
+    COMMON_SCALE_ADVICE, COMPETING_MINIMUM_ADVICE, COMPLIANCE_ADVICE, COMPLIANCE_MESSAGE, CORRELATED_ERRORS_ADVICE,
+    DISTANCE_ADVICE, HARMONICS_ADVICE, IMPLAUSIBLE_ADVICE, LOAD_NOT_BORNE_ADVICE, MANY_REJECTED_ADVICE,
+    NO_LIKELIHOOD_ADVICE, NOISE_CONTRADICTED_ADVICE, NOISE_EXCEEDED_ADVICE, NOT_TOUCHING_ADVICE, ORIGIN_ADVICE,
+    PREDICTION_ADVICE, TOOL_ADVICE, TOOL_MESSAGE, UNDETERMINED_ADVICE, arm_undetermined_message,
+    competing_minimum_message, contradiction_message, design_effect_message, distance_message, far_from_prior_advice,
+    far_from_prior_message, few_informative_message, harmonics_message, implausible_message, little_motion_message,
+    load_not_borne_message, many_rejected_message, no_uncertainty_message, noise_contradicted_message, noise_message,
+    not_touching_message, omitted_effect_message, origin_message, prediction_message, scale_message,
+    symmetric_part_message, too_few_contacts_message, unobservable_message,
 };
+use crate::parameter::Unit;
 use crate::se3::Pose;
 
 /// A defect of a problem or a result, with the numbers that it is inferred from.
@@ -136,6 +140,18 @@ pub enum Warning {
         name: String,
         /// Estimate in the parameter's unit (SI).
         value: f64,
+        /// That unit.
+        unit: Unit,
+    },
+    /// Contacts come near the fixtures only with a parameter far from what is declared, and do not
+    /// fit there either; there was no search from other starts.
+    ContradictedDeclarations {
+        /// Name of the parameter that deviates most in the coarse stage.
+        name: String,
+        /// Its deviation over its prior standard deviation, or over its plausible size (1).
+        deviations: f64,
+        /// Whether it has a prior.
+        has_prior: bool,
     },
     /// Rotated by an angle, a part has the same shape, and no prior rules that rotation out.
     SymmetricPart {
@@ -233,6 +249,7 @@ impl Warning {
             | Warning::NotTouching { .. }
             | Warning::LoadNotBorne { .. }
             | Warning::MistakenDeclaration { .. }
+            | Warning::ContradictedDeclarations { .. }
             | Warning::CompetingMinimum { .. } => Severity::Unusable,
             Warning::CorrelatedErrors { usable, .. }
             | Warning::ManyRejected { usable, .. }
@@ -274,6 +291,7 @@ impl Warning {
             Warning::ManyRejected { .. } => "many_rejected",
             Warning::LittleJointMotion { .. } => "little_joint_motion",
             Warning::Implausible { .. } => "implausible",
+            Warning::ContradictedDeclarations { .. } => "contradicted_declarations",
             Warning::SymmetricPart { .. } => "symmetric_part",
             Warning::NoUncertainty => "no_uncertainty",
             Warning::FarFromPrior { .. } => "far_from_prior",
@@ -314,7 +332,10 @@ impl Warning {
             }
             Warning::ManyRejected { fixture, share, .. } => many_rejected_message(fixture.as_deref(), *share),
             Warning::LittleJointMotion { joint, range } => little_motion_message(joint, *range),
-            Warning::Implausible { name, value } => implausible_message(name, *value),
+            Warning::Implausible { name, value, unit } => implausible_message(name, *value, *unit),
+            Warning::ContradictedDeclarations { name, deviations, has_prior } => {
+                contradiction_message(name, *deviations, *has_prior)
+            }
             Warning::SymmetricPart { name, angle } => symmetric_part_message(name, *angle),
             Warning::NoUncertainty => no_uncertainty_message(),
             Warning::FarFromPrior { name, deviations, .. } => far_from_prior_message(name, *deviations),
@@ -326,12 +347,8 @@ impl Warning {
             Warning::HeldOutContradicted(contradiction) => {
                 format!("contacts that were held out contradict this calibration: {}", contradiction.message())
             }
-            Warning::ToolNotInRobot { .. } => {
-                "the calibrated robot description does not contain the tool's estimated pose".to_owned()
-            }
-            Warning::ComplianceInRobot => {
-                "only touchcal reads joint compliance from the calibrated robot description".to_owned()
-            }
+            Warning::ToolNotInRobot { .. } => TOOL_MESSAGE.to_owned(),
+            Warning::ComplianceInRobot => COMPLIANCE_MESSAGE.to_owned(),
             Warning::HarmonicsNotInRobot { displacement } => harmonics_message(*displacement),
             Warning::MistakenDeclaration { mistake, declared, corrected } => mistake.message(declared, corrected),
         }
@@ -342,35 +359,21 @@ impl Warning {
         match self {
             Warning::TooFewContacts { .. } => "record more contacts, or estimate fewer parameters",
             Warning::FixtureWithoutContacts { .. } => "check the force threshold, and which fixture the logs belong to",
-            Warning::OriginOutsideTool { .. } => {
-                "draw outlines about the origin; ignore this if the frame is meant to be there"
-            }
-            Warning::DistanceContradicted { .. } => {
-                "check the unit of the distance, and which log belongs to which fixture"
-            }
+            Warning::OriginOutsideTool { .. } => ORIGIN_ADVICE,
+            Warning::DistanceContradicted { .. } => DISTANCE_ADVICE,
             Warning::Unobservable { .. } => "touch more fixtures or from other elbow positions, or give a prior",
-            Warning::ArmUndetermined { .. } => {
-                "touch more places, other kinds of fixtures, or fixtures whose place or spacing is known"
-            }
-            Warning::NoiseExceeded { .. } => {
-                "check the noise values, the shapes of the parts, and whether more parameters should be free"
-            }
-            Warning::NoiseContradicted { .. } => {
-                "check the shapes of the parts and the nominal places; if contacts do scatter so much, declare that noise"
-            }
+            Warning::ArmUndetermined { .. } => UNDETERMINED_ADVICE,
+            Warning::NoiseExceeded { .. } => NOISE_EXCEEDED_ADVICE,
+            Warning::NoiseContradicted { .. } => NOISE_CONTRADICTED_ADVICE,
             Warning::CorrelatedErrors { .. } => CORRELATED_ERRORS_ADVICE,
             Warning::NotTouching { .. } => NOT_TOUCHING_ADVICE,
             Warning::FewInformativeContacts { usable: false, .. } => NO_LIKELIHOOD_ADVICE,
             Warning::FewInformativeContacts { .. } => "record longer with the tool inside the hole, not at its rim",
             Warning::LoadNotBorne { .. } => LOAD_NOT_BORNE_ADVICE,
-            Warning::CompetingMinimum { .. } => {
-                "record longer, with more motion of the tool and the elbow, or give priors"
-            }
-            Warning::ManyRejected { .. } => {
-                "check the force threshold, the shapes of the parts, and the places of tool and fixtures"
-            }
+            Warning::CompetingMinimum { .. } => COMPETING_MINIMUM_ADVICE,
+            Warning::ManyRejected { .. } => MANY_REJECTED_ADVICE,
             Warning::LittleJointMotion { .. } => "move it more, to separate its errors from its neighbours'",
-            Warning::Implausible { .. } => "check units, the robot description, and where the fixtures are",
+            Warning::Implausible { .. } | Warning::ContradictedDeclarations { .. } => IMPLAUSIBLE_ADVICE,
             Warning::SymmetricPart { .. } => "if the choice matters, declare a standard deviation of this rotation",
             Warning::NoUncertainty => "use the exact shapes of the parts to get standard deviations",
             Warning::FarFromPrior { name, .. } => far_from_prior_advice(name),
@@ -378,12 +381,8 @@ impl Warning {
             Warning::OmittedEffect { effect, .. } => effect.remedy(),
             Warning::PredictionContradicted { .. } => PREDICTION_ADVICE,
             Warning::HeldOutContradicted(contradiction) => contradiction.advice(),
-            Warning::ToolNotInRobot { .. } => {
-                "declare the tool at its estimated pose where the calibrated robot is used"
-            }
-            Warning::ComplianceInRobot => {
-                "apply the compliance in the arm's driver, or calibrate without joint compliance"
-            }
+            Warning::ToolNotInRobot { .. } => TOOL_ADVICE,
+            Warning::ComplianceInRobot => COMPLIANCE_ADVICE,
             Warning::HarmonicsNotInRobot { .. } => HARMONICS_ADVICE,
             Warning::MistakenDeclaration { mistake, .. } => mistake.remedy(),
         }

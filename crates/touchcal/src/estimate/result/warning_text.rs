@@ -1,6 +1,7 @@
 //! Texts of warnings that depend on more than their kind, and those that are long.
 
 use super::effect_test::OmittedEffect;
+use crate::parameter::Unit;
 
 /// Remedies, in one English sentence without a full stop.
 pub(super) const CORRELATED_ERRORS_ADVICE: &str = "an effect is not in the model: the tool's length or pose (or its standard deviation), the shapes of the parts, or joints that are compliant under the contact force";
@@ -15,6 +16,27 @@ pub(super) const PREDICTION_ADVICE: &str =
     "record again with parts clamped and the arm at one temperature, or estimate what the model leaves out";
 pub(super) const LOAD_NOT_BORNE_ADVICE: &str =
     "check the body and the frame of the load (`load_on`, `load_frame`), and the force sensor's zero";
+pub(super) const DISTANCE_ADVICE: &str = "check the unit of the distance, and which log belongs to which fixture";
+pub(super) const UNDETERMINED_ADVICE: &str =
+    "touch more places, other kinds of fixtures, or fixtures whose place or spacing is known";
+pub(super) const NOISE_EXCEEDED_ADVICE: &str =
+    "check the noise values, the shapes of the parts, and whether more parameters should be free";
+pub(super) const NOISE_CONTRADICTED_ADVICE: &str =
+    "check the shapes of the parts and the nominal places; if contacts do scatter so much, declare that noise";
+pub(super) const COMPETING_MINIMUM_ADVICE: &str =
+    "record longer, with more motion of the tool and the elbow, or give priors";
+pub(super) const MANY_REJECTED_ADVICE: &str =
+    "check the force threshold, the shapes of the parts, and the places of tool and fixtures";
+pub(super) const IMPLAUSIBLE_ADVICE: &str = "check units, the robot description, and where the fixtures are";
+pub(super) const TOOL_ADVICE: &str = "declare the tool at its estimated pose where the calibrated robot is used";
+pub(super) const COMPLIANCE_ADVICE: &str =
+    "apply the compliance in the arm's driver, or calibrate without joint compliance";
+pub(super) const ORIGIN_ADVICE: &str = "draw outlines about the origin; ignore this if the frame is meant to be there";
+
+/// Messages.
+pub(super) const TOOL_MESSAGE: &str = "the calibrated robot description does not contain the tool's estimated pose";
+pub(super) const COMPLIANCE_MESSAGE: &str =
+    "only touchcal reads joint compliance from the calibrated robot description";
 
 /// Message on a distance that the nominal arm contradicts, a declared and a measured distance (mm).
 pub(super) fn distance_message([a, b]: &[String; 2], declared: f64, measured: f64) -> String {
@@ -36,6 +58,13 @@ pub(super) fn competing_minimum_message(minima: usize, tool_distance: f64, param
     format!(
         "contacts do not rule out {minima}: in that of least cost the tool is {millimetres:.1} mm away, and `{parameter}` differs most"
     )
+}
+
+/// Message on the parameter that the coarse stage moved farthest, and its deviation (1) over the
+/// standard deviation of its prior, or over its plausible size.
+pub(super) fn contradiction_message(name: &str, deviations: f64, has_prior: bool) -> String {
+    let scale = if has_prior { "prior standard deviations" } else { "times its plausible size" };
+    format!("contacts come near the fixtures only with `{name}` {deviations:.0} {scale} off, and do not fit there")
 }
 
 pub(super) fn too_few_contacts_message(rows: usize, parameters: usize) -> String {
@@ -76,8 +105,15 @@ pub(super) fn little_motion_message(joint: &str, range: f64) -> String {
     format!("joint `{joint}` moved only {:.2}° in all contacts", range.to_degrees())
 }
 
-pub(super) fn implausible_message(name: &str, value: f64) -> String {
-    format!("`{name}` ended at {value:.3}, too large for a calibration")
+/// Message on a value (SI) that is too large.
+pub(super) fn implausible_message(name: &str, value: f64, unit: Unit) -> String {
+    let value = match unit {
+        Unit::Meter => format!("{:.1} mm", 1e3 * value),
+        Unit::Radian => format!("{:.2}°", value.to_degrees()),
+        Unit::RadianPerNewtonMeter => format!("{:.1} µrad/(N m)", 1e6 * value),
+        Unit::One | Unit::Newton | Unit::NewtonMeter => format!("{value:.3}"),
+    };
+    format!("`{name}` ended at {value}, too large for a calibration")
 }
 
 pub(super) fn symmetric_part_message(name: &str, angle: f64) -> String {

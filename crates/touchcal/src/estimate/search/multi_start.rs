@@ -7,8 +7,8 @@
 //! stage, and continued from the end with the least cost. Annealing the noise of the likelihood
 //! finds the right minimum among rows that are no contacts; annealing the loss of least gaps finds
 //! that of pegs at the rim. Both are tried. While contacts scatter too much at the best minimum and
-//! only one search ended there, there are more searches, unless a declaration is most likely
-//! grossly wrong.
+//! only one search ended there, there are more searches, unless the searches took long, or a
+//! declaration is most likely grossly wrong. Where the coarse stage contradicts one there are none.
 //!
 //! If contacts still scatter too much there and another minimum was found, or another one fits
 //! about as well, the result is ambiguous.
@@ -86,8 +86,15 @@ fn search_from_other_starts(
     observe: Observer<'_>,
 ) {
     let options = search.model.problem.options.multi_start;
+    let [fewer_beyond, none_beyond] = options.max_deviations;
+    if first.scatter >= options.min_scatter {
+        search.contradiction = contradiction(search, after_coarse, none_beyond);
+        if search.contradiction.is_some() {
+            return;
+        }
+    }
     let deviation = after_coarse.component_div(&search.model.layout.scale()).amax();
-    let most = options.starts[usize::from(deviation <= options.max_deviation)];
+    let most = options.starts[usize::from(deviation <= fewer_beyond)];
     let Some(starts) = starts(search, after_coarse, most) else { return };
     let mut ends = vec![first];
     let resolution = search.model.noise.resolution;
@@ -96,7 +103,8 @@ fn search_from_other_starts(
     let others = std::iter::once((after_coarse.clone(), methods[0])).chain(starts.into_iter().flat_map(of_both));
     let least = 1 + methods.len() * options.starts[0] as usize;
     for (start, anneal) in others {
-        if ends.len() > least && is_found(search, &ends) {
+        let is_long = search.termination.iterations > options.max_iterations_of_more;
+        if ends.len() > least && (is_long || is_found(search, &ends)) {
             break;
         }
         search.theta = start;
@@ -115,6 +123,16 @@ fn search_from_other_starts(
     }
     search.is_from_other_start = best != 0;
     search.other_minima = other_minima(search, &mut ends, best);
+}
+
+/// The parameter that deviates most from zero, of those with a prior or of the arm, with its
+/// deviation over its scale (1), if that is more than `most`.
+fn contradiction(search: &SearchState<'_>, theta: &DVector<f64>, most: f64) -> Option<(usize, f64)> {
+    let parameters = &search.model.layout.parameters;
+    let is_bounded = |k: usize| parameters[k].prior_sigma().is_some() || !parameters[k].id.block().is_nuisance();
+    let deviations = theta.component_div(&search.model.layout.scale()).abs();
+    let each = deviations.iter().copied().enumerate().filter(|&(k, _)| is_bounded(k));
+    each.filter(|(_, deviation)| *deviation > most).max_by(|(_, one), (_, other)| one.total_cmp(other))
 }
 
 /// Index of the end with the least cost.

@@ -48,6 +48,9 @@ pub(crate) struct SearchState<'p> {
     /// Minima of the least gaps that searches from other starts found, the one with the least cost
     /// first.
     pub other_minima: Vec<OtherMinimum>,
+    /// Parameter that the coarse stage moved too far for searches from other starts, with its
+    /// deviation from zero over its scale (1).
+    pub contradiction: Option<(usize, f64)>,
     /// Whether the search continued from the end of a search from another start.
     pub is_from_other_start: bool,
     /// Whether one-sided contacts scatter more about the annealed parameters than the declared
@@ -71,6 +74,7 @@ impl<'p> SearchState<'p> {
             informative_share: None,
             statistics: None,
             other_minima: Vec::new(),
+            contradiction: None,
             is_from_other_start: false,
             has_excess_scatter: false,
             termination: Termination { reason: StopReason::Converged, measured: 0.0, threshold, iterations: 0 },

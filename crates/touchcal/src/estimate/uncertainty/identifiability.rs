@@ -16,8 +16,6 @@ use crate::solver::FreeParameters;
 const ROUNDING: f64 = 3e-8;
 /// Components below this size, relative to the largest of a direction, do not take part in it.
 const MIN_COMPONENT: f64 = 1e-3;
-/// Components below this size are not named in its description.
-const MIN_NAMED_COMPONENT: f64 = 0.05;
 /// Largest number of parameters named in one direction.
 const MAX_NAMED: usize = 5;
 /// Largest number of declarations named that would determine a direction.
@@ -159,7 +157,7 @@ fn describe(part: &ReducedDirection, indices: &[usize], parameters: &[Parameter]
     let vector = &part.vector / part.vector.amax().max(f64::MIN_POSITIVE);
     let mut rows: Vec<usize> = (0..vector.len()).filter(|&row| vector[row].abs() > MIN_COMPONENT).collect();
     rows.sort_by(|&a, &b| vector[b].abs().total_cmp(&vector[a].abs()));
-    let is_large = |row: usize| vector[row].abs() >= MIN_NAMED_COMPONENT;
+    let is_large = |row: usize| vector[row].abs() >= NullDirection::MIN_NAMED;
     let large = rows.iter().filter(|&&row| is_large(row) && row != part.pivot);
     let others: Vec<String> = large.map(|&row| parameters[indices[row]].description()).collect();
     let first = parameters[indices[part.pivot]].description();

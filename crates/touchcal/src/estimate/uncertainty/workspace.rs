@@ -103,20 +103,36 @@ pub fn tool_uncertainty<'q>(
 }
 
 /// Root mean squares of [`tool_uncertainty`] and [`distance_uncertainty`] over positions spread
-/// evenly over the workspace.
+/// evenly over the workspace, and with them those of the nominal tool's error.
 pub(crate) fn workspace_uncertainty(problem: &Problem, estimate: &Estimate) -> Option<WorkspaceUncertainty> {
     let positions = workspace_configurations(&problem.robot, SAMPLED_POSITIONS);
     let tool = tool_uncertainty(problem, estimate, positions.iter().map(Vec::as_slice))?;
     let distances = distance_uncertainty(problem, estimate, &positions)?;
-    let root_mean_square = |squares: &mut dyn ExactSizeIterator<Item = f64>| {
-        let count = squares.len().max(1) as f64;
-        (squares.sum::<f64>() / count).sqrt()
-    };
+    let calibrated = CalibratedTool::new(problem, estimate)?.kinematics;
+    let nominal = Kinematics::new(&problem.robot, &[], problem.tool.tip_from_tool);
+    let poses = |kinematics: &Kinematics| positions.iter().map(|q| kinematics.pose(q)).collect::<Vec<Pose>>();
+    let (calibrated, nominal) = (poses(&calibrated), poses(&nominal));
+    let apart = |pair: &[Pose]| (pair[1].translation.vector - pair[0].translation.vector).norm();
+    let of_position =
+        calibrated.iter().zip(&nominal).map(|(a, b)| (a.translation.vector - b.translation.vector).norm());
+    let of_angle = calibrated.iter().zip(&nominal).map(|(a, b)| a.rotation.angle_to(&b.rotation));
+    let of_distance = calibrated.windows(2).zip(nominal.windows(2)).map(|(a, b)| apart(a) - apart(b));
+    let [position, angle] = [|tool: &ToolUncertainty| tool.position, |tool: &ToolUncertainty| tool.angle]
+        .map(|part| root_mean_square(tool.iter().map(part)));
+    let distance = root_mean_square(distances.into_iter());
     Some(WorkspaceUncertainty {
-        position: root_mean_square(&mut tool.iter().map(|tool| tool.position.powi(2))),
-        angle: root_mean_square(&mut tool.iter().map(|tool| tool.angle.powi(2))),
-        distance: root_mean_square(&mut distances.iter().map(|distance| distance.powi(2))),
+        position,
+        angle,
+        distance,
+        nominal_position: position.hypot(root_mean_square(of_position)),
+        nominal_angle: angle.hypot(root_mean_square(of_angle)),
+        nominal_distance: distance.hypot(root_mean_square(of_distance)),
     })
+}
+
+fn root_mean_square(values: impl ExactSizeIterator<Item = f64>) -> f64 {
+    let count = values.len().max(1) as f64;
+    (values.map(|value| value * value).sum::<f64>() / count).sqrt()
 }
 
 /// Standard deviation (m) of the distance between the tool's positions at every two successive

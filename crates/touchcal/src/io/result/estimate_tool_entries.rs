@@ -15,12 +15,25 @@ pub struct WorkspaceUncertaintyEntry {
     pub angle_deg: f64,
     /// Standard deviation of the distance between two positions of the tool (mm).
     pub distance_mm: f64,
+    /// Expected error of the nominal arm's tool: of its position in base (mm).
+    pub nominal_position_mm: f64,
+    /// Of its rotation (°).
+    pub nominal_angle_deg: f64,
+    /// Of the distance between two of its positions (mm).
+    pub nominal_distance_mm: f64,
 }
 
 impl WorkspaceUncertaintyEntry {
     /// All numbers of the entry with their names.
-    pub(super) fn numbers(&self) -> [(&'static str, f64); 3] {
-        [("position_mm", self.position_mm), ("angle_deg", self.angle_deg), ("distance_mm", self.distance_mm)]
+    pub(super) fn numbers(&self) -> [(&'static str, f64); 6] {
+        [
+            ("position_mm", self.position_mm),
+            ("angle_deg", self.angle_deg),
+            ("distance_mm", self.distance_mm),
+            ("nominal_position_mm", self.nominal_position_mm),
+            ("nominal_angle_deg", self.nominal_angle_deg),
+            ("nominal_distance_mm", self.nominal_distance_mm),
+        ]
     }
 }
 
@@ -30,6 +43,9 @@ impl From<estimate::WorkspaceUncertainty> for WorkspaceUncertaintyEntry {
             position_mm: 1e3 * found.position,
             angle_deg: found.angle.to_degrees(),
             distance_mm: 1e3 * found.distance,
+            nominal_position_mm: 1e3 * found.nominal_position,
+            nominal_angle_deg: found.nominal_angle.to_degrees(),
+            nominal_distance_mm: 1e3 * found.nominal_distance,
         }
     }
 }

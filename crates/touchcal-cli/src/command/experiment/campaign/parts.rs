@@ -60,7 +60,7 @@ impl Campaign {
         for number in 0..self.parts.count() {
             let part = match self.parts.kept(number) {
                 Some(part) => {
-                    counter.advance(part.rows.len() as u64);
+                    counter.skip(part.rows.len() as u64);
                     part
                 }
                 None if is_own(number) => {

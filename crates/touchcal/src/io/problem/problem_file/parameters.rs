@@ -37,6 +37,8 @@ const MOST_STEPS: f64 = 1e7;
 const HUBER: f64 = 1.345;
 const CAUCHY: f64 = 2.385;
 const GEMAN_MCCLURE: f64 = 3.0;
+/// Least scale of a loss: a contact within its noise has hardly any weight with a smaller one.
+const MIN_LOSS_SCALE: f64 = 0.1;
 
 /// What the table asks for.
 #[derive(Debug)]
@@ -178,6 +180,11 @@ fn freeze(parameters: &mut Vec<Parameter>, names: &[Text], context: &Context<'_>
 fn loss(estimate: &EstimateToml, context: &Context<'_>) -> Result<Loss, IoError> {
     let field = "estimate, loss_scale";
     let scale = context.number(estimate.loss_scale.as_ref(), 1.0, Allowed::Positive, field)?;
+    if let Some(written) = estimate.loss_scale.as_ref().filter(|_| scale.is_some_and(|scale| scale < MIN_LOSS_SCALE)) {
+        let place = context.place(written.span(), field);
+        let expected = format!("a number of at least {MIN_LOSS_SCALE}");
+        return Err(IoError::unexpected(place, expected, format!("{:?}", written.get_ref())));
+    }
     Ok(match estimate.loss {
         LossToml::Squared => match &estimate.loss_scale {
             None => Loss::Squared,

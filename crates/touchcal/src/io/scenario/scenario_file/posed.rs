@@ -14,6 +14,7 @@ use crate::experiment;
 use crate::geometry::Parts;
 use crate::io::base::error::{IoError, Place};
 use crate::io::base::result_folder::{self, ResultFile, ResultKind};
+use crate::io::robot::urdf;
 use crate::parameter::Block;
 use crate::robot::segments;
 use crate::sim::{Log, MeasuredDistance, Scenario, Seeds, SimulatedTrial, Touch, Truth, WRENCH_DIGITS};
@@ -22,6 +23,8 @@ use crate::sim::{Log, MeasuredDistance, Scenario, Seeds, SimulatedTrial, Touch, 
 pub const PROBLEM: &str = "problem.toml";
 /// Name of the file of the true parameters in the folder of a simulation.
 pub const TRUTH: &str = "truth.json";
+/// Name of the robot description of the true arm in the folder of a simulation.
+pub const TRUE_URDF: &str = "true.urdf";
 /// Name of the column of the arm's temperature (°C).
 const ARM_TEMPERATURE: &str = "temperature_c";
 
@@ -31,14 +34,15 @@ const ARM_TEMPERATURE: &str = "temperature_c";
 /// # Errors
 /// [`IoError::Unexpected`] with the path of such a file.
 pub fn check_folder(folder: &Path) -> Result<(), IoError> {
-    result_folder::check(folder, ResultKind::Simulation, &[PROBLEM, SCENARIO, TRUTH], &[])
+    result_folder::check(folder, ResultKind::Simulation, &[PROBLEM, SCENARIO, TRUTH, TRUE_URDF], &[])
 }
 
-/// Writes all files of a simulation into `folder`, in place of a former one: truth, logs, scenario
-/// and problem. `file` is the scenario that was simulated with `seeds`. Missing folders are made.
+/// Writes all files of a simulation into `folder`, in place of a former one: truth, true arm,
+/// logs, scenario and problem. `file` is the scenario that was simulated with `seeds`. Missing
+/// folders are made.
 ///
 /// # Errors
-/// As [`result_folder::write`] and [`truth_text`].
+/// As [`result_folder::write`], [`truth_text`] and [`urdf::rewrite`].
 pub fn write_folder(
     folder: &Path,
     file: &ScenarioFile,
@@ -49,8 +53,15 @@ pub fn write_folder(
     texts.extend(log_texts(&file.scenario, simulated));
     texts.extend(scenario_text(file));
     texts.extend(problem_text(file, &simulated.truth));
+    texts.push(true_urdf(file, &simulated.truth)?);
     let files: Vec<ResultFile> = texts.into_iter().map(|text| ResultFile::new(text.name, text.text)).collect();
     result_folder::write(folder, ResultKind::Simulation, &files, &[])
+}
+
+/// The robot description of the true arm, without the errors of the tool.
+fn true_urdf(file: &ScenarioFile, truth: &Truth) -> Result<TextFile, IoError> {
+    let robot = experiment::true_robot(&file.scenario.robot, truth);
+    Ok(TextFile::new(TRUE_URDF, urdf::rewrite(&file.urdf, &robot)?))
 }
 
 /// The text of `problem.toml`, which `touchcal calibrate` takes, preceded by the files that it

@@ -1,0 +1,51 @@
+//! `truth.json` of a simulation, read back: the true arm and tool.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use serde::Deserialize;
+
+use crate::io::base::bytes;
+use crate::io::base::error::{IoError, Place, quoted};
+use crate::parameter::{Block, kinematic_part, of_arm_and_tool};
+use crate::robot::{KinematicParameter, Robot};
+
+/// Largest size of the file (bytes).
+pub const MAX_BYTES: u64 = 1 << 20;
+
+/// What is read of the file.
+#[derive(Deserialize)]
+struct TruthEntries {
+    /// Values (SI) by name.
+    parameters: BTreeMap<String, f64>,
+}
+
+/// True errors of arm and tool: parameters of the kinematics of `robot`, as
+/// [`truth_text`](super::scenario_file::truth_text) writes them, and their values (SI). Those of
+/// fixtures, parts and measured wrenches are passed over, and encoder offsets that change over the
+/// log.
+///
+/// # Errors
+/// [`IoError`] if the file cannot be read, is larger than [`MAX_BYTES`] or not of this form, or a
+/// parameter is not of this robot.
+pub fn read_file(path: &Path, robot: &Robot) -> Result<(Vec<KinematicParameter>, Vec<f64>), IoError> {
+    let (text, input) = bytes::read_text(path, MAX_BYTES)?;
+    let place = || Place::file(&input.path);
+    let truth: TruthEntries =
+        serde_json::from_str(&text).map_err(|error| IoError::syntax(place(), error.to_string()))?;
+    let known = of_arm_and_tool(robot);
+    let of_others = [Block::Fixture, Block::EdgeRadius, Block::WrenchBias, Block::WrenchScale, Block::JointTrend];
+    let mut found = Vec::new();
+    for (name, value) in truth.parameters {
+        let block = name.split('.').next().unwrap_or_default();
+        match known.iter().find(|parameter| parameter.name == name) {
+            Some(parameter) => found.push((parameter.id, value)),
+            None if of_others.iter().any(|other| other.name() == block) => {}
+            None => {
+                let expected = format!("a parameter of the robot {}", quoted(robot.name()));
+                return Err(IoError::unexpected(place().field("parameters"), expected, quoted(&name)));
+            }
+        }
+    }
+    Ok(kinematic_part(found))
+}
