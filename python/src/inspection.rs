@@ -151,7 +151,8 @@ impl Inspection {
         Score::new(&self.inspection.nominal, &self.problem.get().loaded.problem.fixtures)
     }
 
-    /// Warnings about the problem's declarations, with advice.
+    /// Warnings about the problem's declarations, and about what contacts do not determine, with
+    /// advice.
     #[getter]
     fn warnings(&self) -> Vec<Warning> {
         self.inspection.warnings.iter().map(|warning| WarningEntry::from(warning).into()).collect()

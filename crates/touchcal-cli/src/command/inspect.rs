@@ -17,8 +17,8 @@ use crate::summary::{self, Detail, ParameterRow};
 use crate::table::Table;
 
 /// Reads a problem, computes expected standard deviations, prints them; [`Outcome::NotUsable`] if
-/// contacts contradict the problem so far that a calibration would not be usable, or a mesh has
-/// several bodies.
+/// contacts contradict the problem or leave the arm undetermined so far that a calibration would
+/// not be usable, or a mesh has several bodies.
 pub fn run(args: &InspectArgs) -> Result<Outcome, Failure> {
     super::refuse_replaced(&args.source, &args.arm, ["inspect", ""])?;
     let loaded = super::load(&args.source)?;
@@ -28,8 +28,8 @@ pub fn run(args: &InspectArgs) -> Result<Outcome, Failure> {
     let detail = if args.all { Detail::Every } else { Detail::Grouped };
     let text = if args.json { json(&loaded, &inspection)? } else { text(&loaded, &inspection, detail) };
     output::print(&text)?;
-    let is_contradicted = inspection.warnings.iter().any(|warning| warning.severity() == Severity::Unusable);
-    Ok(if is_contradicted || loaded.has_several_bodies { Outcome::NotUsable } else { Outcome::Done })
+    let is_unusable = inspection.warnings.iter().any(|warning| warning.severity() == Severity::Unusable);
+    Ok(if is_unusable || loaded.has_several_bodies { Outcome::NotUsable } else { Outcome::Done })
 }
 
 fn text(loaded: &Loaded, inspection: &Inspection, detail: Detail) -> String {

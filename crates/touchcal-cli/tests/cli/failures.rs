@@ -223,6 +223,25 @@ fn a_peg_drawn_beside_its_frame_is_noticed() {
     assert!(said.contains("its middle is at (11.0, 0.0) mm"), "{said}");
 }
 
+/// `inspect` says that a log does not determine the arm, with the exit code that `calibrate` will
+/// have; the whole log does.
+#[test]
+fn contacts_that_do_not_determine_the_arm_are_told_by_inspect() {
+    let folder = tempfile::tempdir().unwrap();
+    touchcal(folder.path(), &["simulate", "--preset", "paper", "--contacts", "600", "--out", "sim"]).code(0);
+    let log = folder.path().join("sim/hole.csv");
+    let whole = std::fs::read_to_string(&log).unwrap();
+    let inspect = |code| stdout(&touchcal(folder.path(), &["inspect", "sim/problem.toml"]).code(code));
+    assert!(!inspect(0).contains("Warning"), "{}", inspect(0));
+    for (rows, words) in [(4, "4 measured rows cannot determine 8 parameters"), (11, "% as uncertain as before")] {
+        let first: Vec<&str> = whole.lines().take(1 + rows).collect();
+        std::fs::write(&log, first.join("\n") + "\n").unwrap();
+        assert!(inspect(3).contains(words), "{}", inspect(3));
+        let calibrated = touchcal(folder.path(), &["calibrate", "sim/problem.toml", "--out", "out"]).code(3);
+        assert!(stdout(&calibrated).contains(words), "{}", stdout(&calibrated));
+    }
+}
+
 /// Four vertices (mm) of OBJ around (`x`, 0), anticlockwise from above.
 fn square_of_obj(x: f64, half: f64, z: f64) -> String {
     let corners = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)];
@@ -321,7 +340,8 @@ fn no_contacts_are_an_outcome_with_advice() {
     std::fs::write(folder.path().join("contacts.csv"), log).unwrap();
     let done = touchcal(folder.path(), &["calibrate", "problem.toml", "--out", "out"]).code(3);
     assert!(stdout(&done).contains("record more contacts"), "{}", stdout(&done));
-    touchcal(folder.path(), &["inspect", "problem.toml"]).success();
+    let inspected = touchcal(folder.path(), &["inspect", "problem.toml"]).code(3);
+    assert!(stdout(&inspected).contains("record more contacts"), "{}", stdout(&inspected));
     touchcal(folder.path(), &["evaluate", "problem.toml", "--urdf", "panda.urdf"]).success();
 }
 

@@ -6,8 +6,9 @@ use super::input_checks::input_warnings;
 use super::model::{distance_information, set_resolution, whitened_norms};
 use super::problem::Problem;
 use super::result::{Identifiability, Observer, ParameterEstimate, Score, Warning};
+use super::result_checks::data_warnings;
 use super::search::{SearchState, approach_contact_modes, coarse, sandwich};
-use super::uncertainty::Posterior;
+use super::uncertainty::{Posterior, arm_uncertainty_ratio};
 use crate::solver::StopReason;
 
 /// Range of a moving joint's measured positions over all contacts.
@@ -39,8 +40,9 @@ pub struct Inspection {
     pub observability: [f64; 5],
     /// Contradictions between the problem's declarations and its contacts:
     /// [`Warning::MistakenDeclaration`], [`Warning::FixtureWithoutContacts`],
-    /// [`Warning::OriginOutsideTool`] and [`Warning::DistanceContradicted`], in this order; empty
-    /// if there are none.
+    /// [`Warning::OriginOutsideTool`] and [`Warning::DistanceContradicted`]; and what the contacts
+    /// do not determine: [`Warning::TooFewContacts`], [`Warning::ArmUndetermined`] and
+    /// [`Warning::Unobservable`]. In this order; empty if there are none.
     pub warnings: Vec<Warning>,
     /// Distances (m) of the contacts from their manifolds by the nominal arm, as of
     /// [`evaluate`](super::evaluate()).
@@ -67,9 +69,14 @@ pub fn inspect(problem: &Problem, observe: Observer<'_>) -> Inspection {
     let stride = search.stride();
     set_resolution(&mut search.model, &search.theta, stride);
     approach_contact_modes(&mut search, observe);
-    let (contacts, ..) = whitened_norms(&search.model, &search.theta, &mut search.caches);
+    let (contacts, _, rows) = whitened_norms(&search.model, &search.theta, &mut search.caches);
+    let rows = rows.iter().map(|&rows| usize::from(rows)).sum::<usize>() + problem.distances.len();
     let data = contacts + distance_information(&search.model, &search.theta);
     let mut posterior = Posterior::new(&search.model, &data, &search.free, &search.fixed);
+    let layout = &search.model.layout;
+    let remaining =
+        arm_uncertainty_ratio(problem, &layout.parameters, &posterior.covariance_from_scales, &layout.scale());
+    warnings.extend(data_warnings(&search, rows, remaining));
     if let Some(covariance) = sandwich(&mut search).and_then(|(sandwich, _)| sandwich.covariance) {
         posterior.covariance = covariance;
     }

@@ -53,7 +53,7 @@ pub(super) fn result_warnings(
         let has_prior = prior.sigma().is_some();
         Warning::ContradictedDeclarations { name: name.clone(), deviations, has_prior }
     }));
-    warnings.extend(data_warnings(search, statistics));
+    warnings.extend(data_warnings(search, statistics.rows, statistics.arm_uncertainty));
     warnings.extend(fit_warnings(search, statistics, estimate));
     if let Some(other) = estimate.competing_minima.first() {
         warnings.push(Warning::CompetingMinimum {
@@ -82,16 +82,17 @@ pub(super) fn result_warnings(
     warnings
 }
 
-/// Whether the data determine the parameters.
-fn data_warnings(search: &SearchState<'_>, statistics: &FitStatistics) -> Vec<Warning> {
+/// Whether the data determine the parameters: `rows` residual rows and known distances, which leave
+/// distances between tool positions the share `arm_uncertainty` (1) of their uncertainty.
+pub(super) fn data_warnings(search: &SearchState<'_>, rows: usize, arm_uncertainty: f64) -> Vec<Warning> {
     let (parameters, thresholds) = (&search.model.layout.parameters, &search.model.problem.options.thresholds);
     let mut warnings = Vec::new();
     let without_prior = parameters.iter().filter(|parameter| parameter.prior_sigma().is_none()).count();
-    if search.model.problem.contacts.is_empty() || statistics.rows < without_prior {
-        warnings.push(Warning::TooFewContacts { rows: statistics.rows, parameters: without_prior });
+    if search.model.problem.contacts.is_empty() || rows < without_prior {
+        warnings.push(Warning::TooFewContacts { rows, parameters: without_prior });
     }
-    if statistics.arm_uncertainty > thresholds.arm_uncertainty {
-        warnings.push(Warning::ArmUndetermined { remaining: statistics.arm_uncertainty });
+    if arm_uncertainty > thresholds.arm_uncertainty {
+        warnings.push(Warning::ArmUndetermined { remaining: arm_uncertainty });
     }
     if !search.fixed.pivots.is_empty() {
         let names = search.fixed.pivots.iter().map(|&k| parameters[k].name.clone()).collect();
