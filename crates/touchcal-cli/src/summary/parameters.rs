@@ -116,7 +116,7 @@ fn scalars(all: &[&ParameterRow<'_>], most: usize) -> String {
         0 => String::new(),
         more => {
             let unknown = all.iter().filter(|line| !line.identifiable).count();
-            format!("  … and {more} more; {unknown} are not identifiable (--all lists them)\n")
+            format!("  … and {more} more, of which {unknown} are not identifiable (--all lists them)\n")
         }
     };
     format!("{table}{more}")

@@ -64,7 +64,9 @@ pub(super) fn competing_minimum_message(minima: usize, tool_distance: f64, param
 /// standard deviation of its prior, or over its plausible size.
 pub(super) fn contradiction_message(name: &str, deviations: f64, has_prior: bool) -> String {
     let scale = if has_prior { "prior standard deviations" } else { "times its plausible size" };
-    format!("contacts come near the fixtures only with `{name}` {deviations:.0} {scale} off, and do not fit there")
+    format!(
+        "contacts come near the fixtures only where `{name}` is off by {deviations:.0} {scale}, and do not fit there"
+    )
 }
 
 pub(super) fn too_few_contacts_message(rows: usize, parameters: usize) -> String {

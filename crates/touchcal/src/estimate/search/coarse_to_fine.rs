@@ -8,8 +8,9 @@ use crate::estimate::model::{Objective, gross_rows};
 use crate::estimate::result::Observer;
 use crate::solver::Loss;
 
-/// Largest shares of a fixture's contacts (1) that are left out as grossly wrong. At zero contacts
-/// of another posture may be far off because the arm is, and few are a glitch.
+/// Largest shares of a fixture's contacts (1) that are left out as grossly wrong: before the first
+/// minimization, where contacts in another posture may be far off because the nominal arm is, and
+/// after each.
 const GROSS_SHARE_AT_ZERO: f64 = 0.01;
 const GROSS_SHARE: f64 = 0.1;
 /// Most minimizations: a smaller error shows only once larger ones are left out.
