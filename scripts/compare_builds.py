@@ -43,9 +43,9 @@ WORDS = {
     "untouched": "fixture_without_contacts",
 }
 # Texts for people, times, and what names the program: not compared.
-NOT_COMPARED = {"schema", "severity", "version", "seconds", "description", "message", "words", "advice", "path", "text"}
+NOT_COMPARED = {"schema", "severity", "version", "seconds", "created", "description", "message", "words", "advice", "path", "text"}
 # Fields that versions before 0.3.0 do not write: compared where both have them.
-ADDED = {"effect_tests"}
+ADDED = {"effect_tests", "robot"}
 # Components of directions below this share of a direction are rounding.
 NEGLIGIBLE = 1e-9
 

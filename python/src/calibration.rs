@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 use std::time::Instant;
 
+use jiff::Timestamp;
 use nalgebra::DVector;
 use numpy::{PyArray1, PyArray2};
 use pyo3::exceptions::PyKeyError;
@@ -362,7 +363,7 @@ pub fn calibrate(
     let problem = freed.map_or(Ok(problem), |loaded| Py::new(py, Problem { loaded }))?;
     let loaded = &problem.get().loaded;
     let prefit = py.detach(|| estimate::evaluate(&loaded.problem));
-    let solved = Solved { estimate, prefit, steps, seconds };
+    let solved = Solved { estimate, prefit, steps, ended: Timestamp::now(), seconds };
     let file = calibration_folder::estimate_file(loaded, &solved);
     Ok(Calibration { problem, solved, file })
 }

@@ -34,6 +34,12 @@ pub enum Failure {
         /// The error.
         error: SimulationError,
     },
+    /// Calibrations of which none of the arm's parameters is in both.
+    #[error("{} and {}: expected parameters of the arm that both estimate, found none", .0[0], .0[1])]
+    NothingInCommon([String; 2]),
+    /// A calibration by gradient descent.
+    #[error("{0}: expected estimates with uncertainties, found none, as of gradient descent")]
+    NoUncertainty(String),
     /// A scenario's parts.
     #[error(transparent)]
     Parts(#[from] PartsError),

@@ -31,6 +31,7 @@ fn main() -> ExitCode {
     let result = match &args.command {
         Command::New(args) => command::new::run(args),
         Command::Calibrate(args) => command::calibrate::run(args),
+        Command::Compare(args) => command::compare::run(args),
         Command::Convert(args) => command::convert::run(args),
         Command::Evaluate(args) => command::evaluate::run(args),
         Command::Inspect(args) => command::inspect::run(args),

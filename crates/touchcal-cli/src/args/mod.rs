@@ -1,5 +1,6 @@
 //! The definition of commands and arguments.
 
+mod compare;
 mod convert;
 mod experiment;
 mod manifold;
@@ -11,6 +12,7 @@ mod simulation;
 
 use clap::{Parser, Subcommand};
 
+pub use compare::CompareArgs;
 pub use convert::ConvertArgs;
 pub use experiment::{ApproachName, ExperimentArgs, Table1Args};
 #[cfg(feature = "parquet")]
@@ -50,6 +52,8 @@ pub enum Command {
     Calibrate(CalibrateArgs),
     /// Evaluate a URDF on contacts, without estimation
     Evaluate(EvaluateArgs),
+    /// Compare two calibrations of an arm: what changed, and by more than chance
+    Compare(CompareArgs),
     /// Convert a log: joint positions in radians, columns named after the joints
     Convert(ConvertArgs),
     /// Sample a contact manifold from recorded tool poses; report its coverage

@@ -1,6 +1,7 @@
 //! The commands, each from arguments to output.
 
 pub mod calibrate;
+pub mod compare;
 pub mod convert;
 pub mod demo;
 pub mod evaluate;
@@ -15,6 +16,7 @@ pub mod train;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
+use jiff::Timestamp;
 use touchcal::estimate::{Progress, StopReason, calibrate_with_freed_effects};
 use touchcal::io::Loaded;
 use touchcal::io::atomic;
@@ -116,5 +118,6 @@ fn calibrate(loaded: &mut Loaded, free_suspects: bool) -> Result<Solved, Failure
     if estimate.termination.reason == StopReason::Interrupted || crate::progress::interrupted() {
         return Err(Failure::Interrupted);
     }
-    Ok(Solved { estimate, prefit: touchcal::estimate::evaluate(&loaded.problem), steps, seconds })
+    let prefit = touchcal::estimate::evaluate(&loaded.problem);
+    Ok(Solved { estimate, prefit, steps, ended: Timestamp::now(), seconds })
 }

@@ -4,7 +4,7 @@ mod declarations;
 mod layout;
 mod parameters;
 
-pub use layout::{INDENT, millimetres};
+pub use layout::{INDENT, millimetres, wrapped};
 pub use parameters::{Detail, ParameterRow, in_user_units, parameters};
 
 use touchcal::contact::RowsLeftOut;
@@ -20,7 +20,6 @@ use touchcal::solver::{StopReason, Termination};
 
 use crate::table::{Table, fixed, signed};
 use declarations::{declarations, freed_effects};
-use layout::wrapped;
 
 /// Most fixtures listed one by one.
 pub const MOST_FIXTURES: usize = 12;

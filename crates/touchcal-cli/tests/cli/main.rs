@@ -8,6 +8,7 @@
 mod accept;
 mod campaign;
 #[cfg(all(feature = "mcap", feature = "parquet"))]
+mod compare;
 mod convert;
 mod demo;
 mod driver;

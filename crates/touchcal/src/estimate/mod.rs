@@ -3,6 +3,7 @@
 
 mod acceptance;
 mod calibrate;
+mod compare;
 mod contact_mode;
 mod declaration_checks;
 mod effect_tests;
@@ -24,6 +25,7 @@ mod uncertainty;
 pub use crate::solver::{Loss, StopReason, Termination};
 pub use acceptance::acceptance;
 pub use calibrate::calibrate;
+pub use compare::{Comparison, ParameterChange, compare};
 pub use evaluate::{apply_estimated_places, contact_distances, contact_poses, evaluate};
 pub use free_effects::calibrate_with_freed_effects;
 pub use inspect::{Inspection, JointRange, inspect};

@@ -25,6 +25,15 @@ pub enum Unit {
 }
 
 impl Unit {
+    /// All units.
+    const ALL: [Unit; 6] =
+        [Unit::Meter, Unit::Radian, Unit::RadianPerNewtonMeter, Unit::One, Unit::Newton, Unit::NewtonMeter];
+
+    /// The unit of a symbol in files.
+    pub fn of_symbol(symbol: &str) -> Option<Unit> {
+        Unit::ALL.into_iter().find(|unit| unit.symbol() == symbol)
+    }
+
     /// Symbol of the unit in files: `m`, `rad`, `rad/(N m)`, `1`, `N`, `N m`.
     pub fn symbol(self) -> &'static str {
         match self {

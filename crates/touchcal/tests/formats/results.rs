@@ -4,8 +4,8 @@ use proptest::prelude::*;
 use touchcal::io::estimate_file::{
     AcceptanceEntry, CompetingMinimumEntry, ContactCounts, Decision, EffectTestEntry, EffectValueEntry, EstimateFile,
     FixtureResidual, FreedEffectEntry, HeldOutEntry, NoiseEntry, NullDirection, ParameterEntry, PredictiveCheckEntry,
-    PriorTestEntry, ResidualStats, Residuals, ScatterEntry, Severity, Status, TaskErrorsEntry, TerminationEntry,
-    WarningEntry, WorkspaceUncertaintyEntry,
+    PriorTestEntry, ResidualStats, Residuals, RobotEntry, ScatterEntry, Severity, Status, TaskErrorsEntry,
+    TerminationEntry, WarningEntry, WorkspaceUncertaintyEntry,
 };
 use touchcal::io::{Input, atomic};
 
@@ -88,10 +88,17 @@ fn estimate() -> EstimateFile {
         held_out: Some(held_out()),
         acceptance: Some(acceptance()),
         notes: vec!["n".to_owned()],
+        robot: Some(robot()),
         inputs: vec![Input { path: "a".to_owned(), sha256: "0".to_owned() }],
         version: "0.1.0".to_owned(),
+        created: Some("2026-11-24T09:30:00Z".to_owned()),
         seconds: 0.5,
     }
+}
+
+fn robot() -> RobotEntry {
+    let [name, base, tip, sha256] = ["r", "b", "t", "1"].map(str::to_owned);
+    RobotEntry { name, base, tip, sha256 }
 }
 
 fn freed_effect() -> FreedEffectEntry {

@@ -9,7 +9,7 @@ use std::path::Path;
 use touchcal::estimate::{Evaluation, Fixture, PlacePrior, Problem, Score, evaluate, evaluate_held_out};
 use touchcal::experiment::PoseErrors;
 use touchcal::io::calibration_folder::{ESTIMATE, place_written};
-use touchcal::io::estimate_file::{EstimateFile, Status};
+use touchcal::io::estimate_file::{EstimateFile, RobotEntry, Status};
 use touchcal::io::urdf;
 
 use crate::args::{Arm, EvaluateArgs};
@@ -28,6 +28,9 @@ pub fn run(args: &EvaluateArgs) -> Result<Outcome, Failure> {
     let problem = super::load(&args.source)?.problem;
     let robot = urdf::read_like(&problem.robot, &args.urdf)?.robot;
     let estimate = args.estimate.as_deref().map(EstimateFile::read_file).transpose()?;
+    if let (Some(path), Some(found)) = (&args.estimate, &estimate) {
+        found.check_robot(&RobotEntry::of(&problem.robot), &path.display().to_string())?;
+    }
     let mut evaluated = problem.clone();
     match &estimate {
         Some(found) => place_written(&mut evaluated, found),

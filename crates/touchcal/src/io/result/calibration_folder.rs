@@ -3,6 +3,8 @@
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
+use jiff::{Timestamp, Unit};
+
 use crate::estimate::{Estimate, Fixture, Problem, Progress, Score, Spread, Status, Warning, apply_estimated_places};
 use crate::io::base::bytes::Input;
 use crate::io::base::error::{IoError, Place};
@@ -12,7 +14,7 @@ use crate::io::problem::loaded::Loaded;
 use crate::io::result::estimate_file::{
     self, AcceptanceEntry, CompetingMinimumEntry, ContactCounts, EffectTestEntry, EstimateFile, FixtureResidual,
     FreedEffectEntry, HeldOutEntry, NoiseEntry, NullDirection, ParameterEntry, PredictiveCheckEntry, PriorTestEntry,
-    ResidualStats, Residuals, TerminationEntry, WarningEntry,
+    ResidualStats, Residuals, RobotEntry, TerminationEntry, WarningEntry,
 };
 use crate::io::result::{offsets_yaml, ur_kinematics};
 use crate::io::robot::urdf;
@@ -45,6 +47,8 @@ pub struct Solved {
     pub prefit: Score,
     /// Progress of the estimator, one entry per step, in order; empty if it was not observed.
     pub steps: Vec<Progress>,
+    /// When the estimation ended.
+    pub ended: Timestamp,
     /// Duration of the estimation (s, ≥ 0).
     pub seconds: f64,
 }
@@ -208,7 +212,7 @@ fn calibrated(loaded: &Loaded, estimate: &Estimate) -> Robot {
 /// [`Estimate::parameters`]. Infinite values of condition and termination become `None`; other
 /// numbers that are not finite are refused by [`EstimateFile::to_json`].
 pub fn estimate_file(loaded: &Loaded, solved: &Solved) -> EstimateFile {
-    let Solved { estimate, prefit, seconds, .. } = solved;
+    let Solved { estimate, prefit, ended, seconds, .. } = solved;
     let size = estimate.parameters.len();
     let fixtures = &loaded.problem.fixtures;
     let acceptance = estimate.acceptance.as_ref().zip(loaded.problem.acceptance.as_ref());
@@ -251,8 +255,10 @@ pub fn estimate_file(loaded: &Loaded, solved: &Solved) -> EstimateFile {
             .as_ref()
             .map(|found| HeldOutEntry { contacts: found.score.all.count, scatter: found.scatter.map(Into::into) }),
         notes: loaded.problem.contacts.notes().to_vec(),
+        robot: Some(RobotEntry::of(&loaded.problem.robot)),
         inputs: loaded.inputs.clone(),
         version: env!("CARGO_PKG_VERSION").to_owned(),
+        created: to_the_second(ended),
         seconds: *seconds,
     }
 }
@@ -311,6 +317,11 @@ pub fn stats(score: &Score, fixtures: &[Fixture]) -> ResidualStats {
 
 fn millimetres(spread: &Spread) -> [Option<f64>; 3] {
     [spread.mean, spread.rms, spread.max].map(|value| finite(1e3 * value).filter(|_| spread.count > 0))
+}
+
+/// The time (UTC) as text; `None` in the last half second of the year 9999.
+fn to_the_second(time: &Timestamp) -> Option<String> {
+    Some(time.round(Unit::Second).ok()?.to_string())
 }
 
 /// JSON has no infinities.

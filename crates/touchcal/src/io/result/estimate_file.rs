@@ -18,6 +18,7 @@ pub use super::estimate_entries::{
     ContactCounts, EffectTestEntry, EffectValueEntry, FixtureResidual, FreedEffectEntry, NoiseEntry, NullDirection,
     ParameterEntry, PriorTestEntry, ResidualStats, Residuals, Severity, Status, TerminationEntry, WarningEntry,
 };
+pub use super::estimate_robot_entry::RobotEntry;
 pub use super::estimate_tool_entries::{CompetingMinimumEntry, WorkspaceUncertaintyEntry};
 
 /// The schema that this version writes; it reads schema 1 too.
@@ -99,10 +100,17 @@ pub struct EstimateFile {
     /// earlier versions have none.
     #[serde(default)]
     pub notes: Vec<String>,
+    /// The nominal arm; `None` in files of earlier versions.
+    #[serde(default)]
+    pub robot: Option<RobotEntry>,
     /// Path and fingerprint of each file that was read, in the order of reading.
     pub inputs: Vec<Input>,
     /// Version of this crate that wrote the file.
     pub version: String,
+    /// Time (UTC) at which the estimation ended, to the second, such as `2026-11-24T09:30:00Z`;
+    /// `None` in files of earlier versions.
+    #[serde(default)]
+    pub created: Option<String>,
     /// Duration of the estimation (s).
     pub seconds: f64,
 }
@@ -132,8 +140,10 @@ impl From<estimate_schema_1::EstimateFile1> for EstimateFile {
             held_out: None,
             acceptance: None,
             notes: Vec::new(),
+            robot: None,
             inputs: old.inputs,
             version: old.version,
+            created: None,
             seconds: old.seconds,
         }
     }
@@ -186,6 +196,16 @@ impl EstimateFile {
     pub fn read_file(path: &Path) -> Result<EstimateFile, IoError> {
         let (text, input) = bytes::read_text(path, MAX_BYTES)?;
         EstimateFile::from_json(&text, &input.path)
+    }
+
+    /// Checks that the nominal arm of the calibration is `expected`; `file` is its name for
+    /// messages. Files of earlier versions do not say which arm it was, and pass.
+    ///
+    /// # Errors
+    /// [`IoError`] if it is another arm.
+    pub fn check_robot(&self, expected: &RobotEntry, file: &str) -> Result<(), IoError> {
+        let Some(found) = self.robot.as_ref().filter(|found| *found != expected) else { return Ok(()) };
+        Err(IoError::unexpected(Place::file(file).field("robot"), expected.words(), found.words()))
     }
 
     /// What the calibration knows of its parameters; `None` if it has no uncertainty, because

@@ -6,6 +6,7 @@ pub mod calibration_mcap;
 mod estimate_check_entries;
 mod estimate_entries;
 pub mod estimate_file;
+mod estimate_robot_entry;
 mod estimate_schema_1;
 mod estimate_tool_entries;
 pub mod offsets_yaml;

@@ -1,0 +1,20 @@
+//! Arguments of `compare`.
+
+use std::path::PathBuf;
+
+/// Arguments of `compare`.
+#[derive(Debug, clap::Args)]
+pub struct CompareArgs {
+    /// Folder of the earlier calibration, or its estimate.json
+    #[arg(value_name = "EARLIER")]
+    pub earlier: PathBuf,
+    /// Folder of the later calibration, or its estimate.json
+    #[arg(value_name = "LATER")]
+    pub later: PathBuf,
+    /// Print every parameter
+    #[arg(long)]
+    pub all: bool,
+    /// Print JSON
+    #[arg(long)]
+    pub json: bool,
+}

@@ -1,0 +1,107 @@
+//! What `compare --json` prints.
+
+use serde::Serialize;
+use touchcal::estimate::Comparison;
+use touchcal::experiment::{PoseErrors, RmsAndMax};
+use touchcal::io::estimate_file::RobotEntry;
+
+use super::Changes;
+use super::calibration::Calibration;
+use crate::failure::Failure;
+
+#[derive(Serialize)]
+struct ComparisonJson<'a> {
+    earlier: CalibrationJson<'a>,
+    later: CalibrationJson<'a>,
+    arm: ChangesJson<'a>,
+    tool: ChangesJson<'a>,
+    /// Motion of the tip at equal joint positions across the workspace.
+    tip_motion: Option<MotionJson>,
+    common_logs: &'a [String],
+}
+
+#[derive(Serialize)]
+struct CalibrationJson<'a> {
+    path: String,
+    created: Option<&'a str>,
+    status: &'static str,
+    robot: Option<&'a RobotEntry>,
+}
+
+/// Parameters in SI units.
+#[derive(Serialize)]
+struct ChangesJson<'a> {
+    p_value: Option<f64>,
+    statistic: f64,
+    degrees_of_freedom: usize,
+    parameters: Vec<ParameterJson<'a>>,
+}
+
+#[derive(Serialize)]
+struct ParameterJson<'a> {
+    name: &'a str,
+    earlier: f64,
+    later: f64,
+    sigma_of_difference: f64,
+    deviations: Option<f64>,
+}
+
+#[derive(Serialize)]
+struct MotionJson {
+    position_mm: RmsAndMaxJson,
+    angle_deg: RmsAndMaxJson,
+    distance_mm: RmsAndMaxJson,
+}
+
+#[derive(Serialize)]
+struct RmsAndMaxJson {
+    rms: f64,
+    max: f64,
+}
+
+/// The comparison as JSON.
+pub fn of([earlier, later]: &[Calibration; 2], changes: &Changes) -> Result<String, Failure> {
+    let json = ComparisonJson {
+        earlier: calibration(earlier),
+        later: calibration(later),
+        arm: changes_json(&changes.arm),
+        tool: changes_json(&changes.tool),
+        tip_motion: changes.tip_motion.as_ref().map(motion),
+        common_logs: &changes.common_logs,
+    };
+    Ok(serde_json::to_string_pretty(&json)? + "\n")
+}
+
+fn calibration(calibration: &Calibration) -> CalibrationJson<'_> {
+    CalibrationJson {
+        path: calibration.name(),
+        created: calibration.file.created.as_deref(),
+        status: calibration.status(),
+        robot: calibration.file.robot.as_ref(),
+    }
+}
+
+fn changes_json(found: &Comparison) -> ChangesJson<'_> {
+    let parameters = found.parameters.iter().map(|change| ParameterJson {
+        name: &change.name,
+        earlier: change.values[0],
+        later: change.values[1],
+        sigma_of_difference: change.sigma,
+        deviations: change.deviations(),
+    });
+    ChangesJson {
+        p_value: found.p_value,
+        statistic: found.statistic,
+        degrees_of_freedom: found.degrees_of_freedom,
+        parameters: parameters.collect(),
+    }
+}
+
+fn motion(found: &PoseErrors) -> MotionJson {
+    let scaled = |of: RmsAndMax, factor: f64| RmsAndMaxJson { rms: factor * of.rms, max: factor * of.max };
+    MotionJson {
+        position_mm: scaled(found.position, 1e3),
+        angle_deg: scaled(found.angle, 1f64.to_degrees()),
+        distance_mm: scaled(found.distance, 1e3),
+    }
+}
