@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use pyo3::prelude::*;
 use touchcal::estimate::{ParameterPosterior, apply_estimated_places, evaluate_held_out};
 use touchcal::io::calibration_folder::place_written;
-use touchcal::io::estimate_file::EstimateFile;
+use touchcal::io::estimate_file::{EstimateFile, RobotEntry};
 use touchcal::io::urdf;
 
 use crate::calibration::Calibration;
@@ -23,7 +23,7 @@ use crate::problem::Problem;
 ///     estimate: and with it, with tool and fixtures where this estimate.json found them.
 ///
 /// Raises:
-///     InputError: if the other arm has other moving joints.
+///     InputError: if the other arm has other moving joints, or the estimate is of another robot.
 #[pyfunction]
 #[pyo3(signature = (problem, calibration=None, *, urdf=None, estimate=None))]
 pub fn evaluate(
@@ -49,6 +49,7 @@ pub fn evaluate(
     let other = urdf.map(|path| urdf::read_like(&nominal.robot, &path)).transpose().map_err(io)?;
     if let Some(path) = estimate {
         let file = EstimateFile::read_file(&path).map_err(io)?;
+        file.check_robot(&RobotEntry::of(&nominal.robot), &path.display().to_string()).map_err(io)?;
         place_written(&mut evaluated, &file);
         posterior = file.posterior();
     }

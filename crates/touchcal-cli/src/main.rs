@@ -13,7 +13,7 @@ use std::process::ExitCode;
 
 use clap::Parser;
 
-use args::{Args, Command};
+use args::Args;
 use failure::{Failure, Outcome};
 
 /// Exit codes; clap answers wrong usage with 2.
@@ -28,22 +28,7 @@ fn main() -> ExitCode {
         Err(answer) => return usage(&answer),
     };
     progress::catch_interrupts();
-    let result = match &args.command {
-        Command::New(args) => command::new::run(args),
-        Command::Calibrate(args) => command::calibrate::run(args),
-        Command::Compare(args) => command::compare::run(args),
-        Command::Convert(args) => command::convert::run(args),
-        Command::Evaluate(args) => command::evaluate::run(args),
-        Command::Inspect(args) => command::inspect::run(args),
-        Command::Manifold(args) => command::manifold::run(args),
-        Command::Train(args) => command::train::run(args),
-        Command::Experiment(args) => command::experiment::run(args),
-        Command::Simulate(args) => command::simulate::run(args),
-        Command::Demo(args) => command::demo::run(args),
-        Command::Completions(args) => command::manual::completions(args),
-        Command::Man(args) => command::manual::pages(args),
-        Command::Reference => command::manual::reference(),
-    };
+    let result = command::run(&args.command);
     match result {
         Ok(Outcome::Done) => ExitCode::SUCCESS,
         Ok(Outcome::NotUsable) => ExitCode::from(NOT_USABLE),

@@ -17,6 +17,9 @@ use super::simulation::ScenarioSource;
 /// The experiments.
 #[derive(Debug, Subcommand)]
 pub enum ExperimentArgs {
+    /// The paper from its beginning: contact poses of an arm without errors, their manifold, a
+    /// network, and its table
+    Paper(PaperArgs),
     /// The paper's table: learned, nearest and exact contact manifolds, by gradient descent and
     /// Levenberg-Marquardt
     Table1(Table1Args),
@@ -207,6 +210,17 @@ pub struct Table1Args {
     /// Contacts used by gradient descent
     #[arg(long, default_value_t = 500, value_parser = clap::value_parser!(u32).range(10..=1_000_000))]
     pub descent_contacts: u32,
+}
+
+/// Arguments of `experiment paper`.
+#[derive(Debug, clap::Args)]
+pub struct PaperArgs {
+    /// Folder to write all results into; what is found there is not computed again
+    #[arg(long, value_name = "DIR")]
+    pub out: PathBuf,
+    /// A few minutes instead of about an hour: fewer poses, steps and trials
+    #[arg(long)]
+    pub quick: bool,
 }
 
 /// Names of the approaches that the table compares.

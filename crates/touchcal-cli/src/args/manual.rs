@@ -1,4 +1,4 @@
-//! Arguments of `completions` and `man`.
+//! Arguments of `completions`, `man` and `schema`.
 
 use std::path::PathBuf;
 
@@ -18,4 +18,21 @@ pub struct ManArgs {
     /// Folder to write touchcal.1, touchcal-calibrate.1 and so on into
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
+}
+
+/// Arguments of `schema`.
+#[derive(Debug, clap::Args)]
+pub struct SchemaArgs {
+    /// The file
+    #[arg(value_name = "FILE")]
+    pub file: SchemaName,
+}
+
+/// Files with a JSON Schema.
+#[derive(Clone, Copy, Debug, clap::ValueEnum)]
+pub enum SchemaName {
+    /// problem.toml
+    Problem,
+    /// scenario.toml
+    Scenario,
 }

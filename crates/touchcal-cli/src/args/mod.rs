@@ -14,11 +14,11 @@ use clap::{Parser, Subcommand};
 
 pub use compare::CompareArgs;
 pub use convert::ConvertArgs;
-pub use experiment::{ApproachName, ExperimentArgs, Table1Args};
+pub use experiment::{ApproachName, ExperimentArgs, PaperArgs, Table1Args};
 #[cfg(feature = "parquet")]
 pub use experiment::{CampaignArgs, FalsifiedArgs, MergeArgs, Vary};
 pub use manifold::{ManifoldArgs, TrainArgs};
-pub use manual::{CompletionsArgs, ManArgs};
+pub use manual::{CompletionsArgs, ManArgs, SchemaArgs, SchemaName};
 pub use new::{NewArgs, Start};
 pub use problem::{Arm, CalibrateArgs, EvaluateArgs, ExportFormat, InspectArgs, Source};
 pub use simulation::{DemoArgs, ScenarioSource, SimulateArgs};
@@ -69,6 +69,8 @@ pub enum Command {
     Completions(CompletionsArgs),
     /// Print the manual page, or write the pages of all commands
     Man(ManArgs),
+    /// Print the JSON Schema of problem.toml or scenario.toml, for editors
+    Schema(SchemaArgs),
     /// Print the reference of all commands as Markdown, for the guide
     #[command(hide = true)]
     Reference,

@@ -1,13 +1,13 @@
 //! `touchcal completions`, `touchcal man` and the guide's reference, generated from the definition
-//! of the arguments.
+//! of the arguments, and `touchcal schema`.
 
 use std::fmt::Write;
 
 use clap::{Command, CommandFactory};
 use clap_mangen::Man;
-use touchcal::io::atomic;
+use touchcal::io::{atomic, problem_file, scenario_file};
 
-use crate::args::{Args, CompletionsArgs, ManArgs};
+use crate::args::{Args, CompletionsArgs, ManArgs, SchemaArgs, SchemaName};
 use crate::failure::{Failure, Outcome};
 use crate::output;
 
@@ -40,6 +40,15 @@ fn page(command: &Command) -> Result<String, Failure> {
     let mut page = Vec::new();
     Man::new(command.clone()).render(&mut page).map_err(Failure::Stdout)?;
     Ok(String::from_utf8_lossy(&page).into_owned())
+}
+
+/// Prints the JSON Schema of a file.
+pub fn schema(args: &SchemaArgs) -> Result<Outcome, Failure> {
+    output::print(match args.file {
+        SchemaName::Problem => problem_file::JSON_SCHEMA,
+        SchemaName::Scenario => scenario_file::JSON_SCHEMA,
+    })?;
+    Ok(Outcome::Done)
 }
 
 /// Prints the reference.

@@ -1,17 +1,17 @@
 //! The commands, each from arguments to output.
 
-pub mod calibrate;
-pub mod compare;
-pub mod convert;
-pub mod demo;
-pub mod evaluate;
-pub mod experiment;
-pub mod inspect;
-pub mod manifold;
-pub mod manual;
-pub mod new;
-pub mod simulate;
-pub mod train;
+mod calibrate;
+mod compare;
+mod convert;
+mod demo;
+mod evaluate;
+mod experiment;
+mod inspect;
+mod manifold;
+mod manual;
+mod new;
+mod simulate;
+mod train;
 
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -23,9 +23,30 @@ use touchcal::io::atomic;
 use touchcal::io::calibration_folder::Solved;
 use touchcal::io::problem_file::{self, Selection};
 
-use crate::args::{Arm, Source};
-use crate::failure::Failure;
+use crate::args::{Arm, Command, Source};
+use crate::failure::{Failure, Outcome};
 use crate::progress::Spinner;
+
+/// Runs a command.
+pub fn run(command: &Command) -> Result<Outcome, Failure> {
+    match command {
+        Command::New(args) => new::run(args),
+        Command::Calibrate(args) => calibrate::run(args),
+        Command::Compare(args) => compare::run(args),
+        Command::Convert(args) => convert::run(args),
+        Command::Evaluate(args) => evaluate::run(args),
+        Command::Inspect(args) => inspect::run(args),
+        Command::Manifold(args) => manifold::run(args),
+        Command::Train(args) => train::run(args),
+        Command::Experiment(args) => experiment::run(args),
+        Command::Simulate(args) => simulate::run(args),
+        Command::Demo(args) => demo::run(args),
+        Command::Completions(args) => manual::completions(args),
+        Command::Man(args) => manual::pages(args),
+        Command::Schema(args) => manual::schema(args),
+        Command::Reference => manual::reference(),
+    }
+}
 
 /// Refuses, before long work, to overwrite an input or to write into a path that is no folder. Then
 /// removes what runs that were ended left beside the outputs.

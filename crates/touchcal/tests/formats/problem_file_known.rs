@@ -265,7 +265,7 @@ fn bias_and_scale_of_the_wrench_are_declared_or_assumed() {
     refused(
         "[noise]",
         "[noise]\nwrench_scale = \"2 %\"",
-        &["problem.toml:", "expected a number, found string \"2 %\""],
+        &["problem.toml:", "expected a number, found the text \"2 %\""],
     );
 }
 

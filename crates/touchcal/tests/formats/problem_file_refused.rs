@@ -46,14 +46,23 @@ fn unknown_keys_and_names_are_refused_with_a_suggestion() {
 fn malformed_text_is_refused() {
     refused("schema = 1", "schema = 2", &["problem.toml:1:10, schema", "schema 1", "found 2"]);
     refused("length_mm = 40", "length_mm = forty", &["problem.toml:10:"]);
-    refused("length_mm = 40", "length_mm = \"40\"", &["problem.toml:10:13", "expected a number, found string \"40\""]);
+    refused(
+        "[estimate]",
+        "[distance]\nbetween = [\"hole\", \"hole\"]\nmm = 1\n\n[estimate]",
+        &["expected tables in two brackets, found one in one bracket"],
+    );
+    refused(
+        "length_mm = 40",
+        "length_mm = \"40\"",
+        &["problem.toml:10:13", "expected a number, found the text \"40\""],
+    );
     refused("[[contacts]]", "[[contacts", &["problem.toml:31:"]);
     let held_out = read(&FULL.replace("[[contacts]]", "[[contacts]]\nheld_out = true")).unwrap_err();
     assert!(held_out.contains("[[contacts]] table, found `held_out` in all of them"), "{held_out}");
     refused(
         "xyz_mm = [600, 100, 150]",
         "xyz_mm = [600, 100]",
-        &["problem.toml:17:", "expected an array of length 3, found length 2"],
+        &["problem.toml:17:", "expected a list of length 3, found length 2"],
     );
     refused("[estimate]\n", "", &["problem.toml:", "unknown field", "`encoder_walk_deg`, `estimated`"]);
     assert!(read("").unwrap_err().contains("missing field `robot`"));

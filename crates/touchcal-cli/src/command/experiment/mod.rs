@@ -6,6 +6,7 @@ mod campaign;
 #[cfg(feature = "parquet")]
 mod falsified;
 mod figure;
+mod paper;
 mod row;
 mod saved;
 mod table1;
@@ -19,6 +20,7 @@ use crate::failure::{Failure, Outcome};
 pub fn run(args: &ExperimentArgs) -> Result<Outcome, Failure> {
     crate::progress::defer_interrupts();
     match args {
+        ExperimentArgs::Paper(args) => paper::run(args),
         ExperimentArgs::Table1(args) => table1::run(args),
         #[cfg(feature = "parquet")]
         ExperimentArgs::Campaign(args) => campaign::run(args),

@@ -36,7 +36,8 @@ const PUBLISHED_REDUCTION: (f64, f64) = (2.6, 3.37);
 
 const JSON: &str = "table1.json";
 const CSV: &str = "table1.csv";
-const FIGURE: &str = "table1.svg";
+/// Name of the figure, the last file that is written.
+pub const FIGURE: &str = "table1.svg";
 
 /// The source of a trial.
 enum Source {

@@ -23,7 +23,8 @@ use crate::output;
 use crate::progress::{self, Counter, Spinner};
 use summary::TrainingSummary;
 
-const CHECKPOINT: &str = "checkpoint.safetensors";
+/// Name of the file from which an interrupted training resumes.
+pub const CHECKPOINT: &str = "checkpoint.safetensors";
 const WEIGHTS: &str = "weights.safetensors";
 const METRICS: &str = "metrics.json";
 const ONNX: &str = "weights.onnx";

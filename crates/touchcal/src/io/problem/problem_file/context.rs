@@ -57,7 +57,10 @@ impl Context<'_> {
         let mut message = error.message().trim().replace('\n', "; ");
         let invalid = message.strip_prefix("invalid type: ").or_else(|| message.strip_prefix("invalid "));
         if let Some((found, expected)) = invalid.and_then(|found| found.split_once(", expected ")) {
-            return IoError::unexpected(place, type_in_words(expected), found);
+            let is_single_table = expected == "a sequence" && found == "map";
+            let expected = if is_single_table { "tables in two brackets".to_owned() } else { type_in_words(expected) };
+            let found = if is_single_table { "one in one bracket".to_owned() } else { found_in_words(found) };
+            return IoError::unexpected(place, expected, found);
         }
         let mut names = message.split('`').skip(1).step_by(2);
         if let (true, Some(unknown)) = (message.starts_with("unknown"), names.next()) {
@@ -156,13 +159,31 @@ impl Context<'_> {
     }
 }
 
-/// A type in the words of a parser, in those of the format.
-fn type_in_words(expected: &str) -> &str {
+/// What a parser expects, in the words of the format.
+fn type_in_words(expected: &str) -> String {
     match expected {
         "f64" => "a number",
         "i64" | "u64" | "usize" => "a whole number",
         "a boolean" => "true or false",
+        "a string" => "a text in quotes",
+        "a sequence" => "a list in brackets",
+        "a map" => "a table",
         _ if expected.starts_with("struct ") => "a table",
-        _ => expected,
+        _ => return expected.replace("an array of length", "a list of length"),
+    }
+    .to_owned()
+}
+
+/// What a parser found, in the words of the format.
+fn found_in_words(found: &str) -> String {
+    match found.split_once(' ') {
+        None if found == "sequence" => "a list".to_owned(),
+        None if found == "map" => "a table".to_owned(),
+        Some(("string", text)) => format!("the text {text}"),
+        Some(("integer" | "floating", number)) => {
+            format!("the number {}", number.trim_start_matches("point ").trim_matches('`'))
+        }
+        Some(("boolean", value)) => value.trim_matches('`').to_owned(),
+        _ => found.to_owned(),
     }
 }

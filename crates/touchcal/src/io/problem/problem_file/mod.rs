@@ -47,6 +47,9 @@ pub use selection::{Selection, placement};
 pub use settings::{DEFAULT_CONTACT, DEFAULT_ENCODER, Settings};
 pub use tolerance::DeclaredPrior;
 
+/// JSON Schema (draft 2020-12) of a problem file, for editors.
+pub const JSON_SCHEMA: &str = include_str!("../problem.schema.json");
+
 /// Keys that declare what is assumed without them.
 const KEYS: &str = "sigma_mm, sigma_deg, clearance_sigma_mm, depth_sigma_mm, edge_radius_sigma_mm, or exact = true";
 /// Most fixtures of a problem, and most parameters: memory grows with their square, time with their

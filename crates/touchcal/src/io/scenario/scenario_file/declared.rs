@@ -5,7 +5,7 @@ use std::collections::HashMap;
 
 use toml::Spanned;
 
-use super::schema::{DistanceToml, TouchToml};
+use super::schema::{MeasuredDistanceToml, TouchToml};
 use crate::estimate::{PlacePrior, ShapeTolerance};
 use crate::io::base::error::IoError;
 use crate::io::problem::problem_file::context::{Allowed, Context, MM};
@@ -85,13 +85,13 @@ fn place_error(keys: &PlaceKeys<'_>, field: &str, context: &Context<'_>) -> Resu
 
 /// The distances that are measured between `touches`.
 pub(super) fn distances(
-    tables: &[Spanned<DistanceToml>],
+    tables: &[Spanned<MeasuredDistanceToml>],
     touches: &[Touch],
     context: &Context<'_>,
 ) -> Result<Vec<MeasuredDistance>, IoError> {
     let names: HashMap<&str, usize> = touches.iter().enumerate().map(|(f, touch)| (touch.name.as_str(), f)).collect();
     let each = tables.iter().map(|table| {
-        let DistanceToml { between, mm, sigma_mm, exact } = table.get_ref();
+        let MeasuredDistanceToml { between, mm, sigma_mm, exact } = table.get_ref();
         if let Some(mm) = mm {
             let expected = "`sigma_mm` or `exact` alone, since the length is that of the simulated fixtures";
             return Err(IoError::unexpected(context.place(mm.span(), "distance, mm"), expected, "`mm`"));

@@ -17,3 +17,6 @@ pub use posed::{PROBLEM, TRUE_URDF, TRUTH, check_folder, log_texts, problem_text
 pub use read::{MAX_BYTES, ScenarioFile, preset, read, read_file};
 pub use vary::varied_text;
 pub use write::{SCENARIO, TextFile, scenario_text};
+
+/// JSON Schema (draft 2020-12) of a scenario file, for editors.
+pub const JSON_SCHEMA: &str = include_str!("../scenario.schema.json");
