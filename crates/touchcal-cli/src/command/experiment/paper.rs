@@ -1,5 +1,5 @@
-//! `touchcal experiment paper`: the experiment of Negi, Manyar & Gupta (2025) from its beginning, as
-//! a list of commands.
+//! `touchcal experiment paper`: the experiment of Negi, Manyar & Gupta (2025) from its beginning,
+//! as a list of commands.
 
 use std::path::{Path, PathBuf};
 
@@ -15,16 +15,23 @@ use crate::output;
 /// Sizes of the experiment.
 struct Sizes {
     poses: u32,
+    pairs: u32,
     training_steps: u32,
     trials: u32,
     descent_steps: u32,
     descent_contacts: u32,
 }
 
-const WHOLE: Sizes =
-    Sizes { poses: 80_000, training_steps: 10_000, trials: 20, descent_steps: 1000, descent_contacts: 250 };
+const WHOLE: Sizes = Sizes {
+    poses: 80_000,
+    pairs: 1 << 20,
+    training_steps: 10_000,
+    trials: 20,
+    descent_steps: 1000,
+    descent_contacts: 250,
+};
 const QUICK: Sizes =
-    Sizes { poses: 20_000, training_steps: 1500, trials: 1, descent_steps: 300, descent_contacts: 250 };
+    Sizes { poses: 20_000, pairs: 1 << 18, training_steps: 1000, trials: 1, descent_steps: 300, descent_contacts: 250 };
 
 /// The paper's scenario with an arm without errors: the default of a scenario.
 const OFFLINE: &str = "# The paper's peg in hole, touched by an arm without errors.\nschema = 1\n";
@@ -60,7 +67,7 @@ pub fn run(args: &PaperArgs) -> Result<Outcome, Failure> {
 /// The commands in their order. Results are named after the sizes, so that those of others are not
 /// taken for these.
 fn steps(out: &Path, offline: &Path, sizes: &Sizes) -> [Step; 4] {
-    let Sizes { poses, training_steps, trials, descent_steps, descent_contacts } = sizes;
+    let Sizes { poses, pairs, training_steps, trials, descent_steps, descent_contacts } = sizes;
     let simulated = out.join(format!("{poses}_poses"));
     let manifold = out.join(format!("{poses}_poses.safetensors"));
     let network = out.join(format!("{poses}_poses_{training_steps}_steps"));
@@ -68,11 +75,13 @@ fn steps(out: &Path, offline: &Path, sizes: &Sizes) -> [Step; 4] {
     let (problem, weights) = (simulated.join("problem.toml"), network.join("weights.safetensors"));
     let text = |path: &Path| path.display().to_string();
     let words = |words: &[&str]| words.iter().map(|word| (*word).to_owned()).collect::<Vec<String>>();
-    let [poses, training_steps, trials, descent_steps, descent_contacts] =
-        [poses, training_steps, trials, descent_steps, descent_contacts].map(u32::to_string);
-    // An interrupted training has the number of its steps in its checkpoint.
-    let length =
-        if network.join(CHECKPOINT).is_file() { words(&["--resume"]) } else { words(&["--steps", &training_steps]) };
+    let [poses, pairs, training_steps, trials, descent_steps, descent_contacts] =
+        [poses, pairs, training_steps, trials, descent_steps, descent_contacts].map(u32::to_string);
+    // The checkpoint of an interrupted training has its settings.
+    let settings = match network.join(CHECKPOINT).is_file() {
+        true => words(&["--resume"]),
+        false => words(&["--steps", &training_steps, "--pairs", &pairs]),
+    };
     let [offline, simulated, network, table] = [offline, &simulated, &network, &table].map(text);
     let manifold_text = text(&manifold);
     let table1 = ["experiment", "table1", "--manifold", &manifold_text, "--weights", &text(&weights), "--out", &table];
@@ -90,7 +99,7 @@ fn steps(out: &Path, offline: &Path, sizes: &Sizes) -> [Step; 4] {
         },
         Step {
             title: "The metric projection function: a network",
-            words: [words(&["train", "--manifold", &manifold_text, "--out", &network]), length].concat(),
+            words: [words(&["train", "--manifold", &manifold_text, "--out", &network]), settings].concat(),
             result: weights.clone(),
         },
         Step {
