@@ -16,6 +16,9 @@ pub type Numbers<'py> = PyArrayLikeDyn<'py, f64, AllowTypeChange>;
 /// a mistake.
 const TOLERANCE: f64 = 1e-3;
 
+/// Longest translation (m) of a tool or a fixture. A longer one is in another unit.
+const FARTHEST: f64 = 10.0;
+
 /// `values` as an array that cannot be written to. They are moved, not copied.
 pub fn fixed(py: Python<'_>, values: Vec<f64>) -> Bound<'_, PyArray1<f64>> {
     let array = PyArray1::from_vec(py, values);
@@ -42,9 +45,16 @@ pub fn poses_array<'py>(py: Python<'py>, poses: &[Pose]) -> PyResult<Bound<'py, 
     fixed_rows(py, poses.iter().flat_map(numbers).collect(), 7)
 }
 
-/// One pose of shape (7,) or (4, 4); `what` is its name for messages.
+/// One pose of shape (7,) or (4, 4) with a translation of at most 10 m; `what` is its name for
+/// messages.
 pub fn one_pose(given: &Numbers<'_>, what: &str) -> PyResult<Pose> {
-    of_view(&given.as_array(), what)
+    let pose = of_view(&given.as_array(), what)?;
+    let far = pose.translation.vector.norm();
+    if far > FARTHEST {
+        let expected = format!("a translation of at most {FARTHEST} m (lengths are metres)");
+        return Err(unexpected(what, expected, format!("{far} m")));
+    }
+    Ok(pose)
 }
 
 /// Poses of shape (N, 7) or (N, 4, 4).

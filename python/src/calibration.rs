@@ -1,32 +1,30 @@
-//! A calibration and its result.
+//! The result of a calibration.
 
 use std::path::PathBuf;
-use std::time::Instant;
 
-use jiff::Timestamp;
 use nalgebra::DVector;
 use numpy::{PyArray1, PyArray2};
 use pyo3::exceptions::PyKeyError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
-use touchcal::estimate::{self, Verdict, apply_estimated_places, calibrate_with_freed_effects, contact_distances};
-use touchcal::io::Loaded;
+use touchcal::estimate::{self, Verdict, apply_estimated_places, contact_distances};
 use touchcal::io::calibration_folder::{self, Solved, Wanted};
 use touchcal::io::estimate_file::{EstimateFile, ParameterEntry};
 use touchcal::io::urdf::{self, Ends};
 
 use crate::array::{fixed, fixed_rows, numbers};
 use crate::checks::{EffectTest, PredictiveCheck, PriorTest};
-use crate::error::io;
+use crate::error::{io, unpicklable};
 use crate::evaluation::Evaluation;
-use crate::frame::Frame;
+use crate::frame::{self, Frame};
 use crate::problem::Problem;
-use crate::progress::{Observer, Progress};
+use crate::progress::Progress;
 use crate::result::{
-    Acceptance, CompetingMinimum, NullDirection, Parameter, Termination, Warning, WorkspaceUncertainty,
+    Acceptance, CalibrationWarning, CompetingMinimum, NullDirection, Parameter, Termination, WorkspaceUncertainty,
 };
 use crate::robot::Robot;
 use crate::score::Score;
+use crate::summary::Summary;
 
 /// The result of a calibration. Check `usable` first.
 ///
@@ -114,8 +112,8 @@ impl Calibration {
 
     /// Warnings, with advice.
     #[getter]
-    fn warnings(&self) -> Vec<Warning> {
-        self.file.warnings.iter().cloned().map(Warning::from).collect()
+    fn warnings(&self) -> Vec<CalibrationWarning> {
+        self.file.warnings.iter().cloned().map(CalibrationWarning::from).collect()
     }
 
     /// Score tests of effects that the model leaves out, the least p-value first; none where the
@@ -234,6 +232,21 @@ impl Calibration {
         Ok(places)
     }
 
+    /// The result in some lines: the verdict and the expected error of the tool before and after
+    /// the calibration, contacts, noise, ten parameters at most in mm and degrees, what is not
+    /// determined, and warnings.
+    fn summary(&self) -> String {
+        Summary::new(&self.problem.get().loaded.problem, &self.solved, &self.file, 10).text()
+    }
+
+    fn _repr_html_(&self) -> String {
+        Summary::new(&self.problem.get().loaded.problem, &self.solved, &self.file, 100).html()
+    }
+
+    fn _ipython_key_completions_(&self) -> Vec<&str> {
+        self.file.parameters.iter().map(|entry| entry.name.as_str()).collect()
+    }
+
     fn __getitem__(&self, name: &str) -> PyResult<Parameter> {
         let found = self.file.parameters.iter().find(|entry| entry.name == name);
         found.map(Into::into).ok_or_else(|| PyKeyError::new_err(name.to_owned()))
@@ -255,6 +268,12 @@ impl Calibration {
             .column("prior_sigma", number(|entry| entry.prior_sigma))?
             .column("identifiable", entries.iter().map(|entry| entry.identifiable).collect::<Vec<_>>())?
             .build()
+    }
+
+    /// The covariance with the names of the parameters as index and columns, in their units.
+    fn covariance_frame<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
+        let names: Vec<&str> = self.file.parameters.iter().map(|entry| entry.name.as_str()).collect();
+        frame::labelled(self.covariance(py)?, &names)
     }
 
     /// A row a contact: fixture, file, line, distance from contact (m) with the nominal and the
@@ -305,6 +324,10 @@ impl Calibration {
         Ok((written.urdf, written.estimate, written.report))
     }
 
+    fn __reduce__(&self) -> PyResult<()> {
+        Err(unpicklable("Calibration", "return what of it is needed, such as `to_pandas()` or `to_json()`"))
+    }
+
     fn __repr__(&self) -> String {
         let (parameters, rms) = (self.file.parameters.len(), 1e3 * self.solved.estimate.postfit.all.rms);
         format!("Calibration({:?}, {parameters} parameters, {rms:.3} mm rms)", self.status())
@@ -312,6 +335,12 @@ impl Calibration {
 }
 
 impl Calibration {
+    /// The result of a problem.
+    pub fn new(problem: Py<Problem>, solved: Solved) -> Self {
+        let file = calibration_folder::estimate_file(&problem.get().loaded, &solved);
+        Calibration { problem, solved, file }
+    }
+
     /// The problem with the estimated poses of tool and fixtures.
     fn with_estimated_poses(&self) -> estimate::Problem {
         let mut problem = self.problem.get().loaded.problem.clone();
@@ -320,50 +349,4 @@ impl Calibration {
         });
         problem
     }
-}
-
-/// Estimates an arm's errors, as `touchcal calibrate` does. The same input gives the same bits.
-///
-/// Args:
-///     problem: the problem.
-///     progress: called with a `Progress` at each step; what it raises ends the work, as Ctrl-C
-///         does. See `touchcal.bar`.
-///     free_suspects: estimate what the problem leaves out or declares exact where contacts
-///         contradict it, and noise that is larger than declared; the result's problem then has
-///         these parameters. What would make a usable result unusable is left out.
-///
-/// Returns:
-///     The result, which may be not usable: that is no exception, but its `status`.
-#[pyfunction]
-#[pyo3(signature = (problem, progress=None, *, free_suspects=false))]
-pub fn calibrate(
-    py: Python<'_>,
-    problem: Py<Problem>,
-    progress: Option<Py<PyAny>>,
-    free_suspects: bool,
-) -> PyResult<Calibration> {
-    let mut observer = Observer::new(progress);
-    let loaded = &problem.get().loaded;
-    let mut steps = Vec::new();
-    let start = Instant::now();
-    let (freed, estimate) = py.detach(|| {
-        let mut observe = |progress: &estimate::Progress| {
-            steps.push(*progress);
-            observer.step(progress)
-        };
-        if free_suspects {
-            let (problem, estimate) = calibrate_with_freed_effects(&loaded.problem, &mut observe);
-            (Some(Loaded { problem, ..loaded.clone() }), estimate)
-        } else {
-            (None, estimate::calibrate(&loaded.problem, &mut observe))
-        }
-    });
-    let seconds = start.elapsed().as_secs_f64();
-    observer.finish()?;
-    let problem = freed.map_or(Ok(problem), |loaded| Py::new(py, Problem { loaded }))?;
-    let loaded = &problem.get().loaded;
-    let prefit = py.detach(|| estimate::evaluate(&loaded.problem));
-    let solved = Solved { estimate, prefit, steps, ended: Timestamp::now(), seconds };
-    let file = calibration_folder::estimate_file(loaded, &solved);
-    Ok(Calibration { problem, solved, file })
 }

@@ -6,6 +6,8 @@ use std::collections::BTreeMap;
 use pyo3::prelude::*;
 use touchcal::estimate::{self, DeclaredValue, EffectValue};
 
+use crate::repr::{length, number};
+
 /// A score test of an effect that the model leaves out.
 ///
 /// Attributes:
@@ -60,7 +62,7 @@ impl From<&estimate::EffectTest> for EffectTest {
 impl EffectTest {
     fn __repr__(&self) -> String {
         let EffectTest { effect, p_value, displacement, .. } = self;
-        format!("EffectTest({effect:?}, p_value={p_value:?}, displacement={displacement:?})")
+        format!("EffectTest({effect:?}, p = {}, moves the tool by {})", number(*p_value), length(*displacement))
     }
 }
 
@@ -116,7 +118,8 @@ impl From<&estimate::PriorTest> for PriorTest {
 impl PriorTest {
     fn __repr__(&self) -> String {
         let PriorTest { name, p_value, displacement, .. } = self;
-        format!("PriorTest({name:?}, p_value={p_value:?}, displacement={displacement:?})")
+        let moves = displacement.map_or_else(String::new, |by| format!(", moves the tool by {}", length(by)));
+        format!("PriorTest({name:?}, p = {}{moves})", number(*p_value))
     }
 }
 
@@ -148,6 +151,6 @@ impl From<&estimate::PredictiveCheck> for PredictiveCheck {
 #[pymethods]
 impl PredictiveCheck {
     fn __repr__(&self) -> String {
-        format!("PredictiveCheck(ratio={:?}, p_value={:?})", self.ratio, self.p_value)
+        format!("PredictiveCheck(ratio {}, p = {})", number(self.ratio), number(self.p_value))
     }
 }

@@ -1,6 +1,6 @@
 //! Exceptions, with the texts that the command-line tool prints.
 
-use pyo3::exceptions::PyException;
+use pyo3::exceptions::{PyException, PyTypeError};
 use pyo3::prelude::*;
 use touchcal::io::{IoError, Place};
 
@@ -45,4 +45,11 @@ pub fn unexpected(what: impl Into<String>, expected: impl Into<String>, found: i
 /// The exception for an argument `what` of which the library says `message`.
 pub fn refused(what: impl Into<String>, message: impl ToString) -> PyErr {
     io(IoError::Syntax { place: Box::new(Place::file(what)), message: message.to_string() })
+}
+
+/// The exception where an object of `class` is to be sent to another process: what to do instead.
+pub fn unpicklable(class: &str, instead: &str) -> PyErr {
+    PyTypeError::new_err(format!(
+        "a touchcal.{class} cannot be pickled; calibrate in threads, which run side by side, or {instead}"
+    ))
 }

@@ -5,7 +5,8 @@ use pyo3::types::PyDict;
 use touchcal::estimate;
 use touchcal::io::estimate_file::{Severity, WarningEntry};
 
-use crate::result::Warning;
+use crate::repr::{length, number};
+use crate::result::CalibrationWarning;
 use crate::score::{Score, Spread};
 
 /// Scatter of contacts: root mean square distances from contact.
@@ -34,8 +35,8 @@ impl From<&estimate::Scatter> for Scatter {
 #[pymethods]
 impl Scatter {
     fn __repr__(&self) -> String {
-        let Scatter { found, predicted, .. } = self;
-        format!("Scatter(found={found:?}, predicted={predicted:?})")
+        let [found, predicted] = [self.found, self.predicted].map(length);
+        format!("Scatter(found {found}, predicted {predicted}, ratio {})", number(self.ratio))
     }
 }
 
@@ -72,7 +73,9 @@ impl From<&estimate::FixtureDistance> for FixtureDistance {
 impl FixtureDistance {
     fn __repr__(&self) -> String {
         let FixtureDistance { between: (a, b), declared, found, sigma, .. } = self;
-        format!("FixtureDistance(({a:?}, {b:?}), declared={declared:?}, found={found:?}, sigma={sigma:?})")
+        // To a micrometre: the difference of the two is what matters.
+        let [declared, found, sigma] = [declared, found, sigma].map(|metres| 1e3 * metres);
+        format!("FixtureDistance({a:?} to {b:?}, declared {declared:.3} mm, found {found:.3} ± {sigma:.3} mm)")
     }
 }
 
@@ -143,7 +146,7 @@ impl Evaluation {
     }
 
     #[getter]
-    fn warnings(&self) -> Vec<Warning> {
+    fn warnings(&self) -> Vec<CalibrationWarning> {
         let entry = |contradiction: &estimate::Contradiction| WarningEntry {
             kind: contradiction.kind().to_owned(),
             severity: Severity::Caution,

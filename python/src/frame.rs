@@ -1,5 +1,6 @@
 //! pandas, which is imported only where it is asked for.
 
+use numpy::PyArray2;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 
@@ -22,4 +23,9 @@ impl<'py> Frame<'py> {
     pub fn build(self) -> PyResult<Bound<'py, PyAny>> {
         self.0.py().import("pandas")?.call_method1("DataFrame", (self.0,))
     }
+}
+
+/// A `pandas.DataFrame` of a square matrix, with the same labels for rows and columns.
+pub fn labelled<'py>(matrix: Bound<'py, PyArray2<f64>>, labels: &[&str]) -> PyResult<Bound<'py, PyAny>> {
+    matrix.py().import("pandas")?.call_method1("DataFrame", (matrix, labels, labels))
 }

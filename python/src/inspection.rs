@@ -5,13 +5,15 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use touchcal::estimate::{self, StopReason};
 use touchcal::io::estimate_file::WarningEntry;
+use touchcal::parameter::Unit;
+use touchcal::robot::JointKind;
 
 use crate::array::fixed;
 use crate::frame::Frame;
 use crate::problem::Problem;
 use crate::progress::Observer;
-use crate::repr::{python_bool, shown};
-use crate::result::{NullDirection, Warning};
+use crate::repr::{number, quantity};
+use crate::result::{CalibrationWarning, NullDirection};
 use crate::score::Score;
 
 /// Expected standard deviation of a parameter.
@@ -35,12 +37,11 @@ pub struct Expected {
 #[pymethods]
 impl Expected {
     fn __repr__(&self) -> String {
-        format!(
-            "Expected({:?}, sigma={}, identifiable={})",
-            self.name,
-            shown(self.sigma),
-            python_bool(self.identifiable)
-        )
+        let unit = Unit::from_symbol(self.unit).unwrap_or(Unit::One);
+        let sigma =
+            self.sigma.map_or_else(|| "unbounded".to_owned(), |sigma| format!("± {}", quantity(unit, sigma, None)));
+        let mark = if self.identifiable { "" } else { ", not identifiable" };
+        format!("Expected({:?}, {sigma}{mark})", self.name)
     }
 }
 
@@ -50,20 +51,26 @@ impl Expected {
 ///     joint: its name.
 ///     least, most: rad or m.
 ///     share: share of the joint's limits that this covers, where it has limits.
-#[pyclass(frozen, get_all, eq, module = "touchcal")]
+#[pyclass(frozen, eq, module = "touchcal")]
 #[derive(Clone, Debug, PartialEq)]
 pub struct JointRange {
+    #[pyo3(get)]
     joint: String,
+    #[pyo3(get)]
     least: f64,
+    #[pyo3(get)]
     most: f64,
+    #[pyo3(get)]
     share: Option<f64>,
+    unit: Unit,
 }
 
 #[pymethods]
 impl JointRange {
     fn __repr__(&self) -> String {
-        let JointRange { joint, least, most, share } = self;
-        format!("JointRange({joint:?}, least={least:?}, most={most:?}, share={})", shown(*share))
+        let [least, most] = [self.least, self.most].map(|position| quantity(self.unit, position, None));
+        let share = self.share.map_or_else(String::new, |share| format!(", {} % of its limits", number(1e2 * share)));
+        format!("JointRange({:?}, {least} to {most}{share})", self.joint)
     }
 }
 
@@ -125,8 +132,14 @@ impl Inspection {
     /// Range of every moving joint, in order; none without contacts.
     #[getter]
     fn ranges(&self) -> Vec<JointRange> {
+        let robot = &self.problem.get().loaded.problem.robot;
+        let unit = |name: &str| match robot.moving().find(|joint| joint.name == name).map(|joint| joint.kind) {
+            Some(JointKind::Prismatic) => Unit::Meter,
+            _ => Unit::Radian,
+        };
         let each = self.inspection.ranges.iter().cloned();
         each.map(|estimate::JointRange { joint, least, greatest: most, share }| JointRange {
+            unit: unit(&joint),
             joint,
             least,
             most,
@@ -154,7 +167,7 @@ impl Inspection {
     /// Warnings about the problem's declarations, and about what contacts do not determine, with
     /// advice.
     #[getter]
-    fn warnings(&self) -> Vec<Warning> {
+    fn warnings(&self) -> Vec<CalibrationWarning> {
         self.inspection.warnings.iter().map(|warning| WarningEntry::from(warning).into()).collect()
     }
 

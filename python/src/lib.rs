@@ -5,6 +5,7 @@
 //! classes and in `touchcal/_touchcal.pyi`.
 
 mod array;
+mod calibrate;
 mod calibration;
 mod campaign;
 mod checks;
@@ -23,6 +24,7 @@ mod result;
 mod robot;
 mod score;
 mod simulation;
+mod summary;
 mod toml_value;
 
 /// Calibrate a robot arm by touch.
@@ -31,7 +33,9 @@ mod _touchcal {
     #[pymodule_export]
     use crate::array::pose;
     #[pymodule_export]
-    use crate::calibration::{Calibration, calibrate};
+    use crate::calibrate::calibrate;
+    #[pymodule_export]
+    use crate::calibration::Calibration;
     #[pymodule_export]
     use crate::campaign::Campaign;
     #[pymodule_export]
@@ -56,7 +60,7 @@ mod _touchcal {
     use crate::progress::Progress;
     #[pymodule_export]
     use crate::result::{
-        Acceptance, CompetingMinimum, NullDirection, Parameter, Termination, Warning, WorkspaceUncertainty,
+        Acceptance, CalibrationWarning, CompetingMinimum, NullDirection, Parameter, Termination, WorkspaceUncertainty,
     };
     #[pymodule_export]
     use crate::robot::Robot;

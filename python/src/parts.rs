@@ -10,12 +10,13 @@ use touchcal::se3::Pose;
 use crate::array::{Numbers, one_pose};
 use crate::error::unexpected;
 use crate::manifold::Manifold;
+use crate::repr;
 
 /// The tool: its pose on the arm's tip link.
 ///
 /// Args:
-///     tip_from_tool: nominal pose of the tool's frame on the tip link, shape (7,) or (4, 4);
-///         default: the tip link itself.
+///     tip_from_tool: nominal pose of the tool's frame on the tip link, shape (7,) or (4, 4),
+///         at most 10 m; default: the tip link itself.
 ///     sigma, sigma_angle: its prior: standard deviations of each translation (m) and
 ///         rotation (rad) component; default: 0.3 mm and 0.2 degrees.
 ///     free: flat prior, instead of sigma and sigma_angle.
@@ -45,6 +46,10 @@ impl Tool {
         let declared = declared_prior("tool", (sigma, sigma_angle), free, exact, PlacePrior::DEFAULT_TOOL)?;
         Ok(Tool { tip_from_tool, declared })
     }
+
+    fn __repr__(&self) -> String {
+        format!("Tool({}, {})", repr::pose(&self.tip_from_tool), prior(self.declared.prior))
+    }
 }
 
 impl Tool {
@@ -70,8 +75,8 @@ impl Tool {
 /// Args:
 ///     name: unique; fixtures "left/0" and "left/1" are of the placement "left".
 ///     manifold: its contact manifold.
-///     base_from_fixture: its nominal pose in the base frame, shape (7,) or (4, 4). A free socket
-///         needs none.
+///     base_from_fixture: its nominal pose in the base frame, shape (7,) or (4, 4), at most 10 m. A
+///         free socket needs none.
 ///     sigma, sigma_angle: its prior: standard deviations of each translation (m) and rotation
 ///         (rad) component; default: 1 mm and 0.5 degrees.
 ///     free: flat prior, instead of sigma and sigma_angle.
@@ -154,7 +159,9 @@ impl Fixture {
     }
 
     fn __repr__(&self) -> String {
-        format!("Fixture({:?}, {:?})", self.fixture.name, self.fixture.manifold.name())
+        let place = self.fixture.base_from_fixture.as_ref().map_or_else(|| "no place".to_owned(), repr::pose);
+        let (name, manifold) = (&self.fixture.name, self.fixture.manifold.name());
+        format!("Fixture({name:?}, {manifold:?}, {place}, {})", prior(self.declared.prior))
     }
 }
 
@@ -203,6 +210,17 @@ impl Exact {
                     Err(unexpected(format!("{title}, exact"), expected, format!("{name:?}")))
                 }
             },
+        }
+    }
+}
+
+/// A prior in words.
+fn prior(prior: PlacePrior) -> String {
+    match prior {
+        PlacePrior::Fixed => "exact".to_owned(),
+        PlacePrior::Flat => "free".to_owned(),
+        PlacePrior::Gaussian { sigma, sigma_angle } => {
+            format!("± {}, ± {}", repr::length(sigma), repr::angle(sigma_angle))
         }
     }
 }

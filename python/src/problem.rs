@@ -14,7 +14,7 @@ use touchcal::io::problem_file::{self, Assumptions, Settings};
 use touchcal::io::{Input, IoError, Loaded};
 
 use crate::array::poses_array;
-use crate::error::{io, unexpected};
+use crate::error::{io, unexpected, unpicklable};
 use crate::log::{ContactLog, contact_positions, warn};
 use crate::parts::{Fixture, Tool};
 use crate::robot::Robot;
@@ -301,6 +301,10 @@ impl Problem {
     /// Number of contacts.
     fn __len__(&self) -> usize {
         self.loaded.problem.contacts.len()
+    }
+
+    fn __reduce__(&self) -> PyResult<()> {
+        Err(unpicklable("Problem", "send the path of its problem.toml, as `touchcal.distributed.run_fleet` does"))
     }
 
     fn __repr__(&self) -> String {

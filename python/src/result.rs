@@ -6,7 +6,9 @@ use pyo3::prelude::*;
 use touchcal::estimate::{self, Identifiability};
 use touchcal::io::estimate_file::{ParameterEntry, Severity, WarningEntry};
 
-use crate::repr::{python_bool, shown};
+use touchcal::parameter::Unit;
+
+use crate::repr::{angle, length, number, quantity};
 
 /// One estimated number.
 ///
@@ -41,8 +43,9 @@ impl From<&ParameterEntry> for Parameter {
 impl Parameter {
     fn __repr__(&self) -> String {
         let Parameter { name, value, sigma, unit, identifiable, .. } = self;
-        let (sigma, known) = (shown(*sigma), python_bool(*identifiable));
-        format!("Parameter({name:?}, value={value:?}, sigma={sigma}, unit={unit:?}, identifiable={known})")
+        let value = quantity(Unit::from_symbol(unit).unwrap_or(Unit::One), *value, *sigma);
+        let mark = if *identifiable { "" } else { ", not identifiable" };
+        format!("Parameter({name:?}, {value}{mark})")
     }
 }
 
@@ -90,28 +93,28 @@ impl NullDirection {
 ///     advice: what to do about it.
 #[pyclass(frozen, get_all, eq, module = "touchcal")]
 #[derive(Clone, Debug, PartialEq)]
-pub struct Warning {
+pub struct CalibrationWarning {
     kind: String,
     severity: &'static str,
     message: String,
     advice: String,
 }
 
-impl From<WarningEntry> for Warning {
-    fn from(WarningEntry { kind, severity, message, advice }: WarningEntry) -> Warning {
+impl From<WarningEntry> for CalibrationWarning {
+    fn from(WarningEntry { kind, severity, message, advice }: WarningEntry) -> CalibrationWarning {
         let severity = match severity {
             Severity::Unusable => "unusable",
             Severity::Doubtful => "doubtful",
             Severity::Caution => "caution",
         };
-        Warning { kind, severity, message, advice }
+        CalibrationWarning { kind, severity, message, advice }
     }
 }
 
 #[pymethods]
-impl Warning {
+impl CalibrationWarning {
     fn __repr__(&self) -> String {
-        format!("Warning({:?}, {:?})", self.kind, self.message)
+        format!("CalibrationWarning({:?}, {:?})", self.kind, self.message)
     }
 }
 
@@ -154,12 +157,12 @@ impl From<estimate::WorkspaceUncertainty> for WorkspaceUncertainty {
 #[pymethods]
 impl WorkspaceUncertainty {
     fn __repr__(&self) -> String {
-        let WorkspaceUncertainty { position, angle, distance, nominal_position, nominal_angle, nominal_distance } =
-            self;
+        let [position, nominal_position] = [self.position, self.nominal_position].map(length);
+        let [turn, nominal_turn] = [self.angle, self.nominal_angle].map(angle);
+        let [distance, nominal_distance] = [self.distance, self.nominal_distance].map(length);
         format!(
-            "WorkspaceUncertainty(position={position:?}, angle={angle:?}, distance={distance:?}, \
-             nominal_position={nominal_position:?}, nominal_angle={nominal_angle:?}, \
-             nominal_distance={nominal_distance:?})"
+            "WorkspaceUncertainty({position}, {turn}, distances {distance}; before: {nominal_position}, \
+             {nominal_turn}, distances {nominal_distance})"
         )
     }
 }
@@ -197,7 +200,8 @@ impl CompetingMinimum {
 impl CompetingMinimum {
     fn __repr__(&self) -> String {
         let CompetingMinimum { tool_distance, cost_ratio, parameter, .. } = self;
-        format!("CompetingMinimum(tool_distance={tool_distance:?}, cost_ratio={cost_ratio:?}, parameter={parameter:?})")
+        let (away, ratio) = (length(*tool_distance), number(*cost_ratio));
+        format!("CompetingMinimum({away} away, {ratio} times the cost, differs most in {parameter:?})")
     }
 }
 

@@ -5,6 +5,7 @@ use pyo3::types::PyDict;
 use touchcal::estimate;
 
 use crate::frame::Frame;
+use crate::repr::length;
 
 /// Statistics of distances from contact, in metres.
 ///
@@ -30,8 +31,8 @@ impl From<&estimate::Spread> for Spread {
 #[pymethods]
 impl Spread {
     pub fn __repr__(&self) -> String {
-        let Spread { count, mean, rms, max } = self;
-        format!("Spread(count={count}, mean={mean:?}, rms={rms:?}, max={max:?})")
+        let [mean, rms, max] = [self.mean, self.rms, self.max].map(length);
+        format!("Spread({} contacts: mean {mean}, rms {rms}, max {max})", self.count)
     }
 }
 

@@ -2,10 +2,12 @@
 
 import json
 import os
+import pickle
 import signal
 import threading
 import time
 import tomllib
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import numpy as np
@@ -280,6 +282,24 @@ def test_others_run_during_a_solve(long_one: touchcal.Problem) -> None:
     # If the interpreter were kept, the other would tick at the calls at most.
     assert ticks > 20 * elapsed
     assert ticks > 2 * calls
+
+
+def test_threads_give_the_bits_of_a_loop() -> None:
+    problems = [touchcal.simulate("workcell", seed, contacts=200).problem() for seed in (1, 2, 3, 4)]
+    with ThreadPoolExecutor(2) as pool:
+        side_by_side = list(pool.map(touchcal.calibrate, problems))
+    for problem, result in zip(problems, side_by_side, strict=True):
+        alone = touchcal.calibrate(problem)
+        assert result.parameters == alone.parameters
+        assert np.array_equal(result.covariance, alone.covariance)
+
+
+def test_what_cannot_be_sent_says_what_can(workcell: Path) -> None:
+    problem = touchcal.Problem.from_toml(workcell / "problem.toml")
+    with pytest.raises(TypeError, match="a touchcal.Problem cannot be pickled; calibrate in threads.*problem.toml"):
+        pickle.dumps(problem)
+    with pytest.raises(TypeError, match="a touchcal.Calibration cannot be pickled; .*to_pandas"):
+        pickle.dumps(touchcal.calibrate(problem))
 
 
 def test_a_bar_counts_steps(workcell: Path, capsys: pytest.CaptureFixture[str]) -> None:

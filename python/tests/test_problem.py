@@ -50,6 +50,11 @@ def test_what_problems_are_refused_for(robot: touchcal.Robot, log: touchcal.Cont
         Tool(exact=True, sigma_angle=1e-3)
     with pytest.raises(touchcal.InputError, match="tool: expected free or exact, found both"):
         Tool(exact=True, free=True)
+    with pytest.raises(touchcal.InputError, match=r"^tip_from_tool: expected a translation of at most 10 m \(lengths are metres\), found 120 m$"):
+        Tool(touchcal.pose((0, 0, 120)))
+    with pytest.raises(touchcal.InputError, match="fixture `a`, base_from_fixture: expected a translation of at most 10 m"):
+        Fixture("a", ball, touchcal.pose((0, 10.01, 0)))
+    assert Tool(touchcal.pose((0, 0, 9.99)))
     with pytest.raises(touchcal.InputError, match='fixture `a`, exact: expected True, False, or a list of place, found "depth"'):
         Fixture("a", ball, exact=["depth"])
     with pytest.raises(touchcal.InputError, match="fixture `a`, clearance_sigma: expected what belongs to a manifold without a hole"):

@@ -4,9 +4,12 @@ import re
 import shutil
 from pathlib import Path
 
+import matplotlib
 import pytest
 
 import touchcal
+
+matplotlib.use("Agg")
 
 ROOT = Path(__file__).parents[2]
 PAGES = [ROOT / "README.md", ROOT / "guide/src/from-python.md"]
@@ -25,8 +28,10 @@ def test_the_readme_runs(workcell: Path, tmp_path: Path, monkeypatch: pytest.Mon
     monkeypatch.chdir(tmp_path)
     log = touchcal.simulate("workcell", 1, contacts=100).log("hole")
     names: dict[str, object] = {"q": log["q"], "wrench": log["wrench"]}
-    assert len(BLOCKS) == 4
+    assert len(BLOCKS) == 6
     for block in BLOCKS:
         exec(block, names)
     assert (tmp_path / "out" / "report.html").exists()
     assert len(names["problem"]) == 100  # type: ignore[arg-type]
+    assert (tmp_path / "calibration.png").exists()
+    assert len(names["calibrations"]) == 4  # type: ignore[arg-type]

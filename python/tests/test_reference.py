@@ -9,7 +9,7 @@ from pathlib import Path
 from types import ModuleType
 
 import touchcal
-from touchcal import _bar, _touchcal, distributed
+from touchcal import _bar, _touchcal, distributed, plots
 
 ROOT = Path(__file__).parents[2]
 PAGE = ROOT / "guide/src/python.md"
@@ -85,14 +85,18 @@ def described(module: ModuleType, tree: ast.Module) -> Iterator[str]:
             yield ""
 
 
+def submodule(module: ModuleType) -> Iterator[Iterable[str]]:
+    yield [f"# {module.__name__}\n", markdown(module.__doc__), ""]
+    yield described(module, ast.parse(Path(module.__file__ or "").read_text()))
+
+
 def page() -> str:
     stubs = Path(_touchcal.__file__).with_name("_touchcal.pyi")
     parts: list[Iterable[str]] = [
         ["# Python reference\n", markdown(touchcal.__doc__), ""],
         described(_touchcal, ast.parse(stubs.read_text())),
         described(touchcal, ast.parse(Path(_bar.__file__).read_text())),
-        ["# touchcal.distributed\n", markdown(distributed.__doc__), ""],
-        described(distributed, ast.parse(Path(distributed.__file__).read_text())),
+        *(part for module in (plots, distributed) for part in submodule(module)),
     ]
     text = "\n".join(line for part in parts for line in part)
     return one_sentence_a_line(re.sub(r"\n{3,}", "\n\n", text)).strip() + "\n"

@@ -15,6 +15,7 @@ from touchcal._bar import bar
 from touchcal._touchcal import (
     Acceptance,
     Calibration,
+    CalibrationWarning,
     Campaign,
     CompetingMinimum,
     ContactLog,
@@ -43,7 +44,6 @@ from touchcal._touchcal import (
     Spread,
     Termination,
     Tool,
-    Warning,
     WorkspaceUncertainty,
     __version__,
     calibrate,
@@ -60,6 +60,7 @@ from touchcal._touchcal import (
 __all__ = [
     "Acceptance",
     "Calibration",
+    "CalibrationWarning",
     "Campaign",
     "CompetingMinimum",
     "ContactLog",
@@ -88,7 +89,6 @@ __all__ = [
     "Spread",
     "Termination",
     "Tool",
-    "Warning",
     "WorkspaceUncertainty",
     "__version__",
     "bar",

@@ -5,7 +5,6 @@ use touchcal::parameter::Unit;
 use touchcal::statistics::{p_value_statement, p_value_text};
 
 use super::layout::{millimetres, wrapped};
-use super::parameters::in_user_units;
 use crate::table::{Table, signed};
 
 /// What contacts say against the problem file: a table of what they contradict, of effects that the
@@ -77,14 +76,14 @@ pub fn freed_effects(freed: &[FreedEffect]) -> String {
 
 /// A value that an effect would take, without the name of its block.
 fn effect_value(entry: &EffectValue) -> String {
-    let (factor, unit, decimals) = in_user_units(entry.unit);
+    let (factor, unit, decimals) = entry.unit.for_people();
     let name = without_block(&entry.name);
     format!("{name} {} ± {:.decimals$} {unit}", signed(factor * entry.value, decimals), factor * entry.sigma)
 }
 
 /// The estimate of something declared, without the name of its block.
 fn declared_value(entry: &DeclaredValue) -> String {
-    let (factor, unit, decimals) = in_user_units(entry.unit);
+    let (factor, unit, decimals) = entry.unit.for_people();
     if entry.unit == Unit::One && entry.name == "noise" {
         return format!("{:.2} ± {:.2} times the declared", entry.value, entry.sigma);
     }

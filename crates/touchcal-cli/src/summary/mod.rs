@@ -5,7 +5,7 @@ mod layout;
 mod parameters;
 
 pub use layout::{INDENT, millimetres, wrapped};
-pub use parameters::{Detail, ParameterRow, in_user_units, parameters};
+pub use parameters::{Detail, ParameterRow, parameters};
 
 use touchcal::contact::RowsLeftOut;
 use touchcal::estimate::{
@@ -242,7 +242,7 @@ fn competing_minima(estimate: &Estimate) -> String {
     ]);
     for (k, other) in minima.iter().enumerate() {
         let entry = &estimate.parameters[other.parameter];
-        let (factor, unit, decimals) = in_user_units(entry.parameter.unit);
+        let (factor, unit, decimals) = entry.parameter.unit.for_people();
         let value = |value: f64| format!("{} {unit}", signed(factor * value, decimals));
         table.row([
             format!("{}", k + 1),

@@ -1,6 +1,6 @@
 //! The table of parameters.
 
-use touchcal::parameter::{Block, Parameter, ParameterId, Unit};
+use touchcal::parameter::{Block, Parameter, ParameterId};
 
 use crate::table::{Table, fixed, signed};
 
@@ -30,18 +30,6 @@ pub struct ParameterRow<'a> {
     pub sigma: Option<f64>,
     /// Whether the data determine it.
     pub identifiable: bool,
-}
-
-/// Factor from SI, symbol and decimals of a unit for people.
-pub fn in_user_units(unit: Unit) -> (f64, &'static str, usize) {
-    match unit {
-        Unit::Meter => (1e3, "mm", 4),
-        Unit::Radian => (1f64.to_degrees(), "deg", 4),
-        Unit::RadianPerNewtonMeter => (1e6, "µrad/(N m)", 2),
-        Unit::One => (1.0, "ratio", 6),
-        Unit::Newton => (1.0, "N", 4),
-        Unit::NewtonMeter => (1.0, "N m", 5),
-    }
 }
 
 /// Blocks of the encoders that hold for one log only, and their titles.
@@ -100,7 +88,7 @@ fn scalars(all: &[&ParameterRow<'_>], most: usize) -> String {
         |cells: [String; 6]| cells.into_iter().enumerate().filter(move |(i, _)| solved || *i != 1).map(|(_, c)| c);
     table.row(shown(headings.map(str::to_owned)));
     for line in &lines {
-        let (factor, unit, decimals) = in_user_units(line.parameter.unit);
+        let (factor, unit, decimals) = line.parameter.unit.for_people();
         let number =
             |value: Option<f64>| value.map_or("-".to_owned(), |value| format!("{:.decimals$}", factor * value));
         table.row(shown([
@@ -163,7 +151,7 @@ fn places(lines: &[&ParameterRow<'_>], title: &str) -> String {
 
 fn cell(line: Option<&&ParameterRow<'_>>, wants_value: bool) -> String {
     let Some(line) = line else { return "-".to_owned() };
-    let (factor, ..) = in_user_units(line.parameter.unit);
+    let (factor, ..) = line.parameter.unit.for_people();
     let text = match (wants_value, line.value, line.sigma) {
         (true, Some(value), _) => signed(factor * value, 3),
         (false, _, Some(sigma)) => fixed(factor * sigma, 3),

@@ -29,8 +29,8 @@ impl Unit {
     const ALL: [Unit; 6] =
         [Unit::Meter, Unit::Radian, Unit::RadianPerNewtonMeter, Unit::One, Unit::Newton, Unit::NewtonMeter];
 
-    /// The unit of a symbol in files.
-    pub fn of_symbol(symbol: &str) -> Option<Unit> {
+    /// The unit with this [`symbol`](Unit::symbol).
+    pub fn from_symbol(symbol: &str) -> Option<Unit> {
         Unit::ALL.into_iter().find(|unit| unit.symbol() == symbol)
     }
 
@@ -43,6 +43,18 @@ impl Unit {
             Unit::One => "1",
             Unit::Newton => "N",
             Unit::NewtonMeter => "N m",
+        }
+    }
+
+    /// How values are shown to people: the factor from SI, its symbol, and decimals of a value.
+    pub fn for_people(self) -> (f64, &'static str, usize) {
+        match self {
+            Unit::Meter => (1e3, "mm", 4),
+            Unit::Radian => (1f64.to_degrees(), "deg", 4),
+            Unit::RadianPerNewtonMeter => (1e6, "µrad/(N m)", 2),
+            Unit::One => (1.0, "ratio", 6),
+            Unit::Newton => (1.0, "N", 4),
+            Unit::NewtonMeter => (1.0, "N m", 5),
         }
     }
 }

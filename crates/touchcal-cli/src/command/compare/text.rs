@@ -7,7 +7,7 @@ use touchcal::statistics::p_value_statement;
 
 use super::Changes;
 use super::calibration::Calibration;
-use crate::summary::{INDENT, in_user_units, millimetres, wrapped};
+use crate::summary::{INDENT, millimetres, wrapped};
 use crate::table::{Table, fixed, signed};
 
 /// Most parameters listed.
@@ -86,8 +86,8 @@ fn table<'a>(changes: impl Iterator<Item = &'a ParameterChange>, calibration: &C
     let mut table = Table::new(["parameter", "earlier", "later", "change", "± sigma", "deviations", "unit"]);
     for change in changes.iter().take(shown) {
         let entry = calibration.file.parameters.iter().find(|entry| entry.name == change.name);
-        let unit = entry.and_then(|entry| Unit::of_symbol(&entry.unit)).unwrap_or(Unit::One);
-        let (factor, symbol, decimals) = in_user_units(unit);
+        let unit = entry.and_then(|entry| Unit::from_symbol(&entry.unit)).unwrap_or(Unit::One);
+        let (factor, symbol, decimals) = unit.for_people();
         let [earlier, later] = change.values.map(|value| factor * value);
         table.row([
             change.name.clone(),

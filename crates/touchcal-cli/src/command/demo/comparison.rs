@@ -6,7 +6,6 @@ use touchcal::parameter::Block;
 use touchcal::robot::{Robot, calibrated};
 use touchcal::sim::Truth;
 
-use crate::summary::in_user_units;
 use crate::table::{Table, signed};
 
 /// Other poses at which arms are compared.
@@ -33,7 +32,7 @@ fn parameters(truth: &Truth, estimate: &Estimate) -> String {
     let mut table = Table::new(["parameter", "true", "start", "estimate", "± sigma", "error", "unit"]);
     for entry in &estimate.parameters {
         let Some(truth) = truth(entry.parameter.id) else { continue };
-        let (factor, unit, decimals) = in_user_units(entry.parameter.unit);
+        let (factor, unit, decimals) = entry.parameter.unit.for_people();
         let sigma = entry.sigma.map_or("-".to_owned(), |sigma| format!("{:.decimals$}", factor * sigma));
         table.row([
             entry.parameter.name.clone(),
