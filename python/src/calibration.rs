@@ -11,10 +11,11 @@ use touchcal::estimate::{self, Verdict, apply_estimated_places, contact_distance
 use touchcal::io::calibration_folder::{self, Solved, Wanted};
 use touchcal::io::estimate_file::{EstimateFile, ParameterEntry};
 use touchcal::io::urdf::{self, Ends};
+use touchcal::io::{Export, Loaded};
 
 use crate::array::{fixed, fixed_rows, numbers};
 use crate::checks::{EffectTest, PredictiveCheck, PriorTest};
-use crate::error::{io, unpicklable};
+use crate::error::{io, unexpected, unpicklable};
 use crate::evaluation::Evaluation;
 use crate::frame::{self, Frame};
 use crate::problem::Problem;
@@ -315,11 +316,24 @@ impl Calibration {
     /// Writes calibrated.urdf, estimate.json and report.html into a folder, as `touchcal calibrate
     /// --out` does.
     ///
+    /// Args:
+    ///     folder: where to write; it is made if missing.
+    ///     export: formats of `touchcal calibrate --export` whose files are written too: "ur",
+    ///         "dh", "xacro".
+    ///
     /// Returns:
-    ///     their paths.
-    fn save(&self, py: Python<'_>, folder: PathBuf) -> PyResult<(PathBuf, PathBuf, PathBuf)> {
+    ///     the paths of calibrated.urdf, estimate.json and report.html.
+    #[pyo3(signature = (folder, *, export=None))]
+    fn save(
+        &self,
+        py: Python<'_>,
+        folder: PathBuf,
+        export: Option<Vec<String>>,
+    ) -> PyResult<(PathBuf, PathBuf, PathBuf)> {
         let loaded = &self.problem.get().loaded;
-        let write = || calibration_folder::write(&folder, loaded, &self.solved, &self.file, Wanted::default());
+        let exports = export.iter().flatten().map(|name| export_named(name)).collect::<PyResult<_>>()?;
+        let wanted = Wanted { exports, ..Wanted::default() };
+        let write = || calibration_folder::write(&folder, loaded, &self.solved, &self.file, &wanted);
         let written = py.detach(write).map_err(io)?;
         Ok((written.urdf, written.estimate, written.report))
     }
@@ -349,4 +363,10 @@ impl Calibration {
         });
         problem
     }
+}
+
+/// The export format of that name.
+fn export_named(name: &str) -> PyResult<Export> {
+    let found = Export::ALL.into_iter().find(|export| export.name() == name);
+    found.ok_or_else(|| unexpected("export", Export::ALL.map(Export::name).join(", "), format!("{name:?}")))
 }

@@ -25,6 +25,19 @@ def test_files_of_a_calibration(data: str, run, tmp_path: Path, request: pytest.
         assert timeless(Path(path).read_text()) == timeless(theirs), path
 
 
+def test_files_for_other_programs(run, workcell: Path, tmp_path: Path) -> None:
+    run("calibrate", workcell / "problem.toml", "--out", tmp_path / "command", "--export", "dh,xacro")
+    calibration = touchcal.calibrate(touchcal.Problem.from_toml(workcell / "problem.toml"))
+    calibration.save(tmp_path / "python", export=["dh", "xacro"])
+    for name in ("dh.json", "calibrated.xacro"):
+        assert (tmp_path / "python" / name).read_bytes() == (tmp_path / "command" / name).read_bytes(), name
+    with pytest.raises(touchcal.InputError, match="export: expected ur, dh, xacro, found"):
+        calibration.save(tmp_path / "other", export=["urdf"])  # type: ignore[list-item]
+    with pytest.raises(touchcal.InputError, match="expected an arm with the joints shoulder_pan_joint, "):
+        calibration.save(tmp_path / "other", export=["ur"])
+    assert not (tmp_path / "other").exists()
+
+
 def test_files_of_a_simulation(run, tmp_path: Path) -> None:
     run("simulate", "--preset", "workcell", "--seed", 7, "--contacts", 200, "--out", tmp_path / "command")
     touchcal.simulate("workcell", 7, contacts=200).save(tmp_path / "python")

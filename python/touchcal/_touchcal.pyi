@@ -58,6 +58,7 @@ _Path: TypeAlias = str | PathLike[str]
 _Floats: TypeAlias = npt.NDArray[np.float64]
 _Watch: TypeAlias = Callable[[Progress], object]
 _Unit: TypeAlias = Literal["rad", "deg"]
+_Export: TypeAlias = Literal["ur", "dh", "xacro"]
 _Block: TypeAlias = Literal[
     "strain",
     "segment_strain",
@@ -600,7 +601,7 @@ class Calibration:
     def calibrated_urdf(self) -> str: ...
     def to_json(self) -> str: ...
     def to_html(self) -> str: ...
-    def save(self, folder: _Path) -> tuple[str, str, str]: ...
+    def save(self, folder: _Path, *, export: Sequence[_Export] | None = None) -> tuple[str, str, str]: ...
 
 @final
 class Expected:

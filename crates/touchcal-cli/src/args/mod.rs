@@ -20,7 +20,7 @@ pub use experiment::{CampaignArgs, FalsifiedArgs, MergeArgs, Vary};
 pub use manifold::{ManifoldArgs, TrainArgs};
 pub use manual::{CompletionsArgs, ManArgs, SchemaArgs, SchemaName};
 pub use new::{NewArgs, Start};
-pub use problem::{Arm, CalibrateArgs, EvaluateArgs, ExportFormat, InspectArgs, Source};
+pub use problem::{Arm, CalibrateArgs, EvaluateArgs, InspectArgs, Source};
 pub use simulation::{DemoArgs, ScenarioSource, SimulateArgs};
 
 /// Calibrate a robot arm by touch: URDF, joint log and touched parts in, calibrated URDF with

@@ -2,6 +2,8 @@
 
 use std::path::PathBuf;
 
+use touchcal::io::Export;
+
 /// Where a problem is read from.
 #[derive(Debug, clap::Args)]
 pub struct Source {
@@ -36,11 +38,24 @@ pub struct Arm {
     pub joint_compliance: bool,
 }
 
-/// A format in which a driver takes a calibrated arm.
+/// A format of another program.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 pub enum ExportFormat {
-    // With a doc comment the help of all options would take a line more.
+    // With doc comments the help of all options would take more lines.
     Ur,
+    Dh,
+    Xacro,
+}
+
+impl ExportFormat {
+    /// The library's name of it.
+    pub fn export(self) -> Export {
+        match self {
+            ExportFormat::Ur => Export::Ur,
+            ExportFormat::Dh => Export::Dh,
+            ExportFormat::Xacro => Export::Xacro,
+        }
+    }
 }
 
 /// Arguments of `calibrate`.
@@ -63,9 +78,11 @@ pub struct CalibrateArgs {
     /// matching robot.urdf
     #[arg(long)]
     pub driver_offsets: bool,
-    /// Also write the arm as its driver takes it; ur: DIR/ur_kinematics.yaml, the
-    /// kinematics_params_file of the ROS 2 driver of Universal Robots
-    #[arg(long, value_name = "FORMAT")]
+    /// Also write the arm for other programs (may be repeated); ur: DIR/ur_kinematics.yaml, the
+    /// kinematics_params_file of the ROS 2 driver of Universal Robots; dh: DIR/dh.json,
+    /// Denavit-Hartenberg parameters; xacro: DIR/calibrated.xacro, the URDF as a macro with a
+    /// prefix
+    #[arg(long, value_name = "FORMAT", value_delimiter = ',')]
     pub export: Vec<ExportFormat>,
     /// Also write DIR/calibration.mcap for Foxglove and Rerun
     #[cfg(feature = "mcap")]

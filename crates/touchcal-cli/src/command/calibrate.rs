@@ -3,11 +3,11 @@
 use std::path::Path;
 
 use touchcal::estimate::{Decision, Estimate, Status};
+use touchcal::io::Export;
 use touchcal::io::calibration_folder::{self, Wanted, Written};
-use touchcal::io::ur_kinematics;
 use touchcal::solver::StopReason;
 
-use crate::args::{CalibrateArgs, ExportFormat, Source};
+use crate::args::{CalibrateArgs, Source};
 use crate::failure::{Failure, Outcome};
 use crate::output;
 use crate::summary::{Calibration, Detail, INDENT};
@@ -22,15 +22,15 @@ pub fn run(args: &CalibrateArgs) -> Result<Outcome, Failure> {
         loaded.inputs.iter().map(|input| Path::new(&input.path)),
     )?;
     calibration_folder::check_folder(&args.out)?;
-    let ur = args.export.contains(&ExportFormat::Ur);
-    if ur {
+    let exports: Vec<Export> = args.export.iter().map(|format| format.export()).collect();
+    for export in &exports {
         // Refused before the calibration rather than after it.
-        ur_kinematics::of(&loaded.problem.robot, &loaded.problem.robot)?;
+        export.check(&loaded)?;
     }
     let solved = super::calibrate(&mut loaded, args.free_suspects)?;
     let file = calibration_folder::estimate_file(&loaded, &solved);
-    let wanted = Wanted { driver: args.driver_offsets, mcap: mcap(args), ur };
-    let written = calibration_folder::write(&args.out, &loaded, &solved, &file, wanted)?;
+    let wanted = Wanted { driver: args.driver_offsets, mcap: mcap(args), exports };
+    let written = calibration_folder::write(&args.out, &loaded, &solved, &file, &wanted)?;
     let calibration = Calibration { loaded: &loaded, solved: &solved, file: &file, written: &written };
     if args.json {
         output::print(&file.to_json()?)?;

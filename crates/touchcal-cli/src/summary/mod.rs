@@ -12,9 +12,9 @@ use touchcal::estimate::{
     Estimate, Fixture, Identifiability, NullDirection, ParameterEstimate, PredictiveCheck, Score, Spread, Status,
     WorkspaceUncertainty,
 };
-use touchcal::io::Loaded;
-use touchcal::io::calibration_folder::{Solved, Written};
+use touchcal::io::calibration_folder::{Solved, Written, WrittenExport};
 use touchcal::io::estimate_file::{EstimateFile, HeldOutEntry, ScatterEntry};
+use touchcal::io::{Export, Loaded};
 use touchcal::parameter::Block;
 use touchcal::solver::{StopReason, Termination};
 
@@ -139,7 +139,7 @@ impl Calibration<'_> {
     }
 
     fn paths(&self) -> String {
-        let Written { urdf, estimate, report, driver, mcap, ur } = self.written;
+        let Written { urdf, estimate, report, driver, mcap, exports } = self.written;
         let [urdf, estimate, report] = [urdf, estimate, report].map(|path| path.display());
         let driver = driver.as_ref().map_or(String::new(), |[urdf, offsets]| {
             let [urdf, offsets] = [urdf, offsets].map(|path| path.display());
@@ -147,11 +147,8 @@ impl Calibration<'_> {
         });
         let mcap =
             mcap.as_ref().map_or(String::new(), |path| format!("{INDENT}{}, for Foxglove or Rerun\n", path.display()));
-        let ur = ur.as_ref().map_or(String::new(), |(path, left_out)| {
-            let lacks: String = left_out.iter().map(|words| format!("{INDENT}-> it lacks {words}\n")).collect();
-            format!("{INDENT}{}, kinematics_params_file of the driver of Universal Robots\n{lacks}", path.display())
-        });
-        format!("Written   {urdf}\n{INDENT}{estimate}\n{INDENT}{report}\n{driver}{mcap}{ur}")
+        let exports: String = exports.iter().map(written_export).collect();
+        format!("Written   {urdf}\n{INDENT}{estimate}\n{INDENT}{report}\n{driver}{mcap}{exports}")
     }
 
     fn warnings(&self) -> String {
@@ -169,6 +166,17 @@ impl Calibration<'_> {
             _ => "Next      follow the advice above, record more contacts, and calibrate again\n".to_owned(),
         }
     }
+}
+
+/// A file for another program, with what it lacks.
+fn written_export(written: &WrittenExport) -> String {
+    let what = match written.export {
+        Export::Ur => "kinematics_params_file of the driver of Universal Robots",
+        Export::Dh => "Denavit-Hartenberg parameters",
+        Export::Xacro => "a macro with a prefix for descriptions of cells",
+    };
+    let lacks: String = written.left_out.iter().map(|words| format!("{INDENT}-> it lacks {words}\n")).collect();
+    format!("{INDENT}{}, {what}\n{lacks}", written.path.display())
 }
 
 /// The verdict on a result, with which its summary begins.

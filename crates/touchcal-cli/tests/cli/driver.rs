@@ -1,5 +1,5 @@
 //! Results for drivers: `calibrate --driver-offsets`, offsets and URDF that together are the
-//! calibrated arm, and `calibrate --export ur`.
+//! calibrated arm, and `calibrate --export`.
 
 use std::path::Path;
 
@@ -65,7 +65,10 @@ parameters = ["strain", "joint_offset"]
     std::fs::write(at("log.csv"), log).unwrap();
     std::fs::write(at("problem.toml"), PROBLEM).unwrap();
     // Contacts that touch nothing: the result is not usable, and its files are written too.
-    let done = touchcal(folder.path(), &["calibrate", "problem.toml", "--out", "out", "--export", "ur"]).code(3);
+    // All formats together, one of them twice.
+    let args =
+        ["calibrate", "problem.toml", "--out", "out", "--export", "ur", "--export", "dh,xacro", "--export", "ur"];
+    let done = touchcal(folder.path(), &args).code(3);
     let said = stdout(&done);
     assert!(
         said.contains("out/ur_kinematics.yaml, kinematics_params_file of the driver of Universal Robots\n"),
@@ -75,7 +78,22 @@ parameters = ["strain", "joint_offset"]
     let yaml = std::fs::read_to_string(at("out/ur_kinematics.yaml")).unwrap();
     assert!(yaml.contains("\nkinematics:\n  shoulder:\n    x: "), "{yaml}");
     let listed = &json(&at("out/touchcal.json"))["results"]["calibration"]["files"];
-    assert!(listed["ur_kinematics.yaml"].is_string(), "{listed}");
+    for name in ["ur_kinematics.yaml", "dh.json", "calibrated.xacro"] {
+        assert!(listed[name].is_string(), "{name}: {listed}");
+        assert_eq!(said.matches(&format!("out/{name}, ")).count(), 1, "{said}");
+    }
+    let dh = json(&at("out/dh.json"));
+    assert_eq!(dh["standard"].as_array().unwrap().len(), 6);
+    assert_eq!(dh["tip"], "flange");
+    let read = |name: &str| std::fs::read_to_string(at(name)).unwrap();
+    let origin = |text: &str| {
+        text.split("shoulder_lift_joint").nth(1).and_then(|rest| rest.split('>').nth(1)).map(str::to_owned)
+    };
+    assert_eq!(origin(&read("out/calibrated.xacro")), origin(&read("out/calibrated.urdf")));
+    assert_ne!(origin(&read("out/calibrated.xacro")), origin(&read("arm.urdf")));
+    // A calibration without them removes them.
+    touchcal(folder.path(), &["calibrate", "problem.toml", "--out", "out"]).code(3);
+    assert!(!at("out/dh.json").exists() && !at("out/calibrated.xacro").exists());
 }
 
 #[test]

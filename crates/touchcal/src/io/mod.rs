@@ -2,7 +2,7 @@
 //!
 //! | module | reads | into |
 //! |---|---|---|
-//! | [`urdf`] | a robot description | [`Robot`](crate::robot::Robot), and writes a calibrated one back into the text |
+//! | [`urdf`] | a robot description | [`Robot`](crate::robot::Robot), and writes a calibrated one back into the text, or as a macro of xacro |
 //! | [`contact_log`] | joint logs: [`contact_csv`], Parquet, ROS 2 bags | [`ContactLog`](crate::contact::ContactLog) |
 //! | [`problem_file`] | `problem.toml` and what it refers to | [`Problem`](crate::estimate::Problem) |
 //! | [`outline`] | outlines as CSV, SVG or DXF | [`Polygon`](crate::geometry::Polygon) |
@@ -22,6 +22,7 @@
 //! | [`onnx`] | | writes a network for others |
 //! | [`offsets_yaml`] | | writes encoder offsets for a driver |
 //! | [`ur_kinematics`] | | writes joint origins for the driver of Universal Robots |
+//! | [`dh_file`] | | writes Denavit–Hartenberg parameters |
 //! | [`atomic`] | | writes a file whole or not at all |
 //! | [`result_folder`] | | writes files that are one result |
 //!
@@ -54,7 +55,9 @@ pub use problem::loaded::Loaded;
 pub use problem::{mukca, problem_file};
 #[cfg(feature = "mcap")]
 pub use result::calibration_mcap;
-pub use result::{calibration_folder, estimate_file, offsets_yaml, ur_kinematics};
+pub use result::export::Export;
+pub use result::export_text::ExportText;
+pub use result::{calibration_folder, dh_file, estimate_file, offsets_yaml, ur_kinematics};
 pub use robot::urdf;
 pub use scenario::{scenario_file, truth_file};
 pub use shape::{mesh, outline};

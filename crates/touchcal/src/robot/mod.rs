@@ -4,6 +4,7 @@
 pub mod builtin;
 mod calibrated;
 mod chain;
+mod denavit_hartenberg;
 mod gravity_torque;
 mod joint_stage;
 mod kinematic_parameter;
@@ -12,6 +13,7 @@ mod segments;
 
 pub use calibrated::{calibrated, split_offsets};
 pub use chain::{GRAVITY, Inertia, Joint, JointKind, Limits, Robot, RobotError};
+pub use denavit_hartenberg::{DenavitHartenberg, DhLink, NEARLY_PARALLEL, denavit_hartenberg};
 pub use kinematic_parameter::KinematicParameter;
 pub use kinematics::{Kinematics, KinematicsScratch};
 pub use segments::{Segment, segments};

@@ -18,6 +18,7 @@ mod contact_mcap;
 #[cfg(feature = "parquet")]
 mod contact_parquet;
 mod data;
+mod dh_file;
 mod folders;
 mod manifold;
 mod mesh;
@@ -36,3 +37,4 @@ mod results;
 mod scenario_file;
 mod ur_kinematics;
 mod urdf;
+mod xacro;

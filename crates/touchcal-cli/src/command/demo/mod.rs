@@ -26,7 +26,7 @@ pub fn run(args: &DemoArgs) -> Result<Outcome, Failure> {
     let solved = super::calibrate(&mut loaded, false)?;
     let Solved { estimate, prefit, .. } = &solved;
     let written = calibration_folder::estimate_file(&loaded, &solved);
-    calibration_folder::write(&args.out, &loaded, &solved, &written, Wanted::default())?;
+    calibration_folder::write(&args.out, &loaded, &solved, &written, &Wanted::default())?;
     let text = [
         comparison::text(&file.scenario.robot, &simulated.truth, args.seed, &loaded.problem, estimate),
         "Distance from touching (mm)\n".to_owned(),

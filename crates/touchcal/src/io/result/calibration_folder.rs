@@ -16,7 +16,8 @@ use crate::io::result::estimate_file::{
     FreedEffectEntry, HeldOutEntry, NoiseEntry, NullDirection, ParameterEntry, PredictiveCheckEntry, PriorTestEntry,
     ResidualStats, Residuals, RobotEntry, TerminationEntry, WarningEntry,
 };
-use crate::io::result::{offsets_yaml, ur_kinematics};
+use crate::io::result::export::Export;
+use crate::io::result::offsets_yaml;
 use crate::io::robot::urdf;
 use crate::report::{self, Report, WarningText};
 use crate::robot::{Robot, split_offsets};
@@ -32,10 +33,18 @@ pub const REPORT: &str = "report.html";
 const MCAP: &str = "calibration.mcap";
 /// The files for a driver that takes encoder offsets.
 const DRIVER: [&str; 2] = ["driver/robot.urdf", "driver/joint_offsets.yaml"];
-/// The joint origins for the driver of Universal Robots.
-const UR: &str = "ur_kinematics.yaml";
 /// All of them.
-const NAMES: [&str; 7] = [CALIBRATED, ESTIMATE, REPORT, MCAP, DRIVER[0], DRIVER[1], UR];
+const NAMES: [&str; 9] = [
+    CALIBRATED,
+    ESTIMATE,
+    REPORT,
+    MCAP,
+    DRIVER[0],
+    DRIVER[1],
+    Export::Ur.file_name(),
+    Export::Dh.file_name(),
+    Export::Xacro.file_name(),
+];
 
 /// A finished calibration.
 #[derive(Clone, Debug)]
@@ -66,27 +75,37 @@ pub struct Written {
     pub driver: Option<[PathBuf; 2]>,
     /// Path of the MCAP file for Foxglove and Rerun; `None` unless it was [`Wanted`] and written.
     pub mcap: Option<PathBuf>,
-    /// Path of the joint origins for the driver of Universal Robots, and what they leave out
-    /// ([`UrKinematics::left_out`](ur_kinematics::UrKinematics::left_out)); `None` unless they
-    /// were [`Wanted`].
-    pub ur: Option<(PathBuf, Vec<String>)>,
+    /// The files for other programs that were [`Wanted`].
+    pub exports: Vec<WrittenExport>,
+}
+
+/// A file for another program that was written.
+pub struct WrittenExport {
+    /// Its format.
+    pub export: Export,
+    /// Its path.
+    pub path: PathBuf,
+    /// What of the calibration it lacks ([`ExportText::left_out`]).
+    ///
+    /// [`ExportText::left_out`]: crate::io::ExportText::left_out
+    pub left_out: Vec<String>,
 }
 
 /// What a calibration's folder has besides URDF, estimate and report.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Wanted {
     /// Files for a driver that takes encoder offsets.
     pub driver: bool,
     /// `calibration.mcap`, for Foxglove and Rerun (cargo feature `mcap`; without effect without
     /// it).
     pub mcap: bool,
-    /// Joint origins for the driver of Universal Robots ([`ur_kinematics`]).
-    pub ur: bool,
+    /// Files for other programs; a format that is named twice is written once.
+    pub exports: Vec<Export>,
 }
 
 /// Paths of all files that a calibration may write into `folder`, whether or not they exist: URDF,
-/// estimate, report, MCAP file, the two files for a driver in `folder/driver`, the joint origins
-/// for the driver of Universal Robots, and the manifest.
+/// estimate, report, MCAP file, the two files for a driver in `folder/driver`, the files for
+/// other programs ([`Export`]), and the manifest.
 pub fn paths(folder: &Path) -> Vec<PathBuf> {
     NAMES.iter().chain([&MANIFEST]).map(|name| folder.join(name)).collect()
 }
@@ -110,14 +129,14 @@ pub fn check_folder(folder: &Path) -> Result<(), IoError> {
 ///
 /// # Errors
 /// [`IoError`] if one of the files cannot be made (see [`calibrated_urdf`],
-/// [`EstimateFile::to_json`], [`page`]) or written, as [`check_folder`], and if another run is
-/// writing into the folder.
+/// [`EstimateFile::to_json`], [`page`], [`Export::of`]) or written, as
+/// [`check_folder`], and if another run is writing into the folder.
 pub fn write(
     folder: &Path,
     loaded: &Loaded,
     solved: &Solved,
     file: &EstimateFile,
-    wanted: Wanted,
+    wanted: &Wanted,
 ) -> Result<Written, IoError> {
     let mut files = vec![
         ResultFile::new(CALIBRATED, calibrated_urdf(loaded, &solved.estimate)?),
@@ -135,15 +154,17 @@ pub fn write(
         ));
     }
     let mcap = (wanted.mcap && cfg!(feature = "mcap")).then(|| folder.join(MCAP));
-    let mut ur = None;
-    if wanted.ur {
-        let found = ur_kinematics::of(&calibrated(loaded, &solved.estimate), &loaded.problem.robot)?;
-        files.push(ResultFile::new(UR, found.text));
-        ur = Some((folder.join(UR), found.left_out));
+    let robot = calibrated(loaded, &solved.estimate);
+    let mut exports = Vec::new();
+    for export in Export::ALL.into_iter().filter(|export| wanted.exports.contains(export)) {
+        let name = export.file_name();
+        let made = export.of(&robot, loaded)?;
+        files.push(ResultFile::new(name, made.text));
+        exports.push(WrittenExport { export, path: folder.join(name), left_out: made.left_out });
     }
     result_folder::write(folder, ResultKind::Calibration, &files, former_names(folder))?;
     let [urdf, estimate, report] = [CALIBRATED, ESTIMATE, REPORT].map(|name| folder.join(name));
-    Ok(Written { urdf, estimate, report, driver, mcap, ur })
+    Ok(Written { urdf, estimate, report, driver, mcap, exports })
 }
 
 /// The files that a calibration of a version without manifest has, if `folder` holds a calibration.

@@ -5,6 +5,7 @@
 
 use crate::io::base::bytes::sha256;
 use crate::io::base::error::{IoError, Place, shown_name};
+use crate::io::result::export_text::ExportText;
 use crate::io::robot::urdf::{roll_pitch_yaw, written};
 use crate::robot::{Joint, JointKind, Robot};
 use crate::se3::Pose;
@@ -21,23 +22,15 @@ const JOINTS: [(&str, &str); 6] = [
 /// Motion (m, rad) below which a fixed joint is where it was.
 const UNCHANGED: f64 = 1e-9;
 
-/// What the driver needs of a calibrated arm.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct UrKinematics {
-    /// The YAML file: joint origins (m, rad), and a name made of them as `hash`.
-    pub text: String,
-    /// What of the calibration the file cannot hold, in words for the user.
-    pub left_out: Vec<String>,
-}
-
 /// The joint origins of `calibrated`, an arm of Universal Robots whose uncalibrated description is
 /// `nominal`: x, y, z (m), roll, pitch and yaw (rad, about fixed axes) of each joint in the frame
-/// of the link before it, so that the poses of `wrist_3_link` are those of the calibrated arm.
+/// of the link before it, so that the poses of `wrist_3_link` are those of the calibrated arm, and
+/// a name made of them as `hash`. The file lacks fixed joints that moved, and compliances.
 ///
 /// # Errors
 /// [`IoError`] if the moving joints are not the six of `ur_description`, whatever the prefix of
 /// their names, each about its z axis, one directly after the other.
-pub fn of(calibrated: &Robot, nominal: &Robot) -> Result<UrKinematics, IoError> {
+pub fn of(calibrated: &Robot, nominal: &Robot) -> Result<ExportText, IoError> {
     let joints = arm_joints(calibrated)?;
     let mut origins = String::new();
     for (joint, (_, link)) in joints.iter().zip(JOINTS) {
@@ -51,7 +44,7 @@ pub fn of(calibrated: &Robot, nominal: &Robot) -> Result<UrKinematics, IoError> 
     let left_out = left_out(calibrated, nominal);
     let comments: String = left_out.iter().map(|words| format!("# Not in this file: {words}.\n")).collect();
     let hash = &sha256(&origins)[..16];
-    Ok(UrKinematics { text: format!("{comments}kinematics:\n{origins}  hash: touchcal_{hash}\n"), left_out })
+    Ok(ExportText { text: format!("{comments}kinematics:\n{origins}  hash: touchcal_{hash}\n"), left_out })
 }
 
 /// The six joints of the arm, base first.

@@ -12,7 +12,7 @@ const MAX_NODES: u32 = 10_000_000;
 /// any arm.
 pub(super) const LARGEST: f64 = 1e3;
 /// Namespaces of xacro, old and new, begin so.
-const XACRO: &str = "http://www.ros.org/wiki/xacro";
+pub(super) const XACRO: &str = "http://www.ros.org/wiki/xacro";
 /// How to get rid of xacro.
 const EXPAND: &str = "xacro, which must be expanded first: run `xacro file.xacro > file.urdf`";
 

@@ -7,10 +7,12 @@
 //! left alone, when reading and when writing.
 
 mod document;
+mod edit;
 mod numbers;
 mod read;
 mod weight;
 mod write;
+mod xacro;
 
 use std::path::Path;
 
@@ -22,6 +24,7 @@ use crate::robot::{Robot, builtin};
 pub(crate) use numbers::{roll_pitch_yaw, written};
 pub use read::Ends;
 pub use write::rewrite;
+pub use xacro::xacro_macro;
 
 /// Largest URDF read (bytes), 64 MiB. Those of whole humanoids have about 1 MB.
 pub const MAX_BYTES: u64 = 64 << 20;

@@ -1,11 +1,10 @@
 //! A calibrated chain written into the text it was read from.
 
-use std::ops::Range;
-
 use nalgebra::UnitQuaternion;
 use roxmltree::Node;
 
 use super::document::{child, children, parse, place, robot_element};
+use super::edit::{Edit, FILE, apply, name_end, slice, value_range};
 use super::numbers::{roll_pitch_yaw, written};
 use super::read::origin;
 use super::weight::{COMPLIANCE, RAD_PER_NM, compliance};
@@ -15,14 +14,6 @@ use crate::se3::Pose;
 
 /// Origins that differ by less (m, rad) from what the text says are left as they are written.
 const UNCHANGED: f64 = 1e-13;
-/// The text's name in messages: `rewrite` is given no path.
-const FILE: &str = "URDF";
-
-/// A replacement of some bytes of the text.
-struct Edit {
-    range: Range<usize>,
-    with: String,
-}
 
 /// The URDF `text` with the joint origins (m, rad) and compliances (rad/(N m)) of `calibrated`,
 /// which was read from this text. Masses, axes and limits are left as the text has them.
@@ -44,16 +35,7 @@ pub fn rewrite(text: &str, calibrated: &Robot) -> Result<String, IoError> {
         edit_origin(&node, &joint.parent_from_joint, text, &mut edits)?;
         edits.extend(compliance_edit(&node, joint, text)?);
     }
-    edits.sort_by_key(|edit| edit.range.start);
-    let mut out = String::with_capacity(text.len() + 64 * edits.len());
-    let mut done = 0;
-    for edit in &edits {
-        out.push_str(slice(text, done..edit.range.start));
-        out.push_str(&edit.with);
-        done = edit.range.end;
-    }
-    out.push_str(slice(text, done..text.len()));
-    Ok(out)
+    Ok(apply(text, edits))
 }
 
 fn find<'a, 't>(robot: &Node<'a, 't>, joint: &Joint) -> Result<Node<'a, 't>, IoError> {
@@ -108,22 +90,10 @@ fn angle(a: &UnitQuaternion<f64>, b: &UnitQuaternion<f64>) -> f64 {
 }
 
 fn set_attribute(element: &Node<'_, '_>, name: &str, value: String, text: &str) -> Result<Edit, IoError> {
-    let start = element.range().start;
-    let Some(attribute) = element.attribute_node(name) else {
-        // After `<origin`: the name ends where something that no name contains begins.
-        let rest = slice(text, start..text.len());
-        let end = rest.find(|c: char| c.is_ascii_whitespace() || c == '/' || c == '>').unwrap_or(0);
-        return Ok(Edit { range: start + end..start + end, with: format!(" {name}=\"{value}\"") });
-    };
-    // Not `range_value`: it is documented to be off where very many blanks surround the equals
-    // sign.
-    let range = attribute.range();
-    let whole = slice(text, range.clone());
-    let quote = whole.find(['"', '\'']).filter(|quote| quote + 2 <= whole.len());
-    let Some(quote) = quote else {
-        return Err(IoError::unexpected(place(element, FILE), format!("a quoted `{name}`"), "none"));
-    };
-    Ok(Edit { range: range.start + quote + 1..range.end - 1, with: value })
+    match element.attribute_node(name) {
+        Some(attribute) => Ok(Edit { range: value_range(element, &attribute, text)?, with: value }),
+        None => Ok(Edit::insert(name_end(element, text), format!(" {name}=\"{value}\""))),
+    }
 }
 
 /// Puts an element before the first child element, and indents that one as it was.
@@ -135,11 +105,5 @@ fn insert_first(parent: &Node<'_, '_>, element: &str) -> Result<Edit, IoError> {
     let start = first.range().start;
     let before = slice(text, 0..start);
     let indent = &before[before.trim_end_matches([' ', '\t', '\r', '\n']).len()..];
-    Ok(Edit { range: start..start, with: format!("{element}{indent}") })
-}
-
-/// Byte ranges of the parser lie on characters of the text; an empty string stands for one that
-/// does not.
-fn slice(text: &str, range: Range<usize>) -> &str {
-    text.get(range).unwrap_or_default()
+    Ok(Edit::insert(start, format!("{element}{indent}")))
 }
