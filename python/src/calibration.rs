@@ -11,7 +11,7 @@ use touchcal::estimate::{self, Verdict, apply_estimated_places, contact_distance
 use touchcal::io::calibration_folder::{self, Solved, Wanted};
 use touchcal::io::estimate_file::{EstimateFile, ParameterEntry};
 use touchcal::io::urdf::{self, Ends};
-use touchcal::io::{Export, Loaded};
+use touchcal::io::Export;
 
 use crate::array::{fixed, fixed_rows, numbers};
 use crate::checks::{EffectTest, PredictiveCheck, PriorTest};
