@@ -8,10 +8,10 @@ use pyo3::exceptions::PyKeyError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use touchcal::estimate::{self, Verdict, apply_estimated_places, contact_distances};
+use touchcal::io::Export;
 use touchcal::io::calibration_folder::{self, Solved, Wanted};
 use touchcal::io::estimate_file::{EstimateFile, ParameterEntry};
 use touchcal::io::urdf::{self, Ends};
-use touchcal::io::Export;
 
 use crate::array::{fixed, fixed_rows, numbers};
 use crate::checks::{EffectTest, PredictiveCheck, PriorTest};
