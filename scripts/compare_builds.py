@@ -45,7 +45,7 @@ WORDS = {
 # Texts for people, times, and what names the program: not compared.
 NOT_COMPARED = {"schema", "severity", "version", "seconds", "created", "description", "message", "words", "advice", "path", "text"}
 # Fields that versions before 0.3.0 do not write: compared where both have them.
-ADDED = {"effect_tests", "robot"}
+ADDED = {"effect_tests", "robot", "tip_from_tool", "is_log"}
 # Components of directions below this share of a direction are rounding.
 NEGLIGIBLE = 1e-9
 

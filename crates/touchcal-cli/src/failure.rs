@@ -37,8 +37,10 @@ pub enum Failure {
     /// Calibrations of which none of the arm's parameters is in both.
     #[error("{} and {}: expected parameters of the arm that both estimate, found none", .0[0], .0[1])]
     NothingInCommon([String; 2]),
-    /// A calibration by gradient descent.
-    #[error("{0}: expected estimates with uncertainties, found none, as of gradient descent")]
+    /// A calibration without uncertainties.
+    #[error(
+        "{0}: expected estimates with uncertainties, found none (gradient descent, or a sampled or learned manifold)"
+    )]
     NoUncertainty(String),
     /// A scenario's parts.
     #[error(transparent)]

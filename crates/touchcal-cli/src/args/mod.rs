@@ -52,7 +52,7 @@ pub enum Command {
     Calibrate(CalibrateArgs),
     /// Evaluate a URDF on contacts, without estimation
     Evaluate(EvaluateArgs),
-    /// Compare two calibrations of an arm: what changed, and by more than chance
+    /// Compare two calibrations of an arm: what changed, and whether by more than chance
     Compare(CompareArgs),
     /// Convert a log: joint positions in radians, columns named after the joints
     Convert(ConvertArgs),

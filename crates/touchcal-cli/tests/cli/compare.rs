@@ -46,7 +46,7 @@ fn an_arm_that_changed_is_told_from_one_that_did_not() {
     let words = |both: [&str; 2]| stdout(&touchcal(folder.path(), &["compare", both[0], both[1]]).success());
     assert!(words(["monday", "tuesday"]).starts_with("Arm       no change beyond the uncertainties (p = 0."));
     assert!(words(["monday", "other"]).starts_with("Arm       CHANGED by more than the uncertainties explain"));
-    assert!(words(["monday", "monday"]).contains("both calibrations use monday_logs/front_0.csv"));
+    assert!(words(["monday", "monday"]).contains("both calibrations read monday_logs/front_0.csv"));
 }
 
 #[test]

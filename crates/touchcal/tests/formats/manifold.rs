@@ -77,7 +77,7 @@ fn manifold() -> ManifoldFile {
             recorded: 81,
             spacing: 5e-4,
             metres_per_radian: Metric::MILLIMETRE_PER_DEGREE.metres_per_radian,
-            inputs: vec![Input { path: "a/b.csv.gz".to_owned(), sha256: "0f".repeat(32) }],
+            inputs: vec![Input { path: "a/b.csv.gz".to_owned(), sha256: "0f".repeat(32), is_log: false }],
             version: "0.1.0".to_owned(),
         },
     }

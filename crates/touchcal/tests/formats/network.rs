@@ -14,7 +14,7 @@ use touchcal::manifold::learned::{
 
 fn teacher() -> Teacher {
     Teacher {
-        manifold: Input { path: "m.safetensors".to_owned(), sha256: "0123".to_owned() },
+        manifold: Input { path: "m.safetensors".to_owned(), sha256: "0123".to_owned(), is_log: false },
         samples: 20,
         // Numbers that only exact reading brings back.
         bounds: [(-0.1, 0.3), (-1.0 / 3.0, 1e-17), (0.0, 0.1 + 0.2), (-3.0, 3.0), (0.0, 0.0), (-0.5, f64::EPSILON)],

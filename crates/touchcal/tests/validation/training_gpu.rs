@@ -46,7 +46,7 @@ fn options() -> TrainingOptions {
 
 fn teacher() -> Teacher {
     Teacher {
-        manifold: Input { path: "m.safetensors".to_owned(), sha256: "0123".to_owned() },
+        manifold: Input { path: "m.safetensors".to_owned(), sha256: "0123".to_owned(), is_log: false },
         samples: 2000,
         bounds: line().bounds(),
         offsets: TrainingPairs::new(1).bounds,

@@ -11,9 +11,6 @@ use touchcal::robot::Robot;
 
 use crate::failure::Failure;
 
-/// Endings of the names of logs.
-const LOGS: [&str; 5] = [".csv", ".txt", ".gz", ".parquet", ".mcap"];
-
 /// A calibration that was written.
 pub struct Calibration {
     path: PathBuf,
@@ -53,15 +50,18 @@ impl Calibration {
     /// The calibrated arm, of a folder that has one.
     pub fn robot(&self) -> Result<Option<Robot>, IoError> {
         let (Some(folder), Some(robot)) = (&self.folder, &self.file.robot) else { return Ok(None) };
+        let path = folder.join(CALIBRATED);
+        if !path.exists() {
+            return Ok(None);
+        }
         let ends = Ends { base: Some(&robot.base), tip: Some(&robot.tip) };
-        Ok(Some(urdf::read_file(&folder.join(CALIBRATED), ends)?.robot))
+        Ok(Some(urdf::read_file(&path, ends)?.robot))
     }
 
     /// Paths of the logs that `other` was made from too.
     pub fn logs_in_common(&self, other: &Calibration) -> Vec<String> {
-        let is_log = |path: &str| LOGS.iter().any(|ending| path.to_ascii_lowercase().ends_with(ending));
         let is_common = |sha256: &String| other.file.inputs.iter().any(|input| input.sha256 == *sha256);
-        let common = self.file.inputs.iter().filter(|input| is_log(&input.path) && is_common(&input.sha256));
+        let common = self.file.inputs.iter().filter(|input| input.is_log && is_common(&input.sha256));
         common.map(|input| input.path.clone()).collect()
     }
 }

@@ -14,7 +14,7 @@ struct ComparisonJson<'a> {
     earlier: CalibrationJson<'a>,
     later: CalibrationJson<'a>,
     arm: ChangesJson<'a>,
-    tool: ChangesJson<'a>,
+    tool: Option<ChangesJson<'a>>,
     /// Motion of the tip at equal joint positions across the workspace.
     tip_motion: Option<MotionJson>,
     common_logs: &'a [String],
@@ -34,6 +34,7 @@ struct ChangesJson<'a> {
     p_value: Option<f64>,
     statistic: f64,
     degrees_of_freedom: usize,
+    only_in_one: &'a [String],
     parameters: Vec<ParameterJson<'a>>,
 }
 
@@ -65,7 +66,7 @@ pub fn of([earlier, later]: &[Calibration; 2], changes: &Changes) -> Result<Stri
         earlier: calibration(earlier),
         later: calibration(later),
         arm: changes_json(&changes.arm),
-        tool: changes_json(&changes.tool),
+        tool: changes.tool.as_ref().map(changes_json),
         tip_motion: changes.tip_motion.as_ref().map(motion),
         common_logs: &changes.common_logs,
     };
@@ -93,6 +94,7 @@ fn changes_json(found: &Comparison) -> ChangesJson<'_> {
         p_value: found.p_value,
         statistic: found.statistic,
         degrees_of_freedom: found.degrees_of_freedom,
+        only_in_one: &found.alone,
         parameters: parameters.collect(),
     }
 }

@@ -17,9 +17,17 @@ use crate::failure::{Failure, Outcome};
 use crate::output;
 use calibration::Calibration;
 
-/// Blocks of the arm's own parameters.
-const ARM: [Block; 5] =
-    [Block::Strain, Block::SegmentStrain, Block::JointOffset, Block::JointOrigin, Block::JointCompliance];
+/// Blocks of the arm's own parameters: not those of one log.
+const ARM: [Block; 6] = [
+    Block::Strain,
+    Block::SegmentStrain,
+    Block::JointOffset,
+    Block::JointHarmonic,
+    Block::JointOrigin,
+    Block::JointCompliance,
+];
+/// Difference of the numbers of two nominal poses of a tool that is rounding.
+const ROUNDING: f64 = 1e-9;
 /// Configurations over the workspace at which poses are compared.
 const CONFIGURATIONS: usize = 1000;
 
@@ -27,13 +35,14 @@ const CONFIGURATIONS: usize = 1000;
 pub fn run(args: &CompareArgs) -> Result<Outcome, Failure> {
     let both = [Calibration::read(&args.earlier)?, Calibration::read(&args.later)?];
     let [earlier, later] = &both;
-    if let Some(robot) = &earlier.file.robot {
-        later.file.check_robot(robot, &later.name())?;
+    match (&earlier.file.robot, &later.file.robot) {
+        (Some(robot), Some(_)) => later.file.check_robot(robot, &later.name())?,
+        _ => output::diagnostic("note: a file of an earlier version does not say of which robot it is"),
     }
     let posteriors = [earlier.posterior()?, later.posterior()?];
     let changes = Changes {
         arm: changes_of(&posteriors, &ARM),
-        tool: changes_of(&posteriors, &[Block::Tool]),
+        tool: has_same_tool(&both).then(|| changes_of(&posteriors, &[Block::Tool])),
         tip_motion: tip_motion(&both)?,
         common_logs: earlier.logs_in_common(later),
     };
@@ -55,19 +64,25 @@ pub fn run(args: &CompareArgs) -> Result<Outcome, Failure> {
 struct Changes {
     /// In the arm.
     arm: Comparison,
-    /// In how the tool is mounted.
-    tool: Comparison,
+    /// In how the tool is mounted, where both have the same nominal pose for it.
+    tool: Option<Comparison>,
     /// How far the tip moves at equal joint positions, where both calibrations have a URDF.
     tip_motion: Option<PoseErrors>,
     /// Logs from which both were made.
     common_logs: Vec<String>,
 }
 
+fn has_same_tool([earlier, later]: &[Calibration; 2]) -> bool {
+    let (Some(first), Some(second)) = (earlier.file.tip_from_tool, later.file.tip_from_tool) else { return false };
+    first.iter().zip(second).all(|(a, b)| (a - b).abs() < ROUNDING)
+}
+
 fn changes_of([earlier, later]: &[ParameterPosterior; 2], blocks: &[Block]) -> Comparison {
     compare(earlier, later, |name| blocks.iter().any(|block| name.split('.').next() == Some(block.name())))
 }
 
-/// The distances between the poses of both calibrated tips over the workspace.
+/// The distances between the poses of both calibrated tips over the workspace, of arms that stand
+/// upright.
 fn tip_motion([earlier, later]: &[Calibration; 2]) -> Result<Option<PoseErrors>, Failure> {
     let (Some(first), Some(second)) = (earlier.robot()?, later.robot()?) else { return Ok(None) };
     urdf::check_like(&first, &second, &later.name())?;

@@ -12,6 +12,8 @@ use crate::table::{Table, fixed, signed};
 
 /// Most parameters listed.
 const MOST_PARAMETERS: usize = 10;
+/// Most names in a note.
+const MOST_NAMES: usize = 6;
 /// Probability below which a change is not taken for chance.
 const RARE: f64 = 0.01;
 
@@ -23,17 +25,14 @@ pub fn of(both: &[Calibration; 2], changes: &Changes, all: bool) -> String {
     let tip_motion = tip_motion.as_ref().map_or_else(String::new, motion);
     [
         format!("Arm       {}\n", wrapped(&verdict(arm))),
-        if tool.parameters.is_empty() {
-            String::new()
-        } else {
-            format!("Tool      {}\n", wrapped(&format!("its place on the tip: {}", verdict(tool))))
-        },
+        of_tool(tool.as_ref()),
         tip_motion,
         format!("Earlier   {earlier}\n"),
         format!("Later     {later}\n"),
+        only_in_one(arm),
         same_logs(common_logs),
         "\n".to_owned(),
-        table(arm.parameters.iter().chain(&tool.parameters), &both[0], all),
+        table(arm.parameters.iter().chain(tool.iter().flat_map(|tool| &tool.parameters)), &both[0], all),
     ]
     .concat()
 }
@@ -56,12 +55,40 @@ fn verdict(found: &Comparison) -> String {
     }
 }
 
+fn of_tool(tool: Option<&Comparison>) -> String {
+    match tool {
+        Some(tool) if tool.parameters.is_empty() => String::new(),
+        Some(tool) => format!("Tool      {}\n", wrapped(&format!("its place on the tip: {}", verdict(tool)))),
+        None => "Tool      not compared: its nominal poses differ, or are not known\n".to_owned(),
+    }
+}
+
+fn only_in_one(arm: &Comparison) -> String {
+    if arm.alone.is_empty() {
+        return String::new();
+    }
+    let names = list_shortened(&arm.alone);
+    let words = format!(
+        "only one calibration estimates {names}: what that one finds there, the other finds elsewhere, and both then differ without a change of the arm"
+    );
+    format!("Note      {}\n{INDENT}-> estimate the same parameters in both\n", wrapped(&words))
+}
+
+/// The first names of a list, and how many more there are.
+fn list_shortened(names: &[String]) -> String {
+    let shown = names.iter().take(MOST_NAMES).cloned().collect::<Vec<String>>().join(", ");
+    match names.len().saturating_sub(MOST_NAMES) {
+        0 => shown,
+        more => format!("{shown} and {more} more"),
+    }
+}
+
 fn motion(found: &PoseErrors) -> String {
     let [rms, max] = [found.position.rms, found.position.max].map(millimetres);
     let [angle, largest] = [found.angle.rms, found.angle.max].map(|angle| fixed(angle.to_degrees(), 3));
     let distance = millimetres(found.distance.rms);
     let words = format!(
-        "moves by {rms} mm, {angle}° rms in base over the workspace (at most {max} mm, {largest}°), between two positions {distance} mm rms"
+        "moves by {rms} mm, {angle}° rms in base over the workspace (at most {max} mm, {largest}°), distances between two positions change by {distance} mm rms"
     );
     format!("Tip       {}\n", wrapped(&words))
 }
@@ -71,8 +98,8 @@ fn same_logs(common: &[String]) -> String {
         return String::new();
     }
     let words = format!(
-        "both calibrations use {}: their errors are correlated, so that the standard deviations of changes are too large",
-        common.join(", ")
+        "both calibrations read {}: their errors are correlated, so that the standard deviations of changes are too large",
+        list_shortened(common)
     );
     format!("Note      {}\n{INDENT}-> compare calibrations that were made from different logs\n", wrapped(&words))
 }

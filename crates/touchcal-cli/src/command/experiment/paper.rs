@@ -6,11 +6,13 @@ use std::path::{Path, PathBuf};
 use clap::Parser;
 use touchcal::io::atomic;
 
-use super::table1::FIGURE;
-use crate::args::{Args, PaperArgs};
-use crate::command::train::CHECKPOINT;
+use super::table1::{self, FIGURE};
+use crate::args::{Args, Command, ExperimentArgs, PaperArgs};
+use crate::command::train::{self, CHECKPOINT};
+use crate::command::{manifold, simulate};
 use crate::failure::{Failure, Outcome};
 use crate::output;
+use crate::progress::interrupted;
 
 /// Sizes of the experiment.
 struct Sizes {
@@ -52,16 +54,40 @@ pub fn run(args: &PaperArgs) -> Result<Outcome, Failure> {
         atomic::write(&offline, OFFLINE.as_bytes())?;
     }
     for (number, step) in steps(&args.out, &offline, &sizes).iter().enumerate() {
-        output::print(&format!("\n{}. {}\n   touchcal {}\n\n", number + 1, step.title, step.words.join(" ")))?;
+        output::print(&format!(
+            "\n{}. {}\n   touchcal {}\n\n",
+            number + 1,
+            step.title,
+            step.words.iter().map(|word| for_shell(word)).collect::<Vec<String>>().join(" ")
+        ))?;
         if step.result.is_file() {
             output::print(&format!("  {} is there already\n", step.result.display()))?;
             continue;
         }
         let words = std::iter::once("touchcal").chain(step.words.iter().map(String::as_str));
         let args = Args::try_parse_from(words).map_err(|error| Failure::Setup(error.to_string()))?;
-        crate::command::run(&args.command)?;
+        run_step(&args.command)?;
+        if interrupted() {
+            return Err(Failure::ExperimentInterrupted);
+        }
     }
     Ok(Outcome::Done)
+}
+
+fn run_step(command: &Command) -> Result<Outcome, Failure> {
+    match command {
+        Command::Simulate(args) => simulate::run(args),
+        Command::Manifold(args) => manifold::run(args),
+        Command::Train(args) => train::run(args),
+        Command::Experiment(ExperimentArgs::Table1(args)) => table1::run(args),
+        _ => Err(Failure::Setup("a command that is no step of the experiment".to_owned())),
+    }
+}
+
+/// A word as a POSIX shell takes it.
+fn for_shell(word: &str) -> String {
+    let is_plain = |c: char| c.is_ascii_alphanumeric() || "-_./=".contains(c);
+    if word.chars().all(is_plain) { word.to_owned() } else { format!("'{}'", word.replace('\'', "'\\''")) }
 }
 
 /// The commands in their order. Results are named after the sizes, so that those of others are not

@@ -18,12 +18,15 @@ pub struct Input {
     pub path: String,
     /// SHA-256 of the file's bytes, 64 hexadecimal digits in lower case.
     pub sha256: String,
+    /// Whether it is a log of contacts.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub is_log: bool,
 }
 
 impl Input {
     /// Fingerprint of `content` in memory, under a `name` that stands for a path. No file is read.
     pub fn of(name: impl Into<String>, content: impl AsRef<[u8]>) -> Input {
-        Input { path: name.into(), sha256: sha256(content) }
+        Input { path: name.into(), sha256: sha256(content), is_log: false }
     }
 }
 
@@ -77,7 +80,7 @@ pub(crate) fn read_all(path: &Path, limit: u64) -> Result<(Vec<u8>, Input), IoEr
     limited.read_to_end(&mut bytes).map_err(|source| IoError::file(path, "read", source))?;
     check_size(bytes.len() as u64, limit, &name)?;
     let sha256 = sha256(&bytes);
-    Ok((bytes, Input { path: name, sha256 }))
+    Ok((bytes, Input { path: name, sha256, is_log: false }))
 }
 
 /// The text of a file of at most `limit` bytes, and its fingerprint.

@@ -81,7 +81,7 @@ pub fn read_file(path: &Path) -> Result<(PoseSamples, Input), IoError> {
     let poses = if start == PARQUET { read_parquet(file, &name)? } else { read(&mut hashing, &name)? };
     let samples = PoseSamples::from_poses(&poses).map_err(|error| no_samples(Place::file(&name), &error))?;
     let sha256 = hashing.finish().map_err(failed)?;
-    Ok((samples, Input { path: name, sha256 }))
+    Ok((samples, Input { path: name, sha256, is_log: false }))
 }
 
 #[cfg(feature = "parquet")]

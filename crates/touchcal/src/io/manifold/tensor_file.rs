@@ -41,7 +41,7 @@ pub(crate) fn read_all(path: &Path, limit: u64, key: &str) -> Result<(Vec<u8>, I
     }
     extend(&mut content, found)?;
     let sha256 = bytes::sha256(&content);
-    Ok((content, Input { path: name, sha256 }))
+    Ok((content, Input { path: name, sha256, is_log: false }))
 }
 
 /// Reads so many bytes more, or those that are left.

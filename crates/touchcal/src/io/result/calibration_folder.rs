@@ -277,6 +277,7 @@ pub fn estimate_file(loaded: &Loaded, solved: &Solved) -> EstimateFile {
             .map(|found| HeldOutEntry { contacts: found.score.all.count, scatter: found.scatter.map(Into::into) }),
         notes: loaded.problem.contacts.notes().to_vec(),
         robot: Some(RobotEntry::of(&loaded.problem.robot)),
+        tip_from_tool: Some(seven(&loaded.problem.tool.tip_from_tool)),
         inputs: loaded.inputs.clone(),
         version: env!("CARGO_PKG_VERSION").to_owned(),
         created: to_the_second(ended),
@@ -315,6 +316,12 @@ fn warnings(estimate: &Estimate) -> Vec<WarningEntry> {
         _ => warning.into(),
     };
     estimate.warnings.iter().map(entry).collect()
+}
+
+/// A pose as x, y, z (m), qw, qx, qy, qz.
+fn seven(pose: &Pose) -> [f64; 7] {
+    let ([x, y, z], [i, j, k, w]): ([f64; 3], [f64; 4]) = (pose.translation.vector.into(), pose.rotation.coords.into());
+    [x, y, z, w, i, j, k]
 }
 
 /// A tool's place as problem.toml states it.

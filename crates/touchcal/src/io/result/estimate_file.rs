@@ -103,6 +103,10 @@ pub struct EstimateFile {
     /// The nominal arm; `None` in files of earlier versions.
     #[serde(default)]
     pub robot: Option<RobotEntry>,
+    /// Nominal pose of the tool on the tip link, to which `tool` parameters are relative: x, y, z
+    /// (m), qw, qx, qy, qz; `None` in files of earlier versions.
+    #[serde(default)]
+    pub tip_from_tool: Option<[f64; 7]>,
     /// Path and fingerprint of each file that was read, in the order of reading.
     pub inputs: Vec<Input>,
     /// Version of this crate that wrote the file.
@@ -141,6 +145,7 @@ impl From<estimate_schema_1::EstimateFile1> for EstimateFile {
             acceptance: None,
             notes: Vec::new(),
             robot: None,
+            tip_from_tool: None,
             inputs: old.inputs,
             version: old.version,
             created: None,
@@ -204,7 +209,7 @@ impl EstimateFile {
     /// # Errors
     /// [`IoError`] if it is another arm.
     pub fn check_robot(&self, expected: &RobotEntry, file: &str) -> Result<(), IoError> {
-        let Some(found) = self.robot.as_ref().filter(|found| *found != expected) else { return Ok(()) };
+        let Some(found) = self.robot.as_ref().filter(|found| !found.is_same_arm(expected)) else { return Ok(()) };
         Err(IoError::unexpected(Place::file(file).field("robot"), expected.words(), found.words()))
     }
 

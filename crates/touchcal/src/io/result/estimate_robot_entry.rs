@@ -21,9 +21,9 @@ pub struct RobotEntry {
     pub base: String,
     /// Name of the link where its chain ends.
     pub tip: String,
-    /// SHA-256 of its kinematics (names, kinds, origins and axes of joints, to a nanometre and
-    /// nanoradian), 64 hexadecimal digits in lower case. It is the same for all URDFs of one arm,
-    /// whatever else is in them.
+    /// SHA-256 of its kinematics (names, kinds, origins and axes of joints, numbers to 1e-9), 64
+    /// hexadecimal digits in lower case. It is the same for URDFs whose numbers agree so far,
+    /// whatever else is in them, masses and compliances included.
     pub sha256: String,
 }
 
@@ -47,6 +47,12 @@ impl RobotEntry {
         }
         let [name, base, tip] = [robot.name(), robot.base(), robot.tip()].map(str::to_owned);
         RobotEntry { name, base, tip, sha256: sha256(kinematics) }
+    }
+
+    /// Whether both are the same chain of the same kinematics, whatever its name.
+    pub fn is_same_arm(&self, other: &RobotEntry) -> bool {
+        let chain = |entry: &RobotEntry| (entry.base.clone(), entry.tip.clone(), entry.sha256.clone());
+        chain(self) == chain(other)
     }
 
     /// Name and fingerprint for a message.

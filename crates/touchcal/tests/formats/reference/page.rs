@@ -25,9 +25,9 @@ const UNITS: [(&str, &str); 16] = [
 
 const HEAD: &str = "# Reference of the files
 
-Each key of `problem.toml` and `scenario.toml`, with what it is without it.
+Each key of `problem.toml` and `scenario.toml`, with what holds without it.
 [The problem file](problem-file.md) explains what belongs together.
-The page is made of the types that are read.
+The page is generated from the types that the readers use.
 
 `touchcal schema problem` and `touchcal schema scenario` print JSON Schemas.
 With the line `#:schema problem.schema.json` at the top of a `problem.toml`, an editor that knows TOML (Even Better TOML, taplo) completes keys and shows what they mean:

@@ -52,5 +52,5 @@ pub fn read_columns(
     rows.finish()?;
     let values = (0..columns.rows).flat_map(|row| used.iter().map(move |&column| (columns.value)(row, column)));
     let sha256 = bytes::sha256_of_parts(values.map(f64::to_le_bytes));
-    Ok(Input { path: name.to_owned(), sha256 })
+    Ok(Input { path: name.to_owned(), sha256, is_log: true })
 }

@@ -82,7 +82,7 @@ pub(super) fn read_into(
         contact_csv::read_into(&mut hashing, &name, robot, options, sink)?;
     }
     let sha256 = hashing.finish().map_err(failed)?;
-    Ok(Input { path: name, sha256 })
+    Ok(Input { path: name, sha256, is_log: true })
 }
 
 /// The file itself, or the only one in the folder of a bag, as `ros2 bag record` makes it.

@@ -57,10 +57,7 @@ impl Context<'_> {
         let mut message = error.message().trim().replace('\n', "; ");
         let invalid = message.strip_prefix("invalid type: ").or_else(|| message.strip_prefix("invalid "));
         if let Some((found, expected)) = invalid.and_then(|found| found.split_once(", expected ")) {
-            let is_single_table = expected == "a sequence" && found == "map";
-            let expected = if is_single_table { "tables in two brackets".to_owned() } else { type_in_words(expected) };
-            let found = if is_single_table { "one in one bracket".to_owned() } else { found_in_words(found) };
-            return IoError::unexpected(place, expected, found);
+            return IoError::unexpected(place, type_in_words(expected), found_in_words(found));
         }
         let mut names = message.split('`').skip(1).step_by(2);
         if let (true, Some(unknown)) = (message.starts_with("unknown"), names.next()) {
@@ -166,7 +163,7 @@ fn type_in_words(expected: &str) -> String {
         "i64" | "u64" | "usize" => "a whole number",
         "a boolean" => "true or false",
         "a string" => "a text in quotes",
-        "a sequence" => "a list in brackets",
+        "a sequence" => "a list in brackets (of tables: [[…]])",
         "a map" => "a table",
         _ if expected.starts_with("struct ") => "a table",
         _ => return expected.replace("an array of length", "a list of length"),

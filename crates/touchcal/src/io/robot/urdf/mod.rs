@@ -115,7 +115,7 @@ pub fn read_builtin(name: &str, ends: Ends<'_>) -> Result<UrdfFile, IoError> {
         return Err(IoError::unexpected(Place::file("builtin"), expected, found));
     };
     let robot = read(text, &file, ends)?;
-    Ok(UrdfFile { robot, text: (*text).to_owned(), input: Input { path: file, sha256: bytes::sha256(text) } })
+    Ok(UrdfFile { robot, text: (*text).to_owned(), input: Input::of(file, text) })
 }
 
 /// All arms in [`builtin::ALL`], each to its flange.

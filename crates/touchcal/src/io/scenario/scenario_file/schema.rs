@@ -33,8 +33,8 @@ pub(super) struct ScenarioToml {
     /// Sizes of the arm's errors.
     #[serde(default)]
     pub(super) errors: ErrorsToml,
-    /// What touches the fixtures, as in `problem.toml`, with `sigma_mm` and `sigma_deg` as sizes of
-    /// its true error.
+    /// What touches the fixtures, as in `problem.toml`, but for meshes and `free`; `sigma_mm` and
+    /// `sigma_deg` are the sizes of its true error, 0 without them.
     pub(super) tool: Option<Spanned<ToolToml>>,
     /// What is touched, a table each, with standard deviations as sizes of true errors.
     #[serde(default)]
@@ -42,7 +42,7 @@ pub(super) struct ScenarioToml {
     /// Distances between fixtures that are measured, a table each.
     #[serde(default)]
     pub(super) distance: Vec<Spanned<MeasuredDistanceToml>>,
-    /// Motion of the command at all fixtures.
+    /// Motion of the command at all fixtures; without it as in the preset.
     #[serde(default)]
     pub(super) exploration: ExplorationToml,
     /// Stiffness of the arm under impedance control, at the tool.
@@ -61,25 +61,29 @@ pub(super) struct ScenarioToml {
 pub(super) struct ErrorsToml {
     /// Distribution from which errors are drawn: `sign` (plus or minus the size), `uniform`
     /// (between these) or `normal` (the size is the standard deviation). Without it: as in the
-    /// preset.
+    /// preset, `uniform` without one.
     /// Example: `distribution = "normal"`
     pub(super) distribution: Option<Text>,
-    /// Size of the strain common to all links. Without it: as in the preset.
+    /// Size of the strain common to all links. Without it: as in the preset, 0 without one.
     /// Example: `strain = 0.001`
     pub(super) strain: Option<Number>,
-    /// Size of the strain of each segment, on top of the common one. Without it: as in the preset.
+    /// Size of the strain of each segment, on top of the common one. Without it: as in the preset,
+    /// 0 without one.
     /// Example: `segment_strain = 0.0005`
     pub(super) segment_strain: Option<Number>,
-    /// Size of each joint's encoder offset. Without it: as in the preset.
+    /// Size of each joint's encoder offset (of a prismatic joint: the same angle at a metre).
+    /// Without it: as in the preset, 0 without one.
     /// Example: `joint_offset_deg = 0.3`
     pub(super) joint_offset_deg: Option<Number>,
-    /// Size of each translation of a joint's origin. Without it: as in the preset.
+    /// Size of each translation of a joint's origin. Without it: as in the preset, 0 without one.
     /// Example: `origin_mm = 0.5`
     pub(super) origin_mm: Option<Number>,
-    /// Size of each rotation of a joint's origin across its axis. Without it: as in the preset.
+    /// Size of each rotation of a joint's origin across its axis. Without it: as in the preset, 0
+    /// without one.
     /// Example: `origin_deg = 0.1`
     pub(super) origin_deg: Option<Number>,
-    /// Size of the rotation of a joint's origin about its axis. Without it: as in the preset.
+    /// Size of the rotation of a joint's origin about its axis. Without it: as in the preset, 0
+    /// without one, 0 without one.
     /// Example: `origin_zero_deg = 0.5`
     pub(super) origin_zero_deg: Option<Number>,
     /// Compliance of each turning joint under gravity and load; not drawn. Without it: as in the
@@ -161,7 +165,7 @@ pub(super) struct TouchToml {
     /// Joint positions near which to work, each in turn (mm for prismatic joints).
     /// Example: `postures_deg = [[0, 40, 0, -90, 0, 50, 0]]`
     pub(super) postures_deg: Spanned<Vec<Vec<f64>>>,
-    /// Motion of the command at this fixture.
+    /// Motion of the command at this fixture, where it differs from that of `[exploration]`.
     /// Example: `exploration = { lift_mm = 8 }`
     #[serde(default)]
     pub(super) exploration: ExplorationToml,

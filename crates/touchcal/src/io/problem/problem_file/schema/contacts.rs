@@ -49,11 +49,12 @@ pub(crate) struct ContactsToml {
     /// row is one.
     /// Example: `force_threshold_n = 3`
     pub(crate) force_threshold_n: Option<Number>,
-    /// Force below which a contact ends; at most `force_threshold_n`. Without it:
+    /// Force below which a contact ends; at most `force_threshold_n`, which it needs. Without it:
     /// `force_threshold_n`.
     /// Example: `release_n = 2`
     pub(crate) release_n: Option<Number>,
-    /// Number of rows that contact must last before it counts, 1 to 1,000,000. Without it: 1.
+    /// Number of rows that a change of contact must last before it counts, 1 to 1,000,000; needs
+    /// `force_threshold_n`. Without it: 1.
     /// Example: `debounce = 3`
     pub(crate) debounce: Option<Spanned<i64>>,
     /// Motion of some joint since the last contact, below which a row is no further contact (a

@@ -16,22 +16,25 @@ pub(crate) enum TrendOverToml {
 #[derive(Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct NoiseToml {
-    /// Standard deviation of the noise of each joint position. Without it: 0.005, from which it is
-    /// estimated.
+    /// Standard deviation of the noise of each joint position (of a prismatic joint: the same angle
+    /// at a metre). Without it: 0.005, from which it is estimated unless `contact_mm` is declared.
     /// Example: `encoder_deg = 0.002`
     pub(crate) encoder_deg: Option<Number>,
-    /// Standard deviation of the gap at contact. Without it: 0.05, from which it is estimated.
+    /// Standard deviation of the gap at contact. Without it: 0.05, from which it is estimated
+    /// unless `encoder_deg` is declared.
     /// Example: `contact_mm = 0.02`
     pub(crate) contact_mm: Option<Number>,
     /// Standard deviation of half the change of each encoder's offset from the first to the last
-    /// contact. Without it: estimated.
+    /// contact. Without it: estimated where encoder offsets or joint origins are, without
+    /// `joint_drift`.
     /// Example: `encoder_trend_deg = 0`
     pub(crate) encoder_trend_deg: Option<Number>,
     /// What that change follows. Without it: log.
     /// Example: `encoder_trend_over = "temperature"`
     pub(crate) encoder_trend_over: Option<Spanned<TrendOverToml>>,
-    /// Standard deviation of each encoder's random walk from the first to the last contact. Without
-    /// it: not estimated; tested.
+    /// Standard deviation of each encoder's random walk from the first to the last contact; above 0
+    /// `joint_walk` is estimated. Without it: tested, not estimated; 0.02 if `joint_walk` is among
+    /// the parameters.
     /// Example: `encoder_walk_deg = 0.01`
     pub(crate) encoder_walk_deg: Option<Number>,
     /// Whether the noise of encoders and contacts is estimated too, from the declared values on.
@@ -113,7 +116,8 @@ pub(crate) struct DescentToml {
     /// Size of the first step, in plausible sizes of the parameters. Without it: 0.05.
     /// Example: `rate = 0.001`
     pub(crate) rate: Option<Number>,
-    /// Number of contacts in each step, drawn at random. Without it: 500.
+    /// Largest number of contacts that are used, evenly spread over the log and the same in all
+    /// steps. Without it: 500.
     /// Example: `contacts = 3000`
     pub(crate) contacts: Option<Number>,
 }
@@ -139,11 +143,12 @@ pub(crate) struct EstimateToml {
     /// Example: `loss = "huber"`
     #[serde(default)]
     pub(crate) loss: LossToml,
-    /// Distance in standard deviations from which a contact loses weight, at least 0.1. Without it:
-    /// 3 (geman_mcclure), 2.385 (cauchy), 1.345 (huber).
+    /// Scale of the loss in standard deviations, at least 0.1; `squared` has none. Without it: 3
+    /// (geman_mcclure), 2.385 (cauchy), 1.345 (huber).
     /// Example: `loss_scale = 4`
     pub(crate) loss_scale: Option<Number>,
-    /// Names of parameters that stay at zero. Without it: none.
+    /// Names of parameters of the arm that stay at zero; `joint_origin.joint_a1` names all that
+    /// begin so. Without it: none.
     /// Example: `freeze = ["joint_offset.joint_a7"]`
     #[serde(default)]
     pub(crate) freeze: Vec<Text>,
@@ -151,8 +156,8 @@ pub(crate) struct EstimateToml {
     /// Example: `prior = { strain = 0.001 }`
     #[serde(default)]
     pub(crate) prior: PriorToml,
-    /// Method: `levenberg_marquardt`, or `gradient_descent` on the squared distances of contacts.
-    /// Without it: levenberg_marquardt.
+    /// Method: `levenberg_marquardt`, or `gradient_descent` on the mean absolute distances of
+    /// contacts. Without it: levenberg_marquardt.
     /// Example: `method = "gradient_descent"`
     pub(crate) method: Option<Text>,
     /// Whether intervals allow for errors of the arm that are not estimated and that contacts would

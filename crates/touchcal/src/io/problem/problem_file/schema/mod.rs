@@ -60,12 +60,13 @@ pub(crate) struct AcceptToml {
     /// it: 0.95.
     /// Example: `confidence = 0.99`
     pub(crate) confidence: Option<Number>,
-    /// The task as joint positions (mm for prismatic joints), at most 1000. Without it:
+    /// The task as joint positions (mm for prismatic joints), at most 1000; alone. Without it:
     /// `joints_deg` or `region` is required.
     /// Example: `postures_deg = [[0, 40, 0, -90, 0, 50, 0]]`
     pub(crate) postures_deg: Option<Spanned<Vec<Vec<f64>>>>,
-    /// The task as a box of joint positions, least and greatest of each joint; with `region` it
-    /// limits the joints there. Without it: the joint limits.
+    /// The task as a box of joint positions, least and greatest of each joint; beside `region` it
+    /// limits the joints there. Without it: the joint limits beside `region`, else another task is
+    /// required.
     /// Example: `joints_deg = [[-20, 20], [20, 60], [-90, 90]]`
     pub(crate) joints_deg: Option<Spanned<Vec<[f64; 2]>>>,
     /// The task as a box of tool positions. Without it: `postures_deg` or `joints_deg` is required.

@@ -83,7 +83,8 @@ pub(crate) struct ToolToml {
     /// Unit of the mesh. Without it: mm.
     /// Example: `mesh_unit = "inch"`
     pub(crate) mesh_unit: Option<Spanned<LengthUnitToml>>,
-    /// Length of a peg that is given by its section. Without it: required for such a peg.
+    /// Length of a peg that is given by its section. Without it: required for such a peg in a hole
+    /// whose `manifold` is `exact`.
     /// Example: `length_mm = 40`
     pub(crate) length_mm: Option<Number>,
     /// Radius of a peg's edges. Without it: 0.
@@ -92,11 +93,13 @@ pub(crate) struct ToolToml {
     /// Radius of a ball. Without it: required for a ball on a plane.
     /// Example: `radius_mm = 10`
     pub(crate) radius_mm: Option<Number>,
-    /// Standard deviation of each component of the tool's position on the tip link. Without it:
-    /// 0.3.
+    /// Standard deviation of each component of the tool's position on the tip link; not with
+    /// `free`. Without it: 0.3; no prior if `tool` is among the parameters and nothing is declared
+    /// of its pose.
     /// Example: `sigma_mm = 0.1`
     pub(crate) sigma_mm: Option<Number>,
-    /// Standard deviation of each component of its rotation. Without it: 0.2.
+    /// Standard deviation of each component of its rotation; not with `free`. Without it: 0.2; no
+    /// prior if `tool` is among the parameters and nothing is declared of its pose.
     /// Example: `sigma_deg = 0.05`
     pub(crate) sigma_deg: Option<Number>,
     /// Whether the tool's pose has no prior; its nominal pose is where the search starts. Without
@@ -104,8 +107,9 @@ pub(crate) struct ToolToml {
     /// Example: `free = true`
     #[serde(default)]
     pub(crate) free: bool,
-    /// What of the tool is exact: `true`, or a list of `place` and `outline`. Without it: nothing.
-    /// Example: `exact = ["outline"]`
+    /// What of the tool is exact: `true`, or a list of `place` and `outline` (which always is).
+    /// Without it: nothing but the outline.
+    /// Example: `exact = ["place"]`
     pub(crate) exact: Option<Spanned<Value>>,
 }
 
@@ -138,11 +142,11 @@ pub(crate) struct FixtureToml {
     /// Example: `kind = "hole"`
     pub(crate) kind: FixtureKind,
     /// The placement to which the fixture belongs, for `--only` and `--except` and for
-    /// `joint_drift`. Without it: the name up to its last `/`.
+    /// `joint_drift`. Without it: the name up to its first `/`.
     /// Example: `placement = "left"`
     pub(crate) placement: Option<String>,
-    /// Nominal pose of the fixture in the base frame. Without it: unknown, for a socket; required
-    /// for others.
+    /// Nominal pose of the fixture in the base frame. Without it: unknown, for a socket whose pose
+    /// has no prior; required for others.
     /// Example: `base_from_fixture = { xyz_mm = [600, 100, 150], rpy_deg = [0, 0, 20] }`
     pub(crate) base_from_fixture: Option<Spanned<PoseToml>>,
     /// Drawing of a hole's section, as that of the tool. Without it: that of the peg, larger by
@@ -157,7 +161,7 @@ pub(crate) struct FixtureToml {
     /// Example: `outline_unit = "mm"`
     pub(crate) outline_unit: Option<Spanned<LengthUnitToml>>,
     /// Instead of a section of its own: by how much the hole's is larger than the peg's, on each
-    /// side. Without it: the hole's own section is required.
+    /// side. Without it: the hole's own section or mesh is required.
     /// Example: `outline_offset_mm = 0.5`
     pub(crate) outline_offset_mm: Option<Number>,
     /// Instead of a drawing: the built-in section `extrusion25`. Without it: that of the peg,
@@ -171,7 +175,8 @@ pub(crate) struct FixtureToml {
     /// Unit of the mesh. Without it: mm.
     /// Example: `mesh_unit = "inch"`
     pub(crate) mesh_unit: Option<Spanned<LengthUnitToml>>,
-    /// Depth of a hole; with a mesh how far the peg goes in. Without it: required for a hole.
+    /// Depth of a hole; with a mesh how far the peg goes in. Without it: required for a hole whose
+    /// `manifold` is `exact`.
     /// Example: `depth_mm = 30`
     pub(crate) depth_mm: Option<Number>,
     /// Radius of a hole's edges. Without it: 0.
@@ -193,20 +198,24 @@ pub(crate) struct FixtureToml {
     /// thinned, else 1.
     /// Example: `mm_per_deg = 2`
     pub(crate) mm_per_deg: Option<Number>,
-    /// Standard deviation of each component of the fixture's position. Without it: 1.
+    /// Standard deviation of each component of the fixture's position; not with `free`. Without it:
+    /// 1; no prior if `fixture` is among the parameters and nothing is declared of its pose.
     /// Example: `sigma_mm = 0.2`
     pub(crate) sigma_mm: Option<Number>,
-    /// Standard deviation of each component of its rotation. Without it: 0.5.
+    /// Standard deviation of each component of its rotation; not with `free`. Without it: 0.5; no
+    /// prior if `fixture` is among the parameters and nothing is declared of its pose.
     /// Example: `sigma_deg = 0.05`
     pub(crate) sigma_deg: Option<Number>,
-    /// Standard deviation of a hole's clearance on each side. Without it: 0.03.
+    /// Standard deviation of a hole's clearance on each side, without effect on another `manifold`
+    /// than `exact`. Without it: 0.03.
     /// Example: `clearance_sigma_mm = 0.01`
     pub(crate) clearance_sigma_mm: Option<Number>,
-    /// Standard deviation of a hole's depth. Without it: 0.03.
+    /// Standard deviation of a hole's depth, without effect on another `manifold` than `exact`.
+    /// Without it: 0.03.
     /// Example: `depth_sigma_mm = 0.02`
     pub(crate) depth_sigma_mm: Option<Number>,
-    /// Standard deviation of a radius by which the edges of peg and hole are rounder than declared.
-    /// Without it: 0.05.
+    /// Standard deviation of a radius by which the edges of peg and hole are rounder than declared;
+    /// not with meshes, nor with another `manifold` than `exact`. Without it: 0.05.
     /// Example: `edge_radius_sigma_mm = 0.1`
     pub(crate) edge_radius_sigma_mm: Option<Number>,
     /// Whether the fixture's pose has no prior; its nominal pose is where the search starts.
@@ -214,8 +223,8 @@ pub(crate) struct FixtureToml {
     /// Example: `free = true`
     #[serde(default)]
     pub(crate) free: bool,
-    /// What of the fixture is exact: `true`, or a list of `place`, and of a hole `outline`,
-    /// `clearance`, `depth` and `edge_radius`. Without it: nothing.
+    /// What of the fixture is exact: `true`, or a list of `place`, and of a hole `outline` (which
+    /// always is), `clearance`, `depth` and `edge_radius`. Without it: nothing but the outline.
     /// Example: `exact = ["depth"]`
     pub(crate) exact: Option<Spanned<Value>>,
 }
