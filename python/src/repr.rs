@@ -11,7 +11,7 @@ pub fn number(value: f64) -> String {
 
 /// A value (SI) in the unit for people, and its standard deviation where it has one.
 pub fn quantity(unit: Unit, value: f64, sigma: Option<f64>) -> String {
-    let (factor, symbol, _) = unit.for_people();
+    let (factor, symbol, _) = unit.in_user_units();
     let deviation = sigma.map_or_else(String::new, |sigma| format!(" ± {}", number(factor * sigma)));
     format!("{}{deviation} {symbol}", number(factor * value))
 }

@@ -114,7 +114,7 @@ fn tool_error(tool: WorkspaceUncertainty) -> String {
 }
 
 fn row(entry: &ParameterEstimate) -> [String; 5] {
-    let (factor, unit, decimals) = entry.parameter.unit.for_people();
+    let (factor, unit, decimals) = entry.parameter.unit.in_user_units();
     let number = |value: Option<f64>| value.map_or_else(|| "-".to_owned(), |v| format!("{:.decimals$}", factor * v));
     let name = &entry.parameter.name;
     // A tiny negative value is no "-0.0000".

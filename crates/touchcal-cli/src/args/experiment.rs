@@ -218,7 +218,7 @@ pub struct PaperArgs {
     /// Folder to write all results into; what is found there is not computed again
     #[arg(long, value_name = "DIR")]
     pub out: PathBuf,
-    /// A few minutes instead of about an hour: fewer poses, steps and trials
+    /// Two minutes on two cores instead of half an hour: fewer poses, steps and trials
     #[arg(long)]
     pub quick: bool,
 }

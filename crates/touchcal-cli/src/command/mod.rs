@@ -10,6 +10,7 @@ mod inspect;
 mod manifold;
 mod manual;
 mod new;
+mod rms_and_max;
 mod simulate;
 mod train;
 

@@ -76,14 +76,14 @@ pub fn freed_effects(freed: &[FreedEffect]) -> String {
 
 /// A value that an effect would take, without the name of its block.
 fn effect_value(entry: &EffectValue) -> String {
-    let (factor, unit, decimals) = entry.unit.for_people();
+    let (factor, unit, decimals) = entry.unit.in_user_units();
     let name = without_block(&entry.name);
     format!("{name} {} ± {:.decimals$} {unit}", signed(factor * entry.value, decimals), factor * entry.sigma)
 }
 
 /// The estimate of something declared, without the name of its block.
 fn declared_value(entry: &DeclaredValue) -> String {
-    let (factor, unit, decimals) = entry.unit.for_people();
+    let (factor, unit, decimals) = entry.unit.in_user_units();
     if entry.unit == Unit::One && entry.name == "noise" {
         return format!("{:.2} ± {:.2} times the declared", entry.value, entry.sigma);
     }

@@ -250,7 +250,7 @@ fn competing_minima(estimate: &Estimate) -> String {
     ]);
     for (k, other) in minima.iter().enumerate() {
         let entry = &estimate.parameters[other.parameter];
-        let (factor, unit, decimals) = entry.parameter.unit.for_people();
+        let (factor, unit, decimals) = entry.parameter.unit.in_user_units();
         let value = |value: f64| format!("{} {unit}", signed(factor * value, decimals));
         table.row([
             format!("{}", k + 1),

@@ -88,7 +88,7 @@ fn scalars(all: &[&ParameterRow<'_>], most: usize) -> String {
         |cells: [String; 6]| cells.into_iter().enumerate().filter(move |(i, _)| solved || *i != 1).map(|(_, c)| c);
     table.row(shown(headings.map(str::to_owned)));
     for line in &lines {
-        let (factor, unit, decimals) = line.parameter.unit.for_people();
+        let (factor, unit, decimals) = line.parameter.unit.in_user_units();
         let number =
             |value: Option<f64>| value.map_or("-".to_owned(), |value| format!("{:.decimals$}", factor * value));
         table.row(shown([
@@ -151,7 +151,7 @@ fn places(lines: &[&ParameterRow<'_>], title: &str) -> String {
 
 fn cell(line: Option<&&ParameterRow<'_>>, wants_value: bool) -> String {
     let Some(line) = line else { return "-".to_owned() };
-    let (factor, ..) = line.parameter.unit.for_people();
+    let (factor, ..) = line.parameter.unit.in_user_units();
     let text = match (wants_value, line.value, line.sigma) {
         (true, Some(value), _) => signed(factor * value, 3),
         (false, _, Some(sigma)) => fixed(factor * sigma, 3),

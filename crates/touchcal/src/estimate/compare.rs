@@ -36,7 +36,7 @@ pub struct Comparison {
     /// The parameters that both estimate, in the order of the first.
     pub parameters: Vec<ParameterChange>,
     /// Names of the compared parameters that only one estimates.
-    pub alone: Vec<String>,
+    pub only_in_one: Vec<String>,
     /// Squared length of the differences in units of their covariance.
     pub statistic: f64,
     /// Number of directions in which contacts of either calibration determine the differences.
@@ -62,7 +62,7 @@ pub fn compare(
     second: &ParameterPosterior,
     is_compared: impl Fn(&str) -> bool,
 ) -> Comparison {
-    let (common, alone) = common(first, second, is_compared);
+    let (common, only_in_one) = common(first, second, is_compared);
     let sides = [first, second];
     let covariance = |side: usize| {
         let of = |i: usize| common[i][side];
@@ -88,7 +88,7 @@ pub fn compare(
     };
     Comparison {
         parameters: common.iter().enumerate().map(change).collect(),
-        alone,
+        only_in_one,
         statistic,
         degrees_of_freedom,
         p_value: ChiSquared::new(degrees_of_freedom as f64).ok().map(|chance| chance.sf(statistic)),
@@ -102,17 +102,17 @@ fn common(
     is_compared: impl Fn(&str) -> bool,
 ) -> (Vec<[usize; 2]>, Vec<String>) {
     let is_free = |posterior: &ParameterPosterior, i: usize| posterior.covariance[(i, i)] > 0.0;
-    let (mut common, mut alone) = (Vec::new(), Vec::new());
+    let (mut common, mut only_in_one) = (Vec::new(), Vec::new());
     for (i, entry) in first.entries.iter().enumerate().filter(|(_, entry)| is_compared(&entry.name)) {
         match second.index(&entry.name).filter(|&k| is_free(first, i) == is_free(second, k)) {
             Some(k) => common.push([i, k]),
-            None => alone.push(entry.name.clone()),
+            None => only_in_one.push(entry.name.clone()),
         }
     }
     let only_second =
         second.entries.iter().filter(|entry| is_compared(&entry.name) && first.index(&entry.name).is_none());
-    alone.extend(only_second.map(|entry| entry.name.clone()));
-    (common, alone)
+    only_in_one.extend(only_second.map(|entry| entry.name.clone()));
+    (common, only_in_one)
 }
 
 /// Squared length of `differences` in units of their covariance `sum`, over the directions of which
@@ -230,7 +230,7 @@ mod tests {
         second.covariance.row_mut(1).fill(0.0);
         second.covariance.column_mut(1).fill(0.0);
         let found = compare(&first, &second, |_| true);
-        assert_eq!(found.alone, ["strain.0", "strain.1", "joint_offset.0"]);
+        assert_eq!(found.only_in_one, ["strain.0", "strain.1", "joint_offset.0"]);
         assert_eq!(found.parameters.len(), 1);
     }
 

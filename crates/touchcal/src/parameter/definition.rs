@@ -47,7 +47,7 @@ impl Unit {
     }
 
     /// How values are shown to people: the factor from SI, its symbol, and decimals of a value.
-    pub fn for_people(self) -> (f64, &'static str, usize) {
+    pub fn in_user_units(self) -> (f64, &'static str, usize) {
         match self {
             Unit::Meter => (1e3, "mm", 4),
             Unit::Radian => (1f64.to_degrees(), "deg", 4),

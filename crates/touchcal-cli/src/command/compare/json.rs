@@ -2,11 +2,12 @@
 
 use serde::Serialize;
 use touchcal::estimate::Comparison;
-use touchcal::experiment::{PoseErrors, RmsAndMax};
+use touchcal::experiment::PoseErrors;
 use touchcal::io::estimate_file::RobotEntry;
 
 use super::Changes;
 use super::calibration::Calibration;
+use crate::command::rms_and_max::RmsAndMaxJson;
 use crate::failure::Failure;
 
 #[derive(Serialize)]
@@ -54,12 +55,6 @@ struct MotionJson {
     distance_mm: RmsAndMaxJson,
 }
 
-#[derive(Serialize)]
-struct RmsAndMaxJson {
-    rms: f64,
-    max: f64,
-}
-
 /// The comparison as JSON.
 pub fn of([earlier, later]: &[Calibration; 2], changes: &Changes) -> Result<String, Failure> {
     let json = ComparisonJson {
@@ -94,16 +89,15 @@ fn changes_json(found: &Comparison) -> ChangesJson<'_> {
         p_value: found.p_value,
         statistic: found.statistic,
         degrees_of_freedom: found.degrees_of_freedom,
-        only_in_one: &found.alone,
+        only_in_one: &found.only_in_one,
         parameters: parameters.collect(),
     }
 }
 
 fn motion(found: &PoseErrors) -> MotionJson {
-    let scaled = |of: RmsAndMax, factor: f64| RmsAndMaxJson { rms: factor * of.rms, max: factor * of.max };
     MotionJson {
-        position_mm: scaled(found.position, 1e3),
-        angle_deg: scaled(found.angle, 1f64.to_degrees()),
-        distance_mm: scaled(found.distance, 1e3),
+        position_mm: RmsAndMaxJson::new(found.position, 1e3),
+        angle_deg: RmsAndMaxJson::new(found.angle, 1f64.to_degrees()),
+        distance_mm: RmsAndMaxJson::new(found.distance, 1e3),
     }
 }

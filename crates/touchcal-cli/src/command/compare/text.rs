@@ -64,10 +64,10 @@ fn of_tool(tool: Option<&Comparison>) -> String {
 }
 
 fn only_in_one(arm: &Comparison) -> String {
-    if arm.alone.is_empty() {
+    if arm.only_in_one.is_empty() {
         return String::new();
     }
-    let names = list_shortened(&arm.alone);
+    let names = list_shortened(&arm.only_in_one);
     let words = format!(
         "only one calibration estimates {names}: what that one finds there, the other finds elsewhere, and both then differ without a change of the arm"
     );
@@ -114,7 +114,7 @@ fn table<'a>(changes: impl Iterator<Item = &'a ParameterChange>, calibration: &C
     for change in changes.iter().take(shown) {
         let entry = calibration.file.parameters.iter().find(|entry| entry.name == change.name);
         let unit = entry.and_then(|entry| Unit::from_symbol(&entry.unit)).unwrap_or(Unit::One);
-        let (factor, symbol, decimals) = unit.for_people();
+        let (factor, symbol, decimals) = unit.in_user_units();
         let [earlier, later] = change.values.map(|value| factor * value);
         table.row([
             change.name.clone(),

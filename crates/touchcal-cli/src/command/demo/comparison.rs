@@ -32,7 +32,7 @@ fn parameters(truth: &Truth, estimate: &Estimate) -> String {
     let mut table = Table::new(["parameter", "true", "start", "estimate", "± sigma", "error", "unit"]);
     for entry in &estimate.parameters {
         let Some(truth) = truth(entry.parameter.id) else { continue };
-        let (factor, unit, decimals) = entry.parameter.unit.for_people();
+        let (factor, unit, decimals) = entry.parameter.unit.in_user_units();
         let sigma = entry.sigma.map_or("-".to_owned(), |sigma| format!("{:.decimals$}", factor * sigma));
         table.row([
             entry.parameter.name.clone(),

@@ -3,9 +3,10 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
+use crate::command::rms_and_max::RmsAndMaxJson;
 use serde::Serialize;
 use touchcal::estimate::{CommonStrain, Contradiction, Evaluation, Fixture, FixtureDistance, Score};
-use touchcal::experiment::{PoseErrors, RmsAndMax};
+use touchcal::experiment::PoseErrors;
 use touchcal::io::calibration_folder::stats;
 use touchcal::io::estimate_file::{ResidualStats, ScatterEntry, Severity, WarningEntry};
 
@@ -43,24 +44,17 @@ struct PoseErrorsJson {
     distance_mm: RmsAndMaxJson,
 }
 
-#[derive(Serialize)]
-struct RmsAndMaxJson {
-    rms: f64,
-    max: f64,
-}
-
 impl TruthJson {
     /// Of the nominal and the given arm.
     pub fn new([nominal, given]: &[PoseErrors; 2]) -> Self {
         let entry = |errors: &PoseErrors| {
-            let scaled = |of: RmsAndMax, factor: f64| RmsAndMaxJson { rms: factor * of.rms, max: factor * of.max };
             let (mm, deg) = (1e3, 1f64.to_degrees());
             PoseErrorsJson {
-                position_mm: scaled(errors.position, mm),
-                angle_deg: scaled(errors.angle, deg),
-                aligned_position_mm: scaled(errors.aligned_position, mm),
-                aligned_angle_deg: scaled(errors.aligned_angle, deg),
-                distance_mm: scaled(errors.distance, mm),
+                position_mm: RmsAndMaxJson::new(errors.position, mm),
+                angle_deg: RmsAndMaxJson::new(errors.angle, deg),
+                aligned_position_mm: RmsAndMaxJson::new(errors.aligned_position, mm),
+                aligned_angle_deg: RmsAndMaxJson::new(errors.aligned_angle, deg),
+                distance_mm: RmsAndMaxJson::new(errors.distance, mm),
             }
         };
         TruthJson { nominal: entry(nominal), given: entry(given) }

@@ -51,8 +51,7 @@ impl RobotEntry {
 
     /// Whether both are the same chain of the same kinematics, whatever its name.
     pub fn is_same_arm(&self, other: &RobotEntry) -> bool {
-        let chain = |entry: &RobotEntry| (entry.base.clone(), entry.tip.clone(), entry.sha256.clone());
-        chain(self) == chain(other)
+        self.base == other.base && self.tip == other.tip && self.sha256 == other.sha256
     }
 
     /// Name and fingerprint for a message.
