@@ -21,7 +21,7 @@ def tables(_options):
     errors, coverage = [], []
     for profile, words in PROFILES.items():
         trials, inside, of = (reports[profile][name] for name in ("trials", "inside", "of"))
-        for quantity in ("joint offsets (°)", "strain"):
+        for quantity in ("encoder offsets (°)", "strain"):
             found = reports[f"{profile}, {quantity}"]
             figures = {name: number(found[name]) for name in ("mean", "q75", "q99", "max")}
             what = f"{words}: {quantity}, {trials:.0f} {'trial' if trials == 1 else 'trials'}"

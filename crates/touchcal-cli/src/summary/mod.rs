@@ -69,7 +69,7 @@ impl Calibration<'_> {
             self.acceptance(),
             self.notes(),
             "\n".to_owned(),
-            "Distance from touching (mm)\n".to_owned(),
+            "Distance from contact (mm)\n".to_owned(),
             residuals(&problem.fixtures, &scores),
             parameters(&lines, detail),
             identifiability(&estimate.identifiability, &estimate.parameters, detail),
@@ -293,7 +293,7 @@ pub fn identifiability(found: &Identifiability, parameters: &[ParameterEstimate]
         format!("  - {}\n{}", null.description, null.remedy.as_ref().map_or_else(String::new, remedy))
     };
     let each: String = null.iter().map(line).collect();
-    format!("{head}Unobservable directions (the data add less than the prior):\n{each}\n")
+    format!("{head}Directions that are not identifiable (the data add less than the prior):\n{each}\n")
 }
 
 /// Numbers of directions by the parameters that take part.

@@ -155,26 +155,25 @@ impl Parameter {
         self.prior.sigma()
     }
 
-    /// The parameter in English words for messages, for example "the offset of joint_a1" or "the
-    /// yaw of fixture hole". Joint and fixture are taken from the name, the rest from the id.
+    /// The parameter in English words for messages, for example "the encoder offset of joint_a1" or
+    /// "the rz of fixture hole". Joint and fixture are taken from the name, the rest from the id.
     pub fn description(&self) -> String {
-        const COMPONENTS: [&str; 6] = ["x", "y", "z", "roll", "pitch", "yaw"];
         let rest = self.name.split_once('.').map_or(self.name.as_str(), |(_, rest)| rest);
         let owner = rest.rsplit_once('.').map_or(rest, |(owner, _)| owner);
         match self.id {
             ParameterId::Kinematic(parameter) => match parameter {
-                KinematicParameter::Strain => "the common strain".to_owned(),
-                KinematicParameter::SegmentStrain(_) => format!("the strain of segment {rest}"),
-                KinematicParameter::JointOffset(_) => format!("the offset of {rest}"),
-                KinematicParameter::JointOrigin(_, k) => format!("the origin {} of {owner}", COMPONENTS[k.min(5)]),
+                KinematicParameter::Strain => "the link strain".to_owned(),
+                KinematicParameter::SegmentStrain(_) => format!("the link strain of segment {rest}"),
+                KinematicParameter::JointOffset(_) => format!("the encoder offset of {rest}"),
+                KinematicParameter::JointOrigin(_, k) => format!("the origin {} of {owner}", TWIST_NAMES[k.min(5)]),
                 KinematicParameter::JointCompliance(_) => format!("the compliance of {rest}"),
-                KinematicParameter::Tool(k) => format!("the tool's {}", COMPONENTS[k.min(5)]),
+                KinematicParameter::Tool(k) => format!("the tool's {}", TWIST_NAMES[k.min(5)]),
             },
-            ParameterId::JointDrift(..) => format!("the drift of {rest}"),
-            ParameterId::JointTrend(_) => format!("the trend of {rest}"),
-            ParameterId::JointWalk(..) => format!("the walk of {owner}"),
-            ParameterId::JointHarmonic(..) => format!("the harmonic of {owner}"),
-            ParameterId::Fixture(_, k) => format!("the {} of fixture {owner}", COMPONENTS[k.min(5)]),
+            ParameterId::JointDrift(..) => format!("the encoder drift of {rest}"),
+            ParameterId::JointTrend(_) => format!("the encoder trend of {rest}"),
+            ParameterId::JointWalk(..) => format!("the encoder walk of {owner}"),
+            ParameterId::JointHarmonic(..) => format!("the encoder harmonic of {owner}"),
+            ParameterId::Fixture(_, k) => format!("the {} of fixture {owner}", TWIST_NAMES[k.min(5)]),
             ParameterId::GapBias(_) => format!("the gap bias of fixture {rest}"),
             ParameterId::DirectionalGapBias(_, k) => {
                 format!("the gap bias of fixture {owner} towards {}", DIRECTION_NAMES[k.min(5)])

@@ -10,7 +10,7 @@ use crate::support::{report, solve};
 /// A depth that is off by its standard deviation, ten times the noise: each estimate changes by no
 /// more than its standard deviation. In one direction contacts hardly tell what they touch, and the
 /// information of complete data is much larger than the observed information; a search that ends by
-/// the information of complete data changes joint offsets by five standard deviations.
+/// the information of complete data changes encoder offsets by five standard deviations.
 #[test]
 fn a_depth_that_is_off_moves_estimates_by_no_more_than_they_allow() {
     const OFF: f64 = 0.02e-3;

@@ -1,17 +1,19 @@
 //! The reference of `problem.toml` and `scenario.toml` in the guide, and their JSON Schemas: made
 //! of the types that are read and their comments. `TOUCHCAL_UPDATE=1 cargo test` writes them anew.
 
+mod defaults;
 mod json_schema;
 mod keys;
 mod page;
 
 use std::path::Path;
 
-use keys::Keys;
+use keys::{Keys, Value};
+use touchcal::io::{problem_file, scenario_file};
 
 const FILES: [(&str, &str, &str, &str); 2] = [
-    ("problem.toml", "ProblemToml", "src/io/problem/problem.schema.json", touchcal::io::problem_file::JSON_SCHEMA),
-    ("scenario.toml", "ScenarioToml", "src/io/scenario/scenario.schema.json", touchcal::io::scenario_file::JSON_SCHEMA),
+    ("problem.toml", "ProblemToml", "src/io/problem/problem.schema.json", problem_file::JSON_SCHEMA),
+    ("scenario.toml", "ScenarioToml", "src/io/scenario/scenario.schema.json", scenario_file::JSON_SCHEMA),
 ];
 
 #[track_caller]
@@ -59,6 +61,43 @@ fn each_key_is_explained() {
     }
 }
 
+/// Texts that must be among some names: the reference has the names that the readers' errors list.
+#[test]
+fn names_are_those_that_the_readers_expect() {
+    let keys = Keys::read();
+    let corpus = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fuzz/corpus");
+    for (table, key, file, before) in [
+        ("RobotToml", "builtin", "problem/good.toml", "builtin = \"iiwa14\""),
+        ("ToolToml", "builtin", "problem/good.toml", "builtin = \"extrusion25\""),
+        ("FixtureToml", "builtin", "problem/good.toml", "outline_offset_mm = 0.5"),
+        ("EstimateToml", "parameters", "problem/good.toml", "parameters = [\"joint_offset\"]"),
+        ("EstimateToml", "method", "problem/good.toml", "loss = \"geman_mcclure\""),
+        ("ScenarioToml", "preset", "scenario/good.toml", "schema = 1"),
+        ("ErrorsToml", "distribution", "scenario/good.toml", "distribution = \"uniform\""),
+        ("TouchToml", "builtin", "scenario/good.toml", "outline_offset_mm = 0.5"),
+    ] {
+        let key = keys.of(table).iter().find(|found| found.name == key).unwrap();
+        let (names, wrong) = match &key.value {
+            Value::OneOf(names) => (names, format!("{} = \"none\"", key.name)),
+            Value::List(inner, None) => match &**inner {
+                Value::OneOf(names) => (names, format!("{} = [\"none\"]", key.name)),
+                other => panic!("{other:?}"),
+            },
+            other => panic!("{other:?}"),
+        };
+        let text = std::fs::read_to_string(corpus.join(file)).unwrap();
+        assert!(text.contains(before), "{file}: {before}");
+        let (text, folder) = (text.replacen(before, &wrong, 1), corpus.join("problem"));
+        let refusal = match file.starts_with("problem") {
+            true => problem_file::read(&text, file, &folder).err().unwrap().to_string(),
+            false => scenario_file::read(&text, file, &folder).err().unwrap().to_string(),
+        };
+        let expected = refusal.split("expected ").nth(1).and_then(|text| text.split(", found").next()).unwrap();
+        let listed: Vec<&str> = expected.split('`').skip(1).step_by(2).collect();
+        assert_eq!(&listed, names, "{table}.{}: {refusal}", key.name);
+    }
+}
+
 /// Files that are read fit the schemas, and files that are refused for a key or the type of a value
 /// do not.
 #[test]
@@ -66,7 +105,7 @@ fn schemas_accept_what_is_read() {
     let keys = Keys::read();
     let fits = |root: &str, text: &str| {
         let value = toml::Value::Table(toml::from_str(text).unwrap());
-        json_schema::accepts(&keys, &keys::Value::Table(root.to_owned()), &value)
+        json_schema::accepts(&keys, &Value::Table(root.to_owned()), &value)
     };
     let corpus = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../fuzz/corpus");
     for (root, file) in [

@@ -162,7 +162,7 @@ fn the_page_contains_the_estimate() {
         each.iter().find(|entry| entry["name"] == name).unwrap().clone()
     };
     let held = of("joint_offset.joint_a1")["undetermined"].as_str().unwrap().to_owned();
-    assert!(held.starts_with("fixed at zero: the offset of joint_a1 cannot be told from"), "{held}");
+    assert!(held.starts_with("fixed at zero: the encoder offset of joint_a1 cannot be told from"), "{held}");
     assert!(of("joint_offset.joint_a2")["undetermined"].is_null());
     let correlation = content["parameters"]["correlation"].as_array().unwrap();
     assert!(correlation.iter().enumerate().all(|(i, row)| floats(row).len() == i));

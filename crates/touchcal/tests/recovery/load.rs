@@ -37,7 +37,7 @@ fn errors(estimate: &Estimate, simulated: &SimulatedTrial) -> (DVector<f64>, DMa
     (DVector::from_iterator(arm.len(), arm.iter().map(error)), covariance)
 }
 
-/// Mean error of the joint offsets (rad).
+/// Mean error of the encoder offsets (rad).
 fn offset_error(estimate: &Estimate, simulated: &SimulatedTrial) -> f64 {
     let offsets = estimate.parameters.iter().filter(|p| p.parameter.id.block() == Block::JointOffset);
     let each: Vec<f64> = offsets.map(|p| (p.value - simulated.truth.value(p.parameter.id)).abs()).collect();

@@ -49,7 +49,7 @@ fn one_free_socket_determines_neither_scale_nor_base_joint() {
     for name in ["strain", "joint_offset.joint_a1"] {
         assert!(makes_no_claim(&estimate, name), "{name}: {:?}", estimate.parameter(name));
     }
-    assert!(words(&estimate).contains("offset of joint_a1"), "{}", words(&estimate));
+    assert!(words(&estimate).contains("encoder offset of joint_a1"), "{}", words(&estimate));
 }
 
 #[test]
@@ -62,7 +62,7 @@ fn hole_and_base_joint_cannot_both_be_found() {
     assert!(makes_no_claim(&estimate, "fixture.hole.rz"), "{:?}", estimate.parameter("fixture.hole.rz"));
     assert_eq!(estimate.parameter("joint_offset.joint_a1").map(|p| p.value), Some(0.0), "held at zero");
     let words = words(&estimate);
-    assert!(words.contains("offset of joint_a1") && words.contains("yaw of fixture hole"), "{words}");
+    assert!(words.contains("encoder offset of joint_a1") && words.contains("rz of fixture hole"), "{words}");
     assert!(estimate.warnings.iter().any(|warning| matches!(warning, Warning::Unobservable { .. })));
     // What can be told is still right.
     for (estimated, truth) in estimate.parameters[2..8].iter().zip(&truth.offset[1..]) {

@@ -48,7 +48,7 @@ fn errors(profile: &str, limits: Limits) -> Errors {
     }
     let parameters = offset.len() + strain.len();
     let (offset, strain) = (spread(offset), spread(strain));
-    report(&format!("{profile}, joint offsets (°)"), &[offset.as_slice(), &[("limit", limits.offset)]].concat());
+    report(&format!("{profile}, encoder offsets (°)"), &[offset.as_slice(), &[("limit", limits.offset)]].concat());
     report(&format!("{profile}, strain"), &[strain.as_slice(), &[("limit", limits.strain)]].concat());
     let count = |name, count: usize| (name, count as f64);
     report(profile, &[count("trials", trials.len()), count("inside", inside), count("of", parameters)]);

@@ -48,7 +48,7 @@ fn parameters(truth: &Truth, estimate: &Estimate) -> String {
     let errors: Vec<f64> =
         errors.filter_map(|entry| Some((entry.value - truth(entry.parameter.id)?).abs().to_degrees())).collect();
     let mean = errors.iter().sum::<f64>() / errors.len().max(1) as f64;
-    format!("{table}  mean absolute error of the joint offsets: {mean:.4} deg\n")
+    format!("{table}  mean absolute error of the encoder offsets: {mean:.4} deg\n")
 }
 
 /// How far the tool is from where an arm's model puts it, at the same encoder readings.

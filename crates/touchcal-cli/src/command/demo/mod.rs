@@ -29,7 +29,7 @@ pub fn run(args: &DemoArgs) -> Result<Outcome, Failure> {
     calibration_folder::write(&args.out, &loaded, &solved, &written, &Wanted::default())?;
     let text = [
         comparison::text(&file.scenario.robot, &simulated.truth, args.seed, &loaded.problem, estimate),
-        "Distance from touching (mm)\n".to_owned(),
+        "Distance from contact (mm)\n".to_owned(),
         summary::residuals(&loaded.problem.fixtures, &[("before", prefit), ("after", &estimate.postfit)]),
         next(&args.out),
     ];

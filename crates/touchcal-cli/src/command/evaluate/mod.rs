@@ -96,7 +96,7 @@ impl Report<'_> {
 
     fn text(&self) -> String {
         let (title, score) = (self.urdf.display(), &self.evaluation.score);
-        let title = format!("Score of {title} on {} contacts (distance from touching, mm)\n", score.all.count);
+        let title = format!("Score of {title} on {} contacts (distance from contact, mm)\n", score.all.count);
         let scores = residuals(self.fixtures, &[("nominal", &self.nominal), ("given", score)]);
         let tool_errors = self.tool_errors.as_ref().map_or_else(String::new, truth::text);
         title + &scores + &tool_errors + &evaluation(self.fixtures, &self.evaluation, self.is_calibrated)

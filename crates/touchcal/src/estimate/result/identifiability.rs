@@ -4,8 +4,8 @@
 /// changes no contact by more than its noise.
 #[derive(Clone, Debug, PartialEq)]
 pub struct NullDirection {
-    /// The direction in words: "the offset of joint_a1 cannot be told from the yaw of fixture
-    /// hole".
+    /// The direction in words: "the encoder offset of joint_a1 cannot be told from the rz of
+    /// fixture hole".
     pub description: String,
     /// What would determine it besides other contacts, in words: "smaller standard deviations of
     /// the tool's place"; `None` where nothing that is declared takes part.

@@ -306,8 +306,7 @@ impl Warning {
         }
     }
 
-    /// The defect in one English sentence without a full stop, lengths in mm and angles in degrees;
-    /// an implausible value is in its parameter's unit (SI).
+    /// The defect in one English sentence without a full stop, lengths in mm and angles in degrees.
     pub fn message(&self) -> String {
         let mm = |metres: &f64| 1e3 * metres;
         match self {

@@ -106,8 +106,24 @@ fn key(field: &Field, choices: &BTreeMap<String, Vec<String>>) -> Key {
         Some((meaning, default)) => (meaning.to_owned(), Some(default.trim_end_matches('.').to_owned())),
         None => (documented, None),
     };
+    let (meaning, value) = match meaning.split_once(" One of: ") {
+        Some((meaning, names)) => (meaning.to_owned(), one_of(names, value)),
+        None => (meaning, value),
+    };
     let is_required = !is_optional && !has_default;
     Key { name: field.ident.as_ref().unwrap().to_string(), value, is_required, is_table, meaning, default, example }
+}
+
+/// A text, or a list of texts, that must be among names written as "`a`, `b`.".
+fn one_of(names: &str, value: Value) -> Value {
+    let names = names.trim_end_matches('.').split(", ").map(|name| name.trim_matches('`').to_owned());
+    match value {
+        Value::Text => Value::OneOf(names.collect()),
+        Value::List(inner, length) if *inner == Value::Text => {
+            Value::List(Box::new(Value::OneOf(names.collect())), length)
+        }
+        other => panic!("{other:?} cannot be one of some names"),
+    }
 }
 
 /// What a type stands for, and whether it may be left out.

@@ -14,8 +14,9 @@ pub(super) struct ScenarioToml {
     /// Version of the format. Without it: 1.
     /// Example: `schema = 1`
     pub(super) schema: Option<Spanned<i64>>,
-    /// Built-in scenario from which all is taken that the file leaves out. Without it: `paper`,
-    /// with an arm without errors.
+    /// Built-in scenario from which all is taken that the file leaves out. One of: `paper`,
+    /// `leo_aluminium`, `leo_cfrp`, `workcell`, `mukca`. Without it: `paper`, with an arm without
+    /// errors.
     /// Example: `preset = "workcell"`
     pub(super) preset: Option<Text>,
     /// Number of contacts with each fixture. Without it: as in the preset.
@@ -59,9 +60,9 @@ pub(super) struct ScenarioToml {
 #[derive(Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(super) struct ErrorsToml {
-    /// Distribution from which errors are drawn: `sign` (plus or minus the size), `uniform`
-    /// (between these) or `normal` (the size is the standard deviation). Without it: as in the
-    /// preset, `uniform` without one.
+    /// Distribution from which errors are drawn: plus or minus the size, uniformly between these,
+    /// or with the size as standard deviation. One of: `sign`, `uniform`, `normal`. Without it: as
+    /// in the preset, `uniform` without one.
     /// Example: `distribution = "normal"`
     pub(super) distribution: Option<Text>,
     /// Size of the strain common to all links. Without it: as in the preset, 0 without one.
@@ -83,11 +84,11 @@ pub(super) struct ErrorsToml {
     /// Example: `origin_deg = 0.1`
     pub(super) origin_deg: Option<Number>,
     /// Size of the rotation of a joint's origin about its axis. Without it: as in the preset, 0
-    /// without one, 0 without one.
+    /// without one.
     /// Example: `origin_zero_deg = 0.5`
     pub(super) origin_zero_deg: Option<Number>,
     /// Compliance of each turning joint under gravity and load; not drawn. Without it: as in the
-    /// preset.
+    /// preset, 0 without one.
     /// Example: `joint_compliance_rad_per_nm = 1e-5`
     pub(super) joint_compliance_rad_per_nm: Option<Number>,
 }
@@ -118,8 +119,8 @@ pub(super) struct TouchToml {
     /// side. Without it: the hole's own section is required.
     /// Example: `outline_offset_mm = 0.5`
     pub(super) outline_offset_mm: Option<Number>,
-    /// Instead of a drawing: the built-in section `extrusion25`. Without it: that of the peg,
-    /// larger by `outline_offset_mm`.
+    /// Instead of a drawing: a built-in section. One of: `extrusion25`. Without it: that of the
+    /// peg, larger by `outline_offset_mm`.
     /// Example: `builtin = "extrusion25"`
     pub(super) builtin: Option<Text>,
     /// Refused: meshes are not simulated. Without it: none.

@@ -134,9 +134,9 @@ pub(crate) enum UnseenEffectsToml {
 #[derive(Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct EstimateToml {
-    /// Blocks of parameters to estimate: `strain`, `segment_strain`, `joint_offset`,
-    /// `joint_origin`, `joint_drift`, `joint_trend`, `joint_walk`, `joint_harmonic`,
-    /// `joint_compliance`, `tool`, `fixture`.
+    /// Blocks of parameters to estimate. One of: `strain`, `segment_strain`, `joint_offset`,
+    /// `joint_origin`, `joint_compliance`, `joint_drift`, `joint_trend`, `joint_walk`,
+    /// `joint_harmonic`, `tool`, `fixture`.
     /// Example: `parameters = ["strain", "joint_offset"]`
     pub(crate) parameters: Vec<Text>,
     /// Robust loss of a contact. Without it: geman_mcclure.
@@ -156,8 +156,9 @@ pub(crate) struct EstimateToml {
     /// Example: `prior = { strain = 0.001 }`
     #[serde(default)]
     pub(crate) prior: PriorToml,
-    /// Method: `levenberg_marquardt`, or `gradient_descent` on the mean absolute distances of
-    /// contacts. Without it: levenberg_marquardt.
+    /// How the estimate is found; gradient descent minimizes the mean absolute distances of
+    /// contacts. One of: `levenberg_marquardt`, `gradient_descent`. Without it:
+    /// levenberg_marquardt.
     /// Example: `method = "gradient_descent"`
     pub(crate) method: Option<Text>,
     /// Whether intervals allow for errors of the arm that are not estimated and that contacts would

@@ -92,7 +92,8 @@ pub(crate) struct RobotToml {
     /// URDF file of the nominal arm. Without it: `builtin` is required.
     /// Example: `urdf = "robot.urdf"`
     pub(crate) urdf: Option<Text>,
-    /// Instead of a file: a built-in arm, `iiwa14` or `panda`. Without it: `urdf` is required.
+    /// Instead of a file: a built-in arm. One of: `iiwa14`, `panda`. Without it: `urdf` is
+    /// required.
     /// Example: `builtin = "iiwa14"`
     pub(crate) builtin: Option<Text>,
     /// Link where the chain begins. Without it: the only link that is no joint's child.

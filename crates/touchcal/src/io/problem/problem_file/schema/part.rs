@@ -72,8 +72,8 @@ pub(crate) struct ToolToml {
     /// Unit of a drawing that does not state it. Without it: as the drawing states.
     /// Example: `outline_unit = "mm"`
     pub(crate) outline_unit: Option<Spanned<LengthUnitToml>>,
-    /// Instead of a drawing: the built-in section `extrusion25`. Without it: `outline` or `mesh` is
-    /// required for a peg.
+    /// Instead of a drawing: a built-in section. One of: `extrusion25`. Without it: `outline` or
+    /// `mesh` is required for a peg.
     /// Example: `builtin = "extrusion25"`
     pub(crate) builtin: Option<Text>,
     /// Instead of a section: the peg as a closed mesh (STL or OBJ), at most 20,000 triangles.
@@ -94,12 +94,13 @@ pub(crate) struct ToolToml {
     /// Example: `radius_mm = 10`
     pub(crate) radius_mm: Option<Number>,
     /// Standard deviation of each component of the tool's position on the tip link; not with
-    /// `free`. Without it: 0.3; no prior if `tool` is among the parameters and nothing is declared
-    /// of its pose.
+    /// `free`. Without it: 0.3, in `scenario.toml` 0; no prior if `tool` is among the parameters
+    /// and nothing is declared of its pose.
     /// Example: `sigma_mm = 0.1`
     pub(crate) sigma_mm: Option<Number>,
-    /// Standard deviation of each component of its rotation; not with `free`. Without it: 0.2; no
-    /// prior if `tool` is among the parameters and nothing is declared of its pose.
+    /// Standard deviation of each component of its rotation; not with `free`. Without it: 0.2, in
+    /// `scenario.toml` 0; no prior if `tool` is among the parameters and nothing is declared of its
+    /// pose.
     /// Example: `sigma_deg = 0.05`
     pub(crate) sigma_deg: Option<Number>,
     /// Whether the tool's pose has no prior; its nominal pose is where the search starts. Without
@@ -164,8 +165,8 @@ pub(crate) struct FixtureToml {
     /// side. Without it: the hole's own section or mesh is required.
     /// Example: `outline_offset_mm = 0.5`
     pub(crate) outline_offset_mm: Option<Number>,
-    /// Instead of a drawing: the built-in section `extrusion25`. Without it: that of the peg,
-    /// larger by `outline_offset_mm`.
+    /// Instead of a drawing: a built-in section. One of: `extrusion25`. Without it: that of the
+    /// peg, larger by `outline_offset_mm`.
     /// Example: `builtin = "extrusion25"`
     pub(crate) builtin: Option<Text>,
     /// Instead of a section: the body around the hole as a closed mesh (STL or OBJ), where the tool
