@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Opens reports in headless Chromium: they draw without complaint, load nothing, fit the window, and look as they did.
+"""Opens reports in headless Chromium: they draw without complaint, load nothing, fit the window and the paper, and look as they did.
 
     scripts/check_report.py TOUCHCAL [--keep FOLDER]
 
@@ -10,7 +10,9 @@ With --keep the reports and full pictures stay in FOLDER.
 """
 
 import argparse
+import csv
 import os
+import re
 import statistics
 import subprocess
 import sys
@@ -24,11 +26,14 @@ enter("browser")
 
 from PIL import Image, ImageChops  # noqa: E402
 
+import report_layout  # noqa: E402
 from browser import Browser  # noqa: E402
 
 GOLDEN = Path(__file__).resolve().parent / "report_golden"
 FONT = "DejaVu Sans"
-DESKTOP, PHONE = (1280, 800), (390, 844)
+DESKTOP, PHONE, TABLET, WIDE = (1280, 800), (390, 844), (768, 1024), (1920, 1080)
+# What is between the margins of a sheet of A4 (px), and most sheets of a report of seven joints.
+PAPER, MOST_SHEETS = (718, 1047), 8
 # Pictures are compared at this share of their size; of their pixels so many may differ, by more than so much in a channel of 255.
 SCALE = {DESKTOP: 0.16, PHONE: 0.23}
 ARM_SCALE = 0.3
@@ -65,7 +70,13 @@ def reports(touchcal, folder):
         run("calibrate", f"demo/{name}.toml", "--out", name, code=code)
     (folder / "sockets.toml").write_text(mukca.problem("panda_1"))
     run("calibrate", "sockets.toml", "--out", "sockets")
-    return {name: folder / name / "report.html" for name in ("demo", "demo_10000", "sockets", *variants)}
+    paths = {name: folder / name / "report.html" for name in ("demo", "demo_10000", "sockets", *variants)}
+    for name, problem, truth in (("demo", "demo/problem.toml", ["--truth", "demo/truth.json"]), ("sockets", "sockets.toml", [])):
+        of_calibration = ["--urdf", f"{name}/calibrated.urdf", "--estimate", f"{name}/estimate.json"]
+        paths[f"evaluation_{name}"] = folder / f"evaluation_{name}" / "page.html"
+        paths[f"evaluation_{name}"].parent.mkdir()
+        run("evaluate", problem, *of_calibration, *truth, "--report", paths[f"evaluation_{name}"])
+    return paths
 
 
 def check(holds, complaint):
@@ -119,11 +130,74 @@ def arm_is_drawn_and_turns(browser, name):
         page.keyboard.press("ArrowLeft")
     keyed = arm(browser)
     check(different(dragged, keyed) > 0.005, f"{name}: the arrow keys do not turn the arm")
+    moves_by_keys_alone(page, name)
     off = page.evaluate(
         "Math.max(...data.scene.q.map((q, k) => origin(frames(data.scene.calibrated, q).tool).distanceTo(new three.Vector3(...data.scene.after[k]))))"
     )
     check(off < KINEMATICS_M, f"{name}: the arm is drawn {off} m beside its contacts")
     print(f"{name}: {100 * drawn:.0f} % of the picture in space is drawn, it turns, its tool is within {1e6 * off:.2f} µm of the contacts")
+
+
+def moves_by_keys_alone(page, name):
+    """From the control before it, Tab reaches the view in space, whose keys its label names; each moves the camera."""
+    page.locator("#arm-controls input[type=range]").focus()
+    page.keyboard.press("Tab")
+    label = page.evaluate("document.activeElement.matches('#arm canvas') ? document.activeElement.ariaLabel : ''")
+    check(all(word in label for word in ("Arrow keys", "plus", "minus", "0")), f"{name}: Tab leads to no view that names its keys, but to {label!r}")
+    page.evaluate("(() => { window.rendered = []; const { render } = ArmView.prototype; ArmView.prototype.render = function () { rendered.push(1); render.call(this); }; })()")
+    for key in ("ArrowLeft", "ArrowRight", "ArrowUp", "ArrowDown", "+", "-", "0"):
+        page.evaluate("rendered.length = 0")
+        page.keyboard.press(key)
+        check(page.evaluate("rendered.length") > 0, f"{name}: the key {key} does not move the view")
+
+
+def is_laid_out(browser, path, is_audited):
+    """At each width, light and dark, and on paper, labels lie apart and whole; axe-core finds nothing, if the page `is_audited`."""
+    name, page = path.parent.name, browser.open_report(path, DESKTOP)
+
+    def at(window, media="null", scheme="light"):
+        page.set_viewport_size({"width": window[0], "height": window[1]})
+        page.emulate_media(media=media, color_scheme=scheme)
+        browser.settle()
+        return f"{name} at {window[0]} px, {'on paper' if media == 'print' else scheme}"
+
+    for window in (PHONE, TABLET, DESKTOP, WIDE):
+        for scheme in ("light", "dark"):
+            where = at(window, scheme=scheme)
+            none_of(report_layout.complaints(page), where)
+    page.evaluate("dispatchEvent(new Event('beforeprint'))")
+    where = at(PAPER, media="print")
+    none_of(report_layout.complaints(page), where)
+    where = at(DESKTOP)
+    sheets = len(re.findall(rb"/Type\s*/Page\b", page.pdf(print_background=True)))
+    check(0 < sheets <= MOST_SHEETS, f"{where}: it prints on {sheets} sheets")
+    for window in (PHONE, DESKTOP) if is_audited else ():
+        for scheme in ("light", "dark"):
+            where = at(window, scheme=scheme)
+            none_of(report_layout.violations(page), where)
+    print(f"{name}: no label overlaps or is cut at any width, {sheets} sheets of paper{', axe-core finds nothing' if is_audited else ''}")
+
+
+def none_of(complaints, where):
+    check(not complaints, f"{where}: {'; '.join(complaints)}")
+
+
+def saves_tables(browser, path):
+    """What the buttons save is CSV with the page's numbers."""
+    page = open_report(browser, path, DESKTOP)
+    tables = {}
+    for button in page.locator("button.csv").all():
+        # Some are in what is folded.
+        with page.expect_download() as download:
+            button.dispatch_event("click")
+        text = Path(download.value.path()).read_text(encoding="utf-8-sig")
+        tables[download.value.suggested_filename] = list(csv.DictReader(text.splitlines()))
+    expected = page.evaluate("[data.parameters.each.length, data.contacts.drawn.index.length, data.fixtures.length]")
+    found = [len(tables.get(name, [])) for name in ("parameters.csv", "contacts.csv", "fixtures.csv")]
+    check(found == expected, f"tables of {expected} rows are saved as {found}")
+    value = page.evaluate("180 / Math.PI * data.parameters.each.find(({ name }) => name === 'joint_offset.joint_a2').value")
+    saved = next(row for row in tables["parameters.csv"] if row["parameter"] == "joint_offset.joint_a2")
+    check(abs(float(saved["value"]) - value) < 1e-9 and saved["unit"] == "deg", f"joint_a2 is saved as {saved}, not {value} deg")
 
 
 def looks_as_before(browser, path, window, dark, keep):
@@ -186,10 +260,9 @@ def main():
             for window in (DESKTOP, PHONE):
                 for dark in (False, True):
                     looks_as_before(browser, paths["demo"], window, dark, arguments.keep)
-            pdf = open_report(browser, paths["demo"], DESKTOP, dark=True).pdf(print_background=True)
-            check(pdf.startswith(b"%PDF"), "it does not print")
-            if arguments.keep:
-                (folder / "demo.pdf").write_bytes(pdf)
+            saves_tables(browser, paths["demo"])
+            for name in ("sockets", "contradicted", "evaluation_demo", "evaluation_sockets"):
+                is_laid_out(browser, paths[name], is_audited=name != "evaluation_demo")
 
 
 if __name__ == "__main__":

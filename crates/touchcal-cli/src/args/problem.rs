@@ -113,6 +113,9 @@ pub struct EvaluateArgs {
     /// is from where it truly is, across the workspace
     #[arg(long, value_name = "FILE")]
     pub truth: Option<PathBuf>,
+    /// Also write the scores as a page, to open in a browser
+    #[arg(long, value_name = "FILE.html")]
+    pub report: Option<PathBuf>,
     /// Replaced: the problem names the nominal URDF.
     #[arg(long, value_name = "FILE", hide = true, requires = "mukca", conflicts_with = "problem")]
     pub nominal: Option<PathBuf>,

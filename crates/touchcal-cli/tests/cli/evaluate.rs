@@ -42,6 +42,37 @@ fn held_out_contacts_are_as_the_calibration_predicts() {
     assert_eq!(found["scatter"]["per_fixture"].as_object().unwrap().len(), 6);
     assert_eq!(found["distances"].as_array().unwrap().len(), 3);
     assert_eq!(found["warnings"], serde_json::json!([]));
+    let shown = page(folder.path(), "check/problem.toml");
+    let expected = &found["scatter"]["all"];
+    assert_eq!(shown["all"]["scatter"]["ratio"], expected["ratio"]);
+    assert_eq!((&shown["agrees"], &shown["is_usable"]), (&true.into(), &true.into()));
+    let fixture = &shown["fixtures"][0];
+    let in_json = &found["per_fixture"][fixture["name"].as_str().unwrap()];
+    assert_eq!(1e3 * fixture["change"]["after"]["rms"].as_f64().unwrap(), in_json["rms_mm"].as_f64().unwrap());
+    assert_eq!((shown["fixtures"].as_array().unwrap().len(), shown["distances"].as_array().unwrap().len()), (6, 3));
+    assert_eq!(shown["distances"][0]["deviations"], found["distances"][0]["deviations"]);
+}
+
+/// The data of the page that `--report` writes.
+fn page(folder: &Path, problem: &str) -> serde_json::Value {
+    evaluated(folder, problem, &[&ESTIMATE[..], &["--report", "page.html"]].concat());
+    let page = std::fs::read_to_string(folder.join("page.html")).unwrap();
+    let data = page.split("id=\"data\">").nth(1).and_then(|rest| rest.split("</script").next()).unwrap();
+    serde_json::from_str(data).unwrap()
+}
+
+#[test]
+fn a_page_replaces_no_file_that_is_read() {
+    let folder = tempfile::tempdir().unwrap();
+    recorded_twice(folder.path());
+    touchcal(folder.path(), &["calibrate", "fit/problem.toml", "--out", "out"]).success();
+    let args = ["evaluate", "check/problem.toml", "--urdf", "out/calibrated.urdf", "--report"];
+    for read in ["check/problem.toml", "out/calibrated.urdf"] {
+        let before = std::fs::read(folder.path().join(read)).unwrap();
+        let refused = touchcal(folder.path(), &[&args[..], &[read]].concat()).failure();
+        assert!(stderr(&refused).contains(read), "{}", stderr(&refused));
+        assert_eq!(std::fs::read(folder.path().join(read)).unwrap(), before);
+    }
 }
 
 /// A spacing of 50 mm that was declared 50.3 mm when the arm was calibrated is seen by an

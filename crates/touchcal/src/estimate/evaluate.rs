@@ -33,6 +33,15 @@ pub fn contact_distances(problem: &Problem, values: &DVector<f64>) -> Vec<f64> {
     distances(&LinearizationPoint::new(&CalibrationModel::new(problem), values))
 }
 
+/// The residual (m) of each contact, of which [`contact_distances`] is the norm, in the order of
+/// the log: the first three rows of its manifold's residual, zero where it has fewer; of a point
+/// manifold the offset from the mean of that socket's contacts. Rows, signs and frames are those of
+/// [`ResidualKind`]. `values` are as there. Panics if a contact's fixture is not in
+/// [`Problem::fixtures`].
+pub fn contact_residuals(problem: &Problem, values: &DVector<f64>) -> Vec<Vector3<f64>> {
+    residuals(&LinearizationPoint::new(&CalibrationModel::new(problem), values))
+}
+
 /// Pose `fixture_from_tool` (m) of each contact with the fixture of index `fixture` in
 /// [`Problem::fixtures`], by the problem's arm as it is and the fixture's nominal pose, in the
 /// order of the log; empty if there is no such contact. Of a calibrated arm these are samples of
@@ -86,6 +95,11 @@ pub(super) fn score(point: &LinearizationPoint<'_>) -> Score {
 
 /// Distances (m) of all contacts, in the order of the log.
 fn distances(point: &LinearizationPoint<'_>) -> Vec<f64> {
+    residuals(point).iter().map(Vector3::norm).collect()
+}
+
+/// Residuals (m) of all contacts, in the order of the log, those with a point about their mean.
+fn residuals(point: &LinearizationPoint<'_>) -> Vec<Vector3<f64>> {
     let problem = point.model.problem;
     let each = (0..problem.contacts.len()).into_par_iter();
     let values: Vec<Vector3<f64>> = each.map_init(Residual::new, |rows, i| point.residual_vector(i, rows)).collect();
@@ -99,7 +113,7 @@ fn distances(point: &LinearizationPoint<'_>) -> Vec<f64> {
     }
     let centered = values.iter().enumerate().map(|(i, value)| {
         let (sum, count) = mean[problem.contacts.fixture(i)];
-        (value - sum / count.max(1) as f64).norm()
+        value - sum / count.max(1) as f64
     });
     centered.collect()
 }

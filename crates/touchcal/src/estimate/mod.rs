@@ -26,7 +26,7 @@ pub use crate::solver::{Loss, StopReason, Termination};
 pub use acceptance::acceptance;
 pub use calibrate::calibrate;
 pub use compare::{Comparison, ParameterChange, compare};
-pub use evaluate::{apply_estimated_places, contact_distances, contact_poses, evaluate};
+pub use evaluate::{apply_estimated_places, contact_distances, contact_poses, contact_residuals, evaluate};
 pub use free_effects::calibrate_with_freed_effects;
 pub use inspect::{Inspection, JointRange, inspect};
 pub(crate) use model::parameter_count;

@@ -26,7 +26,7 @@ pub enum Unit {
 
 impl Unit {
     /// All units.
-    const ALL: [Unit; 6] =
+    pub const ALL: [Unit; 6] =
         [Unit::Meter, Unit::Radian, Unit::RadianPerNewtonMeter, Unit::One, Unit::Newton, Unit::NewtonMeter];
 
     /// The unit with this [`symbol`](Unit::symbol).

@@ -37,12 +37,14 @@ class ArmView {
     this.host = host;
     this.model = data.scene.calibrated;
     this.points = data.scene.after;
+    this.is_compared = true;
+    this.exaggeration = exaggeration(0.08 * this.size);
     this.chosen = Math.floor(data.scene.q.length / 2);
     this.renderer = new three.WebGLRenderer({ antialias: true, alpha: true, preserveDrawingBuffer: true });
     this.canvas = this.renderer.domElement;
     this.canvas.tabIndex = 0;
     this.canvas.setAttribute("role", "img");
-    this.canvas.setAttribute("aria-label", "The arm, the parts and the contacts; arrow keys rotate, plus and minus zoom");
+    this.canvas.setAttribute("aria-label", "The arm, the parts and the contacts in space. Arrow keys rotate, plus and minus zoom, 0 shows the whole again.");
     host.append(this.canvas);
     this.world = new three.Scene();
     this.moved = new three.Group();
@@ -88,6 +90,7 @@ class ArmView {
     this.canvas.addEventListener("blur", () => (controls.enableZoom = false));
     const keys = { ArrowLeft: [-0.1, 0, 1], ArrowRight: [0.1, 0, 1], ArrowUp: [0, -0.1, 1], ArrowDown: [0, 0.1, 1], "+": [0, 0, 0.9], "=": [0, 0, 0.9], "-": [0, 0, 1 / 0.9] };
     this.canvas.addEventListener("keydown", (event) => {
+      if (event.key === "0") this.lookAt(null);
       const turn = keys[event.key];
       if (!turn) return;
       event.preventDefault();
@@ -132,6 +135,7 @@ class ArmView {
       this.still.add(shape);
       if (part.shape.kind !== "point") this.still.add(this.axes(matrix(part.base_from_fixture), 0.06));
     });
+    if (this.is_compared) this.addErrors();
     this.addContacts();
     this.pose(this.chosen);
   }
@@ -186,6 +190,43 @@ class ArmView {
     this.showScale?.(paint.ends);
   }
 
+  /** Arrows from where the nominal arm has the tool to where the calibrated one has it, in some of the contacts, exaggerated. */
+  addErrors() {
+    const { before, after } = data.scene, every = Math.ceil(after.length / 60);
+    const paint = new three.MeshLambertMaterial({ color: colour("--before") });
+    for (let k = 0; k < after.length; k += every) {
+      const to = new three.Vector3(...after[k]), from = to.clone().lerp(new three.Vector3(...before[k]), this.exaggeration);
+      const length = to.distanceTo(from), tip = Math.min(0.4 * length, 0.03 * this.size);
+      if (length < 1e-6) continue;
+      const along = to.clone().sub(from).normalize(), part = (shape, at) => {
+        const mesh = new three.Mesh(shape, paint);
+        mesh.position.copy(from).addScaledVector(along, at);
+        mesh.quaternion.setFromUnitVectors(new three.Vector3(0, 1, 0), along);
+        this.still.add(mesh);
+      };
+      part(new three.CylinderGeometry(0.0012 * this.size, 0.0012 * this.size, length - tip, 6), 0.5 * (length - tip));
+      part(new three.CylinderGeometry(0, 0.006 * this.size, tip, 10), length - 0.5 * tip);
+    }
+  }
+
+  /** The nominal arm beside the calibrated one, whose joints are at `places` and its tool at `tool`, as far off as the arrows say. */
+  addNominal(q, places, tool) {
+    const nominal = frames(data.scene.nominal, q), away = (place, of) => of.clone().lerp(place, this.exaggeration);
+    const ghost = [...nominal.joints.map((joint, k) => away(origin(joint.at), places[k])), away(origin(nominal.tool), tool)];
+    const paint = new three.MeshLambertMaterial({ color: colour("--before"), transparent: true, opacity: 0.45 });
+    ghost.slice(1).forEach((place, k) => {
+      const along = place.clone().sub(ghost[k]), length = along.length();
+      const ball = new three.Mesh(new three.SphereGeometry(0.011 * this.size, 16, 12), paint);
+      ball.position.copy(place);
+      this.moved.add(ball);
+      if (length < 1e-6) return;
+      const rod = new three.Mesh(new three.CylinderGeometry(0.008 * this.size, 0.008 * this.size, length, 12), paint);
+      rod.position.copy(ghost[k]).addScaledVector(along, 0.5);
+      rod.quaternion.setFromUnitVectors(new three.Vector3(0, 1, 0), along.normalize());
+      this.moved.add(rod);
+    });
+  }
+
   /** Puts the arm into contact k of those drawn. */
   pose(k) {
     this.chosen = k;
@@ -202,6 +243,7 @@ class ArmView {
       this.moved.add(mesh);
     };
     const places = joints.map((joint) => origin(joint.at));
+    if (this.is_compared) this.addNominal(q, places, origin(tool));
     // What holds the tool ends where the tool begins, or thinly at its frame.
     const begins = Math.max(0, ...data.scene.tools.map((shape) => (shape.kind === "prism" ? shape.to : 0)));
     rod(places.at(-1), new three.Vector3(0, 0, begins).applyMatrix4(tool), (begins ? 0.25 : 0.06) * thick, metal);
@@ -271,6 +313,16 @@ class ArmView {
   }
 }
 
+/** How much errors are enlarged, so that their median is at most `length` (m): 1, 2, 5 or these times a power of ten. */
+function exaggeration(length) {
+  const { before, after } = data.scene;
+  const errors = after.map((place, k) => Math.hypot(...place.map((value, axis) => value - before[k][axis])));
+  const wanted = length / Math.max(1e-6, quantile(errors, 0.5) ?? 1);
+  if (!(wanted > 1)) return 1;
+  const ten = 10 ** Math.floor(Math.log10(wanted));
+  return ten * [5, 2, 1].find((step) => step * ten <= wanted);
+}
+
 function showArm() {
   const host = byId("arm"), { drawn, every, used, rejected } = data.contacts;
   if (!data.scene.q.length) {
@@ -284,26 +336,27 @@ function showArm() {
   view.showScale = (found) => ends.forEach((end, k) => (end.textContent = mm(found[k], 2)));
   view.showScale(view.scale.ends);
 
-  const model = (name, checked) => {
+  const model = (name, words, checked) => {
     const input = el("input", { type: "radio", name: "model", value: name, checked: checked ? "" : null });
     input.addEventListener("change", () => {
-      view.model = data.scene[name];
+      view.is_compared = name === "both";
+      view.model = data.scene[name === "nominal" ? name : "calibrated"];
       view.points = name === "nominal" ? data.scene.before : data.scene.after;
       view.build();
     });
-    return el("label", {}, input, `${name} arm`);
+    return el("label", {}, input, words);
   };
   const turnTo = el("select", {}, el("option", { value: "" }, "everything"), ...data.fixtures.map(({ name }, f) => el("option", { value: f }, name)));
   turnTo.addEventListener("change", () => view.lookAt(turnTo.value === "" ? null : Number(turnTo.value)));
   const slider = el("input", { type: "range", min: 0, max: drawn.index.length - 1, "aria-label": "contact" });
   slider.addEventListener("input", () => view.pose(Number(slider.value)));
-  byId("arm-controls").append(model("calibrated", true), model("nominal", false), el("label", {}, "look at", turnTo), el("label", { class: "wide" }, "contact", slider));
+  byId("arm-controls").append(model("both", "both arms", true), model("calibrated", "calibrated", false), model("nominal", "nominal", false), el("label", {}, "look at", turnTo), el("label", { class: "wide" }, "contact", slider));
   view.tell = (k) => {
     slider.value = k;
     const at = { file: drawn.file[k], line: drawn.line[k] };
     byId("arm-note").textContent = `Contact ${drawn.index[k] + 1} (${place(at)}) with ${data.fixtures[drawn.fixture[k]].name}: ${mm(drawn.before[k])} from contact before, ${mm(drawn.after[k])} after`
       + `${drawn.rejected[k] ? ", rejected" : ""}. ` + (every > 1 ? `${drawn.index.length} of ${used + rejected} contacts are drawn. ` : "") + (rejected ? "Magenta: rejected. " : "")
-      + "Links are drawn as lines between joints.";
+      + (view.is_compared ? `Orange: the nominal arm, and arrows from where it has the tool to where the calibrated arm has it, ${view.exaggeration === 1 ? "to scale" : `errors enlarged ${view.exaggeration} times`}. ` : "") + "Links are drawn as lines between joints.";
   };
   view.tell(view.chosen);
 }

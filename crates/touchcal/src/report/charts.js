@@ -106,38 +106,121 @@ const charts = {
     const points = rows.flatMap(([row, each]) => each.map(([sigma, name]) => ({ row, sigma: 1e3 * sigma, name }))).filter((point) => point.sigma > 0);
     if (!points.length) return null;
     const middles = rows.map(([row, each]) => ({ row, sigma: 1e3 * quantile(each.map(([sigma]) => sigma), 0.5) })).filter((point) => point.sigma > 0);
-    return { width, height: 170, marginLeft: width < 500 ? 120 : 190, x: log("standard deviation (mm) →", points.map(({ sigma }) => sigma)), y: { label: null, domain: rows.map(([row]) => row), tickSize: 0, tickFormat: (row) => (width < 500 ? row.replace(", ", ",\n") : row) },
+    // Where on the axis, so that the words beside it stay in the chart.
+    const [low, high] = [Math.min, Math.max].map((end) => Math.log(end(...points.map(({ sigma }) => sigma))));
+    const share = (sigma) => (high > low ? (Math.log(sigma) - low) / (high - low) : 0);
+    return { width, height: 170, marginLeft: width < 560 ? 100 : 190, x: log("standard deviation (mm) →", points.map(({ sigma }) => sigma)), y: { label: null, domain: rows.map(([row]) => row), tickSize: 0, tickFormat: (row) => (width < 560 ? row.replace(/(, | (?=positions))/, (gap) => `${gap.trim()}\n`).replace("position in base,\n", "in base,\n") : row) },
       marks: [plot.dot(points, { x: "sigma", y: "row", fill: AFTER, fillOpacity: (point) => (point.name ? 1 : 0.15), r: 4, title: (point) => `${point.name ? `${point.name}: ` : ""}${significant(point.sigma)} mm` }),
-        plot.text(middles, { x: "sigma", y: "row", text: (point) => `median ${significant(point.sigma, 2)} mm`, dy: -15, fill: "var(--ink)" })] };
+        ...[["start", 0, 0.3], ["middle", 0.3, 0.7], ["end", 0.7, 2]].map(([textAnchor, from, to]) => plot.text(middles.filter(({ sigma }) => share(sigma) >= from && share(sigma) < to), { x: "sigma", y: "row", text: ({ sigma }) => `median ${significant(sigma, 2)} mm`, textAnchor, dy: -15, fill: "var(--ink)" }))] };
+  },
+
+  joints(width) {
+    const { q, calibrated } = data.scene, { drawn, every } = data.contacts;
+    const shown = residualRows()[rowOf()];
+    if (!shown) return null;
+    const which = drawn.index.flatMap((index, k) => (index % every === 0 && shown.of.has(data.fixtures[drawn.fixture[k]].residual) ? [k] : []));
+    const toMm = UNITS.m[0], residual = which.map((k) => toMm * drawn.residual[k][shown.row]);
+    if (!which.length) return null;
+    const [low, high] = [0.005, 0.995].map((share) => quantile(residual, share));
+    const reach = 1.08 * Math.max(Math.abs(low), Math.abs(high), 1e-6);
+    const across = Math.min(4, Math.max(1, Math.floor(width / 250))), thin = Math.ceil(which.length / 300);
+    const moving = calibrated.joints.filter(({ kind }) => kind !== "fixed");
+    return moving.map(({ name, kind }, j) => {
+      const [factor, symbol] = kind === "slides" ? UNITS.m : UNITS.rad;
+      const points = which.map((k, i) => ({ k, x: factor * q[k][j], y: residual[i] })).filter(({ y }) => Math.abs(y) <= reach);
+      return { width: Math.floor((width - 16 * (across - 1)) / across), height: 170, marginLeft: 50, marginRight: 10, marginTop: 24, x: { label: `${short(name)} (${symbol}) →`, ticks: 4, tickSize: 4 }, y: { label: j % across ? null : "↑ residual (mm)", domain: [-reach, reach], grid: true, ticks: 4, tickSize: 4, tickFormat: (value) => significant(value, 2) },
+        marks: [plot.ruleY([0], { stroke: SOFT }), plot.dot(points.filter((_, i) => i % thin === 0), { x: "x", y: "y", fill: AFTER, fillOpacity: 0.4, r: 1.5, title: ({ k }) => place({ file: drawn.file[k], line: drawn.line[k] }) }),
+          plot.line(means(points), { x: "x", y: "y", stroke: "var(--ink)", strokeWidth: 1.8 })] };
+    });
+  },
+
+  map(width) {
+    if (!data.uncertainty) return null;
+    const [toMm] = UNITS.m, { workspace } = data.uncertainty, limits = quarters();
+    const level = (sigma) => limits.filter((limit) => sigma > limit).length;
+    const points = workspace.map(({ radius, height, position }) => ({ x: toMm * radius, y: toMm * height, level: level(position), sigma: position }));
+    const parts = data.scene.fixtures.map(({ base_from_fixture: [x, y, z] }, f) => ({ x: toMm * Math.hypot(x, y), y: toMm * z, name: data.fixtures[f].name }));
+    const [xs, ys] = ["x", "y"].map((axis) => [...points, ...parts].map((point) => point[axis]));
+    const span = (values) => Math.max(...values) - Math.min(...values) || 1;
+    const wide = Math.min(width, 640), left = 56, tall = Math.min(560, ((wide - left - 20) * span(ys)) / span([0, ...xs]) + 72);
+    return { width: wide, height: Math.round(tall), marginLeft: left, marginTop: 30, x: { label: "distance from the axis (mm) →", domain: [0, Math.max(...xs)], nice: true, grid: true, ticks: 5 }, y: { label: "↑ height (mm)", grid: true, ticks: 6, nice: true },
+      marks: [plot.dot(points, { x: "x", y: "y", fill: ({ level }) => `var(--ramp-${level})`, r: ({ level }) => 2.5 + 0.9 * level, title: ({ sigma }) => `standard deviation ${mm(sigma)}` }),
+        plot.dot(parts, { x: "x", y: "y", symbol: "plus", r: 6, stroke: BAD, strokeWidth: 2, title: "name" })] };
   },
 
   "convergence-chart"(width) {
-    let done = 0;
-    const points = data.pieces.flatMap(({ stage, steps }, piece) => {
-      const of = steps.map(([iteration, cost]) => ({ piece, stage, step: done + iteration, cost })).filter((point) => point.cost != null);
-      done += steps.at(-1)?.[0] ?? 0;
-      return of;
+    const shown = data.pieces.map(({ stage, steps }, k) => ({ stage, k, steps: steps.filter(([, cost]) => cost != null).map(([step, cost]) => ({ step, cost })) })).filter(({ steps }) => steps.length);
+    if (!shown.length) return null;
+    const across = Math.min(4, Math.max(2, Math.floor(width / 170)));
+    const number = (value) => (Math.abs(value) >= 1e5 ? power(value) : significant(value, 4));
+    return shown.map(({ stage, k, steps }) => {
+      const costs = steps.map(({ cost }) => cost), least = Math.min(...costs), most = Math.max(...costs);
+      const is_wide = least > 0 && most > 30 * least, stroke = stage === "coarse" ? BEFORE : AFTER;
+      const y = { type: is_wide ? "log" : "linear", label: `↑ cost, ${k + 1}: ${stage}`, grid: true, ticks: [...new Set([least, most])], tickSize: 4, tickFormat: number };
+      const every = Math.ceil(steps.length / 4), ticks = steps.filter((_, i) => i % every === 0).map(({ step }) => step);
+      return { width: Math.floor((width - 16 * (across - 1)) / across), height: 150, marginLeft: 58, marginRight: 12, marginTop: 26, x: { label: "step →", ticks, tickFormat: "d", tickSize: 4 }, y,
+        marks: [plot.line(steps, { x: "step", y: "cost", stroke, strokeWidth: 1.5 }), plot.dot(steps, { x: "step", y: "cost", fill: stroke, r: 2.5, title: ({ step, cost }) => `step ${step}: ${significant(cost, 4)}` })] };
     });
-    if (!points.length) return null;
-    const positive = points.every((point) => point.cost > 0);
-    const colour = (point) => (point.stage === "coarse" ? BEFORE : AFTER);
-    const last = Math.max(...points.map((point) => Math.abs(point.cost)));
-    const ticks = [-1, 1].flatMap((sign) => Array.from({ length: Math.ceil(Math.log10(last)) + 1 }, (_, k) => sign * 10 ** k).filter((_, k) => k >= 2 && k % 2 === 0)).concat(0);
-    return { width, height: 260, marginLeft: 48, x: { label: "step →" }, y: positive ? log("↑ cost", points.map(({ cost }) => cost)) : { type: "symlog", label: "↑ cost", grid: true, ticks, tickFormat: power },
-      marks: [plot.line(points, { x: "step", y: "cost", z: "piece", stroke: colour, strokeWidth: 1.5 }), plot.dot(points, { x: "step", y: "cost", fill: colour, r: 2.5, title: (point) => `${point.stage}, step ${point.step}: ${significant(point.cost, 4)}` })] };
   },
 };
+
+/** Rows of residuals that can be drawn: what they are called, and of which kinds of contact they are. */
+function residualRows() {
+  const kinds = new Set(data.fixtures.filter(({ contacts }) => contacts).map(({ residual }) => residual));
+  const of = (...names) => new Set(names.filter((name) => kinds.has(name)));
+  const vectors = of("offset", "projection"), lengths = of("gap", "distance");
+  const each = [...["x", "y", "z"].map((axis, row) => ({ name: `${axis}, in the fixture’s frame`, row, of: vectors })), { name: "signed gap", row: 0, of: lengths }];
+  return each.filter((one) => one.of.size);
+}
+/** Which of them is chosen. */
+const rowOf = () => Number(document.querySelector("#rows-control select")?.value ?? 0);
+
+/** Means of the points over stretches of x, with as many points in each. */
+function means(points) {
+  const sorted = [...points].sort((a, b) => a.x - b.x), size = Math.max(5, Math.ceil(sorted.length / 16));
+  const mean = (some, axis) => some.reduce((sum, point) => sum + point[axis], 0) / some.length;
+  return Array.from({ length: Math.floor(sorted.length / size) }, (_, k) => sorted.slice(k * size, (k + 1) * size)).map((some) => ({ x: mean(some, "x"), y: mean(some, "y") }));
+}
+
+/** Quartiles of the tool's standard deviation over the workspace (m). */
+const quarters = () => [0.25, 0.5, 0.75].map((share) => quantile(data.uncertainty.workspace.map(({ position }) => position), share));
+
+/** The choice among several rows, and what the colours of the map mean. */
+function controls() {
+  const rows = residualRows();
+  if (rows.length > 1) {
+    const choice = el("select", {}, ...rows.map(({ name }, k) => el("option", { value: k }, name)));
+    choice.addEventListener("change", () => {
+      delete byId("joints").dataset.width;
+      draw();
+    });
+    byId("rows-control").append(el("label", {}, "residual", choice));
+  }
+  byId("joints-note").textContent = `${rows.length > 1 ? "" : `Residual: ${rows[0]?.name ?? "none"}. `}${data.fixtures.some(({ residual }) => residual === "gap") ? "A gap is the least of several noisy ones, so it is negative on average. " : ""}Contacts after the calibration, evenly spread over the log; lines are means over stretches. A mean that bends with a joint's position is an error that the model lacks.`;
+  if (!data.uncertainty) return;
+  const [low, middle, high] = quarters().map((limit) => mm(limit, 2));
+  const words = [`up to ${low}`, `to ${middle}`, `to ${high}`, "more"];
+  byId("map-legend").append("standard deviation", ...words.map((text, level) => el("span", { class: `level level-${level}` }, text)), el("span", { class: "part" }, "fixtures"));
+}
+
+/** A chart as a picture with the caption of its figure as its name: to those who hear the page its marks are not named one by one. */
+function picture(svg, figure) {
+  svg.querySelectorAll("[aria-label]").forEach((group) => group.removeAttribute("aria-label"));
+  svg.setAttribute("role", "img");
+  svg.setAttribute("aria-label", (figure.querySelector("figcaption") ?? figure.closest("section").querySelector("h2")).textContent);
+  return svg;
+}
 
 /** Draws each chart as wide as its place. */
 function draw() {
   for (const [id, chart] of Object.entries(charts)) {
-    const host = byId(id), figure = host.closest("figure");
+    const host = byId(id), figure = host.closest("figure") ?? host;
     const width = Math.floor(figure.clientWidth);
     if (!width || host.dataset.width === `${width}`) continue;
     host.dataset.width = width;
-    const options = chart(width);
-    figure.hidden = options == null;
-    host.replaceChildren(...(options ? [plot.plot({ style: { fontSize: "12px", background: "none" }, marginBottom: 42, ...options })] : []));
+    const options = [chart(width) ?? []].flat();
+    figure.hidden = !options.length;
+    host.replaceChildren(...options.map((each) => picture(plot.plot({ style: { fontSize: "12px", background: "none" }, marginBottom: 42, ...each }), figure)));
   }
 }
 
@@ -151,5 +234,6 @@ function notes() {
 }
 
 notes();
+controls();
 draw();
 new ResizeObserver(() => requestAnimationFrame(draw)).observe(document.querySelector("main"));

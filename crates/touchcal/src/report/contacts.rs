@@ -1,10 +1,11 @@
 //! Statistics of all contacts, and the few that are drawn one by one.
 
-use nalgebra::DVector;
+use nalgebra::{DVector, Vector3};
 use serde::Serialize;
 
+use super::relative::relative;
 use crate::contact::ContactLog;
-use crate::estimate::{Estimate, Problem, Verdict, contact_distances};
+use crate::estimate::{Estimate, Problem, Verdict, contact_residuals};
 use crate::statistics::upper_median;
 
 /// Largest number of contacts that the page draws one by one; of more, it draws an even subsample
@@ -26,11 +27,11 @@ const SHORTEST_SECTION: usize = 10;
 
 /// The page's data of the contacts. Distances in m.
 #[derive(Serialize)]
-pub(super) struct Contacts<'a> {
+pub(super) struct Contacts {
     read: u64,
     used: usize,
     rejected: usize,
-    files: &'a [String],
+    files: Vec<String>,
     /// Stride between drawn contacts.
     every: usize,
     drawn: DrawnContacts,
@@ -51,6 +52,8 @@ pub(super) struct DrawnContacts {
     line: Vec<u64>,
     before: Vec<f32>,
     after: Vec<f32>,
+    /// First rows of the residual after the calibration, see [`contact_residuals`].
+    residual: Vec<[f32; 3]>,
     rejected: Vec<u8>,
 }
 
@@ -84,13 +87,15 @@ struct Outlier {
     deviations: Option<f32>,
 }
 
-impl<'a> Contacts<'a> {
+impl Contacts {
     /// Statistics of the contacts of `problem` with its result.
-    pub fn new(problem: &'a Problem, estimate: &Estimate) -> Self {
+    pub fn new(problem: &Problem, estimate: &Estimate) -> Self {
         let log = &problem.contacts;
         let values = estimate.values();
-        let before = contact_distances(problem, &DVector::zeros(values.len()));
-        let after = contact_distances(problem, &values);
+        let residuals = contact_residuals(problem, &values);
+        let distances = |residuals: &[Vector3<f64>]| residuals.iter().map(Vector3::norm).collect::<Vec<f64>>();
+        let before = distances(&contact_residuals(problem, &DVector::zeros(values.len())));
+        let after = distances(&residuals);
         let mut rejected_per_fixture = vec![0; problem.fixtures.len()];
         for (i, verdict) in estimate.verdicts.iter().enumerate() {
             if matches!(verdict, Verdict::Rejected { .. }) {
@@ -108,9 +113,9 @@ impl<'a> Contacts<'a> {
             read: estimate.contacts.read,
             used: estimate.contacts.used,
             rejected: estimate.contacts.rejected,
-            files: log.files(),
+            files: relative(&log.files().iter().map(String::as_str).collect::<Vec<&str>>()),
             every,
-            drawn: drawn(log, &estimate.verdicts, which, (&before, &after)),
+            drawn: drawn(log, &estimate.verdicts, which, (&before, &residuals)),
             histogram: histogram(&before, &after),
             sections: sections(&before, &after),
             outliers: outliers(log, &estimate.verdicts, &farthest, &after),
@@ -140,7 +145,7 @@ fn drawn(
     log: &ContactLog,
     verdicts: &[Verdict],
     which: Vec<usize>,
-    (before, after): (&[f64], &[f64]),
+    (before, residuals): (&[f64], &[Vector3<f64>]),
 ) -> DrawnContacts {
     let rejected = |i: &usize| u8::from(matches!(verdicts.get(*i), Some(Verdict::Rejected { .. })));
     DrawnContacts {
@@ -148,7 +153,8 @@ fn drawn(
         file: which.iter().map(|&i| log.source(i).file).collect(),
         line: which.iter().map(|&i| log.source(i).line).collect(),
         before: which.iter().map(|&i| before[i] as f32).collect(),
-        after: which.iter().map(|&i| after[i] as f32).collect(),
+        after: which.iter().map(|&i| residuals[i].norm() as f32).collect(),
+        residual: which.iter().map(|&i| residuals[i].map(|row| row as f32).into()).collect(),
         rejected: which.iter().map(rejected).collect(),
         index: which,
     }

@@ -4,13 +4,19 @@ use serde::Serialize;
 
 use super::contacts::Contacts;
 use super::declarations::Declarations;
-use super::page::page;
+use super::page::{Template, page};
 use super::parameters::Parameters;
+use super::relative::relative;
 use super::scene::Scene;
+use super::settings::{Settings, Units, units};
+use super::warning_text::{WarningText, sorted};
 use crate::estimate::{
     Estimate, Evaluation, Problem, Progress, Score, Spread, Stage, Termination, ToolUncertainty, distance_uncertainty,
     tool_uncertainty, workspace_configurations,
 };
+use crate::manifold::ResidualKind;
+use crate::robot::Kinematics;
+use crate::se3::Pose;
 
 /// The parts of a calibration that a report shows. `problem`, `estimate` and `prefit` are of one
 /// calibration: [`Report::html`] may panic on parts of several.
@@ -26,7 +32,9 @@ pub struct Report<'a> {
     /// Progress of the estimation at each step, as passed to its observer, in that order; may be
     /// empty.
     pub steps: &'a [Progress],
-    /// Warnings, in the order in which the page lists them; may be empty.
+    /// When the calibration was made, as text that the page shows; `None` if that is not known.
+    pub created: Option<&'a str>,
+    /// Warnings, listed by gravity; may be empty.
     pub warnings: &'a [WarningText],
     /// Input files, in the order in which the page lists them; may be empty.
     pub inputs: &'a [Input],
@@ -39,23 +47,14 @@ impl Report<'_> {
     /// If the data cannot be written as JSON, which no calibration is known to cause: numbers that
     /// are not finite become null.
     pub fn html(&self) -> serde_json::Result<String> {
-        Ok(page(&serde_json::to_string(&Content::new(self))?))
+        Ok(page(Template::Calibration, &serde_json::to_string(&Content::new(self))?))
     }
 }
 
-/// A warning as the page shows it, in plain text; see [`Warning`](crate::estimate::Warning).
-#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
-pub struct WarningText {
-    /// The defect, in one sentence.
-    pub message: String,
-    /// A remedy, in one sentence.
-    pub advice: String,
-}
-
 /// An input file with its checksum.
-#[derive(Clone, Debug, PartialEq, Eq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Input {
-    /// Path of the file, as the page shows it.
+    /// Path of the file; the page shows absolute ones without the folder that all have in common.
     pub path: String,
     /// SHA-256 of the file's bytes, in hexadecimal (64 digits), as the page shows it.
     pub sha256: String,
@@ -70,17 +69,18 @@ const MOST_STEPS: usize = 300;
 #[derive(Serialize)]
 pub(super) struct Content<'a> {
     version: &'static str,
+    created: Option<&'a str>,
     robot: RobotEntry<'a>,
     status: &'static str,
-    acceptance: Option<WarningText>,
+    acceptance: Option<AcceptanceEntry>,
     held_out: Option<HeldOut>,
-    warnings: &'a [WarningText],
-    inputs: &'a [Input],
+    warnings: Vec<&'a WarningText>,
+    inputs: Vec<InputEntry<'a>>,
+    settings: Settings,
+    units: Units,
     all: Change,
     fixtures: Vec<FixtureEntry<'a>>,
-    noise_factor: f64,
-    is_noise_estimated: bool,
-    contacts: Contacts<'a>,
+    contacts: Contacts,
     declarations: Declarations<'a>,
     parameters: Parameters<'a>,
     uncertainty: Option<Uncertainty>,
@@ -95,6 +95,20 @@ struct RobotEntry<'a> {
     base: &'a str,
     tip: &'a str,
     joints: usize,
+}
+
+/// Whether the calibration reaches what is asked of it.
+#[derive(Serialize)]
+struct AcceptanceEntry {
+    message: String,
+    advice: String,
+}
+
+/// An input file as the page shows it.
+#[derive(Serialize)]
+pub(super) struct InputEntry<'a> {
+    path: String,
+    sha256: &'a str,
 }
 
 /// Scatter of contacts that were held out.
@@ -116,7 +130,7 @@ struct SpreadEntry {
 
 /// With the nominal arm and with the calibrated one.
 #[derive(Serialize)]
-struct Change {
+pub(super) struct Change {
     before: SpreadEntry,
     after: SpreadEntry,
 }
@@ -126,6 +140,8 @@ struct FixtureEntry<'a> {
     name: &'a str,
     placement: &'a str,
     contact: &'a str,
+    /// What the rows of its residual are.
+    residual: &'static str,
     contacts: usize,
     rejected: usize,
     change: Change,
@@ -152,9 +168,18 @@ struct Uncertainty {
     /// In base, at a contact with each fixture.
     fixtures: Vec<(usize, PoseUncertainty)>,
     /// In base, across the workspace.
-    workspace: Vec<PoseUncertainty>,
+    workspace: Vec<PlacedUncertainty>,
     /// Of distances between poses across the workspace (m).
     distances: Vec<f32>,
+}
+
+/// An uncertainty with the tool's horizontal distance from the base's z axis and its height (m).
+#[derive(Serialize)]
+struct PlacedUncertainty {
+    radius: f32,
+    height: f32,
+    #[serde(flatten)]
+    pose: PoseUncertainty,
 }
 
 #[derive(Serialize)]
@@ -178,23 +203,25 @@ impl<'a> Content<'a> {
             name: &fixture.name,
             placement: &fixture.placement,
             contact: fixture.manifold.name(),
+            residual: residual_name(fixture.manifold.residual_kind()),
             contacts: prefit.per_fixture.get(f).map_or(0, |spread| spread.count),
             rejected: contacts.rejected_count(f),
             change: change(prefit.per_fixture.get(f), estimate.postfit.per_fixture.get(f)),
         });
         Content {
             version: env!("CARGO_PKG_VERSION"),
+            created: report.created,
             robot: RobotEntry { name: robot.name(), base: robot.base(), tip: robot.tip(), joints: robot.dof() },
             status: estimate.status.name(),
             acceptance: acceptance
-                .map(|(result, asked)| WarningText { message: result.message(asked), advice: result.advice() }),
+                .map(|(result, asked)| AcceptanceEntry { message: result.message(asked), advice: result.advice() }),
             held_out: estimate.held_out.as_ref().and_then(held_out),
-            warnings: report.warnings,
-            inputs: report.inputs,
+            warnings: sorted(report.warnings),
+            inputs: input_entries(report.inputs),
+            settings: Settings::new(problem, estimate),
+            units: units(),
             all: change(Some(&prefit.all), Some(&estimate.postfit.all)),
             fixtures: fixtures.collect(),
-            noise_factor: estimate.noise_factor,
-            is_noise_estimated: problem.noise.is_estimated,
             declarations: Declarations::new(problem, estimate),
             parameters: Parameters::new(estimate),
             uncertainty: uncertainty(problem, estimate),
@@ -212,7 +239,25 @@ fn held_out(evaluation: &Evaluation) -> Option<HeldOut> {
     Some(HeldOut { contacts, ratio: scatter.ratio(), by_chance: scatter.by_chance[1] })
 }
 
-fn change(before: Option<&Spread>, after: Option<&Spread>) -> Change {
+/// The inputs with their paths as the page shows them.
+pub(super) fn input_entries(inputs: &[Input]) -> Vec<InputEntry<'_>> {
+    let paths: Vec<&str> = inputs.iter().map(|input| &*input.path).collect();
+    inputs.iter().zip(relative(&paths)).map(|(input, path)| InputEntry { path, sha256: &input.sha256 }).collect()
+}
+
+/// What the rows of a residual are.
+fn residual_name(kind: ResidualKind) -> &'static str {
+    match kind {
+        ResidualKind::Distance => "distance",
+        ResidualKind::PointOffset => "offset",
+        ResidualKind::LeastGap => "gap",
+        ResidualKind::ProjectionError => "projection",
+        ResidualKind::Unmodeled => "none",
+    }
+}
+
+/// Distances before and after.
+pub(super) fn change(before: Option<&Spread>, after: Option<&Spread>) -> Change {
     let entry = |spread: Option<&Spread>| {
         let Spread { mean, rms, max, .. } = spread.copied().unwrap_or_default();
         SpreadEntry { mean, rms, max }
@@ -246,10 +291,16 @@ fn uncertainty(problem: &Problem, estimate: &Estimate) -> Option<Uncertainty> {
         touching.iter().enumerate().filter_map(|(f, which)| Some((f, *which.get(which.len() / 2)?))).collect();
     let across = workspace_configurations(&problem.robot, WORKSPACE_POSES);
     let at_fixtures = tool_uncertainty(problem, estimate, middle.iter().map(|&(_, i)| contacts.q(i)))?;
+    let tool = problem.tool.tip_from_tool * estimate.tool_motion().unwrap_or_else(Pose::identity);
+    let kinematics = Kinematics::new(&estimate.robot, &[], tool);
+    let placed = |(q, sigma): (&Vec<f64>, ToolUncertainty)| {
+        let place = kinematics.pose(q).translation.vector;
+        PlacedUncertainty { radius: place.xy().norm() as f32, height: place.z as f32, pose: entry(sigma) }
+    };
     let in_workspace = tool_uncertainty(problem, estimate, across.iter().map(Vec::as_slice))?;
     Some(Uncertainty {
         fixtures: middle.iter().zip(at_fixtures).map(|(&(f, _), sigma)| (f, entry(sigma))).collect(),
-        workspace: in_workspace.into_iter().map(entry).collect(),
+        workspace: across.iter().zip(in_workspace).map(placed).collect(),
         distances: distance_uncertainty(problem, estimate, &across)?.into_iter().map(|sigma| sigma as f32).collect(),
     })
 }

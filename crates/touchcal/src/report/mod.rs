@@ -1,4 +1,4 @@
-//! A calibration as one HTML page that needs no other file.
+//! A calibration, or the evaluation of one, as one HTML page that needs no other file.
 //!
 //! All counts and statistics are computed here, over all contacts; the page draws them, and shows
 //! SI units as millimetres and degrees. Single contacts are thinned to at most [`MOST_DRAWN`], so
@@ -12,11 +12,17 @@
 mod contacts;
 mod content;
 mod declarations;
+mod evaluation;
 mod page;
 mod parameters;
+mod relative;
 mod scene;
+mod settings;
+mod warning_text;
 
 pub use contacts::MOST_DRAWN;
-pub use content::{Input, Report, WarningText};
+pub use content::{Input, Report};
+pub use evaluation::{EvaluationReport, ToolError};
 #[cfg(feature = "mcap")]
 pub(crate) use scene::{places, positions};
+pub use warning_text::WarningText;

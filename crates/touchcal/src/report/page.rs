@@ -1,11 +1,22 @@
 //! The page's template with its style, scripts and data put in.
 
-/// Marks in the template, and what stands in their place.
-const PARTS: [(&str, &str); 6] = [
+/// A page without its parts.
+#[derive(Clone, Copy)]
+pub(super) enum Template {
+    /// Of a calibration.
+    Calibration,
+    /// Of an evaluation.
+    Evaluation,
+}
+
+/// Marks in the templates, and what stands in their place.
+const PARTS: [(&str, &str); 8] = [
     ("/*page.css*/", include_str!("page.css")),
     ("/*plot.js*/", include_str!("vendor/plot.min.js")),
     ("/*three.js*/", include_str!("vendor/three.min.js")),
+    ("/*elements.js*/", include_str!("elements.js")),
     ("/*text.js*/", include_str!("text.js")),
+    ("/*evaluation.js*/", include_str!("evaluation.js")),
     ("/*charts.js*/", include_str!("charts.js")),
     ("/*arm.js*/", include_str!("arm.js")),
 ];
@@ -13,10 +24,13 @@ const PARTS: [(&str, &str); 6] = [
 /// The page that shows `data`, JSON.
 ///
 /// `<` is written `\u003c`: no text that was read from a file can end the element that holds it.
-pub(super) fn page(data: &str) -> String {
+pub(super) fn page(template: Template, data: &str) -> String {
     let data = data.replace('<', "\\u003c");
     let mut page = String::new();
-    let mut rest = include_str!("page.html");
+    let mut rest = match template {
+        Template::Calibration => include_str!("page.html"),
+        Template::Evaluation => include_str!("evaluation.html"),
+    };
     let parts = PARTS.into_iter().chain([("/*data*/", data.as_str())]);
     let mut parts: Vec<(usize, &str, &str)> =
         parts.filter_map(|(mark, part)| Some((rest.find(mark)?, mark, part))).collect();

@@ -1,41 +1,6 @@
 "use strict";
-// The page's texts and tables, and shared functions: the data, elements, formatted numbers.
+// The texts and tables of a calibration's page.
 
-const data = JSON.parse(document.getElementById("data").textContent);
-const byId = (id) => document.getElementById(id);
-
-/** An element; attributes that are null are left out, text only ever becomes text. */
-function el(name, attributes = {}, ...children) {
-  const svg = ["svg", "line", "circle", "rect"].includes(name);
-  const node = svg ? document.createElementNS("http://www.w3.org/2000/svg", name) : document.createElement(name);
-  for (const [key, value] of Object.entries(attributes)) if (value != null) node.setAttribute(key, value);
-  node.append(...children.filter((child) => child != null));
-  return node;
-}
-
-/** A number to so many significant digits, with an exponent below a millionth, with a true minus. */
-function significant(value, digits = 3) {
-  if (value == null) return "–";
-  const isTiny = value !== 0 && Math.abs(value) < 1e-6;
-  const text = isTiny
-    ? value.toExponential(digits - 1)
-    : value.toLocaleString("en", { maximumSignificantDigits: digits, useGrouping: false });
-  return text.replaceAll("-", "−");
-}
-function signed(value, decimals) {
-  const size = Math.abs(value).toFixed(decimals);
-  return Number(size) === 0 ? size : (value < 0 ? "−" : "+") + size;
-}
-const mm = (metres, digits = 3) => (metres == null ? "–" : `${significant(1e3 * metres, digits)} mm`);
-const deg = (radians) => (radians == null ? "–" : `${significant((radians * 180) / Math.PI, 2)}°`);
-const count = (number, one, many = one + "s") => `${number} ${number === 1 ? one : many}`;
-function quantile(values, share) {
-  const sorted = Float64Array.from(values).sort();
-  return sorted.length ? sorted[Math.min(sorted.length - 1, Math.floor(share * sorted.length))] : null;
-}
-
-/** Factor from SI and name of a unit for people. */
-const UNITS = { m: [1e3, "mm"], rad: [180 / Math.PI, "°"], "rad/(N m)": [1e6, "µrad/(N m)"], 1: [100, "%"], N: [1, "N"], "N m": [1, "N m"] };
 const BLOCKS = {
   strain: "Strain common to all links", segment_strain: "Additional strain of each segment", joint_offset: "Encoder offsets", joint_origin: "Joint origins",
   joint_compliance: "Joint compliance", tool: "Pose of the tool on the tip", fixture: "Poses of the fixtures", gap_bias: "Gap bias: mean measured gap at contact",
@@ -49,24 +14,29 @@ function place(contact) {
   return `${data.contacts.files[contact.file] ?? "?"}, line ${contact.line}`;
 }
 
+/** A time in UTC, to the minute. */
+const date = (text) => `${text.slice(0, 16).replace("T", " ")} UTC`;
+
 function verdict() {
   const { robot, status, acceptance, warnings, contacts, parameters, all } = data;
   document.title = `touchcal: ${robot.name}`;
   byId("what").textContent = `Calibration of ${robot.name}, ${robot.joints} joints from ${robot.base} to ${robot.tip}`;
+  byId("when").textContent = `${data.created ? `${date(data.created)}, ` : ""}touchcal ${data.version}`;
   const reason = data.termination.reason.replaceAll("_", " ");
   const texts = {
-    usable: ["✓ Usable", "Residuals at the contacts used for calibration underestimate the error; evaluate the result on other contacts with touchcal evaluate."],
-    doubtful: ["! Doubtful: use the result with care", "Contacts contradict something that the warnings name. Standard deviations allow for it; evaluate the result on other contacts with touchcal evaluate."],
-    not_usable: ["✕ Not usable: do not use the result", data.termination.reason === "converged"
+    usable: ["Usable", "Residuals at the contacts used for calibration underestimate the error; evaluate the result on other contacts with touchcal evaluate."],
+    doubtful: ["Doubtful: use the result with care", "Contacts contradict something that the warnings name. Standard deviations allow for it; evaluate the result on other contacts with touchcal evaluate."],
+    not_usable: ["Not usable: do not use the result", data.termination.reason === "converged"
       ? "The contacts do not determine the arm, or contradict the problem file. The warnings give the reasons."
       : `The search ended without reaching a minimum (${reason}). The page shows its last state.`],
   };
   const [headline, next] = texts[status];
   byId("verdict").className = status;
   const also = status === "usable" && warnings.length ? ` See ${warnings.length === 1 ? "the warning" : `the ${warnings.length} warnings`}.` : "";
-  byId("verdict").append(el("h1", {}, headline), el("p", {}, next + also));
-  if (acceptance) byId("verdict").append(el("p", { class: "acceptance" }, el("strong", {}, acceptance.message), ` → ${acceptance.advice}`));
-  byId("warnings").append(...warnings.map((warning) => el("li", {}, warning.message, el("span", {}, `→ ${warning.advice}`))));
+  const words = el("div", {}, el("h1", {}, headline), el("p", {}, next + also));
+  byId("verdict").append(sign(status), words);
+  if (acceptance) words.append(el("p", { class: "acceptance" }, el("strong", {}, acceptance.message), ` → ${acceptance.advice}`));
+  byId("warnings").append(...warningItems(warnings));
   const figure = (name, value, note) => el("div", {}, el("dt", {}, name), el("dd", {}, value, el("small", {}, note)));
   const heldOut = data.held_out;
   const between = data.uncertainty && quantile(data.uncertainty.distances, 0.5);
@@ -74,17 +44,9 @@ function verdict() {
     figure("Distance from contact", contacts.used + contacts.rejected ? `${significant(1e3 * all.before.rms)} → ${significant(1e3 * all.after.rms, 2)} mm` : "–", "root mean square, before and after"),
     figure("Contacts", `${contacts.used} used`, `${contacts.rejected} rejected, ${count(contacts.read, "row")} read`),
     figure("Identifiable", `${parameters.rank} of ${parameters.singular_values.length}`, "directions, from the contacts alone"),
-    figure("Distance between two tool positions", data.uncertainty ? `± ${mm(between, 2)}` : "–", data.uncertainty ? "standard deviation, median over the workspace" : "projections give no uncertainty"),
+    figure("Between two positions", data.uncertainty ? `± ${mm(between, 2)}` : "–", data.uncertainty ? "standard deviation of the tool’s distance, median over the workspace" : "projections give no uncertainty"),
     heldOut ? figure("Held-out contacts", `${significant(heldOut.ratio)} times the predicted scatter`, `${count(heldOut.contacts, "contact")}, by chance up to ${significant(heldOut.by_chance)}`) : "",
   );
-}
-
-/** A table from headings and rows of cells; a heading that starts with # is of numbers. */
-function table(headings, rows) {
-  const kind = (heading) => (heading.startsWith("#") ? "number" : null);
-  const head = el("tr", {}, ...headings.map((heading) => el("th", { class: kind(heading) }, heading.replace("#", ""))));
-  const body = rows.map((cells) => el("tr", {}, ...cells.map((cell, i) => el("td", { class: kind(headings[i]) ?? (i === 0 ? "name" : null) }, cell))));
-  return el("table", {}, el("thead", {}, head), el("tbody", {}, ...body));
 }
 
 function fixtures() {
@@ -93,6 +55,10 @@ function fixtures() {
   const headings = ["fixture", "contact model", "#contacts", "#rejected", "#before: mean mm", "#rms mm", "#max mm", "#after: mean mm", "#rms mm", "#max mm"];
   const { read, used, rejected } = data.contacts;
   byId("fixture-table").append(table(headings, [...data.fixtures, { name: "all", contact: "", contacts: used + rejected, rejected, change: data.all }].map(row)));
+  byId("fixture-table").after(csv("fixtures.csv", () => ({
+    headings: ["fixture", "contact_model", "contacts", "rejected", ...["before", "after"].flatMap((when) => ["mean", "rms", "max"].map((what) => `${when}_${what}_mm`))],
+    rows: data.fixtures.map((fixture) => [fixture.name, fixture.contact, fixture.contacts, fixture.rejected, ...["before", "after"].flatMap((when) => ["mean", "rms", "max"].map((what) => 1e3 * fixture.change[when][what]))]),
+  })));
 }
 
 /** A value with its standard deviation in units for people. */
@@ -155,38 +121,55 @@ function interval({ value, sigma, prior_sigma, undetermined }, [low, high]) {
   return svg;
 }
 
+/** Parameters of one kind, in the columns of the terminal, with their intervals on a common scale. */
 function parameterTable(entries, title) {
-  const [factor, unit] = UNITS[entries[0].unit];
+  const [factor, unit, decimals] = UNITS[entries[0].unit];
   const ends = entries.flatMap(({ value, sigma }) => [value - 1.96 * (sigma ?? 0), value + 1.96 * (sigma ?? 0)]);
   const reach = [Math.min(0, ...ends), Math.max(0, ...ends)];
   const room = 0.04 * (reach[1] - reach[0] || 1e-9);
   const domain = [reach[0] - room, reach[1] + room];
   const tick = (value) => el("span", { style: `left: ${(100 * (value - domain[0])) / (domain[1] - domain[0])}%` }, significant(factor * value, 2));
-  const near = (value) => Math.abs(value) < (innerWidth < 640 ? 0.35 : 0.12) * (domain[1] - domain[0]);
+  const near = (value) => Math.abs(value) < 0.2 * (domain[1] - domain[0]);
   const scale = el("div", { class: "scale" }, ...[reach[0], 0, reach[1]].filter((value, i) => i === 1 || (value !== 0 && !near(value))).map(tick));
+  const number = (value) => el("td", { class: "number" }, value == null ? "–" : (factor * value).toFixed(decimals));
   const row = (entry) => {
-    const { name, description, block, value, sigma, undetermined } = entry;
-    const decimals = Math.min(7, Math.max(0, sigma ? 1 - Math.floor(Math.log10(factor * sigma)) : 4));
-    const number = signed(factor * value, decimals) + (sigma ? ` ± ${(factor * sigma).toFixed(decimals)}` : "");
+    const { name, description, block, value, sigma, prior_sigma, undetermined } = entry;
     const label = name.startsWith(block + ".") ? name.slice(block.length + 1) : name;
-    const made = el("tr", { class: undetermined ? "undetermined" : null, title: description }, el("td", { class: "name" }, label), el("td", { class: "number" }, number),
-      el("td", { class: "interval" }, interval(entry, domain)));
-    return undetermined ? [made, el("tr", { class: "why" }, el("td", { colspan: 3 }, undetermined))] : [made];
+    const cells = [el("td", { class: "name" }, label), el("td", { class: "number" }, signed(factor * value, decimals)), number(sigma), number(prior_sigma),
+      el("td", { class: "unit" }, unit), el("td", { class: "interval" }, interval(entry, domain))];
+    const made = el("tr", { class: undetermined ? "undetermined" : null, title: description }, ...cells);
+    return undetermined ? [made, el("tr", { class: "why" }, el("td", { colspan: cells.length }, undetermined))] : [made];
   };
-  const head = el("tr", {}, el("th", { class: "name" }, "parameter"), el("th", { class: "number" }, "estimate ± σ"), el("th", { class: "interval" }, scale));
+  const heading = (words, kind) => el("th", { class: kind, scope: "col" }, words);
+  const head = el("tr", {}, heading("parameter", "name"), ...["value", "± sigma", "prior"].map((words) => heading(words, "number")), heading("unit", "unit"), heading(scale, "interval"));
   return el("table", { class: "parameters" }, el("caption", {}, `${title} (${unit})`), el("thead", {}, head), el("tbody", {}, ...entries.flatMap(row)));
 }
 
-function parameters() {
-  const groups = Map.groupBy
-    ? Map.groupBy(data.parameters.each, ({ block, unit }) => `${block} ${unit}`)
-    : data.parameters.each.reduce((map, entry) => map.set(`${entry.block} ${entry.unit}`, [...(map.get(`${entry.block} ${entry.unit}`) ?? []), entry]), new Map());
-  const host = byId("parameter-tables");
-  for (const entries of groups.values()) {
-    const { block } = entries[0];
-    const made = parameterTable(entries, BLOCKS[block] ?? block);
-    host.append(NUISANCE.includes(block) ? el("details", {}, el("summary", {}, `${BLOCKS[block]} (${entries.length})`), made) : made);
+/** Tables of parameters, one of each block and unit. */
+function parameterTables(entries) {
+  const groups = new Map();
+  for (const entry of entries) {
+    const group = `${entry.block} ${entry.unit}`;
+    groups.set(group, [...(groups.get(group) ?? []), entry]);
   }
+  return [...groups.values()].map((group) => parameterTable(group, BLOCKS[group[0].block] ?? group[0].block));
+}
+
+function parameters() {
+  const { each } = data.parameters;
+  const is_measured = (entry) => !entry.undetermined && !NUISANCE.includes(entry.block);
+  const [measured, others] = [each.filter(is_measured), each.filter((entry) => !is_measured(entry))];
+  const open = others.filter((entry) => entry.undetermined).length, nuisance = others.length - open;
+  const kinds = [open ? `${open} that the contacts do not determine` : "", nuisance ? count(nuisance, "nuisance parameter") : ""].filter(Boolean);
+  byId("parameter-tables").append(measured.length ? "" : el("p", {}, "The contacts determine no parameter of the arm, the tool or the fixtures."), ...parameterTables(measured));
+  if (others.length) byId("parameter-tables").append(el("details", {}, el("summary", {}, `Other parameters: ${kinds.join(", ")}`), ...parameterTables(others)));
+  byId("parameter-tables").append(csv("parameters.csv", () => ({
+    headings: ["parameter", "value", "sigma", "prior", "unit", "identifiable"],
+    rows: each.map(({ name, value, sigma, prior_sigma, unit, undetermined }) => {
+      const [factor, symbol] = UNITS[unit];
+      return [name, ...[value, sigma, prior_sigma].map((number) => (number == null ? "" : factor * number)), symbol, undetermined ? "no" : "yes"];
+    }),
+  })));
 }
 
 function determined() {
@@ -218,7 +201,21 @@ function uncertainty() {
     + (fixed ? " Fixed parameters are included with a large plausible error, such as 5° or 5 %." : "");
 }
 
+/** The contacts that are drawn: where each was read, joint positions, distances and residual. */
+function contactRows() {
+  const { drawn, files } = data.contacts, { q, calibrated } = data.scene;
+  const joints = calibrated.joints.filter(({ kind }) => kind !== "fixed");
+  const [[toDeg], [toMm]] = [UNITS.rad, UNITS.m];
+  const position = (value, j) => (joints[j].kind === "slides" ? toMm : toDeg) * value;
+  return {
+    headings: ["file", "line", "fixture", ...joints.map(({ name, kind }) => `${name}_${kind === "slides" ? "mm" : "deg"}`), "before_mm", "after_mm", ...["x", "y", "z"].map((axis) => `residual_${axis}_mm`), "rejected"],
+    rows: drawn.index.map((_, k) => [files[drawn.file[k]], drawn.line[k], data.fixtures[drawn.fixture[k]].name, ...q[k].map(position),
+      ...[drawn.before[k], drawn.after[k], ...drawn.residual[k]].map((length) => toMm * length), drawn.rejected[k]]),
+  };
+}
+
 function outliers() {
+  byId("course-note").after(csv("contacts.csv", contactRows));
   const { outliers, rejected, used } = data.contacts;
   const share = (100 * rejected) / Math.max(1, rejected + used);
   byId("outlier-words").textContent = rejected
@@ -230,21 +227,37 @@ function outliers() {
   if (outliers.length) byId("outlier-table").append(table(["file", "#line", "fixture", "#distance mm", ...(rejected ? ["#standard deviations"] : [])], outliers.map(row)));
 }
 
+/** What was chosen: method, noise and priors. */
+function settings() {
+  const { method, declared, found, is_estimated, factor } = data.settings;
+  const [[toDeg], [toMm]] = [UNITS.rad, UNITS.m];
+  const noise = ({ encoder, contact }) => `encoders ${significant(toDeg * encoder, 2)} deg, contacts ${significant(toMm * contact, 2)} mm`;
+  const priors = new Map();
+  for (const { block, unit, prior_sigma } of data.parameters.each) {
+    const [factor, symbol] = UNITS[unit];
+    const words = prior_sigma == null ? "none" : `${significant(factor * prior_sigma, 2)} ${symbol}`;
+    priors.set(block, new Set([...(priors.get(block) ?? []), words]));
+  }
+  const range = (words) => (words.length > 3 ? `${words.slice(0, 3).join(", ")} and ${words.length - 3} others` : words.join(", "));
+  const rows = [["method", method], [is_estimated ? "noise, initial" : "noise, declared", noise(declared)],
+    [is_estimated ? "noise, estimated" : "noise, found", `${noise(found)} (${significant(factor, 3)} times)`],
+    ...[...priors].map(([block, words]) => [`prior sigma: ${(BLOCKS[block] ?? block).toLowerCase()}`, range([...words])])];
+  byId("settings").append(table(["setting", "value"], rows));
+}
+
 function inputs() {
-  byId("inputs").append(table(["file", "SHA-256"], data.inputs.map(({ path, sha256 }) => [path, sha256])));
-  byId("inputs").querySelectorAll("td:last-child").forEach((cell) => cell.classList.add("hash"));
-  byId("version").textContent = `Written by touchcal ${data.version}. Charts by Observable Plot, three-dimensional view by three.js; both are embedded.`;
+  byId("inputs").append(inputTable());
+  byId("version").textContent = `Written by touchcal ${data.version}${data.created ? ` on ${date(data.created)}` : ""}. Charts by Observable Plot, three-dimensional view by three.js; both are embedded.`;
 }
 
 function search() {
   const { reason, measured, threshold, iterations } = data.termination;
   const how = reason === "converged" ? "converged" : `stopped: ${reason.replaceAll("_", " ")}`;
   byId("convergence-words").textContent = `The search ${how} after ${count(iterations, "step")}; termination criterion: ${significant(measured, 2)}, threshold ${significant(threshold, 2)}. `
-    + "It consists of several minimisations: coarse ones on the manifolds' envelopes, then fine ones with an increasing number of contacts and a decreasing scale of the loss. Each line is one minimisation; costs are comparable within a line only."
-    + ` The contacts' noise is ${significant(data.noise_factor, 2)} times the ${data.is_noise_estimated ? "estimated" : "declared"} noise.`;
+    + "It consists of several minimisations: coarse ones on the manifolds' envelopes, then fine ones with an increasing number of contacts and a decreasing scale of the loss. Each has a chart and an axis of its own, because costs of different minimisations are not comparable.";
 }
 
-for (const part of [verdict, fixtures, declarations, parameters, determined, uncertainty, outliers, inputs, search]) part();
+for (const part of [verdict, fixtures, declarations, parameters, determined, uncertainty, outliers, settings, inputs, search, contents]) part();
 
 // The libraries and the scripts that use them run one by one after the text has been painted.
 function later() {
@@ -257,4 +270,3 @@ function later() {
   setTimeout(later);
 }
 requestAnimationFrame(() => requestAnimationFrame(() => setTimeout(later)));
-addEventListener("beforeprint", () => document.querySelectorAll("details").forEach((node) => (node.open = true)));

@@ -12,12 +12,12 @@ use serde_json::Value;
 use touchcal::contact::{ContactLog, Source};
 use touchcal::estimate::{
     CompetingMinimum, Estimate, PlacePrior, Problem, Progress, UnseenEffects, calibrate, distance_uncertainty,
-    evaluate, tool_uncertainty, workspace_configurations,
+    evaluate, evaluate_held_out, tool_uncertainty, workspace_configurations,
 };
 use touchcal::io::mukca::{self, MukcaOptions};
 use touchcal::io::urdf::{self, Ends};
 use touchcal::parameter::{ParameterId, joint_offset, kinematic_part};
-use touchcal::report::{Input, MOST_DRAWN, Report, WarningText};
+use touchcal::report::{EvaluationReport, Input, MOST_DRAWN, Report, WarningText};
 use touchcal::robot::{Kinematics, Robot};
 
 const MOST_BYTES: usize = 6_000_000;
@@ -52,11 +52,29 @@ fn solve(problem: &Problem) -> (Estimate, Vec<Progress>) {
 
 fn page(problem: &Problem, estimate: &Estimate, steps: &[Progress]) -> String {
     let warnings = estimate.warnings.iter();
-    let warnings: Vec<WarningText> =
-        warnings.map(|w| WarningText { message: w.message(), advice: w.advice().to_owned() }).collect();
+    let warnings: Vec<WarningText> = warnings
+        .map(|w| WarningText { severity: w.severity(), message: w.message(), advice: w.advice().to_owned() })
+        .collect();
     let inputs = [Input { path: problem.contacts.files()[0].clone(), sha256: "0".repeat(64) }];
     let prefit = &evaluate(problem);
-    Report { problem, estimate, prefit, steps, warnings: &warnings, inputs: &inputs }.html().expect("a page")
+    let created = Some("2026-01-02T03:04:05Z");
+    Report { problem, estimate, prefit, steps, created, warnings: &warnings, inputs: &inputs }.html().expect("a page")
+}
+
+/// The page of an evaluation of the nominal arm.
+fn evaluation_page(problem: &Problem, evaluated: &str) -> String {
+    let report = EvaluationReport {
+        problem,
+        evaluated,
+        nominal: &evaluate(problem),
+        evaluation: &evaluate_held_out(problem, problem, None),
+        is_calibrated: false,
+        is_usable: None,
+        tool_errors: &[],
+        warnings: &[],
+        inputs: &[],
+    };
+    report.html().expect("a page")
 }
 
 /// The data of the page.
@@ -78,9 +96,16 @@ fn the_page_is_whole_and_loads_nothing() {
     assert!(page.contains(
         "content=\"default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data: blob:\""
     ));
-    for mark in
-        ["/*data*/", "/*page.css*/", "/*text.js*/", "/*charts.js*/", "/*arm.js*/", "/*plot.js*/", "/*three.js*/"]
-    {
+    for mark in [
+        "/*data*/",
+        "/*page.css*/",
+        "/*elements.js*/",
+        "/*text.js*/",
+        "/*charts.js*/",
+        "/*arm.js*/",
+        "/*plot.js*/",
+        "/*three.js*/",
+    ] {
         assert!(!page.contains(mark), "{mark} was not filled in");
     }
     for loads in [" src=", " href=", "<link", "<iframe", "@import", "url("] {
@@ -128,6 +153,13 @@ fn hostile_names_are_harmless() {
     assert_eq!(content["contacts"]["files"][0], nasty);
     assert_eq!(content["inputs"][0]["path"], nasty);
     assert!(content["parameters"]["each"][0]["name"].as_str().unwrap().ends_with(nasty));
+
+    let usual = evaluation_page(&tame, "arm.urdf").matches("</script").count();
+    let page = evaluation_page(&problem, nasty);
+    assert_eq!(page.matches("</script").count(), usual, "no name ends a script");
+    assert_eq!(page.matches("<!--").count(), 0, "nor begins a comment");
+    assert_eq!(self::content(&page)["evaluated"], nasty);
+    assert_eq!(self::content(&page)["fixtures"][1]["name"], format!("1{nasty}"));
 }
 
 #[test]
@@ -149,6 +181,25 @@ fn the_page_contains_the_estimate() {
     assert_eq!(after.len(), problem.contacts.len());
     let rms = (after.iter().map(|d| d * d).sum::<f64>() / after.len() as f64).sqrt();
     assert!((rms / estimate.postfit.all.rms - 1.0).abs() < 1e-6);
+    // Each distance is the norm of its residual, which has one row for a hole.
+    let residuals = content["contacts"]["drawn"]["residual"].as_array().unwrap();
+    for (distance, residual) in after.iter().zip(residuals) {
+        let rows = floats(residual);
+        assert!((rows[0].abs() - distance).abs() < 1e-9 && rows[1..] == [0.0, 0.0], "{distance} m, {rows:?}");
+    }
+    assert_eq!(content["fixtures"][0]["residual"], "gap");
+    assert_eq!(content["created"], "2026-01-02T03:04:05Z");
+    let noise = &content["settings"]["found"];
+    assert_eq!(noise["contact"].as_f64(), Some(estimate.noise.contact));
+    // The tool's places over the workspace are those of the calibrated arm.
+    let tool = problem.tool.tip_from_tool * estimate.tool_motion().unwrap_or_else(touchcal::se3::Pose::identity);
+    let kinematics = Kinematics::new(&estimate.robot, &[], tool);
+    let places = content["uncertainty"]["workspace"].as_array().unwrap();
+    for (q, place) in workspace_configurations(&problem.robot, places.len()).iter().zip(places) {
+        let expected = kinematics.pose(q).translation.vector;
+        let [radius, height] = ["radius", "height"].map(|key| place[key].as_f64().unwrap());
+        assert!((radius - expected.xy().norm()).abs() < 1e-6 && (height - expected.z).abs() < 1e-6);
+    }
     let before = floats(&content["contacts"]["drawn"]["before"]);
     let mean = before.iter().sum::<f64>() / before.len() as f64;
     assert!((mean / evaluate(&problem).all.mean - 1.0).abs() < 1e-6);

@@ -1,16 +1,17 @@
 //! `touchcal evaluate`.
 
 mod json;
+mod page;
 mod tables;
 mod truth;
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use touchcal::estimate::{Evaluation, Fixture, PlacePrior, Problem, Score, evaluate, evaluate_held_out};
 use touchcal::experiment::PoseErrors;
 use touchcal::io::calibration_folder::{ESTIMATE, place_written};
 use touchcal::io::estimate_file::{EstimateFile, RobotEntry, Status};
-use touchcal::io::urdf;
+use touchcal::io::{Input, Loaded, atomic, urdf};
 
 use crate::args::{Arm, EvaluateArgs};
 use crate::failure::{Failure, Outcome};
@@ -25,7 +26,8 @@ pub fn run(args: &EvaluateArgs) -> Result<Outcome, Failure> {
     let nominal = Arm { urdf: args.nominal.clone(), joint_compliance: false };
     let urdf = format!(" --urdf {}", args.urdf.display());
     super::refuse_replaced(&args.source, &nominal, ["evaluate", &urdf])?;
-    let problem = super::load(&args.source)?.problem;
+    let Loaded { problem, inputs, .. } = super::load(&args.source)?;
+    super::prepare_outputs(args.report.clone(), read_files(args, &inputs))?;
     let robot = urdf::read_like(&problem.robot, &args.urdf)?.robot;
     let estimate = args.estimate.as_deref().map(EstimateFile::read_file).transpose()?;
     if let (Some(path), Some(found)) = (&args.estimate, &estimate) {
@@ -47,8 +49,18 @@ pub fn run(args: &EvaluateArgs) -> Result<Outcome, Failure> {
         is_calibrated: posterior.is_some(),
         tool_errors: truth.map(|truth| [&problem, &evaluated].map(|arm| truth.errors_of(arm))),
     };
+    if let Some(path) = &args.report {
+        let is_usable = estimate.as_ref().map(|found| found.status != Status::NotUsable);
+        atomic::write(path, page::html(&problem, &report, is_usable, &inputs)?.as_bytes())?;
+    }
     output::print(&if args.json { report.json()? } else { report.text() })?;
     Ok(outcome(args.estimate.as_deref(), estimate.as_ref()))
+}
+
+/// The files that are read, which the page must not replace.
+fn read_files<'a>(args: &'a EvaluateArgs, inputs: &'a [Input]) -> impl Iterator<Item = &'a Path> {
+    let given = [Some(&args.urdf), args.estimate.as_ref(), args.truth.as_ref()];
+    inputs.iter().map(|input| Path::new(&input.path)).chain(given.into_iter().flatten().map(PathBuf::as_path))
 }
 
 /// A calibration that must not be used is not, however well it does here.

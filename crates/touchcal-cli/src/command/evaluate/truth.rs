@@ -3,8 +3,10 @@
 use std::path::Path;
 
 use touchcal::estimate::{Problem, workspace_configurations};
-use touchcal::experiment::{PoseErrors, pose_errors};
+use touchcal::experiment::{PoseErrors, RmsAndMax, pose_errors};
 use touchcal::io::truth_file;
+use touchcal::parameter::Unit;
+use touchcal::report::ToolError;
 use touchcal::robot::Kinematics;
 use touchcal::se3::Pose;
 
@@ -42,20 +44,30 @@ impl TrueArm {
     }
 }
 
-/// A table of errors with the nominal and the given arm.
-pub fn text([nominal, given]: &[PoseErrors; 2]) -> String {
-    let mut table = Table::new(["", "nominal: rms", "max", "given: rms", "max", "unit"]);
-    let mut row = |name: &str, of: fn(&PoseErrors) -> [f64; 2], unit: &str| {
-        let numbers = [nominal, given].map(of).concat();
-        let shown = |value: f64| if unit == "mm" { millimetres(value) } else { fixed(value.to_degrees(), 4) };
-        let numbers = numbers.into_iter().map(shown);
-        table.row([name.to_owned()].into_iter().chain(numbers).chain([unit.to_owned()]));
+/// Errors with the nominal and the given arm, a row each.
+pub fn rows([nominal, given]: &[PoseErrors; 2]) -> Vec<ToolError> {
+    let row = |name: &'static str, unit: Unit, of: fn(&PoseErrors) -> RmsAndMax| {
+        let [nominal, given] = [nominal, given].map(of).map(|errors| [errors.rms, errors.max]);
+        ToolError { name, unit, nominal, given }
     };
-    row("position in base", |errors| [errors.position.rms, errors.position.max], "mm");
-    row("rotation in base", |errors| [errors.angle.rms, errors.angle.max], "deg");
-    row("position, base aligned", |errors| [errors.aligned_position.rms, errors.aligned_position.max], "mm");
-    row("rotation, base aligned", |errors| [errors.aligned_angle.rms, errors.aligned_angle.max], "deg");
-    row("distance of two positions", |errors| [errors.distance.rms, errors.distance.max], "mm");
+    vec![
+        row("position in base", Unit::Meter, |errors| errors.position),
+        row("rotation in base", Unit::Radian, |errors| errors.angle),
+        row("position, base aligned", Unit::Meter, |errors| errors.aligned_position),
+        row("rotation, base aligned", Unit::Radian, |errors| errors.aligned_angle),
+        row("distance of two positions", Unit::Meter, |errors| errors.distance),
+    ]
+}
+
+/// A table of errors with the nominal and the given arm.
+pub fn text(errors: &[PoseErrors; 2]) -> String {
+    let mut table = Table::new(["", "nominal: rms", "max", "given: rms", "max", "unit"]);
+    for ToolError { name, unit, nominal, given } in rows(errors) {
+        let shown = |value: f64| if unit == Unit::Meter { millimetres(value) } else { fixed(value.to_degrees(), 4) };
+        let numbers = [nominal, given].concat().into_iter().map(shown);
+        let (_, symbol, _) = unit.in_user_units();
+        table.row([name.to_owned()].into_iter().chain(numbers).chain([symbol.to_owned()]));
+    }
     format!(
         "Error of the tool relative to the true arm, at {CONFIGURATIONS} configurations over the workspace\n{table}\n"
     )

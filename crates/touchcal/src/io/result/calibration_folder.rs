@@ -199,13 +199,18 @@ pub fn calibrated_urdf(loaded: &Loaded, estimate: &Estimate) -> Result<String, I
 /// # Errors
 /// [`IoError::Syntax`] if the report's data cannot be serialized.
 pub fn page(loaded: &Loaded, solved: &Solved, file: &EstimateFile) -> Result<String, IoError> {
-    let warning = |entry: &WarningEntry| WarningText { message: entry.message.clone(), advice: entry.advice.clone() };
+    let warning = |entry: &WarningEntry| WarningText {
+        severity: entry.severity.into(),
+        message: entry.message.clone(),
+        advice: entry.advice.clone(),
+    };
     let input = |entry: &Input| report::Input { path: entry.path.clone(), sha256: entry.sha256.clone() };
     let report = Report {
         problem: &loaded.problem,
         estimate: &solved.estimate,
         prefit: &solved.prefit,
         steps: &solved.steps,
+        created: file.created.as_deref(),
         warnings: &file.warnings.iter().map(warning).collect::<Vec<_>>(),
         inputs: &file.inputs.iter().map(input).collect::<Vec<_>>(),
     };

@@ -292,6 +292,26 @@ pub enum Severity {
     Caution,
 }
 
+impl From<estimate::Severity> for Severity {
+    fn from(severity: estimate::Severity) -> Self {
+        match severity {
+            estimate::Severity::Unusable => Severity::Unusable,
+            estimate::Severity::Doubtful => Severity::Doubtful,
+            estimate::Severity::Caution => Severity::Caution,
+        }
+    }
+}
+
+impl From<Severity> for estimate::Severity {
+    fn from(severity: Severity) -> Self {
+        match severity {
+            Severity::Unusable => estimate::Severity::Unusable,
+            Severity::Doubtful => estimate::Severity::Doubtful,
+            Severity::Caution => estimate::Severity::Caution,
+        }
+    }
+}
+
 /// A warning about the result.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -312,11 +332,7 @@ impl From<&estimate::Warning> for WarningEntry {
     fn from(warning: &estimate::Warning) -> Self {
         WarningEntry {
             kind: warning.kind().to_owned(),
-            severity: match warning.severity() {
-                estimate::Severity::Unusable => Severity::Unusable,
-                estimate::Severity::Doubtful => Severity::Doubtful,
-                estimate::Severity::Caution => Severity::Caution,
-            },
+            severity: warning.severity().into(),
             message: warning.message(),
             advice: warning.advice().to_owned(),
         }

@@ -1,0 +1,38 @@
+//! The page that `evaluate --report` writes.
+
+use touchcal::estimate::{Contradiction, Problem, Severity};
+use touchcal::io;
+use touchcal::report::{EvaluationReport, Input, WarningText};
+
+use super::{Report, truth};
+use crate::failure::Failure;
+
+/// The text of the page; `is_usable` as in [`EvaluationReport`].
+pub fn html(
+    problem: &Problem,
+    report: &Report<'_>,
+    is_usable: Option<bool>,
+    inputs: &[io::Input],
+) -> Result<String, Failure> {
+    let input = |input: &io::Input| Input { path: input.path.clone(), sha256: input.sha256.clone() };
+    let page = EvaluationReport {
+        problem,
+        evaluated: &report.urdf.display().to_string(),
+        nominal: &report.nominal,
+        evaluation: &report.evaluation,
+        is_calibrated: report.is_calibrated,
+        is_usable,
+        tool_errors: &report.tool_errors.as_ref().map_or_else(Vec::new, truth::rows),
+        warnings: &report.evaluation.contradictions.iter().map(warning).collect::<Vec<_>>(),
+        inputs: &inputs.iter().map(input).collect::<Vec<_>>(),
+    };
+    Ok(page.html()?)
+}
+
+fn warning(contradiction: &Contradiction) -> WarningText {
+    WarningText {
+        severity: Severity::Caution,
+        message: contradiction.message(),
+        advice: contradiction.advice().to_owned(),
+    }
+}
