@@ -21,7 +21,7 @@ use crate::score::Score;
 /// Attributes:
 ///     name: "joint_offset.joint_a1".
 ///     unit: of sigma: "m", "rad", "1", "rad/(N m)", "N" or "N m".
-///     sigma: expected standard deviation; None where neither data nor prior bound it.
+///     sigma: expected standard deviation; None where nothing bounds it, or with a projection.
 ///     prior_sigma: standard deviation of its prior, where it has one.
 ///     identifiable: whether the data determine it.
 #[pyclass(frozen, get_all, eq, module = "touchcal")]
@@ -39,7 +39,7 @@ impl Expected {
     fn __repr__(&self) -> String {
         let unit = Unit::from_symbol(self.unit).unwrap_or(Unit::One);
         let sigma =
-            self.sigma.map_or_else(|| "unbounded".to_owned(), |sigma| format!("± {}", quantity(unit, sigma, None)));
+            self.sigma.map_or_else(|| "no sigma".to_owned(), |sigma| format!("± {}", quantity(unit, sigma, None)));
         let mark = if self.identifiable { "" } else { ", not identifiable" };
         format!("Expected({:?}, {sigma}{mark})", self.name)
     }

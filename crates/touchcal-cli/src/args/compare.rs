@@ -2,8 +2,14 @@
 
 use std::path::PathBuf;
 
+use super::help::examples;
+
 /// Arguments of `compare`.
 #[derive(Debug, clap::Args)]
+#[command(after_help = examples(&[
+    ("What changed between two calibrations", "touchcal compare january march"),
+    ("Every parameter, as JSON", "touchcal compare january march --all --json"),
+]))]
 pub struct CompareArgs {
     /// Folder of the earlier calibration, or its estimate.json
     #[arg(value_name = "EARLIER")]

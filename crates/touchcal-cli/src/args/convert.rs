@@ -7,39 +7,53 @@ use clap::ValueEnum;
 use touchcal::contact::AngleUnit;
 use touchcal::io::contact_log::Options;
 
+use super::help::{ARM, OUTPUT, examples};
+
+/// Heading of options on the columns of a log, and their units.
+const COLUMNS: &str = "Columns and units";
+/// Heading of options on a bag.
+const TOPICS: &str = "ROS 2 bags";
+
 /// Arguments of `convert`.
 #[derive(Debug, clap::Args)]
+#[command(after_help = examples(&[
+    ("A CSV log as Parquet", "touchcal convert log.csv --urdf arm.urdf --out log.parquet"),
+    (
+        "Degrees, in a file without header",
+        "touchcal convert degrees.csv --urdf arm.urdf --unit deg \\\n--header q1,q2,q3,q4,q5,q6,q7 --out radians.csv",
+    ),
+]))]
 pub struct ConvertArgs {
     /// The log: CSV, plain or gzipped, Parquet, a ROS 2 bag (MCAP), or of KUKA's recorder
     #[arg(value_name = "LOG")]
     pub log: PathBuf,
     /// URDF of the arm whose joints these are, or the name of a built-in arm
-    #[arg(long, value_name = "FILE|NAME")]
+    #[arg(long, value_name = "FILE|NAME", help_heading = ARM)]
     pub urdf: PathBuf,
     /// Link where the chain ends; the only leaf if not given
-    #[arg(long, value_name = "LINK")]
+    #[arg(long, value_name = "LINK", help_heading = ARM)]
     pub tip: Option<String>,
     /// File to write: .csv, .csv.gz or .parquet
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", help_heading = OUTPUT)]
     pub out: PathBuf,
     /// Unit of the log's angles; radians if not given, but guessed for KUKA's recorder
-    #[arg(long)]
+    #[arg(long, help_heading = COLUMNS)]
     pub unit: Option<UnitName>,
     /// Names of the moving joints in the order of q1 to qn, or of the columns of a log without
     /// header
-    #[arg(long, value_name = "JOINT,…", value_delimiter = ',')]
+    #[arg(long, value_name = "JOINT,…", value_delimiter = ',', help_heading = COLUMNS)]
     pub joints: Option<Vec<String>>,
     /// Names of the columns of a CSV file that has no header
-    #[arg(long, value_name = "NAME,…", value_delimiter = ',')]
+    #[arg(long, value_name = "NAME,…", value_delimiter = ',', help_heading = COLUMNS)]
     pub header: Option<Vec<String>>,
     /// Name of a column or joint in the log (may be repeated): q1=shoulder, fz=force
-    #[arg(long = "column", value_name = "USUAL=NAME", value_parser = column_name)]
+    #[arg(long = "column", value_name = "USUAL=NAME", value_parser = column_name, help_heading = COLUMNS)]
     pub columns: Vec<(String, String)>,
     /// A bag's topic of joint states; the only one if not given
-    #[arg(long, value_name = "TOPIC")]
+    #[arg(long, value_name = "TOPIC", help_heading = TOPICS)]
     pub joint_topic: Option<String>,
     /// A bag's topic of wrenches; without it, they are not read
-    #[arg(long, value_name = "TOPIC")]
+    #[arg(long, value_name = "TOPIC", help_heading = TOPICS)]
     pub wrench_topic: Option<String>,
 }
 

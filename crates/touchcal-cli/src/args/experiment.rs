@@ -9,10 +9,18 @@ use clap::{Subcommand, ValueEnum};
 use touchcal::experiment::falsified::FalsifiedKind;
 
 #[cfg(feature = "parquet")]
+use super::help::{ESTIMATION, MACHINE, SCENARIO};
+use super::help::{OUTPUT, TRIALS, examples};
+#[cfg(feature = "parquet")]
 use super::number::count;
 use super::number::positive;
 #[cfg(feature = "parquet")]
 use super::simulation::ScenarioSource;
+
+/// Heading of options on contact manifolds.
+const MANIFOLDS: &str = "Contact manifolds";
+/// Heading of options on the methods that are compared.
+const METHODS: &str = "Methods";
 
 /// The experiments.
 #[derive(Debug, Subcommand)]
@@ -37,35 +45,45 @@ pub enum ExperimentArgs {
 /// Arguments of `experiment falsified`.
 #[cfg(feature = "parquet")]
 #[derive(Debug, clap::Args)]
+#[command(after_help = examples(&[
+    (
+        "All kinds of false declarations, four trials of each",
+        "touchcal experiment falsified --out falsified",
+    ),
+    (
+        "One kind",
+        "touchcal experiment falsified --kind edges_worn_0.2mm --out worn",
+    ),
+]))]
 pub struct FalsifiedArgs {
     /// Folder to write falsified.parquet, falsified.json, falsified.svg and rows/ into; trials
     /// found there are not computed again
-    #[arg(long, value_name = "DIR")]
+    #[arg(long, value_name = "DIR", help_heading = OUTPUT)]
     pub out: PathBuf,
     /// Only this kind (may be repeated)
-    #[arg(long, value_name = "NAME", value_parser = falsified_kind())]
+    #[arg(long, value_name = "NAME", value_parser = falsified_kind(), help_heading = TRIALS)]
     pub kind: Vec<String>,
     /// Recorded trials of the paper's peg instead of simulated ones: subfolders of DIR with
     /// contact.csv and truth.json (may be repeated)
-    #[arg(long, value_name = "DIR", conflicts_with = "contacts")]
+    #[arg(long, value_name = "DIR", conflicts_with = "contacts", help_heading = TRIALS)]
     pub logs: Vec<PathBuf>,
     /// Trials of each kind and excitation, or recorded trial
-    #[arg(long, default_value_t = 4, value_parser = clap::value_parser!(u64).range(1..=100_000))]
+    #[arg(long, default_value_t = 4, value_parser = clap::value_parser!(u64).range(1..=100_000), help_heading = TRIALS)]
     pub trials: u64,
     /// Seed of the first trial of each kind; later trials use the following numbers
-    #[arg(long, default_value_t = 1)]
+    #[arg(long, default_value_t = 1, help_heading = TRIALS)]
     pub seed: u64,
     /// Estimate what contacts contradict, as `calibrate --free-suspects` does
-    #[arg(long)]
+    #[arg(long, help_heading = ESTIMATION)]
     pub free_suspects: bool,
     /// Contacts of the peg in each trial; a hundredth of that with each socket
-    #[arg(long, value_name = "N", default_value_t = 3000, value_parser = count(20, 1_000_000))]
+    #[arg(long, value_name = "N", default_value_t = 3000, value_parser = count(20, 1_000_000), help_heading = TRIALS)]
     pub contacts: usize,
     /// Threads; as many as cores if not given; results do not depend on it
-    #[arg(long, value_name = "N", value_parser = count(1, 1024))]
+    #[arg(long, value_name = "N", value_parser = count(1, 1024), help_heading = MACHINE)]
     pub threads: Option<usize>,
     /// Print JSON instead of a table
-    #[arg(long)]
+    #[arg(long, help_heading = OUTPUT)]
     pub json: bool,
 }
 
@@ -79,38 +97,55 @@ fn falsified_kind() -> PossibleValuesParser {
 /// Arguments of `experiment campaign`.
 #[cfg(feature = "parquet")]
 #[derive(Debug, clap::Args)]
+#[command(after_help = examples(&[
+    (
+        "Are the standard deviations those of the errors?",
+        "touchcal experiment campaign --preset workcell --trials 200 --out cell",
+    ),
+    (
+        "How many contacts are enough?",
+        "touchcal experiment campaign --preset paper --trials 100 \\\n--vary contacts=300,1000,3000 --out contacts",
+    ),
+    (
+        "The first of four machines",
+        "touchcal experiment campaign scenario.toml --shard 1/4 --out first",
+    ),
+]))]
 pub struct CampaignArgs {
     /// The scenario.
     #[command(flatten)]
     pub source: ScenarioSource,
     /// Folder to write campaign.json, campaign.svg and parts/ into; parts found there are not
     /// computed again
-    #[arg(long, value_name = "DIR")]
+    #[arg(long, value_name = "DIR", help_heading = OUTPUT)]
     pub out: PathBuf,
     /// Trials
-    #[arg(long, default_value_t = 500, value_parser = clap::value_parser!(u64).range(1..=100_000_000))]
+    #[arg(long, default_value_t = 500, value_parser = clap::value_parser!(u64).range(1..=100_000_000), help_heading = TRIALS)]
     pub trials: u64,
     /// Seed of the first trial; later trials use the following numbers
-    #[arg(long, default_value_t = 1)]
+    #[arg(long, default_value_t = 1, help_heading = TRIALS)]
     pub seed: u64,
     /// Run the campaign for several values of one setting, named as in scenario.toml:
     /// contacts=300,1000,3000
-    #[arg(long, value_name = "SETTING=A,B,…")]
+    #[arg(long, value_name = "SETTING=A,B,…", help_heading = SCENARIO)]
     pub vary: Option<Vary>,
     /// Compute only the i-th of n equal shares of the parts
-    #[arg(long, value_name = "I/N", default_value = "1/1")]
+    #[arg(long, value_name = "I/N", default_value = "1/1", help_heading = MACHINE)]
     pub shard: Shard,
     /// Threads; as many as cores if not given; results do not depend on it
-    #[arg(long, value_name = "N", value_parser = count(1, 1024))]
+    #[arg(long, value_name = "N", value_parser = count(1, 1024), help_heading = MACHINE)]
     pub threads: Option<usize>,
     /// Print JSON instead of a table
-    #[arg(long)]
+    #[arg(long, help_heading = OUTPUT)]
     pub json: bool,
 }
 
 /// Arguments of `experiment merge`.
 #[cfg(feature = "parquet")]
 #[derive(Debug, clap::Args)]
+#[command(after_help = examples(&[
+    ("Parts of two machines", "touchcal experiment merge first second --out merged"),
+]))]
 pub struct MergeArgs {
     /// Folders that `experiment campaign` wrote, each with parts/
     #[arg(value_name = "DIR", required = true)]
@@ -175,45 +210,56 @@ impl std::str::FromStr for Shard {
 
 /// Arguments of `experiment table1`.
 #[derive(Debug, clap::Args)]
+#[command(after_help = examples(&[
+    ("The exact gap alone", "touchcal experiment table1 --trials 5 --only exact_lm --out exact"),
+    (
+        "All methods",
+        "touchcal experiment table1 --manifold hole.safetensors \\\n--weights net/weights.safetensors --out table1",
+    ),
+]))]
 pub struct Table1Args {
     /// Folder to write table1.csv, table1.json, table1.svg and rows/ into; rows found there are not
     /// computed again
-    #[arg(long, value_name = "DIR")]
+    #[arg(long, value_name = "DIR", help_heading = OUTPUT)]
     pub out: PathBuf,
     /// Instead of simulating: a folder of trials, each with contact.csv.gz and truth.json
-    #[arg(long, value_name = "DIR")]
+    #[arg(long, value_name = "DIR", help_heading = TRIALS)]
     pub logs: Option<PathBuf>,
     /// Trials to simulate
-    #[arg(long, default_value_t = 20, value_parser = clap::value_parser!(u32).range(1..=100_000), conflicts_with = "logs")]
+    #[arg(long, default_value_t = 20, value_parser = clap::value_parser!(u32).range(1..=100_000), conflicts_with = "logs", help_heading = TRIALS)]
     pub trials: u32,
     /// Contacts to simulate per trial
-    #[arg(long, default_value_t = 3000, value_parser = clap::value_parser!(u32).range(20..=1_000_000), conflicts_with = "logs")]
+    #[arg(long, default_value_t = 3000, value_parser = clap::value_parser!(u32).range(20..=1_000_000), conflicts_with = "logs", help_heading = TRIALS)]
     pub contacts: u32,
     /// Seed of the first simulated trial; later trials use the following numbers
-    #[arg(long, default_value_t = 1, conflicts_with = "logs")]
+    #[arg(long, default_value_t = 1, conflicts_with = "logs", help_heading = TRIALS)]
     pub seed: u64,
     /// Samples of the contact manifold, from `touchcal manifold`
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", help_heading = MANIFOLDS)]
     pub manifold: Option<PathBuf>,
     /// Trained weights of the projection, from `touchcal train`
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", help_heading = MANIFOLDS)]
     pub weights: Option<PathBuf>,
     /// Millimetres equivalent to one degree in the distance to the nearest sample
-    #[arg(long, value_name = "MM", default_value_t = 1.0, value_parser = positive)]
+    #[arg(long, value_name = "MM", default_value_t = 1.0, value_parser = positive, help_heading = MANIFOLDS)]
     pub mm_per_deg: f64,
     /// Only this method (may be repeated)
-    #[arg(long, value_name = "METHOD", value_enum)]
+    #[arg(long, value_name = "METHOD", value_enum, help_heading = METHODS)]
     pub only: Vec<ApproachName>,
     /// Steps of gradient descent
-    #[arg(long, default_value_t = 5000, value_parser = clap::value_parser!(u32).range(10..=1_000_000))]
+    #[arg(long, default_value_t = 5000, value_parser = clap::value_parser!(u32).range(10..=1_000_000), help_heading = METHODS)]
     pub steps: u32,
     /// Contacts used by gradient descent
-    #[arg(long, default_value_t = 500, value_parser = clap::value_parser!(u32).range(10..=1_000_000))]
+    #[arg(long, default_value_t = 500, value_parser = clap::value_parser!(u32).range(10..=1_000_000), help_heading = METHODS)]
     pub descent_contacts: u32,
 }
 
 /// Arguments of `experiment paper`.
 #[derive(Debug, clap::Args)]
+#[command(after_help = examples(&[
+    ("Two minutes", "touchcal experiment paper --quick --out paper"),
+    ("Half an hour", "touchcal experiment paper --out paper"),
+]))]
 pub struct PaperArgs {
     /// Folder to write all results into; what is found there is not computed again
     #[arg(long, value_name = "DIR")]

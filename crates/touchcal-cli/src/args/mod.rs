@@ -3,6 +3,7 @@
 mod compare;
 mod convert;
 mod experiment;
+mod help;
 mod manifold;
 mod manual;
 mod new;
@@ -23,6 +24,12 @@ pub use new::{NewArgs, Start};
 pub use problem::{Arm, CalibrateArgs, EvaluateArgs, InspectArgs, Source};
 pub use simulation::{DemoArgs, ScenarioSource, SimulateArgs};
 
+/// The section of exit codes at the end of the help.
+const EXIT_STATUS: &str = "
+
+Exit status:
+  0 done, 1 failed, 2 wrong usage, 3 the result is not usable, 130 interrupted";
+
 /// Calibrate a robot arm by touch: URDF, joint log and touched parts in, calibrated URDF with
 /// honest error bars out.
 #[derive(Debug, Parser)]
@@ -30,7 +37,10 @@ pub use simulation::{DemoArgs, ScenarioSource, SimulateArgs};
     name = "touchcal",
     version = env!("TOUCHCAL_VERSION"),
     max_term_width = 100,
-    after_help = "Exit codes: 0 done, 1 failed, 2 wrong usage, 3 the result is not usable, 130 interrupted."
+    after_help = help::examples(&[
+        ("See a simulated arm calibrated", "touchcal demo"),
+        ("Begin with an arm of your own", "touchcal new sockets"),
+    ]) + EXIT_STATUS
 )]
 pub struct Args {
     /// The command.
@@ -63,7 +73,9 @@ pub enum Command {
     /// Simulate an arm with known errors; write logs, problem.toml, truth.json and true.urdf
     Simulate(SimulateArgs),
     /// Run experiments on trials with known errors
-    #[command(subcommand)]
+    #[command(subcommand, after_help = help::examples(&[
+        ("The paper's experiment within minutes", "touchcal experiment paper --quick --out paper"),
+    ]))]
     Experiment(ExperimentArgs),
     /// Print a shell completion script
     Completions(CompletionsArgs),

@@ -4,10 +4,18 @@ use std::path::PathBuf;
 
 use clap::ValueEnum;
 
+use super::help::examples;
 use super::number::positive;
+
+/// Heading of options on recorded logs.
+const FROM_LOGS: &str = "Recorded logs of sockets";
 
 /// Arguments of `new`.
 #[derive(Debug, clap::Args)]
+#[command(after_help = examples(&[
+    ("A template to fill in", "touchcal new sockets"),
+    ("The whole problem of recorded logs", "touchcal new sockets --from logs --urdf arm.urdf --out recorded"),
+]))]
 pub struct NewArgs {
     /// Kind of contact
     #[arg(value_name = "KIND")]
@@ -17,20 +25,20 @@ pub struct NewArgs {
     pub out: Option<PathBuf>,
     /// With sockets: write a complete problem for logs DIR/PLACEMENT/hole_N.csv of a ball in
     /// sockets, joint angles in radians
-    #[arg(long, value_name = "DIR", requires = "urdf")]
+    #[arg(long, value_name = "DIR", requires = "urdf", help_heading = FROM_LOGS)]
     pub from: Option<PathBuf>,
     /// With --from: the nominal URDF, whose tip link is the ball
-    #[arg(long, value_name = "FILE", requires = "from")]
+    #[arg(long, value_name = "FILE", requires = "from", help_heading = FROM_LOGS)]
     pub urdf: Option<PathBuf>,
     /// With --from: the link that is the ball; the only leaf if not given
-    #[arg(long, value_name = "LINK", requires = "from")]
+    #[arg(long, value_name = "LINK", requires = "from", help_heading = FROM_LOGS)]
     pub tip: Option<String>,
     /// With --from: distance of neighbouring sockets
-    #[arg(long, value_name = "MM", default_value_t = 50.0, requires = "from", value_parser = positive)]
+    #[arg(long, value_name = "MM", default_value_t = 50.0, requires = "from", value_parser = positive, help_heading = FROM_LOGS)]
     pub spacing_mm: f64,
     /// With --from: estimate the compliance of the joints under gravity too; only touchcal reads it
     /// from a URDF
-    #[arg(long, requires = "from")]
+    #[arg(long, requires = "from", help_heading = FROM_LOGS)]
     pub joint_compliance: bool,
 }
 

@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use serde::Serialize;
-use touchcal::estimate::{Inspection, Severity, StopReason, inspect};
+use touchcal::estimate::{Inspection, Severity, StopReason, Warning, inspect};
 use touchcal::io::Input;
 use touchcal::io::estimate_file::{ResidualStats, WarningEntry};
 use touchcal::io::{Loaded, calibration_folder};
@@ -53,7 +53,7 @@ fn text(loaded: &Loaded, inspection: &Inspection, detail: Detail) -> String {
         format!("Contacts  {rows} rows read from {files} files, {contacts} contacts\n\n"),
         fixtures(loaded, inspection),
         joints(loaded, inspection),
-        "Expected standard deviations with the assumed noise\n".to_owned(),
+        heading(inspection),
         summary::parameters(&lines, detail),
         summary::identifiability(&inspection.identifiability, &inspection.parameters, detail),
         format!("Observability  O1 {o1:.3e}  O2 {o2:.3e}  O3 {o3:.3e}  O4 {o4:.3e}  O5 {o5:.3e}\n"),
@@ -61,6 +61,14 @@ fn text(loaded: &Loaded, inspection: &Inspection, detail: Detail) -> String {
         warnings(inspection),
     ]
     .concat()
+}
+
+/// The heading of the parameters.
+fn heading(inspection: &Inspection) -> String {
+    match inspection.warnings.contains(&Warning::NoUncertainty) {
+        true => "Parameters, without standard deviations: see below\n".to_owned(),
+        false => "Expected standard deviations with the assumed noise\n".to_owned(),
+    }
 }
 
 fn warnings(inspection: &Inspection) -> String {

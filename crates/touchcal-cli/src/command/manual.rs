@@ -36,10 +36,30 @@ pub fn pages(args: &ManArgs) -> Result<Outcome, Failure> {
     Ok(Outcome::Done)
 }
 
+/// A page: groups of options are parts of OPTIONS, and each section at the end of the help, such as
+/// that of the examples, is one of the page.
 fn page(command: &Command) -> Result<String, Failure> {
-    let mut page = Vec::new();
-    Man::new(command.clone()).render(&mut page).map_err(Failure::Stdout)?;
-    Ok(String::from_utf8_lossy(&page).into_owned())
+    let man = Man::new(command.clone());
+    let [mut before, mut options, mut commands] = [const { Vec::new() }; 3];
+    man.render_title(&mut before).map_err(Failure::Stdout)?;
+    man.render_name_section(&mut before).map_err(Failure::Stdout)?;
+    man.render_synopsis_section(&mut before).map_err(Failure::Stdout)?;
+    man.render_description_section(&mut before).map_err(Failure::Stdout)?;
+    man.render_options_section(&mut options).map_err(Failure::Stdout)?;
+    if command.has_subcommands() {
+        man.render_subcommands_section(&mut commands).map_err(Failure::Stdout)?;
+    }
+    let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
+    let help = command.get_after_help().map(ToString::to_string).unwrap_or_default();
+    let sections: String = help.split("\n\n").filter_map(|section| section.split_once(":\n")).map(section).collect();
+    let options = text(&options).replace("\n.SH ", "\n.SS ").replacen(".SS OPTIONS", ".SH OPTIONS", 1);
+    Ok(text(&before) + &options + &text(&commands) + &sections)
+}
+
+/// A section of a page whose lines stay as they are.
+fn section((title, body): (&str, &str)) -> String {
+    let body = body.replace('\\', "\\e").replace('-', "\\-");
+    format!(".SH {}\n.nf\n{body}\n.fi\n", title.to_uppercase())
 }
 
 /// Prints the JSON Schema of a file.

@@ -41,7 +41,7 @@ fn shards_are_merged_to_the_whole_campaign() {
     let told: serde_json::Value = serde_json::from_str(&stdout(&whole)).unwrap();
     assert_eq!(told["trials"], 110);
     assert!(told["coverage"][2].as_f64().unwrap() > 0.8 && told["usable"].as_f64().unwrap() > 0.9, "{told}");
-    assert!(std::fs::read_to_string(path.join("whole/campaign.svg")).unwrap().matches("<circle").count() == 4);
+    assert!(std::fs::read_to_string(path.join("whole/campaign.svg")).unwrap().matches("<circle").count() == 5);
     let rows: Vec<CampaignRow> =
         (0..3).flat_map(|k| campaign_parquet::read_file(&part(path, "whole", k)).unwrap().rows).collect();
     assert!(rows.iter().map(|row| row.trial).eq(0..110));

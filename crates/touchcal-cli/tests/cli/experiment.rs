@@ -55,6 +55,15 @@ fn rows_that_are_there_are_not_computed_again() {
     let path = folder.path().join("out/rows/seed_1.exact_lm.json");
     let before = json(&path);
     assert!(before["bias_error_deg"].as_f64().unwrap() < 0.1, "{before}");
+    let read = |name: &str| std::fs::read_to_string(folder.path().join("out").join(name)).unwrap();
+    // One column wide; two trials and their mean in each panel, and one of each in the legend.
+    let svg = read("table1.svg");
+    assert!(svg.starts_with("<svg width=\"88mm\" height=\"23mm\"") && svg.matches("<circle").count() == 8, "{svg}");
+    for words in ["encoder offset error (deg)", "link strain error (m/m)", "paper, real arm", "1.48", "0.019"] {
+        assert!(svg.contains(&format!("\n{words}\n")), "expected the text `{words}` in:\n{svg}");
+    }
+    let latex = read("table1.tex");
+    assert!(latex.contains("means over 2 trials") && latex.contains("\nexact gap + LM & $"), "{latex}");
     // A mark that a second run would overwrite.
     let marked = std::fs::read_to_string(&path).unwrap().replace("\"seconds\": ", "\"seconds\": 1234");
     std::fs::write(&path, &marked).unwrap();

@@ -13,6 +13,8 @@ mod convert;
 mod demo;
 mod driver;
 mod evaluate;
+#[cfg(unix)]
+mod examples;
 mod experiment;
 mod failures;
 #[cfg(feature = "parquet")]

@@ -28,7 +28,7 @@ fn recorded_poses_are_stored_thinned() {
 
 /// Writes the demonstration into a folder, with `calibrated.toml`, its problem with the arm that it
 /// calibrated; returns the texts of both problems.
-fn demonstration(folder: &Path, contacts: &str) -> [String; 2] {
+pub(super) fn demonstration(folder: &Path, contacts: &str) -> [String; 2] {
     touchcal(folder, &["demo", "--contacts", contacts, "--out", "."]).success();
     let text = std::fs::read_to_string(folder.join("problem.toml")).unwrap();
     let is_robot = |line: &&str| line.starts_with("builtin = \"iiwa14\"") || line.starts_with("urdf = ");
@@ -36,6 +36,28 @@ fn demonstration(folder: &Path, contacts: &str) -> [String; 2] {
     let calibrated = text.replace(robot, "urdf = \"calibrated.urdf\"");
     std::fs::write(folder.join("calibrated.toml"), &calibrated).unwrap();
     [text, calibrated]
+}
+
+/// `inspect` has no standard deviations of a problem with a projection, as `calibrate` has none; it
+/// has those of the demonstration's exact gap.
+#[track_caller]
+pub(super) fn no_uncertainty_is_expected(folder: &Path, problem: &str) {
+    let inspect = |problem: &str| -> serde_json::Value {
+        serde_json::from_str(&stdout(&touchcal(folder, &["inspect", problem, "--json"]).success())).unwrap()
+    };
+    let sigmas = |inspection: &serde_json::Value| {
+        let parameters = inspection["parameters"].as_array().unwrap();
+        (parameters.iter().filter(|entry| entry["sigma"].is_f64()).count(), parameters.len())
+    };
+    let has_warning = |inspection: &serde_json::Value| inspection["warnings"].to_string().contains("no_uncertainty");
+    let projected = inspect(problem);
+    assert_eq!(sigmas(&projected), (0, 8), "{projected}");
+    assert!(has_warning(&projected), "{projected}");
+    let exact = inspect("problem.toml");
+    assert_eq!(sigmas(&exact), (15, 15), "{exact}");
+    assert!(!has_warning(&exact), "{exact}");
+    let shown = stdout(&touchcal(folder, &["inspect", problem]).success());
+    assert!(shown.contains("Parameters, without standard deviations") && !shown.contains("Expected"), "{shown}");
 }
 
 /// The demonstration's problem with its calibrated arm gives a manifold, on which the same contacts
@@ -58,7 +80,10 @@ fn contacts_of_a_calibrated_arm_are_a_manifold() {
         score["mean_mm"].as_f64().unwrap() < 1e-6 && score["nominal"]["mean_mm"].as_f64().unwrap() > 5.0,
         "{score}"
     );
+    no_uncertainty_is_expected(folder.path(), "nearest.toml");
     touchcal(folder.path(), &["calibrate", "nearest.toml", "--out", "out"]).success();
+    let estimate = json(&folder.path().join("out/estimate.json"));
+    assert!(estimate["parameters"].as_array().unwrap().iter().all(|entry| entry["sigma"].is_null()), "{estimate}");
     let inputs = json(&folder.path().join("out/estimate.json"))["inputs"].to_string();
     assert!(inputs.contains("m.safetensors"), "{inputs}");
 }

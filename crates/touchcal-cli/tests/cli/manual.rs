@@ -39,6 +39,17 @@ fn every_command_has_a_page() {
     assert!(page("touchcal.1").contains(".TH touchcal 1"));
     assert!(page("touchcal-calibrate.1").contains("\\-\\-driver\\-offsets"));
     assert!(page("touchcal-experiment-table1.1").contains("\\-\\-descent\\-contacts"));
+    // Groups of options are parts of OPTIONS; examples are as they are in the help.
+    let calibrate = page("touchcal-calibrate.1");
+    let at = |mark: &str| calibrate.find(mark).unwrap_or_else(|| panic!("{mark}: {calibrate}"));
+    assert!(at(".SH OPTIONS\n") < at(".SS CONTACTS\n") && at(".SS OUTPUT\n") < at(".SH EXAMPLES\n.nf\n"));
+    assert!(calibrate.contains("\n    touchcal calibrate sim/problem.toml \\-\\-except left \\-\\-out fitted\n"));
+    assert!(page("touchcal-evaluate.1").contains(" \\-\\-only left \\e\n      \\-\\-urdf fitted/calibrated.urdf "));
+    assert!(page("touchcal.1").contains(".SH EXIT STATUS\n.nf\n"));
+    for file in std::fs::read_dir(folder.path().join("man1")).unwrap().map(|file| file.unwrap().path()) {
+        let text = std::fs::read_to_string(&file).unwrap();
+        assert_eq!(text.matches("\n.SH EXAMPLES\n").count(), 1, "{}", file.display());
+    }
     assert!(!folder.path().join("man1/touchcal-reference.1").exists());
     assert_eq!(stdout(&touchcal(folder.path(), &["man"]).success()), page("touchcal.1"));
 }

@@ -4,6 +4,7 @@ use std::path::Path;
 use std::process::Command;
 use std::time::{Duration, Instant};
 
+use super::manifold::no_uncertainty_is_expected;
 use super::{data, errors, json, start, stderr, stdout, touchcal};
 
 /// Options of a network that learns in a second.
@@ -66,6 +67,7 @@ fn a_network_is_trained_and_used() {
         score["mean_mm"].as_f64().unwrap() < 20.0 && score["nominal"]["mean_mm"].as_f64().unwrap() > 20.0,
         "{score}"
     );
+    no_uncertainty_is_expected(folder.path(), "learned.toml");
     std::fs::write(folder.path().join("learned.toml"), learned("m.safetensors")).unwrap();
     let failed = touchcal(folder.path(), &["evaluate", "learned.toml", "--urdf", "calibrated.urdf"]).code(1);
     assert!(

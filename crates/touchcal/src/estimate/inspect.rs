@@ -31,7 +31,9 @@ pub struct Inspection {
     /// Measured range of every moving joint, from base to tip; empty without contacts.
     pub ranges: Vec<JointRange>,
     /// Every parameter with the standard deviation that a calibration is expected to reach (SI), in
-    /// the order of [`Estimate::parameters`](super::Estimate::parameters); each `value` is 0.
+    /// the order of [`Estimate::parameters`](super::Estimate::parameters); each `value` is 0. With
+    /// contacts that are measured by their distance from a projection each `sigma` is `None`, as in
+    /// [`calibrate`](super::calibrate()).
     pub parameters: Vec<ParameterEstimate>,
     /// What the data determine and what they do not.
     pub identifiability: Identifiability,
@@ -42,7 +44,8 @@ pub struct Inspection {
     /// [`Warning::MistakenDeclaration`], [`Warning::FixtureWithoutContacts`],
     /// [`Warning::OriginOutsideTool`] and [`Warning::DistanceContradicted`]; and what the contacts
     /// do not determine: [`Warning::TooFewContacts`], [`Warning::ArmUndetermined`] and
-    /// [`Warning::Unobservable`]. In this order; empty if there are none.
+    /// [`Warning::Unobservable`]; and [`Warning::NoUncertainty`]. In this order; empty if there are
+    /// none.
     pub warnings: Vec<Warning>,
     /// Distances (m) of the contacts from their manifolds by the nominal arm, as of
     /// [`evaluate`](super::evaluate()).
@@ -53,7 +56,8 @@ pub struct Inspection {
 }
 
 /// Computes what a problem's contacts can determine, with the declared noise and without outliers,
-/// before the problem is solved.
+/// before the problem is solved. No standard deviation is expected of contacts that are measured by
+/// their distance from a projection: its error is not noise.
 ///
 /// The Jacobian is taken after the coarse stage: a nominal arm may be centimetres off, where the
 /// derivative of a gap is not that at contact; with one-sided contacts, at the contact modes of a
@@ -77,13 +81,17 @@ pub fn inspect(problem: &Problem, observe: Observer<'_>) -> Inspection {
     let remaining =
         arm_uncertainty_ratio(problem, &layout.parameters, &posterior.covariance_from_scales, &layout.scale());
     warnings.extend(data_warnings(&search, rows, remaining));
+    let has_uncertainty = !problem.has_projection();
+    if !has_uncertainty {
+        warnings.push(Warning::NoUncertainty);
+    }
     if let Some(covariance) = sandwich(&mut search).and_then(|(sandwich, _)| sandwich.covariance) {
         posterior.covariance = covariance;
     }
     let parameters = search.model.layout.parameters.iter().enumerate().map(|(k, parameter)| ParameterEstimate {
         parameter: parameter.clone(),
         value: 0.0,
-        sigma: posterior.sigma(k),
+        sigma: posterior.sigma(k).filter(|_| has_uncertainty),
         identifiable: posterior.identifiable[k],
     });
     Inspection {

@@ -5,6 +5,7 @@ mod approach;
 mod campaign;
 #[cfg(feature = "parquet")]
 mod falsified;
+#[cfg_attr(not(feature = "parquet"), allow(dead_code, reason = "marks of campaigns"))]
 mod figure;
 mod paper;
 mod row;

@@ -129,7 +129,7 @@ fn steps(out: &Path, offline: &Path, sizes: &Sizes) -> [Step; 4] {
             result: weights.clone(),
         },
         Step {
-            title: "Link strain and encoder biases: table I, and what each part of the method contributes",
+            title: "Link strain and encoder offsets: table I, and what each part of the method contributes",
             words: [words(&table1), words(&of_table)].concat(),
             result: Path::new(&table).join(FIGURE),
         },

@@ -1,85 +1,74 @@
 //! Figures of campaigns, as SVG.
 
-use plotters::coord::Shift;
+use plotters::coord::ranged1d::ValueFormatter;
+use plotters::coord::types::RangedCoordf64;
 use plotters::prelude::*;
+use plotters::style::text_anchor::{HPos, Pos, VPos};
 use touchcal::experiment::LEVELS;
 
-use super::super::figure::draw_mesh;
+use super::super::figure::{
+    Area, CHANCE, DASHES, DrawingResult, LARGE_DOT, LEGEND, LINE, MEASURED, MM, Mark, WIDTH, legend, power_of_ten, svg,
+    text, write,
+};
 use super::statistics::CampaignStatistics;
 use crate::args::Vary;
 
-/// Size of a panel (px).
-const PANEL: (u32, u32) = (430, 380);
-const MEASURED: RGBColor = RGBColor(31, 119, 180);
-const MOST: RGBColor = RGBColor(140, 180, 215);
-const BOUND: RGBColor = RGBColor(200, 60, 40);
-const CHANCE: RGBColor = RGBColor(225, 225, 225);
+/// Height of a panel, and widths of what is below and beside its axes (px).
+const PANEL: i32 = 48 * MM;
+const BELOW: i32 = 8 * MM;
+const BESIDE: i32 = 13 * MM;
 /// Half the width of the band that chance explains (share of the axis).
 const HALF_BAND: f64 = 0.025;
-
-type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
-type DrawingResult = Result<(), DrawingAreaErrorKind<std::io::Error>>;
-
-/// An SVG of panels side by side.
-fn svg(panels: &[&dyn Fn(&Area<'_>) -> DrawingResult]) -> Result<String, String> {
-    let mut text = String::new();
-    {
-        let size = (PANEL.0 * panels.len() as u32, PANEL.1);
-        let root = SVGBackend::with_string(&mut text, size).into_drawing_area();
-        root.fill(&WHITE).map_err(|error| error.to_string())?;
-        for (area, panel) in root.split_evenly((1, panels.len())).iter().zip(panels) {
-            panel(area).map_err(|error| error.to_string())?;
-        }
-        root.present().map_err(|error| error.to_string())?;
-    }
-    Ok(text)
-}
 
 /// Measured minus nominal share of true values within the intervals of each level, over the range
 /// that chance explains.
 pub fn coverage(statistics: &CampaignStatistics) -> Result<String, String> {
     let [least, most] = statistics.nees_bounds_99;
-    let title = format!(
-        "{} trials, {:.1} % usable, NEES {:.2} ({least:.2} to {most:.2}), error {:.2} of the bound",
-        statistics.trials,
-        100.0 * statistics.usable,
-        statistics.nees,
-        statistics.error_over_cramer_rao
-    );
+    let title = [
+        format!("{} trials, {:.1} % usable", statistics.trials, 100.0 * statistics.usable),
+        format!(
+            "NEES {:.2} ({least:.2} to {most:.2} by chance), error {:.2} × the Cramér–Rao bound",
+            statistics.nees, statistics.error_over_cramer_rao
+        ),
+    ];
     let places = [0.1, 0.35, 0.6, 0.85];
-    let labels: Vec<String> = LEVELS.iter().map(|level| format!("{:.0} %", 100.0 * level)).collect();
     let above = |k: usize, share: f64| 100.0 * (share - LEVELS[k]);
     let columns: Vec<Column> = (0..LEVELS.len())
         .map(|k| Column {
             place: places[k],
-            label: labels[k].clone(),
+            label: format!("{:.0} %", 100.0 * LEVELS[k]),
             chance: statistics.coverage_bounds_99[k].map(|bound| above(k, bound)),
             measured: above(k, statistics.coverage[k]),
             note: format!("{:.1} %", 100.0 * statistics.coverage[k]),
         })
         .collect();
-    let panel =
-        |area: &Area<'_>| bands(area, (&title, 12), "intervals", "measured minus nominal share (points)", &columns);
-    svg(&[&panel])
+    let titles = LINE * title.len() as i32 + MM / 2;
+    let panel = Panel { below: "interval", beside: "measured − nominal (%)" };
+    svg(titles + PANEL, |root| {
+        for (line, words) in title.iter().enumerate() {
+            write(root, words, (MM, LINE * line as i32 + 2 * MM), HPos::Left)?;
+        }
+        panel.bands(&root.clone().shrink((0, titles), (WIDTH, PANEL)), &columns)
+    })
 }
 
 /// Errors and coverage over the varied setting.
 pub fn sweep(vary: &Vary, statistics: &[CampaignStatistics]) -> Result<String, String> {
     let places = places(&vary.values);
     let labels: Vec<(f64, String)> = places.iter().copied().zip(vary.values.iter().map(f64::to_string)).collect();
-    let curve = |name, colour, value: &dyn Fn(&CampaignStatistics) -> f64| {
+    let curve = |mark, name, value: &dyn Fn(&CampaignStatistics) -> f64| {
         let points = places.iter().copied().zip(statistics.iter().map(value));
-        Curve { name, colour, points: points.filter(|(_, y)| *y > 0.0 && y.is_finite()).collect() }
+        Curve { mark, name, points: points.filter(|(_, y)| *y > 0.0 && y.is_finite()).collect() }
     };
-    let errors = |area: &Area<'_>, title: &str, curves: &[Curve]| lines(area, title, &vary.setting, &labels, curves);
+    let (median, most) = (Mark::Line { filled: true }, Mark::Line { filled: false });
     let offsets = [
-        curve("95 % of trials", MOST, &|each| each.offset_error_deg[1]),
-        curve("median", MEASURED, &|each| each.offset_error_deg[0]),
-        curve("Cramér–Rao bound", BOUND, &|each| each.offset_cramer_rao_deg),
+        curve(most, "95 % of trials", &|each| each.offset_error_deg[1]),
+        curve(median, "median", &|each| each.offset_error_deg[0]),
+        curve(Mark::Dashes, "Cramér–Rao bound", &|each| each.offset_cramer_rao_deg),
     ];
     let tool = [
-        curve("95 % of trials", MOST, &|each| each.tool_error_mm_quantiles[1]),
-        curve("median", MEASURED, &|each| each.tool_error_mm_quantiles[0]),
+        curve(most, "95 % of trials", &|each| each.tool_error_mm_quantiles[1]),
+        curve(median, "median", &|each| each.tool_error_mm_quantiles[0]),
     ];
     let columns: Vec<Column> = (labels.iter().zip(statistics))
         .map(|((place, label), each)| Column {
@@ -90,15 +79,18 @@ pub fn sweep(vary: &Vary, statistics: &[CampaignStatistics]) -> Result<String, S
             note: String::new(),
         })
         .collect();
-    let title = ("true values within 95 % intervals (%)", 16);
-    let coverage = |area: &Area<'_>| bands(area, title, &vary.setting, "", &columns);
-    let offsets_panel = |area: &Area<'_>| errors(area, "mean error of joint offsets (deg)", &offsets);
-    let tool_panel = |area: &Area<'_>| errors(area, "mean tool error at 1000 other poses (mm)", &tool);
-    // Arms whose offsets are not estimated have no such error.
-    match offsets[0].points.is_empty() {
-        true => svg(&[&tool_panel, &coverage]),
-        false => svg(&[&offsets_panel, &tool_panel, &coverage]),
-    }
+    let panel = |beside| Panel { below: &vary.setting, beside };
+    // Arms whose encoder offsets are not estimated have no such error.
+    let has_offsets = !offsets[0].points.is_empty();
+    let panels = 2 + i32::from(has_offsets);
+    svg(PANEL * panels, |root| {
+        let area = |k: i32| root.clone().shrink((0, PANEL * k), (WIDTH, PANEL));
+        if has_offsets {
+            panel("encoder offset error (deg)").lines(&area(0), &labels, &offsets)?;
+        }
+        panel("tool error (mm)").lines(&area(panels - 2), &labels, &tool)?;
+        panel("in 95 % intervals (%)").bands(&area(panels - 1), &columns)
+    })
 }
 
 /// Positions of values on an axis from 0 to 1: logarithmic where they span more than a factor of 5.
@@ -111,31 +103,9 @@ fn places(values: &[f64]) -> Vec<f64> {
 
 /// A line through points.
 struct Curve {
+    mark: Mark,
     name: &'static str,
-    colour: RGBColor,
     points: Vec<(f64, f64)>,
-}
-
-fn lines(area: &Area<'_>, title: &str, below: &str, labels: &[(f64, String)], curves: &[Curve]) -> DrawingResult {
-    // Whole decades, so that each axis has tick labels, and room for the legend.
-    let values = curves.iter().flat_map(|curve| &curve.points).map(|(_, y)| y.log10());
-    let (least, most) = values.fold((0.0f64, -1.0f64), |(a, b), v| if a > b { (v, v) } else { (a.min(v), b.max(v)) });
-    let decades = 10f64.powf(least.floor())..10f64.powf((most + 0.5).ceil());
-    let mut chart = ChartBuilder::on(area)
-        .caption(title, ("sans-serif", 16))
-        .margin(10)
-        .x_label_area_size(45)
-        .y_label_area_size(55)
-        .build_cartesian_2d(0.0..1.0, decades.log_scale())?;
-    draw_mesh(&mut chart)?;
-    for Curve { name, colour, points } in curves {
-        let series = LineSeries::new(points.iter().copied(), colour.stroke_width(2)).point_size(3);
-        let mark = move |(x, y)| PathElement::new([(x, y), (x + 16, y)], colour.stroke_width(2));
-        chart.draw_series(series)?.label(*name).legend(mark);
-    }
-    chart.configure_series_labels().position(SeriesLabelPosition::UpperRight).label_font(("sans-serif", 12)).draw()?;
-    let range = chart.plotting_area().get_pixel_range();
-    write_below(area, range, below, labels)
 }
 
 /// A measured value on the range that chance explains.
@@ -148,52 +118,108 @@ struct Column {
     note: String,
 }
 
-fn bands(area: &Area<'_>, (title, size): (&str, i32), below: &str, beside: &str, columns: &[Column]) -> DrawingResult {
-    let values = columns.iter().flat_map(|column| [column.chance[0], column.chance[1], column.measured]);
-    let numbers = values.filter(|value| value.is_finite());
-    let (least, most) = numbers.fold((f64::MAX, f64::MIN), |(a, b), v| (a.min(v), b.max(v)));
-    let (least, most) = if least < most { (least, most) } else { (0.0, 1.0) };
-    let room = 0.15 * (most - least);
-    let mut chart = ChartBuilder::on(area)
-        .caption(title, ("sans-serif", size))
-        .margin(10)
-        .x_label_area_size(45)
-        .y_label_area_size(55)
-        .build_cartesian_2d(0.0..1.0, least - room..most + room)?;
-    chart
-        .configure_mesh()
-        .disable_x_mesh()
-        .x_labels(0)
-        .y_desc(beside)
-        .y_label_formatter(&|value| format!("{value:.1}"))
-        .light_line_style(WHITE)
-        .draw()?;
-    let finite = || columns.iter().filter(|column| column.measured.is_finite());
-    chart.draw_series(finite().map(|Column { place, chance: [least, most], .. }| {
-        Rectangle::new([(place - HALF_BAND, *least), (place + HALF_BAND, *most)], CHANCE.filled())
-    }))?;
-    chart.draw_series(finite().map(|column| Circle::new((column.place, column.measured), 4, MEASURED.filled())))?;
-    let style = ("sans-serif", 12).into_text_style(area);
-    chart.draw_series(finite().map(|column| {
-        Text::new(column.note.clone(), (column.place + 1.4 * HALF_BAND, column.measured), style.clone())
-    }))?;
-    let labels: Vec<(f64, String)> = columns.iter().map(|column| (column.place, column.label.clone())).collect();
-    write_below(area, chart.plotting_area().get_pixel_range(), below, &labels)
+/// A chart with a legend above it, and the names of its axes.
+struct Panel<'a> {
+    below: &'a str,
+    beside: &'a str,
 }
 
-/// Tick labels below the axis, and the axis's label below them.
-fn write_below(
-    area: &Area<'_>,
-    (across, down): (std::ops::Range<i32>, std::ops::Range<i32>),
-    below: &str,
-    labels: &[(f64, String)],
-) -> DrawingResult {
-    use plotters::style::text_anchor::{HPos, Pos, VPos};
-    let style = ("sans-serif", 12).into_text_style(area).pos(Pos::new(HPos::Center, VPos::Top));
-    let (left, top) = area.get_base_pixel();
-    let x = |place: f64| across.start - left + (f64::from(across.end - across.start) * place) as i32;
-    for (place, label) in labels {
-        area.draw_text(label, &style, (x(*place), down.end - top + 6))?;
+type Chart<'a, 'b, Y> = ChartContext<'a, SVGBackend<'b>, Cartesian2d<RangedCoordf64, Y>>;
+
+impl Panel<'_> {
+    /// Curves on a logarithmic axis.
+    fn lines(&self, area: &Area<'_>, labels: &[(f64, String)], curves: &[Curve]) -> DrawingResult {
+        legend(area, 0, &curves.iter().map(|curve| (curve.mark, curve.name)).collect::<Vec<_>>())?;
+        // Whole decades, so that each axis has tick labels; a little more, so that its ends have.
+        let values = curves.iter().flat_map(|curve| &curve.points).map(|(_, y)| y.log10());
+        let (least, most) = values.fold((f64::MAX, f64::MIN), |(a, b), v| (a.min(v), b.max(v)));
+        let (least, most) = if least <= most { (least, most) } else { (0.0, 0.0) };
+        let decades = 0.99 * 10f64.powf((least - 0.05).floor())..1.01 * 10f64.powf((most + 0.05).ceil());
+        let mut chart = self.builder(area).build_cartesian_2d(0.0..1.0, decades.log_scale())?;
+        self.mesh(&mut chart, &power_of_ten)?;
+        for Curve { mark, points, .. } in curves {
+            let points = points.iter().copied();
+            let Mark::Line { filled } = mark else {
+                chart.draw_series(DashedLineSeries::new(points, DASHES.0, DASHES.1, mark.stroke()))?;
+                continue;
+            };
+            let fill = if *filled { mark.colour() } else { WHITE };
+            chart.draw_series(LineSeries::new(points.clone(), mark.stroke()))?;
+            chart.draw_series(points.clone().map(|at| Circle::new(at, LARGE_DOT, fill.filled())))?;
+            chart.draw_series(points.map(|at| Circle::new(at, LARGE_DOT, mark.stroke())))?;
+        }
+        self.write_below(area, chart.plotting_area().get_pixel_range(), labels)
     }
-    area.draw_text(below, &style, (x(0.5), down.end - top + 24))
+
+    /// Dots on bands.
+    fn bands(&self, area: &Area<'_>, columns: &[Column]) -> DrawingResult {
+        let entries = [(Mark::Bar(CHANCE), "explained by chance (99 %)"), (Mark::Dot(MEASURED), "measured")];
+        legend(area, 0, &entries)?;
+        let values = columns.iter().flat_map(|column| [column.chance[0], column.chance[1], column.measured]);
+        let numbers = values.filter(|value| value.is_finite());
+        let (least, most) = numbers.fold((f64::MAX, f64::MIN), |(a, b), v| (a.min(v), b.max(v)));
+        let (least, most) = if least < most { (least, most) } else { (0.0, 1.0) };
+        let room = 0.15 * (most - least);
+        let mut chart = self.builder(area).build_cartesian_2d(0.0..1.0, least - room..most + room)?;
+        self.mesh(&mut chart, &|value| format!("{value:.1}"))?;
+        let finite = || columns.iter().filter(|column| column.measured.is_finite());
+        chart.draw_series(finite().map(|Column { place, chance: [least, most], .. }| {
+            Rectangle::new([(place - HALF_BAND, *least), (place + HALF_BAND, *most)], CHANCE.filled())
+        }))?;
+        let dot = |column: &Column| Circle::new((column.place, column.measured), LARGE_DOT, MEASURED.filled());
+        chart.draw_series(finite().map(dot))?;
+        let beside = text().pos(Pos::new(HPos::Left, VPos::Center));
+        chart.draw_series(finite().map(|column| {
+            Text::new(column.note.clone(), (column.place + 1.4 * HALF_BAND, column.measured), beside.clone())
+        }))?;
+        let labels: Vec<(f64, String)> = columns.iter().map(|column| (column.place, column.label.clone())).collect();
+        self.write_below(area, chart.plotting_area().get_pixel_range(), &labels)
+    }
+
+    fn builder<'a, 'b, 'c>(&self, area: &'a Area<'b>) -> ChartBuilder<'a, 'c, SVGBackend<'b>>
+    where
+        'b: 'a,
+    {
+        let mut builder = ChartBuilder::on(area);
+        builder
+            .margin_top(LEGEND + MM)
+            .margin_right(2 * MM)
+            .margin_left(MM / 2)
+            .x_label_area_size(BELOW)
+            .y_label_area_size(BESIDE);
+        builder
+    }
+
+    /// Lines across at ticks; what stands below is written by `write_below`.
+    fn mesh<Y>(&self, chart: &mut Chart<'_, '_, Y>, label: &dyn Fn(&f64) -> String) -> DrawingResult
+    where
+        Y: Ranged<ValueType = f64> + ValueFormatter<f64>,
+    {
+        chart
+            .configure_mesh()
+            .disable_x_mesh()
+            .x_labels(0)
+            .y_labels(5)
+            .y_desc(self.beside)
+            .y_label_formatter(&label)
+            .label_style(text())
+            .axis_desc_style(text())
+            .light_line_style(TRANSPARENT)
+            .draw()
+    }
+
+    /// Tick labels below the axis, and the axis's name below them.
+    fn write_below(
+        &self,
+        area: &Area<'_>,
+        (across, down): (std::ops::Range<i32>, std::ops::Range<i32>),
+        labels: &[(f64, String)],
+    ) -> DrawingResult {
+        let (left, top) = area.get_base_pixel();
+        let x = |place: f64| across.start - left + (f64::from(across.end - across.start) * place) as i32;
+        for (place, label) in labels {
+            write(area, label, (x(*place), down.end - top + LINE * 2 / 3), HPos::Center)?;
+        }
+        write(area, self.below, (x(0.5), down.end - top + BELOW - LINE / 2), HPos::Center)
+    }
 }

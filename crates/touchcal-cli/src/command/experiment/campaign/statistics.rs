@@ -81,11 +81,11 @@ impl CampaignStatistics {
         row("error over the Cramér-Rao bound", format!("{:.2}", self.error_over_cramer_rao), "1".to_owned());
         let bound = |bound: f64| format!("{bound:.2e} at the bound");
         row(
-            "mean error of joint offsets, deg, median (95 %)",
+            "mean error of encoder offsets, deg, median (95 %)",
             quantiles(self.offset_error_deg),
             bound(self.offset_cramer_rao_deg),
         );
-        row("mean error of strains, median (95 %)", quantiles(self.strain_error), bound(self.strain_cramer_rao));
+        row("mean error of link strains, median (95 %)", quantiles(self.strain_error), bound(self.strain_cramer_rao));
         row("mean tool error at 1000 other poses, mm", format!("{:.4}", self.tool_error_mm), String::new());
         row("mean tool error at 1000 other poses, deg", format!("{:.4}", self.tool_error_deg), String::new());
         row("core seconds per trial", format!("{:.2}", self.seconds_a_trial), String::new());

@@ -49,7 +49,7 @@ fn text(args: &CampaignArgs, vary: &Vary, statistics: &[CampaignStatistics]) -> 
     let mut table = Table::new([
         vary.setting.as_str(),
         "usable",
-        "offset error, deg (95 %)",
+        "encoder offset error, deg (95 %)",
         "Cramér-Rao bound",
         "tool error, mm (95 %)",
         "mean, deg",

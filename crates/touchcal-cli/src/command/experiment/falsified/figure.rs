@@ -1,60 +1,57 @@
 //! The figure: shares of honest and useful answers, a kind a line.
 
 use plotters::prelude::*;
-use plotters::style::text_anchor::{HPos, Pos, VPos};
+use plotters::style::text_anchor::HPos;
 
+use super::super::figure::{
+    Area, DrawingResult, INK, LEGEND, LIGHT, LINE, MEASURED, MM, Mark, WIDTH, legend, svg, write,
+};
 use super::statistics::KindStatistics;
 
-/// Width of the figure, of the names and of the bars, and height of a line and the title (px).
-const WIDTH: i32 = 640;
-const NAMES: i32 = 170;
-const BARS: i32 = 380;
-const LINE: i32 = 22;
-const TITLE: i32 = 44;
-const USEFUL: RGBColor = RGBColor(31, 119, 180);
-const REFUSED: RGBColor = RGBColor(170, 200, 225);
-const DISHONEST: RGBColor = RGBColor(200, 60, 40);
-/// Size of the texts (px).
-const TEXT: i32 = 12;
-
-type Area<'a> = DrawingArea<SVGBackend<'a>, plotters::coord::Shift>;
-type DrawingResult = Result<(), DrawingAreaErrorKind<std::io::Error>>;
+/// Widths of the names and of the bars, height of a line, of what is above and of the axis (px).
+const NAMES: i32 = 33 * MM;
+const BARS: i32 = 39 * MM;
+const ROW: i32 = 4 * MM;
+const ABOVE: i32 = LEGEND + MM / 2;
+const AXIS: i32 = 8 * MM;
+const USEFUL: RGBColor = MEASURED;
+const REFUSED: RGBColor = LIGHT;
+const DISHONEST: RGBColor = INK;
+/// Ticks of the axis (%).
+const TICKS: [i32; 5] = [0, 25, 50, 75, 100];
 
 /// SVG of a bar for each kind: useful, honestly refused and dishonest answers.
-pub fn svg(kinds: &[KindStatistics]) -> Result<String, String> {
-    let mut text = String::new();
-    {
-        let height = TITLE + LINE * kinds.len() as i32 + LINE / 2;
-        let root = SVGBackend::with_string(&mut text, (WIDTH as u32, height as u32)).into_drawing_area();
-        draw(&root, kinds).map_err(|error| error.to_string())?;
-        root.present().map_err(|error| error.to_string())?;
-    }
-    Ok(text)
+pub fn figure(kinds: &[KindStatistics]) -> Result<String, String> {
+    svg(ABOVE + ROW * kinds.len() as i32 + AXIS, |root| draw(root, kinds))
 }
 
 fn draw(root: &Area<'_>, kinds: &[KindStatistics]) -> DrawingResult {
-    root.fill(&WHITE)?;
-    let style = ("sans-serif", TEXT).into_text_style(root).pos(Pos::new(HPos::Left, VPos::Center));
-    let right = style.pos(Pos::new(HPos::Right, VPos::Center));
-    let legend = [("useful", USEFUL), ("honest: refused", REFUSED), ("not honest", DISHONEST)];
-    for (k, (name, colour)) in legend.into_iter().enumerate() {
-        let left = NAMES + 130 * k as i32;
-        root.draw(&Rectangle::new([(left, 16), (left + 12, 28)], colour.filled()))?;
-        root.draw_text(name, &style, (left + 18, 22))?;
-    }
+    let entries =
+        [(Mark::Bar(USEFUL), "useful"), (Mark::Bar(REFUSED), "honest: refused"), (Mark::Bar(DISHONEST), "not honest")];
+    legend(root, 0, &entries)?;
     for (k, KindStatistics { kind, all, .. }) in kinds.iter().enumerate() {
-        let top = TITLE + LINE * k as i32;
-        root.draw_text(kind, &right, (NAMES - 8, top + LINE / 2))?;
+        let top = ABOVE + ROW * k as i32;
+        write(root, kind, (NAMES - MM, top + ROW / 2), HPos::Right)?;
         let mut before = 0;
         let parts = [(all.useful, USEFUL), (all.honest - all.useful, REFUSED), (all.trials - all.honest, DISHONEST)];
         let x = |count: u64| NAMES + (f64::from(BARS) * count as f64 / all.trials.max(1) as f64).round() as i32;
         for (count, colour) in parts.into_iter().filter(|(count, _)| *count > 0) {
-            let bar = [(x(before), top + 3), (x(before + count), top + LINE - 3)];
+            let bar = [(x(before), top + MM / 2), (x(before + count), top + ROW - MM / 2)];
             root.draw(&Rectangle::new(bar, colour.filled()))?;
             before += count;
         }
-        let counts = format!("{}/{} honest", all.honest, all.trials);
-        root.draw_text(&counts, &style, (NAMES + BARS + 6, top + LINE / 2))?;
+        write(root, &format!("{}/{} honest", all.honest, all.trials), (WIDTH, top + ROW / 2), HPos::Right)?;
     }
-    Ok(())
+    axis(root, ABOVE + ROW * kinds.len() as i32)
+}
+
+/// The axis of the shares, below the bars.
+fn axis(root: &Area<'_>, y: i32) -> DrawingResult {
+    root.draw(&PathElement::new([(NAMES, y), (NAMES + BARS, y)], INK.stroke_width(2)))?;
+    for tick in TICKS {
+        let x = NAMES + BARS * tick / 100;
+        root.draw(&PathElement::new([(x, y), (x, y + MM)], INK.stroke_width(2)))?;
+        write(root, &tick.to_string(), (x, y + 2 * MM + LINE / 4), HPos::Center)?;
+    }
+    write(root, "share of the answers (%)", (NAMES + BARS / 2, y + AXIS - LINE / 2), HPos::Center)
 }

@@ -38,7 +38,7 @@ pub fn run(args: &FalsifiedArgs) -> Result<Outcome, Failure> {
 
 fn write(args: &FalsifiedArgs, rows: &[FalsifiedRow], statistics: &[KindStatistics]) -> Result<Outcome, Failure> {
     let json = serde_json::to_string_pretty(statistics)? + "\n";
-    let svg = figure::svg(statistics).map_err(Failure::Setup)?;
+    let svg = figure::figure(statistics).map_err(Failure::Setup)?;
     let results = [
         ResultFile::new(ROWS, falsified_parquet::to_bytes(rows)?),
         ResultFile::new(STATISTICS, json.as_str()),

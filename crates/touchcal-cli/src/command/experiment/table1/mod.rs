@@ -1,13 +1,16 @@
 //! `touchcal experiment table1`: the table of Negi, Manyar & Gupta (2025), and what each part of
 //! the method contributes.
 
+mod figure;
+mod latex;
+mod summary;
+
 use std::ops::ControlFlow;
 use std::path::Path;
 use std::sync::Arc;
 use std::time::Instant;
 
 use rayon::prelude::*;
-use serde::Serialize;
 use touchcal::estimate::{GradientDescent, StopReason};
 use touchcal::experiment::Trial;
 use touchcal::geometry::Parts;
@@ -21,21 +24,16 @@ use touchcal::sim::{Preset, Scenario};
 
 use super::approach::{ALL, Approach, ContactModel, Manifolds};
 use super::row::{Row, Tool};
-use super::{figure, saved};
+use super::saved;
 use crate::args::{ApproachName, Table1Args};
 use crate::failure::{Failure, Outcome};
 use crate::output;
 use crate::progress::{Counter, interrupted};
-use crate::table::Table;
-
-/// Results published in the paper: mean absolute errors of strain and biases (deg), and their
-/// reduction factors.
-const PUBLISHED_STRAIN: f64 = 0.019;
-const PUBLISHED_BIAS_DEG: f64 = 1.48;
-const PUBLISHED_REDUCTION: (f64, f64) = (2.6, 3.37);
+use summary::Summary;
 
 const JSON: &str = "table1.json";
 const CSV: &str = "table1.csv";
+const LATEX: &str = "table1.tex";
 /// Name of the figure, the last file that is written.
 pub const FIGURE: &str = "table1.svg";
 
@@ -45,10 +43,10 @@ enum Source {
     Recorded(Box<Trial>),
 }
 
-/// Runs all approaches on all trials, saving each row; then writes the table as text, CSV, JSON and
-/// figure.
+/// Runs all approaches on all trials, saving each row; then writes the table as text, CSV, JSON,
+/// LaTeX and figure.
 pub fn run(args: &Table1Args) -> Result<Outcome, Failure> {
-    result_folder::check(&args.out, ResultKind::Table1, &[JSON, CSV, FIGURE], &[])?;
+    result_folder::check(&args.out, ResultKind::Table1, &[JSON, CSV, LATEX, FIGURE], &[])?;
     atomic::remove_left_over(&args.out.join(saved::ROWS));
     let robot = urdf::read_builtin("iiwa14", Ends::default())?.robot;
     let scenario = Scenario { contacts: args.contacts as usize, ..Preset::Paper.scenario(robot.clone())? };
@@ -86,10 +84,11 @@ pub fn run(args: &Table1Args) -> Result<Outcome, Failure> {
     let summaries: Vec<Summary> =
         approaches.iter().zip(&grouped).map(|(approach, rows)| Summary::of(approach, rows)).collect();
     let labels: Vec<&str> = approaches.iter().map(|approach| approach.label).collect();
-    let svg = figure::svg(&labels, &grouped, (PUBLISHED_BIAS_DEG, PUBLISHED_STRAIN)).map_err(Failure::Setup)?;
+    let svg = figure::figure(&labels, &grouped).map_err(Failure::Setup)?;
     let files = [
-        ResultFile::new(JSON, json(&rows, &summaries)?),
+        ResultFile::new(JSON, summary::json(&rows, &summaries)?),
         ResultFile::new(CSV, csv(&rows)),
+        ResultFile::new(LATEX, latex::table(&summaries, sources.len())),
         ResultFile::new(FIGURE, svg),
     ];
     result_folder::write(&args.out, ResultKind::Table1, &files, &[])?;
@@ -196,76 +195,6 @@ fn solve(
     Ok(Row::new(settings, trial, approach.name.key(), &estimate, seconds))
 }
 
-/// A row of the table: means over the trials.
-#[derive(Debug, Serialize)]
-struct Summary {
-    approach: &'static str,
-    label: &'static str,
-    trials: usize,
-    strain_mae: f64,
-    bias_mae_deg: f64,
-    strain_reduction: f64,
-    bias_reduction: f64,
-    hole: Tool,
-    workspace: Tool,
-    usable: f64,
-    seconds: f64,
-}
-
-impl Summary {
-    fn of(approach: &Approach, rows: &[&Row]) -> Summary {
-        let mean = |value: &dyn Fn(&Row) -> f64| rows.iter().map(|row| value(row)).sum::<f64>() / rows.len() as f64;
-        let tool = |tool: fn(&Row) -> Tool| Tool {
-            mean_mm: mean(&|row| tool(row).mean_mm),
-            mm_95: mean(&|row| tool(row).mm_95),
-            mean_deg: mean(&|row| tool(row).mean_deg),
-            deg_95: mean(&|row| tool(row).deg_95),
-        };
-        let strain_mae = mean(&|row| row.strain_error);
-        let bias_mae_deg = mean(&|row| row.bias_error_deg);
-        Summary {
-            approach: approach.name.key(),
-            label: approach.label,
-            trials: rows.len(),
-            strain_mae,
-            bias_mae_deg,
-            strain_reduction: mean(&|row| row.strain_before) / strain_mae,
-            bias_reduction: mean(&|row| row.bias_before_deg) / bias_mae_deg,
-            hole: tool(|row| row.hole),
-            workspace: tool(|row| row.workspace),
-            usable: mean(&|row| f64::from(u8::from(row.is_usable()))),
-            seconds: mean(&|row| row.seconds),
-        }
-    }
-}
-
-#[derive(Serialize)]
-struct Published {
-    strain_mae: f64,
-    bias_mae_deg: f64,
-    strain_reduction: f64,
-    bias_reduction: f64,
-}
-
-#[derive(Serialize)]
-struct File<'a> {
-    version: &'static str,
-    published: Published,
-    summary: &'a [Summary],
-    rows: &'a [Row],
-}
-
-fn json(rows: &[Row], summary: &[Summary]) -> Result<String, Failure> {
-    let published = Published {
-        strain_mae: PUBLISHED_STRAIN,
-        bias_mae_deg: PUBLISHED_BIAS_DEG,
-        strain_reduction: PUBLISHED_REDUCTION.0,
-        bias_reduction: PUBLISHED_REDUCTION.1,
-    };
-    let file = File { version: env!("CARGO_PKG_VERSION"), published, summary, rows };
-    Ok(serde_json::to_string_pretty(&file)? + "\n")
-}
-
 fn csv(rows: &[Row]) -> String {
     let mut text = "trial,approach,status,strain_error,bias_error_deg,strain_before,bias_before_deg,hole_mean_mm,hole_mm_95,\
                     hole_mean_deg,hole_deg_95,workspace_mean_mm,workspace_mm_95,workspace_mean_deg,workspace_deg_95,seconds\n"
@@ -282,55 +211,11 @@ fn csv(rows: &[Row]) -> String {
 }
 
 fn text(args: &Table1Args, trials: usize, summaries: &[Summary]) -> String {
-    let mut table = Table::new([
-        "",
-        "strain",
-        "bias deg",
-        "strain ×",
-        "bias ×",
-        "hole mm",
-        "95 %",
-        "deg",
-        "other poses mm",
-        "95 %",
-        "deg",
-        "95 %",
-        "usable",
-        "s",
-    ]);
-    let blank = || "-".to_owned();
-    let published = [
-        "paper (published, real arm)".to_owned(),
-        format!("{PUBLISHED_STRAIN}"),
-        format!("{PUBLISHED_BIAS_DEG}"),
-        format!("{:.1}", PUBLISHED_REDUCTION.0),
-        format!("{:.1}", PUBLISHED_REDUCTION.1),
-    ];
-    table.row(published.into_iter().chain(std::iter::repeat_with(blank).take(9)));
-    for summary in summaries {
-        let Summary { hole, workspace, .. } = summary;
-        table.row([
-            summary.label.to_owned(),
-            format!("{:.1e}", summary.strain_mae),
-            format!("{:.4}", summary.bias_mae_deg),
-            format!("{:.1}", summary.strain_reduction),
-            format!("{:.1}", summary.bias_reduction),
-            format!("{:.3}", hole.mean_mm),
-            format!("{:.3}", hole.mm_95),
-            format!("{:.4}", hole.mean_deg),
-            format!("{:.3}", workspace.mean_mm),
-            format!("{:.3}", workspace.mm_95),
-            format!("{:.4}", workspace.mean_deg),
-            format!("{:.4}", workspace.deg_95),
-            format!("{:.0} %", 100.0 * summary.usable),
-            format!("{:.2}", summary.seconds),
-        ]);
-    }
     [
         format!("Mean absolute errors over {trials} trials: parameters, tool at the hole, tool at 1000 other poses\n"),
-        table.to_string(),
+        summary::table(summaries).to_string(),
         format!(
-            "\nWritten to {}: table1.csv, table1.json, table1.svg, and one file per row in rows/.\n",
+            "\nWritten to {}: table1.csv, table1.json, table1.tex, table1.svg, and one file per row in rows/.\n",
             args.out.display()
         ),
         missing_rows(args),
