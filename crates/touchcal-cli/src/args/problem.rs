@@ -137,7 +137,7 @@ pub struct EvaluateArgs {
     #[arg(long, value_name = "FILE", help_heading = ARM)]
     pub truth: Option<PathBuf>,
     /// Also write the scores as a page, to open in a browser
-    #[arg(long, value_name = "FILE.html")]
+    #[arg(long, value_name = "FILE.html", help_heading = OUTPUT)]
     pub report: Option<PathBuf>,
     /// Replaced: the problem names the nominal URDF.
     #[arg(long, value_name = "FILE", hide = true, requires = "mukca", conflicts_with = "problem")]
