@@ -8,6 +8,7 @@ use pyo3::prelude::*;
 use touchcal::se3::Pose;
 
 use crate::error::unexpected;
+use crate::plausible;
 
 /// Anything that numpy takes for an array of numbers; arrays of float64 are not copied.
 pub type Numbers<'py> = PyArrayLikeDyn<'py, f64, AllowTypeChange>;
@@ -15,9 +16,6 @@ pub type Numbers<'py> = PyArrayLikeDyn<'py, f64, AllowTypeChange>;
 /// How far a quaternion's norm may be from 1, and a matrix from a rotation, before it is taken for
 /// a mistake.
 const TOLERANCE: f64 = 1e-3;
-
-/// Longest translation (m) of a tool or a fixture. A longer one is in another unit.
-const FARTHEST: f64 = 10.0;
 
 /// `values` as an array that cannot be written to. They are moved, not copied.
 pub fn fixed(py: Python<'_>, values: Vec<f64>) -> Bound<'_, PyArray1<f64>> {
@@ -50,8 +48,8 @@ pub fn poses_array<'py>(py: Python<'py>, poses: &[Pose]) -> PyResult<Bound<'py, 
 pub fn one_pose(given: &Numbers<'_>, what: &str) -> PyResult<Pose> {
     let pose = of_view(&given.as_array(), what)?;
     let far = pose.translation.vector.norm();
-    if far > FARTHEST {
-        let expected = format!("a translation of at most {FARTHEST} m (lengths are metres)");
+    if far > plausible::REACH {
+        let expected = format!("a translation of at most {} m (lengths are metres)", plausible::REACH);
         return Err(unexpected(what, expected, format!("{far} m")));
     }
     Ok(pose)
@@ -114,7 +112,10 @@ pub fn pose(
     let rotation = match (quat_wxyz, rpy) {
         (None, None) => UnitQuaternion::identity(),
         (Some([w, x, y, z]), None) => rotation(Quaternion::new(w, x, y, z), "quat_wxyz")?,
-        (None, Some([roll, pitch, yaw])) => UnitQuaternion::from_euler_angles(roll, pitch, yaw),
+        (None, Some([roll, pitch, yaw])) => {
+            [roll, pitch, yaw].into_iter().try_for_each(|angle| plausible::angle("rpy", angle, 1.0))?;
+            UnitQuaternion::from_euler_angles(roll, pitch, yaw)
+        }
         (Some(_), Some(_)) => return Err(unexpected("pose", "quat_wxyz or rpy", "both")),
     };
     Ok(fixed(py, numbers(&Pose::from_parts(xyz.into(), rotation)).to_vec()))

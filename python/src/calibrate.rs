@@ -50,7 +50,7 @@ pub fn calibrate(
     });
     let seconds = start.elapsed().as_secs_f64();
     observer.finish()?;
-    let problem = freed.map_or(Ok(problem), |loaded| Py::new(py, Problem { loaded }))?;
+    let problem = freed.map_or(Ok(problem), |loaded| Py::new(py, Problem::of(loaded)?))?;
     let loaded = &problem.get().loaded;
     let prefit = py.detach(|| estimate::evaluate(&loaded.problem));
     let solved = Solved { estimate, prefit, steps, ended: Timestamp::now(), seconds };

@@ -4,20 +4,22 @@ use std::path::PathBuf;
 
 use nalgebra::DVector;
 use numpy::{PyArray1, PyArray2};
-use pyo3::exceptions::PyKeyError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use touchcal::estimate::{self, Verdict, apply_estimated_places, contact_distances};
-use touchcal::io::Export;
 use touchcal::io::calibration_folder::{self, Solved, Wanted};
-use touchcal::io::estimate_file::{EstimateFile, ParameterEntry};
-use touchcal::io::urdf::{self, Ends};
+use touchcal::io::estimate_file::EstimateFile;
+use touchcal::io::urdf::{self, Ends, UrdfFile};
+use touchcal::io::{Export, SavedCalibration};
+use touchcal::robot::GRAVITY;
 
-use crate::array::{fixed, fixed_rows, numbers};
+use crate::array::{fixed, numbers};
 use crate::checks::{EffectTest, PredictiveCheck, PriorTest};
-use crate::error::{io, unexpected, unpicklable};
+use crate::error::{io, unexpected};
+use crate::estimate_tables;
 use crate::evaluation::Evaluation;
-use crate::frame::{self, Frame};
+use crate::frame::Frame;
+use crate::pickle::{Reduced, reduced};
 use crate::problem::Problem;
 use crate::progress::Progress;
 use crate::result::{
@@ -62,7 +64,7 @@ impl Calibration {
     /// Covariance of the parameters, in their order and units, shape (P, P).
     #[getter]
     fn covariance<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        fixed_rows(py, self.file.covariance.concat(), self.file.parameters.len())
+        estimate_tables::covariance(py, &self.file)
     }
 
     /// Number of directions of the parameters that the data determine.
@@ -237,11 +239,11 @@ impl Calibration {
     /// the calibration, contacts, noise, ten parameters at most in mm and degrees, what is not
     /// determined, and warnings.
     fn summary(&self) -> String {
-        Summary::new(&self.problem.get().loaded.problem, &self.solved, &self.file, 10).text()
+        Summary::new(&self.file, Some(self.noise()), 10).text()
     }
 
     fn _repr_html_(&self) -> String {
-        Summary::new(&self.problem.get().loaded.problem, &self.solved, &self.file, 100).html()
+        Summary::new(&self.file, Some(self.noise()), 100).html()
     }
 
     fn _ipython_key_completions_(&self) -> Vec<&str> {
@@ -249,32 +251,17 @@ impl Calibration {
     }
 
     fn __getitem__(&self, name: &str) -> PyResult<Parameter> {
-        let found = self.file.parameters.iter().find(|entry| entry.name == name);
-        found.map(Into::into).ok_or_else(|| PyKeyError::new_err(name.to_owned()))
+        estimate_tables::parameter(&self.file, name)
     }
 
     /// A row a parameter: name, block, unit, value, sigma, prior_sigma, identifiable.
     fn to_pandas<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        let entries = &self.file.parameters;
-        let text = |part: fn(&ParameterEntry) -> &String| entries.iter().map(part).collect::<Vec<_>>();
-        let number = |part: fn(&ParameterEntry) -> Option<f64>| {
-            entries.iter().map(|entry| part(entry).unwrap_or(f64::NAN)).collect::<Vec<_>>()
-        };
-        Frame::new(py)
-            .column("name", text(|entry| &entry.name))?
-            .column("block", text(|entry| &entry.block))?
-            .column("unit", text(|entry| &entry.unit))?
-            .column("value", number(|entry| Some(entry.value)))?
-            .column("sigma", number(|entry| entry.sigma))?
-            .column("prior_sigma", number(|entry| entry.prior_sigma))?
-            .column("identifiable", entries.iter().map(|entry| entry.identifiable).collect::<Vec<_>>())?
-            .build()
+        estimate_tables::parameters_frame(py, &self.file)
     }
 
     /// The covariance with the names of the parameters as index and columns, in their units.
     fn covariance_frame<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
-        let names: Vec<&str> = self.file.parameters.iter().map(|entry| entry.name.as_str()).collect();
-        frame::labelled(self.covariance(py)?, &names)
+        estimate_tables::covariance_frame(py, &self.file)
     }
 
     /// A row a contact: fixture, file, line, distance from contact (m) with the nominal and the
@@ -319,7 +306,7 @@ impl Calibration {
     /// Args:
     ///     folder: where to write; it is made if missing.
     ///     export: formats of `touchcal calibrate --export` whose files are written too: "ur",
-    ///         "dh", "xacro".
+    ///         "dh", "xacro", "ros2_control".
     ///
     /// Returns:
     ///     the paths of calibrated.urdf, estimate.json and report.html.
@@ -338,8 +325,8 @@ impl Calibration {
         Ok((written.urdf, written.estimate, written.report))
     }
 
-    fn __reduce__(&self) -> PyResult<()> {
-        Err(unpicklable("Calibration", "return what of it is needed, such as `to_pandas()` or `to_json()`"))
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Reduced<'py>> {
+        reduced(py, "Calibration", &self.solved, Some(self.problem.clone_ref(py).into_any()))
     }
 
     fn __repr__(&self) -> String {
@@ -353,6 +340,20 @@ impl Calibration {
     pub fn new(problem: Py<Problem>, solved: Solved) -> Self {
         let file = calibration_folder::estimate_file(&problem.get().loaded, &solved);
         Calibration { problem, solved, file }
+    }
+
+    /// Measured over declared noise, in words.
+    fn noise(&self) -> String {
+        let is_estimated = self.problem.get().loaded.problem.noise.is_estimated;
+        let source = if is_estimated { "estimated" } else { "declared" };
+        format!("{:.2} times the {source} noise", self.solved.estimate.noise_factor)
+    }
+
+    /// What its files would have, under a name for messages.
+    pub fn as_saved(&self, name: &str) -> PyResult<SavedCalibration> {
+        let urdf =
+            Some(UrdfFile { robot: self.robot()?.file.robot.with_gravity(GRAVITY.into()), ..self.robot()?.file });
+        Ok(SavedCalibration { name: name.to_owned(), file: self.file.clone(), urdf })
     }
 
     /// The problem with the estimated poses of tool and fixtures.

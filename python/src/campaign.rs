@@ -13,7 +13,7 @@ use touchcal::io::campaign_folder::CampaignFolder;
 use touchcal::io::campaign_parquet;
 use touchcal::io::scenario_file::{self, TextFile};
 
-use crate::error::{Error, SimulationError, io, refused, unexpected};
+use crate::error::{Error, SimulationError, io, refused, unexpected, unpicklable};
 use crate::simulation::scenario_of;
 
 /// How often Ctrl-C is looked for.
@@ -136,6 +136,10 @@ impl Campaign {
     ///     InputError: if a part is not there.
     fn write_rows(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
         py.detach(|| self.parts.write_rows(&path)).map_err(io)
+    }
+
+    fn __reduce__(&self) -> PyResult<()> {
+        Err(unpicklable("Campaign", "send `files`, `trials` and `seed`, of which `Campaign.from_files` makes it again"))
     }
 
     fn __repr__(&self) -> String {

@@ -4,6 +4,7 @@
 use std::collections::BTreeMap;
 
 use pyo3::prelude::*;
+use serde::{Deserialize, Serialize};
 use touchcal::estimate::{self, DeclaredValue, EffectValue};
 
 use crate::repr::{length, number};
@@ -26,7 +27,7 @@ use crate::repr::{length, number};
 ///         workspace, if the effect were estimated (m).
 ///     radius: root mean square radius of the tool's reported 95 % region in the same poses (m).
 #[pyclass(frozen, get_all, eq, module = "touchcal")]
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct EffectTest {
     effect: String,
     description: String,
@@ -84,7 +85,7 @@ impl EffectTest {
 ///     displacement: root mean square motion of the tool between this result and the one with what
 ///         is declared held exact (m); None for noise, and where nothing changes the quantity.
 #[pyclass(frozen, get_all, eq, module = "touchcal")]
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PriorTest {
     name: String,
     description: String,
@@ -133,7 +134,7 @@ impl PriorTest {
 ///     widening: factor by which standard deviations were multiplied for it.
 ///     stretches: ratio of each stretch, in the order of the log.
 #[pyclass(frozen, get_all, eq, module = "touchcal")]
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PredictiveCheck {
     ratio: f64,
     p_value: f64,

@@ -49,7 +49,5 @@ pub fn refused(what: impl Into<String>, message: impl ToString) -> PyErr {
 
 /// The exception where an object of `class` is to be sent to another process: what to do instead.
 pub fn unpicklable(class: &str, instead: &str) -> PyErr {
-    PyTypeError::new_err(format!(
-        "a touchcal.{class} cannot be pickled; calibrate in threads, which run side by side, or {instead}"
-    ))
+    PyTypeError::new_err(format!("a touchcal.{class} cannot be pickled; {instead}"))
 }

@@ -4,11 +4,12 @@ use std::path::PathBuf;
 
 use pyo3::prelude::*;
 use touchcal::estimate::{ParameterPosterior, apply_estimated_places, evaluate_held_out};
+use touchcal::io::SavedCalibration;
 use touchcal::io::calibration_folder::place_written;
 use touchcal::io::estimate_file::{EstimateFile, RobotEntry};
 use touchcal::io::urdf;
 
-use crate::calibration::Calibration;
+use crate::comparison::AnyCalibration;
 use crate::error::{io, unexpected};
 use crate::evaluation::Evaluation;
 use crate::problem::Problem;
@@ -17,8 +18,8 @@ use crate::problem::Problem;
 ///
 /// Args:
 ///     problem: contacts, best others than those of the fit.
-///     calibration: the calibrated arm, with tool and fixtures where it found them; default:
-///         the problem's arm as it is.
+///     calibration: the calibrated arm, saved or not, with tool and fixtures where it found
+///         them; default: the problem's arm as it is.
 ///     urdf: this URDF's arm instead, as `touchcal evaluate --urdf` does,
 ///     estimate: and with it, with tool and fixtures where this estimate.json found them.
 ///
@@ -29,7 +30,7 @@ use crate::problem::Problem;
 pub fn evaluate(
     py: Python<'_>,
     problem: &Problem,
-    calibration: Option<&Calibration>,
+    calibration: Option<AnyCalibration<'_>>,
     urdf: Option<PathBuf>,
     estimate: Option<PathBuf>,
 ) -> PyResult<Evaluation> {
@@ -39,12 +40,26 @@ pub fn evaluate(
     let nominal = &problem.loaded.problem;
     let mut evaluated = nominal.clone();
     let mut posterior = None;
-    if let Some(calibration) = calibration {
-        let estimate = &calibration.solved.estimate;
-        urdf::check_like(&nominal.robot, &estimate.robot, estimate.robot.name()).map_err(io)?;
-        apply_estimated_places(&mut evaluated, |name| estimate.parameter(name).map(|parameter| parameter.value));
-        evaluated.robot = estimate.robot.clone().with_gravity(*nominal.robot.gravity());
-        posterior = ParameterPosterior::of_estimate(estimate);
+    match calibration {
+        None => {}
+        Some(AnyCalibration::Made(calibration)) => {
+            let estimate = &calibration.solved.estimate;
+            urdf::check_like(&nominal.robot, &estimate.robot, estimate.robot.name()).map_err(io)?;
+            apply_estimated_places(&mut evaluated, |name| estimate.parameter(name).map(|parameter| parameter.value));
+            evaluated.robot = estimate.robot.clone().with_gravity(*nominal.robot.gravity());
+            posterior = ParameterPosterior::of_estimate(estimate);
+        }
+        Some(AnyCalibration::Saved(calibration)) => {
+            let SavedCalibration { name, file, urdf } = &calibration.saved;
+            let Some(urdf) = urdf else {
+                return Err(unexpected(name, "a folder with calibrated.urdf", "an estimate.json alone"));
+            };
+            urdf::check_like(&nominal.robot, &urdf.robot, name).map_err(io)?;
+            file.check_robot(&RobotEntry::of(&nominal.robot), name).map_err(io)?;
+            place_written(&mut evaluated, file);
+            evaluated.robot = urdf.robot.clone().with_gravity(*nominal.robot.gravity());
+            posterior = file.posterior();
+        }
     }
     let other = urdf.map(|path| urdf::read_like(&nominal.robot, &path)).transpose().map_err(io)?;
     if let Some(path) = estimate {

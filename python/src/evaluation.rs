@@ -1,7 +1,10 @@
 //! How well an arm explains contacts.
 
+use std::borrow::Cow;
+
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+use serde::{Deserialize, Serialize};
 use touchcal::estimate;
 use touchcal::io::estimate_file::{Severity, WarningEntry};
 
@@ -17,7 +20,7 @@ use crate::score::{Score, Spread};
 ///     ratio: found over predicted.
 ///     by_chance: range of the ratio that holds 99.9 % of what chance makes.
 #[pyclass(frozen, get_all, eq, module = "touchcal")]
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Scatter {
     found: f64,
     predicted: f64,
@@ -50,10 +53,10 @@ impl Scatter {
 ///         and of noise.
 ///     deviations: found minus declared, in these standard deviations.
 #[pyclass(frozen, get_all, eq, module = "touchcal")]
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FixtureDistance {
     between: (String, String),
-    source: &'static str,
+    source: Cow<'static, str>,
     declared: f64,
     found: f64,
     sigma: f64,
@@ -65,7 +68,7 @@ impl From<&estimate::FixtureDistance> for FixtureDistance {
         let [a, b] = distance.between.clone();
         let estimate::FixtureDistance { source, declared, found, sigma, .. } = *distance;
         let deviations = distance.deviations();
-        FixtureDistance { between: (a, b), source: source.name(), declared, found, sigma, deviations }
+        FixtureDistance { between: (a, b), source: source.name().into(), declared, found, sigma, deviations }
     }
 }
 
@@ -92,7 +95,7 @@ impl FixtureDistance {
 ///         deviation; None of fewer than two.
 ///     warnings: what contradicts the calibration beyond chance, with advice.
 #[pyclass(frozen, module = "touchcal")]
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Evaluation {
     score: Score,
     names: Vec<String>,

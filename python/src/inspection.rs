@@ -1,8 +1,11 @@
 //! Expected standard deviations and identifiability before calibration.
 
+use std::borrow::Cow;
+
 use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+use serde::{Deserialize, Serialize};
 use touchcal::estimate::{self, StopReason};
 use touchcal::io::estimate_file::WarningEntry;
 use touchcal::parameter::Unit;
@@ -10,6 +13,7 @@ use touchcal::robot::JointKind;
 
 use crate::array::fixed;
 use crate::frame::Frame;
+use crate::pickle::{Reduced, reduced};
 use crate::problem::Problem;
 use crate::progress::Observer;
 use crate::repr::{number, quantity};
@@ -25,10 +29,10 @@ use crate::score::Score;
 ///     prior_sigma: standard deviation of its prior, where it has one.
 ///     identifiable: whether the data determine it.
 #[pyclass(frozen, get_all, eq, module = "touchcal")]
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Expected {
     name: String,
-    unit: &'static str,
+    unit: Cow<'static, str>,
     sigma: Option<f64>,
     prior_sigma: Option<f64>,
     identifiable: bool,
@@ -37,7 +41,7 @@ pub struct Expected {
 #[pymethods]
 impl Expected {
     fn __repr__(&self) -> String {
-        let unit = Unit::from_symbol(self.unit).unwrap_or(Unit::One);
+        let unit = Unit::from_symbol(&self.unit).unwrap_or(Unit::One);
         let sigma =
             self.sigma.map_or_else(|| "no sigma".to_owned(), |sigma| format!("± {}", quantity(unit, sigma, None)));
         let mark = if self.identifiable { "" } else { ", not identifiable" };
@@ -52,7 +56,7 @@ impl Expected {
 ///     least, most: rad or m.
 ///     share: share of the joint's limits that this covers, where it has limits.
 #[pyclass(frozen, eq, module = "touchcal")]
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct JointRange {
     #[pyo3(get)]
     joint: String,
@@ -84,8 +88,8 @@ impl JointRange {
 #[pyclass(frozen, module = "touchcal")]
 #[derive(Debug)]
 pub struct Inspection {
-    problem: Py<Problem>,
-    inspection: estimate::Inspection,
+    pub problem: Py<Problem>,
+    pub inspection: estimate::Inspection,
 }
 
 #[pymethods]
@@ -121,7 +125,7 @@ impl Inspection {
     fn parameters(&self) -> Vec<Expected> {
         let each = self.inspection.parameters.iter().map(|expected| Expected {
             name: expected.parameter.name.clone(),
-            unit: expected.parameter.unit.symbol(),
+            unit: expected.parameter.unit.symbol().into(),
             sigma: expected.sigma,
             prior_sigma: expected.parameter.prior_sigma(),
             identifiable: expected.identifiable,
@@ -184,11 +188,15 @@ impl Inspection {
         let number = |value: Option<f64>| value.unwrap_or(f64::NAN);
         Frame::new(py)
             .column("name", parameters.iter().map(|p| &p.name).collect::<Vec<_>>())?
-            .column("unit", parameters.iter().map(|p| p.unit).collect::<Vec<_>>())?
+            .column("unit", parameters.iter().map(|p| &p.unit).collect::<Vec<_>>())?
             .column("sigma", parameters.iter().map(|p| number(p.sigma)).collect::<Vec<_>>())?
             .column("prior_sigma", parameters.iter().map(|p| number(p.prior_sigma)).collect::<Vec<_>>())?
             .column("identifiable", parameters.iter().map(|p| p.identifiable).collect::<Vec<_>>())?
             .build()
+    }
+
+    fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<Reduced<'py>> {
+        reduced(py, "Inspection", &self.inspection, Some(self.problem.clone_ref(py).into_any()))
     }
 
     fn __repr__(&self) -> String {

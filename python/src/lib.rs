@@ -9,7 +9,9 @@ mod calibrate;
 mod calibration;
 mod campaign;
 mod checks;
+mod comparison;
 mod error;
+mod estimate_tables;
 mod evaluate;
 mod evaluation;
 mod frame;
@@ -17,11 +19,16 @@ mod inspection;
 mod log;
 mod manifold;
 mod parts;
+mod pickle;
+mod plausible;
 mod problem;
+mod problem_arguments;
 mod progress;
 mod repr;
+mod restore;
 mod result;
 mod robot;
+mod saved;
 mod score;
 mod simulation;
 mod summary;
@@ -40,6 +47,8 @@ mod _touchcal {
     use crate::campaign::Campaign;
     #[pymodule_export]
     use crate::checks::{EffectTest, PredictiveCheck, PriorTest};
+    #[pymodule_export]
+    use crate::comparison::{Comparison, ParameterChange, compare};
     #[pymodule_export]
     use crate::error::{Error, FileError, InputError, SimulationError};
     #[pymodule_export]
@@ -65,13 +74,16 @@ mod _touchcal {
     #[pymodule_export]
     use crate::robot::Robot;
     #[pymodule_export]
+    use crate::saved::SavedCalibration;
+    #[pymodule_export]
     use crate::score::{Score, Spread};
     #[pymodule_export]
     use crate::simulation::{Simulation, simulate};
     use pyo3::prelude::*;
 
     #[pymodule_init]
-    fn version(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    fn finish(module: &Bound<'_, PyModule>) -> PyResult<()> {
+        crate::restore::register(module)?;
         module.add("__version__", env!("CARGO_PKG_VERSION"))
     }
 }

@@ -7,6 +7,7 @@ use std::path::PathBuf;
 use numpy::{PyArray1, PyArray2, PyArrayMethods, PyUntypedArrayMethods};
 use pyo3::exceptions::PyUserWarning;
 use pyo3::prelude::*;
+use serde::{Deserialize, Serialize};
 use touchcal::contact::{AngleUnit, Detection, Load, LoadFrame, LoadOn};
 use touchcal::io::Input;
 use touchcal::io::contact_log::{self, Columns, Options};
@@ -22,7 +23,7 @@ const WRENCH: [&str; 6] = ["fx", "fy", "fz", "tx", "ty", "tz"];
 /// Rows are contacts where the force exceeds `force_threshold`, if it is given; else where they are
 /// flagged, if there are flags; else all.
 #[pyclass(frozen, module = "touchcal")]
-#[derive(Debug)]
+#[derive(Debug, Serialize, Deserialize)]
 pub struct ContactLog {
     pub log: touchcal::contact::ContactLog,
     pub input: Input,

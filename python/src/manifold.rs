@@ -1,11 +1,13 @@
 //! How tool and fixture touch.
 
+use std::any::Any;
 use std::path::PathBuf;
 use std::sync::Arc;
 
 use nalgebra::{Point2, Point3};
 use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
+use serde::{Deserialize, Serialize};
 use touchcal::geometry::{EdgeRadii, MeshPair, Parts, Polygon, PrismPair};
 use touchcal::io::Input;
 use touchcal::io::IoError;
@@ -17,31 +19,32 @@ use touchcal::io::weights_file::WeightsFile;
 use touchcal::manifold::coordinates::{self, Coordinates, Metric};
 use touchcal::manifold::{
     ContactManifold, FITTING, Misfit, NearestSample, PoseSamples, Projected, Projection, Residual, check_fit,
-    exact_manifold, peg_in_hole,
+    exact_manifold, manifold_data, peg_in_hole,
 };
 use touchcal::se3::Pose;
 
 use crate::array::{Numbers, fixed, fixed_rows, many_poses, poses_array};
 use crate::error::{io, refused, unexpected};
 use crate::log::warn;
+use crate::plausible;
 
 /// How a tool touches a fixture: the set of poses `fixture_from_tool` in which it does.
 #[pyclass(frozen, module = "touchcal")]
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Manifold {
+    #[serde(with = "manifold_data")]
     pub shape: Arc<dyn ContactManifold>,
-    projection: Option<Arc<dyn Projection>>,
     /// Files that it was read from.
     pub inputs: Vec<Input>,
 }
 
 impl Manifold {
     fn of(parts: &Parts) -> Manifold {
-        Manifold { shape: exact_manifold(parts).into(), projection: None, inputs: Vec::new() }
+        Manifold { shape: exact_manifold(parts).into(), inputs: Vec::new() }
     }
 
     fn projected(projection: Arc<dyn Projection>, inputs: Vec<Input>) -> Manifold {
-        Manifold { shape: Arc::new(Projected(Arc::clone(&projection))), projection: Some(projection), inputs }
+        Manifold { shape: Arc::new(Projected(projection)), inputs }
     }
 }
 
@@ -70,6 +73,9 @@ impl Manifold {
             let found = format!("{} and {radius}", points.len());
             return Err(unexpected("plane", "at least one point and a radius of at least 0", found));
         }
+        plausible::length("plane, radius", radius, plausible::PART)?;
+        let farthest = points.iter().map(|point| point.coords.norm()).fold(0.0, f64::max);
+        plausible::length("plane, points", farthest, plausible::PART)?;
         Ok(Manifold::of(&Parts::OnPlane { points, radius }))
     }
 
@@ -93,7 +99,10 @@ impl Manifold {
         peg_edge_radius: f64,
         hole_edge_radius: f64,
     ) -> PyResult<Manifold> {
-        let sharp = PrismPair::new(profile(&peg, "peg")?, length, profile(&hole, "hole")?, depth);
+        let (peg, hole) = (profile(&peg, "peg")?, profile(&hole, "hole")?);
+        let sizes = [("length", length), ("depth", depth), ("peg", peg.bounding_radius())];
+        sizes.into_iter().try_for_each(|(what, size)| plausible::length(what, size, plausible::PART))?;
+        let sharp = PrismPair::new(peg, length, hole, depth);
         let edge_radii = EdgeRadii { peg: peg_edge_radius, hole: hole_edge_radius };
         let parts = sharp.and_then(|sharp| sharp.with_edge_radii(edge_radii));
         let parts = parts.map_err(|error| refused("peg_in_hole", error))?;
@@ -113,6 +122,7 @@ impl Manifold {
     #[pyo3(signature = (peg, hole, *, depth, unit=0.001))]
     fn meshes(py: Python<'_>, peg: PathBuf, hole: PathBuf, depth: f64, unit: f64) -> PyResult<Manifold> {
         positive("depth", depth)?;
+        plausible::length("depth", depth, plausible::PART)?;
         positive("unit", unit)?;
         let (peg, of_peg) = mesh::read_file(&peg, unit).map_err(io)?;
         let (hole, of_hole) = mesh::read_file(&hole, unit).map_err(io)?;
@@ -121,7 +131,7 @@ impl Manifold {
         assumptions.several_bodies("hole", hole.body_count());
         warn(py, &assumptions.notes(""))?;
         let shape = peg_in_hole(MeshPair::new(peg, hole), depth).map_err(|misfit| unfitting("meshes", misfit))?;
-        Ok(Manifold { shape: shape.into(), projection: None, inputs: vec![of_peg, of_hole] })
+        Ok(Manifold { shape: shape.into(), inputs: vec![of_peg, of_hole] })
     }
 
     /// Distance from the nearest of recorded poses, or from a mean of the nearest few. No error
@@ -143,12 +153,15 @@ impl Manifold {
             }
             Err(_) => {
                 let poses = many_poses(&samples.extract()?, "samples")?;
+                let farthest = poses.iter().map(|pose| pose.translation.vector.norm()).fold(0.0, f64::max);
+                plausible::length("samples", farthest, plausible::REACH)?;
                 (PoseSamples::from_poses(&poses).map_err(|error| refused("samples", error))?, None, Vec::new())
             }
         };
         if let Some(bad) = metres_per_radian.filter(|length| !(*length > 0.0 && length.is_finite())) {
             return Err(unexpected("metres_per_radian", "a positive length", format!("{bad}")));
         }
+        metres_per_radian.map_or(Ok(()), |length| plausible::length("metres_per_radian", length, plausible::REACH))?;
         let given = metres_per_radian.map(|metres_per_radian| Metric { metres_per_radian });
         let metric = given.or(thinned_in).unwrap_or(Metric::MILLIMETRE_PER_DEGREE);
         let nearest = NearestSample::new(samples, metric).with_neighbours(neighbours);
@@ -195,7 +208,8 @@ impl Manifold {
     /// Returns:
     ///     shape (N, 7).
     fn project<'py>(&self, py: Python<'py>, poses: Numbers<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
-        let Some(projection) = &self.projection else {
+        let shape: &dyn Any = self.shape.as_ref();
+        let Some(Projected(projection)) = shape.downcast_ref() else {
             let found = format!("`{}`", self.shape.name());
             return Err(unexpected("project", "a manifold made by `nearest` or `learned`", found));
         };
@@ -238,7 +252,9 @@ pub fn offset_outline<'py>(
     outline: Numbers<'py>,
     distance: f64,
 ) -> PyResult<Bound<'py, PyArray2<f64>>> {
-    let moved = profile(&outline, "outline")?.offset_mitred(distance).map_err(|error| refused("outline", error))?;
+    let outline = profile(&outline, "outline")?;
+    plausible::length("distance", distance, outline.bounding_radius())?;
+    let moved = outline.offset_mitred(distance).map_err(|error| refused("outline", error))?;
     self::outline(py, &moved)
 }
 

@@ -1,6 +1,7 @@
 //! What touches and what is touched: tool and fixture.
 
 use pyo3::prelude::*;
+use serde::{Deserialize, Serialize};
 use touchcal::estimate::{self, PlacePrior, ShapeTolerance};
 use touchcal::io::Input;
 use touchcal::io::problem_file::{self, Assumptions, DeclaredPrior, Settings};
@@ -10,6 +11,7 @@ use touchcal::se3::Pose;
 use crate::array::{Numbers, one_pose};
 use crate::error::unexpected;
 use crate::manifold::Manifold;
+use crate::plausible;
 use crate::repr;
 
 /// The tool: its pose on the arm's tip link.
@@ -22,7 +24,7 @@ use crate::repr;
 ///     free: flat prior, instead of sigma and sigma_angle.
 ///     exact: the pose is exactly known.
 #[pyclass(frozen, module = "touchcal")]
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Tool {
     tip_from_tool: Pose,
     declared: DeclaredPrior,
@@ -54,15 +56,10 @@ impl Tool {
 
 impl Tool {
     /// The tool of a problem with these settings and fixtures.
-    pub fn nominal(
-        &self,
-        settings: &Settings,
-        fixtures: &[PyRef<'_, Fixture>],
-        assumptions: &mut Assumptions,
-    ) -> estimate::Tool {
+    pub fn nominal(&self, settings: &Settings, fixtures: &[&Fixture], assumptions: &mut Assumptions) -> estimate::Tool {
         let prior = settings.tool_prior(self.declared);
         if prior != PlacePrior::Flat {
-            let directions = |fixture: &PyRef<'_, Fixture>| fixture.fixture.manifold.tool_directions().to_vec();
+            let directions = |fixture: &&Fixture| fixture.fixture.manifold.tool_directions().to_vec();
             let has_rotation = fixtures.iter().flat_map(directions).any(|direction| direction >= 3);
             assumptions.place("tool", self.declared, has_rotation);
         }
@@ -89,12 +86,13 @@ impl Tool {
 ///     placement: fixtures that were recorded in one session share it; default: the name up to its
 ///         first "/".
 #[pyclass(frozen, module = "touchcal")]
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Fixture {
     fixture: estimate::Fixture,
     declared: DeclaredPrior,
     shape_sigmas: [Option<f64>; 3],
-    manifold: Manifold,
+    /// Files that its manifold was read from.
+    inputs: Vec<Input>,
 }
 
 #[pymethods]
@@ -132,7 +130,10 @@ impl Fixture {
                 let expected = format!("{part}_sigma or exact with {part:?}");
                 Err(unexpected(format!("{title}, {part}_sigma"), expected, "both"))
             }
-            Some(sigma) => not_negative(&title, &format!("{part}_sigma"), sigma),
+            Some(sigma) => {
+                plausible::length(format!("{title}, {part}_sigma"), sigma, plausible::SHAPE_SIGMA)?;
+                not_negative(&title, &format!("{part}_sigma"), sigma)
+            }
             None => Ok(if is_hole && !is_exact(part) { default } else { 0.0 }),
         };
         let default = ShapeTolerance::DEFAULT.of(manifold.shape.as_ref());
@@ -149,7 +150,7 @@ impl Fixture {
             name,
         };
         let shape_sigmas = [clearance_sigma, depth_sigma, edge_radius_sigma];
-        Ok(Fixture { fixture, declared, shape_sigmas, manifold: manifold.clone() })
+        Ok(Fixture { fixture, declared, shape_sigmas, inputs: manifold.inputs.clone() })
     }
 
     /// Its name.
@@ -168,7 +169,7 @@ impl Fixture {
 impl Fixture {
     /// The files that its manifold was read from.
     pub fn inputs(&self) -> &[Input] {
-        &self.manifold.inputs
+        &self.inputs
     }
 
     /// The fixture of a problem with these settings.
@@ -243,6 +244,8 @@ fn declared_prior(
     for (argument, sigma) in [("sigma", sigma), ("sigma_angle", sigma_angle)] {
         sigma.map(|sigma| not_negative(what, argument, sigma)).transpose()?;
     }
+    sigma.map_or(Ok(()), |sigma| plausible::length(format!("{what}, sigma"), sigma, plausible::PLACE_SIGMA))?;
+    sigma_angle.map_or(Ok(()), |sigma| plausible::angle(format!("{what}, sigma_angle"), sigma, 0.5))?;
     DeclaredPrior::new((sigma, sigma_angle), free, exact, default)
         .map_err(|(expected, found)| unexpected(what, expected, found))
 }

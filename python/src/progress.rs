@@ -1,8 +1,10 @@
 //! Progress callbacks, and interruption.
 
+use std::borrow::Cow;
 use std::ops::ControlFlow;
 
 use pyo3::prelude::*;
+use serde::{Deserialize, Serialize};
 use touchcal::estimate::{self, Stage};
 
 /// Progress of a computation: the argument of a progress callback.
@@ -12,9 +14,9 @@ use touchcal::estimate::{self, Stage};
 ///     iteration: steps so far in this stage; contacts so far in a simulation.
 ///     cost: current cost; 0 in a simulation.
 #[pyclass(frozen, get_all, eq, module = "touchcal")]
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Progress {
-    stage: &'static str,
+    stage: Cow<'static, str>,
     iteration: usize,
     cost: f64,
 }
@@ -26,7 +28,7 @@ impl From<&estimate::Progress> for Progress {
             Stage::Fine => "fine",
             Stage::Descent => "descent",
         };
-        Progress { stage, iteration: progress.iteration, cost: progress.cost }
+        Progress { stage: stage.into(), iteration: progress.iteration, cost: progress.cost }
     }
 }
 
@@ -56,7 +58,7 @@ impl Observer {
 
     /// Number of contacts of a simulation so far.
     pub fn contacts(&mut self, count: usize) -> ControlFlow<()> {
-        self.notify(Progress { stage: "simulation", iteration: count, cost: 0.0 })
+        self.notify(Progress { stage: "simulation".into(), iteration: count, cost: 0.0 })
     }
 
     /// The exception raised by callback or Ctrl-C, if any.

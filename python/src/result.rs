@@ -1,10 +1,12 @@
 //! Parts of a result: parameters, undetermined directions, warnings, termination.
 
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 
 use pyo3::prelude::*;
+use serde::{Deserialize, Serialize};
 use touchcal::estimate::{self, Identifiability};
-use touchcal::io::estimate_file::{ParameterEntry, Severity, WarningEntry};
+use touchcal::io::estimate_file::{self, ParameterEntry, Severity, WarningEntry, WorkspaceUncertaintyEntry};
 
 use touchcal::parameter::Unit;
 
@@ -21,7 +23,7 @@ use crate::repr::{angle, length, number, quantity};
 ///     prior_sigma: standard deviation of its prior, where it has one.
 ///     identifiable: whether the data determine it.
 #[pyclass(frozen, get_all, eq, module = "touchcal")]
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Parameter {
     name: String,
     block: String,
@@ -57,7 +59,7 @@ impl Parameter {
 ///         takes part.
 ///     direction: parts of the parameters by name, in units of their scales; the largest is 1.
 #[pyclass(frozen, get_all, eq, module = "touchcal")]
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct NullDirection {
     description: String,
     remedy: Option<String>,
@@ -73,6 +75,12 @@ impl NullDirection {
             direction: null.direction.iter().map(|&(k, part)| (name(k), part)).collect(),
         });
         each.collect()
+    }
+}
+
+impl From<estimate_file::NullDirection> for NullDirection {
+    fn from(estimate_file::NullDirection { description, remedy, direction }: estimate_file::NullDirection) -> Self {
+        NullDirection { description, remedy, direction }
     }
 }
 
@@ -92,10 +100,10 @@ impl NullDirection {
 ///     message: what is wrong.
 ///     advice: what to do about it.
 #[pyclass(frozen, get_all, eq, module = "touchcal")]
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CalibrationWarning {
     kind: String,
-    severity: &'static str,
+    severity: Cow<'static, str>,
     message: String,
     advice: String,
 }
@@ -107,7 +115,7 @@ impl From<WarningEntry> for CalibrationWarning {
             Severity::Doubtful => "doubtful",
             Severity::Caution => "caution",
         };
-        CalibrationWarning { kind, severity, message, advice }
+        CalibrationWarning { kind, severity: severity.into(), message, advice }
     }
 }
 
@@ -131,7 +139,7 @@ impl CalibrationWarning {
 ///     nominal_angle: of its rotation (rad).
 ///     nominal_distance: of the distance between two of its positions (m).
 #[pyclass(frozen, get_all, eq, module = "touchcal")]
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct WorkspaceUncertainty {
     position: f64,
     angle: f64,
@@ -150,6 +158,19 @@ impl From<estimate::WorkspaceUncertainty> for WorkspaceUncertainty {
             nominal_position: found.nominal_position,
             nominal_angle: found.nominal_angle,
             nominal_distance: found.nominal_distance,
+        }
+    }
+}
+
+impl From<WorkspaceUncertaintyEntry> for WorkspaceUncertainty {
+    fn from(found: WorkspaceUncertaintyEntry) -> Self {
+        WorkspaceUncertainty {
+            position: 1e-3 * found.position_mm,
+            angle: found.angle_deg.to_radians(),
+            distance: 1e-3 * found.distance_mm,
+            nominal_position: 1e-3 * found.nominal_position_mm,
+            nominal_angle: found.nominal_angle_deg.to_radians(),
+            nominal_distance: 1e-3 * found.nominal_distance_mm,
         }
     }
 }
@@ -176,7 +197,7 @@ impl WorkspaceUncertainty {
 ///     parameter: name of the parameter of arm or tool that differs most.
 ///     values: values of all parameters by name (SI).
 #[pyclass(frozen, get_all, eq, module = "touchcal")]
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CompetingMinimum {
     tool_distance: f64,
     cost_ratio: f64,
@@ -220,7 +241,7 @@ impl CompetingMinimum {
 ///     message: the decision as a sentence.
 ///     advice: what to do next.
 #[pyclass(frozen, get_all, eq, module = "touchcal")]
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Acceptance {
     decision: String,
     probability: Option<f64>,
@@ -265,9 +286,9 @@ impl Acceptance {
 ///     threshold: its threshold.
 ///     iterations: steps made.
 #[pyclass(frozen, get_all, eq, module = "touchcal")]
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Termination {
-    reason: &'static str,
+    reason: Cow<'static, str>,
     measured: f64,
     threshold: f64,
     iterations: usize,
@@ -283,6 +304,6 @@ impl Termination {
 impl From<&estimate::Termination> for Termination {
     fn from(termination: &estimate::Termination) -> Self {
         let estimate::Termination { reason, measured, threshold, iterations } = *termination;
-        Termination { reason: reason.name(), measured, threshold, iterations }
+        Termination { reason: reason.name().into(), measured, threshold, iterations }
     }
 }

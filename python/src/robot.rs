@@ -3,6 +3,7 @@
 use nalgebra::Vector3;
 use numpy::{PyArray1, PyArray2};
 use pyo3::prelude::*;
+use serde::{Deserialize, Serialize};
 use std::path::PathBuf;
 use touchcal::io::Input;
 use touchcal::io::urdf::{self, Ends, UrdfFile};
@@ -12,9 +13,12 @@ use touchcal::se3::Pose;
 use crate::array::{Numbers, fixed, fixed_rows, poses_array};
 use crate::error::{io, unexpected};
 
+/// Largest gravity (m/s²); a larger one is in another unit.
+const MOST_GRAVITY: f64 = 100.0;
+
 /// A serial chain from a base link to a tip link.
 #[pyclass(frozen, module = "touchcal")]
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Robot {
     pub file: UrdfFile,
 }
@@ -60,6 +64,11 @@ impl Robot {
         if let Some(gravity) = gravity {
             if gravity.iter().any(|part| !part.is_finite()) {
                 return Err(unexpected("gravity", "finite numbers", format!("{gravity:?}")));
+            }
+            let size = Vector3::from(gravity).norm();
+            if size > MOST_GRAVITY {
+                let expected = format!("at most {MOST_GRAVITY} m/s²");
+                return Err(unexpected("gravity", expected, format!("{size} m/s²")));
             }
             file.robot = file.robot.with_gravity(gravity.into());
         }

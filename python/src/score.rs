@@ -2,6 +2,7 @@
 
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
+use serde::{Deserialize, Serialize};
 use touchcal::estimate;
 
 use crate::frame::Frame;
@@ -13,7 +14,7 @@ use crate::repr::length;
 ///     count: number of contacts.
 ///     mean, rms, max: of their distances (m).
 #[pyclass(frozen, get_all, eq, module = "touchcal")]
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Spread {
     count: usize,
     mean: f64,
@@ -44,7 +45,7 @@ impl Spread {
 /// Attributes:
 ///     all: over all contacts.
 #[pyclass(frozen, eq, module = "touchcal")]
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Score {
     #[pyo3(get)]
     all: Spread,

@@ -11,7 +11,7 @@ use touchcal::io::scenario_file::{self, ScenarioFile};
 use touchcal::sim::{self, Log, Seeds, SimulatedTrial, SimulationError as Failure};
 
 use crate::array::{fixed, fixed_rows};
-use crate::error::{Error, SimulationError, io, unexpected};
+use crate::error::{Error, SimulationError, io, unexpected, unpicklable};
 use crate::frame::Frame;
 use crate::problem::Problem;
 use crate::progress::Observer;
@@ -109,6 +109,10 @@ impl Simulation {
     ///         touchcal did not write, or that was changed since.
     fn save(&self, folder: PathBuf) -> PyResult<()> {
         scenario_file::write_folder(&folder, &self.file, &self.simulated, self.seeds).map_err(io)
+    }
+
+    fn __reduce__(&self) -> PyResult<()> {
+        Err(unpicklable("Simulation", "simulate with the same scenario and seed there: the logs have the same bits"))
     }
 
     fn __repr__(&self) -> String {

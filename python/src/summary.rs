@@ -1,9 +1,8 @@
 //! A calibration in some lines: as text, and as HTML for a notebook.
 
-use touchcal::estimate::{ParameterEstimate, Problem, Status, StopReason, WorkspaceUncertainty};
-use touchcal::io::calibration_folder::Solved;
-use touchcal::io::estimate_file::EstimateFile;
-use touchcal::parameter::ParameterId;
+use touchcal::estimate::StopReason;
+use touchcal::io::estimate_file::{EstimateFile, ParameterEntry, Status, WorkspaceUncertaintyEntry};
+use touchcal::parameter::{Block, Unit};
 
 /// Most directions that are not determined, and most warnings, listed one by one.
 const MOST_LISTED: usize = 3;
@@ -19,29 +18,27 @@ pub struct Summary {
 }
 
 impl Summary {
-    /// Of a result, with `most` parameters.
-    pub fn new(problem: &Problem, solved: &Solved, file: &EstimateFile, most: usize) -> Summary {
-        let estimate = &solved.estimate;
+    /// Of a result, with its noise in words where that is known, and `most` parameters.
+    pub fn new(file: &EstimateFile, noise: Option<String>, most: usize) -> Summary {
         let count = &file.contacts;
-        let [before, after] = [&solved.prefit, &estimate.postfit].map(|score| 1e3 * score.all.rms);
-        let source = if problem.noise.is_estimated { "estimated" } else { "declared" };
-        let head = vec![
-            (verdict(estimate.status), verdict_text(solved)),
+        let [before, after] =
+            [&file.residuals.prefit, &file.residuals.postfit].map(|stats| stats.rms_mm.unwrap_or(0.0));
+        let mut head = vec![
+            (verdict(file.status), verdict_text(file)),
             ("Contacts", format!("{} rows read: {} used, {} rejected", count.read, count.used, count.rejected)),
             ("Distances", format!("from contact {after:.3} mm rms (before: {before:.3} mm)")),
-            ("Noise", format!("{:.2} times the {source} noise", estimate.noise_factor)),
         ];
-        let is_directional =
-            |entry: &&ParameterEstimate| matches!(entry.parameter.id, ParameterId::DirectionalGapBias(..));
-        let all: Vec<&ParameterEstimate> = estimate.parameters.iter().filter(|entry| !is_directional(entry)).collect();
-        let is_listed = |entry: &&ParameterEstimate| all.len() <= most || entry.identifiable;
+        head.extend(noise.map(|noise| ("Noise", noise)));
+        let all: Vec<&ParameterEntry> =
+            file.parameters.iter().filter(|entry| !is_directional(entry, &file.parameters)).collect();
+        let is_listed = |entry: &&ParameterEntry| all.len() <= most || entry.identifiable;
         let rows: Vec<_> = all.iter().copied().filter(is_listed).take(most).map(row).collect();
         let mut foot = Vec::new();
         if rows.len() < all.len() {
             let (more, unknown) = (all.len() - rows.len(), all.iter().filter(|entry| !entry.identifiable).count());
             foot.push(("Parameters", format!("{more} more; {unknown} of all {} are not identifiable", all.len())));
         }
-        foot.extend(undetermined(solved));
+        foot.extend(undetermined(file));
         let warnings = file.warnings.iter().map(|entry| format!("{} -> {}", entry.message, entry.advice));
         foot.extend(shortened(warnings.collect(), "warnings").into_iter().map(|text| ("Warning", text)));
         Summary { head, rows, foot }
@@ -85,6 +82,12 @@ impl Summary {
     }
 }
 
+/// Whether a gap bias is one of a direction, on top of that of its fixture.
+fn is_directional(entry: &ParameterEntry, all: &[ParameterEntry]) -> bool {
+    let of_fixture = entry.name.rsplit_once('.').map(|(fixture, _)| fixture);
+    entry.block == Block::GapBias.name() && all.iter().any(|other| Some(other.name.as_str()) == of_fixture)
+}
+
 fn verdict(status: Status) -> &'static str {
     match status {
         Status::Usable => "USABLE",
@@ -94,29 +97,29 @@ fn verdict(status: Status) -> &'static str {
 }
 
 /// The expected error of the tool, or why the result must not be used.
-fn verdict_text(solved: &Solved) -> String {
-    let estimate = &solved.estimate;
-    let error = estimate.workspace_uncertainty.map_or_else(|| "expected tool error not known".to_owned(), tool_error);
-    match estimate.status {
+fn verdict_text(file: &EstimateFile) -> String {
+    let error =
+        file.workspace_uncertainty.as_ref().map_or_else(|| "expected tool error not known".to_owned(), tool_error);
+    match file.status {
         Status::Usable => error,
         Status::Doubtful => format!("{error}; see the warnings"),
-        Status::NotUsable if estimate.termination.reason == StopReason::Converged => {
+        Status::NotUsable if file.termination.reason == StopReason::Converged.name() => {
             "do not use this result, see the warnings".to_owned()
         }
         Status::NotUsable => "do not use this result, the search did not converge".to_owned(),
     }
 }
 
-fn tool_error(tool: WorkspaceUncertainty) -> String {
-    let pose = |position: f64, angle: f64| format!("{:.3} mm, {:.3}°", 1e3 * position, angle.to_degrees());
-    let before = pose(tool.nominal_position, tool.nominal_angle);
-    format!("expected tool error in base {} (before: {before})", pose(tool.position, tool.angle))
+fn tool_error(tool: &WorkspaceUncertaintyEntry) -> String {
+    let pose = |mm: f64, degrees: f64| format!("{mm:.3} mm, {degrees:.3}°");
+    let before = pose(tool.nominal_position_mm, tool.nominal_angle_deg);
+    format!("expected tool error in base {} (before: {before})", pose(tool.position_mm, tool.angle_deg))
 }
 
-fn row(entry: &ParameterEstimate) -> [String; 5] {
-    let (factor, unit, decimals) = entry.parameter.unit.in_user_units();
+fn row(entry: &ParameterEntry) -> [String; 5] {
+    let (factor, unit, decimals) = Unit::from_symbol(&entry.unit).unwrap_or(Unit::One).in_user_units();
     let number = |value: Option<f64>| value.map_or_else(|| "-".to_owned(), |v| format!("{:.decimals$}", factor * v));
-    let name = &entry.parameter.name;
+    let name = &entry.name;
     // A tiny negative value is no "-0.0000".
     let least = 0.5 * 10f64.powi(-(decimals as i32));
     let value = Some(factor * entry.value).filter(|value| value.abs() >= least).unwrap_or(0.0);
@@ -124,17 +127,16 @@ fn row(entry: &ParameterEstimate) -> [String; 5] {
         if entry.identifiable { name.clone() } else { format!("{name} (not identifiable)") },
         format!("{value:+.decimals$}"),
         number(entry.sigma),
-        number(entry.parameter.prior_sigma()),
+        number(entry.prior_sigma),
         unit.to_owned(),
     ]
 }
 
 /// How many directions the data determine, and which they do not.
-fn undetermined(solved: &Solved) -> Vec<(&'static str, String)> {
-    let found = &solved.estimate.identifiability;
-    let all = found.singular_values.len();
-    let mut lines = vec![("Determined", format!("{} of {all} directions", found.rank))];
-    let null = found.null_space.iter().map(|direction| direction.description.clone()).collect();
+fn undetermined(file: &EstimateFile) -> Vec<(&'static str, String)> {
+    let all = file.rank + file.null_space.len();
+    let mut lines = vec![("Determined", format!("{} of {all} directions", file.rank))];
+    let null = file.null_space.iter().map(|direction| direction.description.clone()).collect();
     lines.extend(shortened(null, "directions").into_iter().map(|text| ("Undetermined", text)));
     lines
 }

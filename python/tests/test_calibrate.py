@@ -2,7 +2,6 @@
 
 import json
 import os
-import pickle
 import signal
 import threading
 import time
@@ -292,14 +291,6 @@ def test_threads_give_the_bits_of_a_loop() -> None:
         alone = touchcal.calibrate(problem)
         assert result.parameters == alone.parameters
         assert np.array_equal(result.covariance, alone.covariance)
-
-
-def test_what_cannot_be_sent_says_what_can(workcell: Path) -> None:
-    problem = touchcal.Problem.from_toml(workcell / "problem.toml")
-    with pytest.raises(TypeError, match="a touchcal.Problem cannot be pickled; calibrate in threads.*problem.toml"):
-        pickle.dumps(problem)
-    with pytest.raises(TypeError, match="a touchcal.Calibration cannot be pickled; .*to_pandas"):
-        pickle.dumps(touchcal.calibrate(problem))
 
 
 def test_a_bar_counts_steps(workcell: Path, capsys: pytest.CaptureFixture[str]) -> None:

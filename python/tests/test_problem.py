@@ -65,6 +65,38 @@ def test_what_problems_are_refused_for(robot: touchcal.Robot, log: touchcal.Cont
         Fixture("h", hole(), touchcal.pose(), clearance_sigma=-1)
 
 
+def test_millimetres_and_degrees_are_questioned(robot: touchcal.Robot, log: touchcal.ContactLog, tmp_path: Path) -> None:
+    metres, ball, peg = r".*\(lengths are metres\), found ", Manifold.ball_in_socket(), touchcal.extrusion25()
+
+    def questioned(words: str, make) -> None:
+        with pytest.raises(touchcal.InputError, match=f"^{words}"):
+            make()
+
+    questioned(f"tool, sigma: expected at most 0.5 m{metres}1 m$", lambda: Tool(sigma=1))
+    questioned(r"tool, sigma_angle: expected at most 3.142 rad \(angles are radians\), found 5 rad$", lambda: Tool(sigma_angle=5))
+    questioned(f"fixture `a`, sigma: expected at most 0.5 m{metres}2", lambda: Fixture("a", ball, sigma=2))
+    for part in ("clearance_sigma", "depth_sigma", "edge_radius_sigma"):
+        questioned(f"fixture `h`, {part}: expected at most 0.01 m{metres}0.02 m", lambda part=part: Fixture("h", hole(), touchcal.pose(), **{part: 0.02}))
+    questioned(r"rpy: expected at most 6.283 rad \(angles are radians\), found -90 rad", lambda: touchcal.pose(rpy=(0, 0, -90)))
+    questioned(f"plane, radius: expected at most 2 m{metres}5 m", lambda: Manifold.plane(radius=5))
+    questioned(f"plane, points: expected at most 2 m{metres}12", lambda: Manifold.plane([(0, 0, 12)]))
+    wide = touchcal.offset_outline(peg, 0.0005)
+    questioned(f"length: expected at most 2 m{metres}40", lambda: Manifold.peg_in_hole(peg, wide, length=40, depth=30))
+    questioned(f"peg: expected at most 2 m{metres}17", lambda: Manifold.peg_in_hole(1e3 * peg, 1e3 * wide, length=0.04, depth=0.03))
+    questioned(f"depth: expected at most 2 m{metres}30", lambda: Manifold.meshes(tmp_path / "a.stl", tmp_path / "b.stl", depth=30))
+    questioned(f"samples: expected at most 10 m{metres}25 m", lambda: Manifold.nearest([touchcal.pose((0, 0, z)) for z in (20, 25)]))
+    questioned(f"metres_per_radian: expected at most 10 m{metres}57 m", lambda: Manifold.nearest([touchcal.pose(), touchcal.pose((0, 0, 1))], metres_per_radian=57))
+    questioned(f"distance: expected at most 0.0176.* m{metres}0.5 m", lambda: touchcal.offset_outline(peg, 0.5))
+    questioned(f"spacing: expected at most 2 m{metres}50 m", lambda: Problem.from_mukca(tmp_path, robot, spacing=50))
+    sockets = [Fixture(f"a/{k}", ball, free=True) for k in (0, 1)]
+    problem = lambda **distance: Problem(robot, Tool(exact=True), sockets, {"a/0": log}, parameters=["strain"], **distance)
+    questioned(f"distances: expected at most 10 m{metres}50 m", lambda: problem(distances=[("a/0", "a/1", 50)]))
+    questioned(f"distances, sigma: expected at most 0.5 m{metres}1 m", lambda: problem(distances=[("a/0", "a/1", 0.05, 1)]))
+    questioned("gravity: expected at most 100 m/s², found 9810 m/s²", lambda: touchcal.Robot.from_urdf("iiwa14", gravity=(0, 0, -9810)))
+    # What is large, but may be meant.
+    assert Tool(sigma=0.5, sigma_angle=3) and Manifold.plane(radius=2) and touchcal.pose(rpy=(0, 0, 6.28)) is not None
+
+
 def hole() -> Manifold:
     peg = touchcal.extrusion25()
     return Manifold.peg_in_hole(peg, touchcal.offset_outline(peg, 0.0005), length=0.04, depth=0.03)

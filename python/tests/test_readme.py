@@ -28,7 +28,7 @@ def test_the_readme_runs(workcell: Path, tmp_path: Path, monkeypatch: pytest.Mon
     monkeypatch.chdir(tmp_path)
     log = touchcal.simulate("workcell", 1, contacts=100).log("hole")
     names: dict[str, object] = {"q": log["q"], "wrench": log["wrench"]}
-    assert len(BLOCKS) == 6
+    assert len(BLOCKS) == 9
     for block in BLOCKS:
         exec(block, names)
     assert (tmp_path / "out" / "report.html").exists()

@@ -1,19 +1,32 @@
-"""Files for other programs: DH parameters multiplied out, and a cell expanded by xacro, against pinocchio on calibrated.urdf."""
+"""Files for other programs against pinocchio on calibrated.urdf: DH parameters and joint origins of Universal Robots
+multiplied out, a cell expanded by xacro, and joints behind transmissions of ros2_control."""
 
 import json
 import re
 import tempfile
+import xml.etree.ElementTree as ET
 from pathlib import Path
 
 import numpy as np
 import pinocchio as pin
 import xacro
+import yaml
 
 from .commands import DATA, touchcal
 from .kinematics import BUILTIN
 from .report import Table, within
 
-ARMS = [BUILTIN / "iiwa14.urdf", BUILTIN / "panda.urdf", DATA / "ur10" / "ur10.urdf"]
+UR = DATA / "ur10" / "ur10.urdf"
+ARMS = [BUILTIN / "iiwa14.urdf", BUILTIN / "panda.urdf", UR]
+# Keys of `kinematics` in the order in which `ur_description` chains them, each with the joint of that origin.
+UR_LINKS = {
+    "shoulder": "shoulder_pan_joint",
+    "upper_arm": "shoulder_lift_joint",
+    "forearm": "elbow_joint",
+    "wrist_1": "wrist_1_joint",
+    "wrist_2": "wrist_2_joint",
+    "wrist_3": "wrist_3_joint",
+}
 ROWS = 1000
 CONTACTS = 100
 # Newton's steps to the socket, and the longest of them (rad).
@@ -63,11 +76,24 @@ def in_socket(path, random):
     return np.array(rows)
 
 
+def with_transmissions(path, random):
+    """The text of a description with transmissions of ros2_control for its moving joints."""
+    joints = [joint.get("name") for joint in ET.parse(path).getroot().findall("joint") if joint.get("type") != "fixed"]
+    transmission = (
+        '<transmission name="{0}_t"><plugin>transmission_interface/SimpleTransmission</plugin><joint name="{0}" role="joint1">'
+        "<mechanical_reduction>{1}</mechanical_reduction><offset>{2}</offset></joint></transmission>"
+    )
+    each = [transmission.format(joint, random.uniform(-100, 100), random.uniform(-1, 1)) for joint in joints]
+    system = f'<ros2_control name="arm" type="system">{"".join(each)}</ros2_control>'
+    return path.read_text().replace("</robot>", system + "</robot>")
+
+
 def calibrated(path, random, folder):
     """The folder of a calibration, and its parameters."""
     np.savetxt(folder / "log.csv", in_socket(path, random), delimiter=",", fmt="%.9f")
-    (folder / "problem.toml").write_text(PROBLEM.format(path))
-    touchcal("calibrate", folder / "problem.toml", "--out", folder / "out", "--export", "dh,xacro")
+    (folder / "arm.urdf").write_text(with_transmissions(path, random))
+    (folder / "problem.toml").write_text(PROBLEM.format("arm.urdf"))
+    touchcal("calibrate", folder / "problem.toml", "--out", folder / "out", "--export", "dh,xacro,ros2_control" + (",ur" if path == UR else ""))
     file = json.loads((folder / "out/dh.json").read_text())
     return folder / "out", file
 
@@ -125,6 +151,52 @@ def multiplied(file, convention, positions):
     return pose * transform(file["dh_last_from_tip"])
 
 
+def about_axis(axis, angle):
+    """A rotation about x, y or z as a 4 × 4 matrix."""
+    matrix, first, second = np.eye(4), (axis + 1) % 3, (axis + 2) % 3
+    matrix[first, first] = matrix[second, second] = np.cos(angle)
+    matrix[second, first] = np.sin(angle)
+    matrix[first, second] = -matrix[second, first]
+    return matrix
+
+
+def chained(kinematics, positions):
+    """The pose of `wrist_3_link` of joint origins, of which roll, pitch and yaw are about fixed axes in this order."""
+    pose = np.eye(4)
+    for link, joint in UR_LINKS.items():
+        origin = kinematics[link]
+        place = np.eye(4)
+        place[:3, 3] = [origin[key] for key in "xyz"]
+        turn = about_axis(2, origin["yaw"]) @ about_axis(1, origin["pitch"]) @ about_axis(0, origin["roll"])
+        pose = pose @ place @ turn @ about_axis(2, positions[joint])
+    return pin.SE3(pose)
+
+
+def ur_errors(folder, random):
+    """Distance and angle of `wrist_3_link` by `ur_kinematics.yaml` to that of calibrated.urdf."""
+    kinematics = yaml.safe_load((folder / "ur_kinematics.yaml").read_text())["kinematics"]
+    model = pin.buildModelFromUrdf(str(folder / "calibrated.urdf"))
+    wrist_3 = model.frames[model.getFrameId("wrist_3_joint")]
+    link = next(frame.name for frame in model.frames if frame.parentJoint == wrist_3.parentJoint and frame.type == pin.BODY)
+    arm, found = Poses(model, "base_link", link), []
+    for _ in range(ROWS):
+        positions = {joint: random.uniform(-np.pi, np.pi) for joint in UR_LINKS.values()}
+        found.append(np.abs(pin.log6(arm.at(positions).actInv(chained(kinematics, positions))).vector).max())
+    return found
+
+
+def transmissions(path):
+    """Reduction and offset of each joint."""
+    joints = ET.parse(path).getroot().iterfind("ros2_control/transmission/joint")
+    return {joint.get("name"): [float(joint.find(key).text) for key in ("mechanical_reduction", "offset")] for joint in joints}
+
+
+def behind(before, after, positions):
+    """Joint positions where actuators stand as they do at `positions` with other transmissions."""
+    actuators = {name: (position - before[name][1]) * before[name][0] for name, position in positions.items()}
+    return {name: actuator / after[name][0] + after[name][1] for name, actuator in actuators.items()}
+
+
 def errors(path, seed):
     """Distance and angle of each file's poses to those of calibrated.urdf, by file."""
     random = np.random.default_rng(seed)
@@ -132,13 +204,18 @@ def errors(path, seed):
         folder, file = calibrated(path, random, Path(folder))
         model = pin.buildModelFromUrdf(str(folder / "calibrated.urdf"))
         two = cell(folder, file)
+        other = pin.buildModelFromUrdf(str(folder / "ros2_control.urdf"))
+        before, after = (transmissions(folder / name) for name in ("calibrated.urdf", "ros2_control.urdf"))
+        of_ur = ur_errors(folder, random) if path == UR else []
     arm = Poses(model, file["base"], file["tip"])
+    with_offsets = Poses(other, file["base"], file["tip"])
     sides = {side: Poses(two, side + file["base"], side + file["tip"]) for side in SIDES}
-    found = {"standard": [], "modified": [], **{side: [] for side in SIDES}}
+    found = {"standard": [], "modified": [], "ros2_control": [], **{side: [] for side in SIDES}, "ur": of_ur}
     names = [row["joint"] for row in file["standard"]]
     for _ in range(ROWS):
         positions = dict(zip(names, random.uniform(-np.pi, np.pi, len(names))))
         poses = {convention: multiplied(file, convention, positions) for convention in ("standard", "modified")}
+        poses["ros2_control"] = with_offsets.at(behind(before, after, positions))
         for side in SIDES:
             poses[side] = sides[side].at({side + name: position for name, position in positions.items()})
         expected = arm.at(positions)
@@ -150,9 +227,9 @@ def errors(path, seed):
 def tables(_options):
     found = [errors(path, seed) for seed, path in enumerate(ARMS, 1)]
     of = lambda name: np.concatenate([each[name] for each in found])
-    row = lambda what, why: {
+    row = lambda what, why, arms=f"{len(ARMS)} arms": {
         "what": what,
-        "reference": f"pinocchio on calibrated.urdf: {len(ARMS)} arms, {ROWS} random positions of each",
+        "reference": f"pinocchio on calibrated.urdf: {arms}, {ROWS} random positions of each",
         "why": why,
         "command": "`scripts/validate --only exports`",
     }
@@ -163,10 +240,14 @@ def tables(_options):
                 within(row("`dh.json`, standard (m, rad)", rounded), of("standard"), 1e-10),
                 within(row("`dh.json`, modified (m, rad)", rounded), of("modified"), 1e-10),
                 within(
+                    row("`ros2_control.urdf`, at the same positions of actuators (m, rad)", "rounding"), of("ros2_control"), 1e-12
+                ),
+                within(
                     row("`calibrated.xacro`, two arms in a cell that xacro expands (m, rad)", "rounding"),
                     np.concatenate([of(side) for side in SIDES]),
                     1e-13,
                 ),
             ]
-        )
+        ),
+        Table([within(row("`ur_kinematics.yaml`, `wrist_3_link` (m, rad)", "rounding", "a UR10"), of("ur"), 1e-12)]),
     ]

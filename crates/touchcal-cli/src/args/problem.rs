@@ -47,6 +47,8 @@ pub enum ExportFormat {
     Ur,
     Dh,
     Xacro,
+    #[value(name = "ros2_control")]
+    Ros2Control,
 }
 
 impl ExportFormat {
@@ -56,6 +58,7 @@ impl ExportFormat {
             ExportFormat::Ur => Export::Ur,
             ExportFormat::Dh => Export::Dh,
             ExportFormat::Xacro => Export::Xacro,
+            ExportFormat::Ros2Control => Export::Ros2Control,
         }
     }
 }
@@ -94,7 +97,7 @@ pub struct CalibrateArgs {
     /// Also write the arm for other programs (may be repeated); ur: DIR/ur_kinematics.yaml, the
     /// kinematics_params_file of the ROS 2 driver of Universal Robots; dh: DIR/dh.json,
     /// Denavit-Hartenberg parameters; xacro: DIR/calibrated.xacro, the URDF as a macro with a
-    /// prefix
+    /// prefix; ros2_control: DIR/ros2_control.urdf, encoder offsets in its transmissions
     #[arg(long, value_name = "FORMAT", value_delimiter = ',', help_heading = OUTPUT)]
     pub export: Vec<ExportFormat>,
     /// Also write DIR/calibration.mcap for Foxglove and Rerun

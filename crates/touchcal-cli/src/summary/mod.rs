@@ -173,6 +173,7 @@ fn written_export(written: &WrittenExport) -> String {
     let what = match written.export {
         Export::Ur => "kinematics_params_file of the driver of Universal Robots",
         Export::Dh => "Denavit-Hartenberg parameters",
+        Export::Ros2Control => "URDF with the encoder offsets in the transmissions of ros2_control",
         Export::Xacro => "a macro with a prefix for descriptions of cells",
     };
     let lacks: String = written.left_out.iter().map(|words| format!("{INDENT}-> it lacks {words}\n")).collect();

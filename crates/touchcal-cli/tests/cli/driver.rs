@@ -57,6 +57,9 @@ parameters = ["strain", "joint_offset"]
     let args = ["calibrate", "planes/problem.toml", "--out", "out", "--export", "ur"];
     let refused = touchcal(folder.path(), &args).code(1);
     assert!(stderr(&refused).contains("expected an arm with the joints shoulder_pan_joint, "), "{}", stderr(&refused));
+    let args = ["calibrate", "planes/problem.toml", "--out", "out", "--export", "ros2_control"];
+    let refused = touchcal(folder.path(), &args).code(1);
+    assert!(stderr(&refused).contains("SimpleTransmission in <ros2_control> with the joint `joint_a1`, found none"));
     assert!(!at("out").exists());
     std::fs::copy(Path::new(env!("CARGO_MANIFEST_DIR")).join("../../data/ur10/ur10.urdf"), at("arm.urdf")).unwrap();
     let row =

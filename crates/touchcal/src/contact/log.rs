@@ -1,9 +1,11 @@
 //! The log of contacts.
 
+use serde::{Deserialize, Serialize};
+
 use crate::se3::Wrench;
 
 /// Where a contact was read: the file and the row in it.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Source {
     /// Index into [`ContactLog::files`], as [`ContactLog::add_file`] returned it; not checked.
     pub file: u32,
@@ -14,7 +16,7 @@ pub struct Source {
 /// Contacts: measured joint positions while the tool touched a fixture, each with fixture, source,
 /// load and temperature. Contacts are numbered from 0 in the order in which they were appended. The
 /// default is an empty log of an arm without joints.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct ContactLog {
     dof: usize,
     q: Vec<f64>,
@@ -33,7 +35,7 @@ pub struct ContactLog {
 }
 
 /// Numbers of rows that were read and are no contacts of a log, by reason.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct RowsLeftOut {
     /// Below the force threshold, or not flagged as contacts.
     pub out_of_contact: u64,

@@ -1,5 +1,7 @@
 //! What a problem's contacts can determine, before it is solved.
 
+use serde::{Deserialize, Serialize};
+
 use super::declaration_checks::declaration_warning;
 use super::evaluate::evaluate;
 use super::input_checks::input_warnings;
@@ -12,7 +14,7 @@ use super::uncertainty::{Posterior, arm_uncertainty_ratio};
 use crate::solver::StopReason;
 
 /// Range of a moving joint's measured positions over all contacts.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct JointRange {
     /// Name of the joint.
     pub joint: String,
@@ -26,7 +28,7 @@ pub struct JointRange {
 }
 
 /// What the contacts of a problem can determine: the result of [`inspect`].
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Inspection {
     /// Measured range of every moving joint, from base to tip; empty without contacts.
     pub ranges: Vec<JointRange>,

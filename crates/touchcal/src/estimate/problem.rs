@@ -3,10 +3,12 @@
 
 use std::sync::Arc;
 
+use serde::{Deserialize, Serialize};
+
 use super::options::{EstimatorOptions, UnseenEffects};
 use super::result::Acceptance;
 use crate::contact::ContactLog;
-use crate::manifold::{ContactManifold, ResidualKind};
+use crate::manifold::{ContactManifold, ResidualKind, manifold_data};
 use crate::parameter::{Block, Parameter};
 use crate::robot::Robot;
 use crate::se3::Pose;
@@ -32,7 +34,7 @@ pub const PLAUSIBLE_HARMONIC: f64 = 0.01 * std::f64::consts::PI / 180.0;
 /// Prior of a pose about its nominal value: of the local twist `ξ = [v; ω]` (m, rad) in `nominal ·
 /// Exp(ξ)`. Whatever the prior, only components that change a contact are estimated:
 /// [`ContactManifold::fixture_directions`] and [`ContactManifold::tool_directions`].
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum PlacePrior {
     /// Known exactly: not estimated.
     Fixed,
@@ -62,7 +64,7 @@ impl PlacePrior {
 /// They widen the covariance of one-sided contacts by what an error of that size would move the
 /// estimates; the shapes themselves are not estimated. Gap biases are, whatever the tolerance.
 /// Other fixtures have none.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ShapeTolerance {
     /// Standard deviation (m, ≥ 0) of the clearance on each side: contacts whose normal is nearest
     /// to ±x or ±y of the fixture.
@@ -99,7 +101,7 @@ impl ShapeTolerance {
 /// exact: measured = (1 + s) · true + b + noise, in the tip frame, with which the sensor turns.
 /// Those of `b` and `s`, the same for all contacts, are priors of parameters that are estimated
 /// with the arm.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct WrenchTolerance {
     /// Standard deviation (N, ≥ 0) of the bias `b` of each component of the force.
     pub force: f64,
@@ -132,7 +134,7 @@ impl WrenchTolerance {
 }
 
 /// The tool: the part on the arm that touches, and its pose on the tip link.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Tool {
     /// Nominal pose of the tool frame in the tip link's frame (m).
     pub tip_from_tool: Pose,
@@ -141,12 +143,13 @@ pub struct Tool {
 }
 
 /// A fixture: the part that is touched, a contact manifold at a pose in base.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Fixture {
     /// Name, unique in the problem (not checked); parameters of the fixture's pose are named
     /// `fixture.{name}.{x|y|z|rx|ry|rz}`.
     pub name: String,
     /// Contact manifold: the poses `fixture_from_tool` at which the tool touches the fixture.
+    #[serde(with = "manifold_data")]
     pub manifold: Arc<dyn ContactManifold>,
     /// Nominal pose of the fixture in base (m). `None`: the origin is the mean tool position of its
     /// contacts by the nominal arm (that of base without contacts), the axes are those of base.
@@ -173,7 +176,7 @@ impl Fixture {
 }
 
 /// A known distance between the origins of two fixtures' frames, measured independently of the arm.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Distance {
     /// Indices of the two fixtures in [`Problem::fixtures`], two different ones; their order is
     /// without effect. An index beyond the list panics where the problem is solved.
@@ -197,7 +200,7 @@ impl Distance {
 
 /// What encoder offsets change with, where they change linearly
 /// ([`ParameterId::JointTrend`](crate::parameter::ParameterId::JointTrend)).
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum TrendVariable {
     /// The number of the contact in the log: minus the trend at the first, plus the trend at the
     /// last.
@@ -209,7 +212,7 @@ pub enum TrendVariable {
 }
 
 /// Measurement noise: standard deviations, independent from contact to contact.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Noise {
     /// Standard deviation of each revolute joint's measured position (rad, ≥ 0); prismatic joints
     /// count as exact. With 0 one-sided contacts count by their least gap, not by their likelihood.
@@ -223,7 +226,7 @@ pub struct Noise {
 }
 
 /// How the cost is minimized.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub enum Method {
     /// Coarse-to-fine Levenberg–Marquardt (Madsen, Nielsen & Tingleff 2004), with a marginal
     /// likelihood for one-sided contacts, whose minimum Newton's method finds in the end.
@@ -234,7 +237,7 @@ pub enum Method {
 }
 
 /// Optimizer, number and length of the steps of gradient descent.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct GradientDescent {
     /// Rule by which gradients become steps.
     pub optimizer: Optimizer,
@@ -256,7 +259,7 @@ impl Default for GradientDescent {
 }
 
 /// Rule of gradient descent's steps.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Optimizer {
     /// Against the gradient, divided by the norm of the first gradient.
     Plain,
@@ -265,7 +268,7 @@ pub enum Optimizer {
 }
 
 /// A calibration problem. [`Problem::new`] has the defaults of everything that is optional.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Problem {
     /// The nominal arm.
     pub robot: Robot,

@@ -14,6 +14,7 @@
 //! | [`pose_file`] | poses of a tool in contact | [`PoseSamples`](crate::manifold::PoseSamples) |
 //! | [`manifold_file`] | `manifold.safetensors` | [`ManifoldFile`](manifold_file::ManifoldFile), and writes it |
 //! | [`calibration_folder`] | | writes what a calibration leaves: `calibrated.urdf`, `estimate.json`, `report.html` |
+//! | [`SavedCalibration`] | `estimate.json` and `calibrated.urdf` of a folder | itself, and [`CalibrationChanges`] between two |
 //! | `calibration_mcap` | | writes a calibration for Foxglove and Rerun (cargo feature `mcap`) |
 //! | `campaign_folder`, `campaign_parquet` | parts of a campaign (feature `parquet`) | [`CampaignRow`](crate::experiment::CampaignRow)s, and writes them |
 //! | `falsified_parquet` | | writes trials with false declarations (feature `parquet`) |
@@ -53,10 +54,12 @@ pub use manifold::{checkpoint_file, onnx, weights_file};
 pub use manifold::{manifold_file, pose_file};
 pub use problem::loaded::Loaded;
 pub use problem::{mukca, problem_file};
+pub use result::calibration_changes::CalibrationChanges;
 #[cfg(feature = "mcap")]
 pub use result::calibration_mcap;
 pub use result::export::Export;
 pub use result::export_text::ExportText;
+pub use result::saved_calibration::SavedCalibration;
 pub use result::{calibration_folder, dh_file, estimate_file, offsets_yaml, ur_kinematics};
 pub use robot::urdf;
 pub use scenario::{scenario_file, truth_file};

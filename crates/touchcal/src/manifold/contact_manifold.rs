@@ -1,5 +1,6 @@
 //! The contact manifold: the interface between the estimator and a pair of tool and fixture.
 
+use std::any::Any;
 use std::sync::Arc;
 
 use nalgebra::Vector3;
@@ -75,7 +76,7 @@ pub struct RotationalOrders {
 ///
 /// Poses are `fixture_from_tool`, the tool's pose in the fixture's frame (m). Derivatives are by
 /// the right perturbation `fixture_from_tool · Exp(ξ)` with `ξ = [v; ω]` in the tool's frame.
-pub trait ContactManifold: Send + Sync + std::fmt::Debug {
+pub trait ContactManifold: Any + Send + Sync + std::fmt::Debug {
     /// Names of tool and fixture for messages and reports, such as "ball in socket".
     fn name(&self) -> &'static str;
 

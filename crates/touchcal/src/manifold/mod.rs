@@ -16,6 +16,7 @@ mod cache;
 mod contact_manifold;
 mod exact;
 mod gate;
+pub mod manifold_data;
 mod peg_in_hole;
 mod plane;
 mod projection;

@@ -1,6 +1,7 @@
 //! A tool that touches a plane.
 
 use nalgebra::{Point3, Vector3};
+use serde::{Deserialize, Serialize};
 
 use super::contact_manifold::ContactManifold;
 use super::residual::Residual;
@@ -15,7 +16,7 @@ use crate::se3::{self, Pose};
 /// hull of points (in the tool frame) grown by a radius: one point and a radius is a ball, one
 /// point and no radius a stylus, the vertices of a tip face a peg. Where two points are equally
 /// near, the derivative is that of the first. The envelope is the residual over 0.5 mm.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Plane {
     points: Vec<Point3<f64>>,
     radius: f64,

@@ -1,8 +1,10 @@
 //! Named groups of parameters.
 
+use serde::{Deserialize, Serialize};
+
 /// A named group of parameters, as chosen in a problem file. A parameter's block is
 /// [`ParameterId::block`](super::ParameterId::block).
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub enum Block {
     /// One strain common to all links (1).
     Strain,

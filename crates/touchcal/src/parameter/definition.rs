@@ -1,5 +1,8 @@
 //! One number to estimate, with its name, unit and prior.
 
+use serde::de::Error;
+use serde::{Deserialize, Deserializer, Serialize};
+
 use super::parameter_id::{DIRECTION_NAMES, ParameterId, TWIST_NAMES};
 use crate::robot::KinematicParameter;
 
@@ -8,7 +11,7 @@ pub(super) const LENGTH_SCALE: f64 = 0.01;
 pub(super) const ANGLE_SCALE: f64 = 5.0 * std::f64::consts::PI / 180.0;
 
 /// The unit of a parameter, always SI.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Unit {
     /// Metres (m).
     Meter,
@@ -59,8 +62,23 @@ impl Unit {
     }
 }
 
+/// Name of a group of parameters whose priors share one standard deviation. An alias, since serde
+/// would borrow a `&str`.
+pub type GroupName = &'static str;
+
+/// The groups of this crate's parameters, which can be deserialized.
+const GROUPS: [GroupName; 5] =
+    ["joint_drift", "joint_trend", "joint_trend (m)", "joint_origin about the axis", "joint_compliance"];
+
+/// The group of that name.
+fn known_group<'de, D: Deserializer<'de>>(deserializer: D) -> Result<GroupName, D::Error> {
+    let name = String::deserialize(deserializer)?;
+    let found = GROUPS.into_iter().find(|group| *group == name);
+    found.ok_or_else(|| D::Error::custom(format!("no group of priors is named {name:?}")))
+}
+
 /// Prior of a parameter, with mean zero; standard deviations are in the parameter's unit (SI).
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Prior {
     /// No prior: the data alone determine the parameter.
     Flat,
@@ -76,7 +94,8 @@ pub enum Prior {
         /// estimate the estimated one.
         sigma: f64,
         /// Name of the group: parameters with the same name share one standard deviation.
-        group: &'static str,
+        #[serde(deserialize_with = "known_group")]
+        group: GroupName,
         /// Weight of the initial `sigma` in the estimate, as a number of observed values of that
         /// size (1, > 0).
         strength: f64,
@@ -105,7 +124,7 @@ impl Prior {
 
 /// One number to estimate. The estimation starts at zero, the nominal value, which is also the mean
 /// of its prior.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Parameter {
     /// Unique name: `strain`, `joint_offset.joint_a1`, `joint_origin.joint_a1.rx`,
     /// `fixture.hole.z`.

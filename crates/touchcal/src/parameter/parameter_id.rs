@@ -1,5 +1,7 @@
 //! What a parameter changes.
 
+use serde::{Deserialize, Serialize};
+
 use super::block::Block;
 use crate::robot::KinematicParameter;
 
@@ -16,7 +18,7 @@ pub(super) const DIRECTION_NAMES: [&str; 6] = ["+x", "-x", "+y", "-y", "+z", "-z
 /// The quantity that a parameter changes. An index `i` counts the moving joints from the base, `p`
 /// the placements in the order of their first fixture, `f` the fixtures of the problem, and `k` the
 /// components of a twist `[v; ω]`, all from 0.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub enum ParameterId {
     /// A parameter of the arm or of the tool's pose on it.
     Kinematic(KinematicParameter),

@@ -1,11 +1,12 @@
 //! A serial chain from base to tip, as data.
 
 use nalgebra::{Unit as UnitVector, Vector3};
+use serde::{Deserialize, Serialize};
 
 use crate::se3::Pose;
 
 /// How a joint moves, and the unit of its position.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum JointKind {
     /// Does not move and has no position.
     Fixed,
@@ -19,7 +20,7 @@ pub enum JointKind {
 
 /// Limits of a joint's position: rad, or m for a prismatic joint. [`Robot::new`] does not check
 /// them.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Limits {
     /// Least position (rad, or m for a prismatic joint); at most `upper`.
     pub lower: f64,
@@ -28,7 +29,7 @@ pub struct Limits {
 }
 
 /// Mass of a link and the position of its centre of mass. [`Robot::new`] does not check them.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Inertia {
     /// Mass (kg, not negative).
     pub mass: f64,
@@ -38,7 +39,7 @@ pub struct Inertia {
 }
 
 /// A joint and the link that it carries.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Joint {
     /// Name of the joint, unique in the chain.
     pub name: String,
@@ -92,7 +93,7 @@ pub const GRAVITY: [f64; 3] = [0.0, 0.0, -9.81];
 
 /// A serial chain of joints from a base link to a tip link. Immutable: calibration returns a new
 /// one.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Robot {
     name: String,
     base: String,

@@ -1,10 +1,12 @@
 //! The parameters that kinematics depend on.
 
+use serde::{Deserialize, Serialize};
+
 /// What a number changes in the kinematics of an arm with its tool; also the column of the Jacobian
 /// that belongs to it. An index `i` counts the moving joints from the base, and `k` the components
 /// of a twist `[v; ω]` (0 to 5) or the segments, all from 0. The formula that they enter is that of
 /// [`Kinematics`](super::Kinematics).
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub enum KinematicParameter {
     /// Strain `r` common to all joint origins (1): lengths are `l = (1 + r)·l₀`.
     Strain,

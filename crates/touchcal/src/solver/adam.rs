@@ -1,10 +1,11 @@
 //! Adam (Kingma & Ba, *Adam: a method for stochastic optimization* (2015), algorithm 1).
 
 use nalgebra::DVector;
+use serde::{Deserialize, Serialize};
 
 /// Constants of Adam (Kingma & Ba 2015, algorithm 1): decay rates of its running means, and the one
 /// that bounds steps where gradients vanish.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Adam {
     /// Decay rate β₁ of the running mean of the gradient (1), from 0 to below 1.
     pub beta1: f64,

@@ -10,10 +10,12 @@
 //! Source: Zhang, *Parameter estimation techniques* (1997), table 1, scaled so that ρ(s) ≈ s near
 //! zero. The last one redescends: the weight of a contact far off the manifold vanishes.
 
+use serde::{Deserialize, Serialize};
+
 /// A robust loss ρ(s) of a squared whitened residual norm `s = ‖r‖²` (1), as in Zhang, *Parameter
 /// estimation techniques* (1997), table 1, with ρ(s) ≈ s near zero. Its scale `k` > 0 is in
 /// whitened units: standard deviations of the residual.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Loss {
     /// Least squares, ρ = s: no contact is down-weighted.
     Squared,

@@ -1,7 +1,9 @@
 //! Why and where a minimization stopped.
 
+use serde::{Deserialize, Serialize};
+
 /// Why a minimization stopped.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum StopReason {
     /// The measured quantity of [`Termination`] reached its threshold; or that quantity was within
     /// ten times the threshold where no step lowered the cost, on a kink of the cost.
@@ -32,7 +34,7 @@ impl StopReason {
 }
 
 /// Reason, accuracy and number of iterations at which a minimization stopped.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Termination {
     /// Why the minimization stopped.
     pub reason: StopReason,

@@ -4,9 +4,8 @@ use serde::Serialize;
 use touchcal::estimate::Comparison;
 use touchcal::experiment::PoseErrors;
 use touchcal::io::estimate_file::RobotEntry;
+use touchcal::io::{CalibrationChanges, SavedCalibration};
 
-use super::Changes;
-use super::calibration::Calibration;
 use crate::command::rms_and_max::RmsAndMaxJson;
 use crate::failure::Failure;
 
@@ -23,7 +22,7 @@ struct ComparisonJson<'a> {
 
 #[derive(Serialize)]
 struct CalibrationJson<'a> {
-    path: String,
+    path: &'a str,
     created: Option<&'a str>,
     status: &'static str,
     robot: Option<&'a RobotEntry>,
@@ -56,7 +55,7 @@ struct MotionJson {
 }
 
 /// The comparison as JSON.
-pub fn of([earlier, later]: &[Calibration; 2], changes: &Changes) -> Result<String, Failure> {
+pub fn of([earlier, later]: &[SavedCalibration; 2], changes: &CalibrationChanges) -> Result<String, Failure> {
     let json = ComparisonJson {
         earlier: calibration(earlier),
         later: calibration(later),
@@ -68,11 +67,11 @@ pub fn of([earlier, later]: &[Calibration; 2], changes: &Changes) -> Result<Stri
     Ok(serde_json::to_string_pretty(&json)? + "\n")
 }
 
-fn calibration(calibration: &Calibration) -> CalibrationJson<'_> {
+fn calibration(calibration: &SavedCalibration) -> CalibrationJson<'_> {
     CalibrationJson {
-        path: calibration.name(),
+        path: &calibration.name,
         created: calibration.file.created.as_deref(),
-        status: calibration.status(),
+        status: calibration.file.status.name(),
         robot: calibration.file.robot.as_ref(),
     }
 }

@@ -2,11 +2,10 @@
 
 use touchcal::estimate::{Comparison, ParameterChange};
 use touchcal::experiment::PoseErrors;
+use touchcal::io::{CalibrationChanges, SavedCalibration};
 use touchcal::parameter::Unit;
 use touchcal::statistics::p_value_statement;
 
-use super::Changes;
-use super::calibration::Calibration;
 use crate::summary::{INDENT, millimetres, wrapped};
 use crate::table::{Table, fixed, signed};
 
@@ -19,9 +18,9 @@ const RARE: f64 = 0.01;
 
 /// The comparison as text; of more than ten parameters those that changed most, unless `all` are
 /// wanted.
-pub fn of(both: &[Calibration; 2], changes: &Changes, all: bool) -> String {
+pub fn of(both: &[SavedCalibration; 2], changes: &CalibrationChanges, all: bool) -> String {
     let [earlier, later] = both.each_ref().map(described);
-    let Changes { arm, tool, tip_motion, common_logs } = changes;
+    let CalibrationChanges { arm, tool, tip_motion, common_logs } = changes;
     let tip_motion = tip_motion.as_ref().map_or_else(String::new, motion);
     [
         format!("Arm       {}\n", wrapped(&verdict(arm))),
@@ -37,10 +36,10 @@ pub fn of(both: &[Calibration; 2], changes: &Changes, all: bool) -> String {
     .concat()
 }
 
-fn described(calibration: &Calibration) -> String {
-    let status = calibration.status().replace('_', " ");
+fn described(calibration: &SavedCalibration) -> String {
+    let status = calibration.file.status.name().replace('_', " ");
     let when = calibration.file.created.as_deref().unwrap_or("at an unknown time");
-    format!("{}: {status}, {when}", calibration.name())
+    format!("{}: {status}, {when}", calibration.name)
 }
 
 fn verdict(found: &Comparison) -> String {
@@ -105,7 +104,7 @@ fn same_logs(common: &[String]) -> String {
 }
 
 /// Parameters, those first that changed by the most standard deviations.
-fn table<'a>(changes: impl Iterator<Item = &'a ParameterChange>, calibration: &Calibration, all: bool) -> String {
+fn table<'a>(changes: impl Iterator<Item = &'a ParameterChange>, calibration: &SavedCalibration, all: bool) -> String {
     let size = |change: &ParameterChange| change.deviations().map_or(0.0, f64::abs);
     let mut changes: Vec<&ParameterChange> = changes.collect();
     changes.sort_by(|a, b| size(b).total_cmp(&size(a)));

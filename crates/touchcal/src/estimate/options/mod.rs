@@ -1,12 +1,14 @@
 //! Tuning of the estimator. VALIDATION.md has the figures of the defaults, and names the revision
 //! of those that were measured before.
 
+use serde::{Deserialize, Serialize};
+
 mod search_options;
 
 pub use search_options::{MultiStartOptions, SearchOptions};
 
 /// All settings of the estimator; `Default` holds the recommended values.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct EstimatorOptions {
     /// Settings of the search for the minimum.
     pub search: SearchOptions,
@@ -30,7 +32,7 @@ pub struct EstimatorOptions {
 /// What is done about errors of the arm that the model leaves out (joint compliance, segment
 /// strains, joint origins, encoder harmonics and random walks), in directions in which contacts
 /// would not show them at a plausible size.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum UnseenEffects {
     /// They have a Gaussian prior of their plausible size and widen the covariance by what they
     /// change the estimates, wherever effects are tested; not where the places of the tool and of
@@ -43,7 +45,7 @@ pub enum UnseenEffects {
 
 /// Settings of the marginal likelihood of one-sided contacts; its odds, noise and bias widths are
 /// estimated by expectation–maximisation (Dempster, Laird & Rubin 1977).
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ContactModeOptions {
     /// Distance (> 0), in standard deviations of its noise, up to which a candidate contact is
     /// considered. Farther ones must not count: the density of free distances is wanted near zero,
@@ -129,7 +131,7 @@ impl Default for ContactModeOptions {
 /// Dempster, Laird & Rubin 1977), see
 /// [`Prior::VarianceComponent`](crate::parameter::Prior::VarianceComponent) and
 /// [`Noise::is_estimated`](super::Noise::is_estimated).
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct VarianceComponentOptions {
     /// Maximum number of linearizations of the problem; between them it is treated as linear. With
     /// 0 nothing is estimated.
@@ -151,7 +153,7 @@ impl Default for VarianceComponentOptions {
 /// Thresholds for what counts as determined by the data. Singular values (1) are of the whitened
 /// Jacobian with each column multiplied by its parameter's scale (prior standard deviation, or
 /// plausible size without a prior).
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct IdentifiabilityOptions {
     /// Singular value from which a direction is identifiable; at 1 the data contribute as much
     /// information as was known before.
@@ -179,7 +181,7 @@ impl Default for IdentifiabilityOptions {
 }
 
 /// Thresholds from which a result gets a warning, and from which it must not be used.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct WarningThresholds {
     /// Robust weight (0 to 1) below which a contact counts as rejected.
     pub rejected_weight: f64,
@@ -272,7 +274,7 @@ impl Default for WarningThresholds {
 
 /// Settings of the search for declarations that are wrong in kind, see
 /// [`Warning::MistakenDeclaration`](super::Warning::MistakenDeclaration).
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct DeclarationCheckOptions {
     /// Maximum number (> 0; 0 panics) of contacts that declarations are compared on, about evenly
     /// spread over the log.

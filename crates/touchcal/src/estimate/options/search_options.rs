@@ -1,9 +1,11 @@
 //! How minima are searched.
 
+use serde::{Deserialize, Serialize};
+
 use crate::solver::LevenbergMarquardtOptions;
 
 /// Settings of the coarse-to-fine search.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct SearchOptions {
     /// Maximum number (> 0) of searches from zero, each fixing the parameters that the one before
     /// found unobservable.
@@ -73,7 +75,7 @@ impl Default for SearchOptions {
 
 /// Settings of the search for competing minima, which is made for one-sided contacts with declared
 /// noise.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct MultiStartOptions {
     /// Root mean square of the whitened least gaps (1) at their minimum, weighted by the loss, from
     /// which other starts are tried. At the right minimum it is below 1, since soft minima scatter

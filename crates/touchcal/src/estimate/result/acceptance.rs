@@ -1,8 +1,10 @@
 //! Whether a calibration reaches what is asked of it.
 
+use serde::{Deserialize, Serialize};
+
 /// What is asked of a calibration: that the tool is within a tolerance of where the calibrated arm
 /// has it, in all poses of a task.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Acceptance {
     /// Largest distance (m, > 0) of the tool's origin.
     pub distance: f64,
@@ -16,7 +18,7 @@ pub struct Acceptance {
 }
 
 /// The answer to an [`Acceptance`].
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Decision {
     /// The tool is within the tolerance in all poses of the task, with the confidence asked for.
     Pass,
@@ -38,7 +40,7 @@ impl Decision {
 }
 
 /// Whether a calibration reaches what [`Acceptance`] asks of it, by the posterior of arm and tool.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct AcceptanceResult {
     /// The decision.
     pub decision: Decision,
@@ -52,7 +54,7 @@ pub struct AcceptanceResult {
 }
 
 /// Errors of the calibrated tool over the poses of a task.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct TaskErrors {
     /// Probability (0 to 1) that the tool is within the tolerance in all poses. Where found scatter
     /// is larger than predicted ([`PredictiveCheck`](super::PredictiveCheck)), errors count as

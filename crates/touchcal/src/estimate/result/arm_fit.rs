@@ -1,7 +1,9 @@
 //! Whether an arm meets the fixtures of its problem.
 
+use serde::{Deserialize, Serialize};
+
 /// Whether the contacts of an arm are where its fixtures are.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum ArmFit {
     /// Contacts are as near to their manifolds as noise and tolerances allow.
     Met,
@@ -30,7 +32,7 @@ pub enum ArmFit {
 }
 
 /// By how much a fixture is found, as the tool sees it, from where it is declared.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FixtureDisplacement {
     /// Index of the fixture in [`Problem::fixtures`](crate::estimate::Problem::fixtures).
     pub fixture: usize,

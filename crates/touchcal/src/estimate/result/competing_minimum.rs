@@ -1,10 +1,11 @@
 //! Another minimum that contacts do not rule out.
 
 use nalgebra::DVector;
+use serde::{Deserialize, Serialize};
 
 /// A minimum in which a search from another start ended, and which contacts do not rule out: the
 /// arm may as well be that one.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CompetingMinimum {
     /// Parameter values there (SI), in the order of
     /// [`Estimate::parameters`](super::Estimate::parameters) and as many.

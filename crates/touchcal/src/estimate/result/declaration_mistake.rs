@@ -1,10 +1,12 @@
 //! Declarations that are wrong in kind: a unit, an axis, an order, a sign, or the arm itself.
 
+use serde::{Deserialize, Serialize};
+
 /// Largest difference (1) of two ratios of lengths that count as the same.
 const SAME_RATIO: f64 = 0.01;
 
 /// What a problem declares wrong in kind, not just inaccurately.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub enum DeclarationMistake {
     /// Lengths are in another unit.
@@ -67,7 +69,7 @@ pub enum DeclarationMistake {
 }
 
 /// Lengths that a problem declares.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum DeclaredLength {
     /// The position of the tool on the tip link.
     Tool,
@@ -86,7 +88,7 @@ pub enum DeclaredLength {
 }
 
 /// How well contacts agree with a declaration: a coarse fit with it.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Agreement {
     /// Root mean square distance (m) of the contacts from their manifolds.
     pub distance: f64,

@@ -1,5 +1,7 @@
 //! Tests of effects that a model leaves out.
 
+use serde::{Deserialize, Serialize};
+
 use crate::parameter::Unit;
 use crate::statistics::p_value_statement;
 
@@ -7,7 +9,7 @@ use crate::statistics::p_value_statement;
 const LEAST_SEEN: f64 = 1e-4;
 
 /// An effect that a model leaves out: fixed at what was declared, or not a parameter.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub enum OmittedEffect {
     /// Joints deflect under gravity and load.
@@ -161,7 +163,7 @@ impl OmittedEffect {
 /// An effect that was estimated in addition because contacts contradict that it is zero: by a score
 /// test without it; where there is none, by the Wald test of a calibration with all effects of the
 /// arm; of shapes declared exact by the gaps at contact, of noise by the scatter found.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FreedEffect {
     /// The effect.
     pub effect: OmittedEffect,
@@ -176,7 +178,7 @@ pub struct FreedEffect {
 }
 
 /// The value that one parameter of an omitted effect would take.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct EffectValue {
     /// Name of the parameter, as it would be named if it were estimated.
     pub name: String,
@@ -190,7 +192,7 @@ pub struct EffectValue {
 }
 
 /// A score test of the hypothesis that an effect which the model leaves out is zero.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct EffectTest {
     /// The effect.
     pub effect: OmittedEffect,

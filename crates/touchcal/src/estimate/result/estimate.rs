@@ -1,6 +1,7 @@
 //! The result of a calibration.
 
 use nalgebra::{DMatrix, DVector};
+use serde::{Deserialize, Serialize};
 
 use super::acceptance::AcceptanceResult;
 use super::competing_minimum::CompetingMinimum;
@@ -19,7 +20,7 @@ use crate::se3::{self, Pose, Twist};
 use crate::solver::Termination;
 
 /// Use of one contact in the fit.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Verdict {
     /// The contact was used with this weight.
     Used {
@@ -38,7 +39,7 @@ pub enum Verdict {
 }
 
 /// A parameter with its estimate.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ParameterEstimate {
     /// The parameter: name, unit and prior.
     pub parameter: Parameter,
@@ -55,7 +56,7 @@ pub struct ParameterEstimate {
 }
 
 /// Numbers of rows read, contacts used and contacts rejected.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct ContactCount {
     /// Rows read from the logs, in contact or not.
     pub read: u64,
@@ -66,7 +67,7 @@ pub struct ContactCount {
 }
 
 /// Standard deviations of the measurement noise.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct NoiseSigma {
     /// Of each revolute joint's measured position (rad).
     pub encoder: f64,
@@ -76,7 +77,7 @@ pub struct NoiseSigma {
 
 /// The result of [`calibrate`](crate::estimate::calibrate): parameters with covariance, the
 /// calibrated arm, warnings and statistics.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Estimate {
     /// Whether the estimate may be used.
     pub status: Status,

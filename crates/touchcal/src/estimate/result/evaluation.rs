@@ -1,10 +1,12 @@
 //! How well an arm explains contacts, beside how well it should.
 
+use serde::{Deserialize, Serialize};
+
 use super::score::Score;
 
 /// An arm on contacts that need not be those of its calibration: distances found, and distances
 /// predicted from noise and from what the calibration leaves uncertain.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Evaluation {
     /// Distances (m) of the contacts from their manifolds.
     pub score: Score,
@@ -33,7 +35,7 @@ impl Evaluation {
 }
 
 /// Scatter of contacts: root mean square distances from their manifolds.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Scatter {
     /// Found (m).
     pub found: f64,
@@ -57,7 +59,7 @@ impl Scatter {
 }
 
 /// What declares the distance of two fixtures.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum DistanceSource {
     /// A distance: an entry of [`Problem::distances`](crate::estimate::Problem::distances).
     Distance,
@@ -76,7 +78,7 @@ impl DistanceSource {
 }
 
 /// The distance between the origins of two fixtures, located by contacts with them.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct FixtureDistance {
     /// Names of the fixtures.
     pub between: [String; 2],
@@ -104,7 +106,7 @@ impl FixtureDistance {
 }
 
 /// A strain common to all distances between fixtures: found over declared distance, minus one.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct CommonStrain {
     /// Weighted mean of the distances' strains (1).
     pub strain: f64,
@@ -120,7 +122,7 @@ impl CommonStrain {
 }
 
 /// What contacts say against the uncertainty that a calibration reports, beyond chance.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub enum Contradiction {
     /// Contacts scatter more than predicted.

@@ -1,8 +1,10 @@
 //! What the data determine and what they do not.
 
+use serde::{Deserialize, Serialize};
+
 /// A direction in parameter space that the data do not determine: moving along it by one scale
 /// changes no contact by more than its noise.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct NullDirection {
     /// The direction in words: "the encoder offset of joint_a1 cannot be told from the rz of
     /// fixture hole".
@@ -34,7 +36,7 @@ impl NullDirection {
 ///
 /// A direction with a singular value below 1 is one along which the data add less than was known
 /// before: it is called unidentifiable.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Identifiability {
     /// Singular values (1), largest first: one for each parameter but the directional gap biases.
     pub singular_values: Vec<f64>,

@@ -1,8 +1,10 @@
 //! Predictive check of a result.
 
+use serde::{Deserialize, Serialize};
+
 /// How far stretches of the log are from what all others predict: a stretch is left out, the
 /// parameters are estimated without it, and its residuals are compared with those predicted.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PredictiveCheck {
     /// Scatter found over scatter predicted (1), over all stretches: about 1 if the model is right.
     pub ratio: f64,

@@ -1,10 +1,12 @@
 //! Tests of what a problem declares with a standard deviation.
 
+use serde::{Deserialize, Serialize};
+
 use super::warning_text::far_from_prior_advice;
 use crate::parameter::{Block, Unit};
 
 /// Something that a problem declares with a standard deviation.
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub enum Declaration {
     /// The place of the tool.
@@ -88,7 +90,7 @@ impl Declaration {
 }
 
 /// The estimate of one declared quantity.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct DeclaredValue {
     /// Name of the parameter or of the distance; of gaps at contact in one direction that of its
     /// directional gap bias, to which the common one is added here.
@@ -103,7 +105,7 @@ pub struct DeclaredValue {
 
 /// A test of the hypothesis that something declared is right within its standard deviations: the
 /// posterior against its prior.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct PriorTest {
     /// What is declared.
     pub declaration: Declaration,

@@ -1,7 +1,9 @@
 //! Progress of a running estimation.
 
+use serde::{Deserialize, Serialize};
+
 /// Stage of a running estimation.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Stage {
     /// Levenberg–Marquardt on the distances of the contacts from the manifolds' envelopes.
     Coarse,
@@ -14,7 +16,7 @@ pub enum Stage {
 }
 
 /// Progress of a running estimation, passed to its observer at each step.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Progress {
     /// Stage of the estimation.
     pub stage: Stage,

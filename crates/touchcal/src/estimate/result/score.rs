@@ -1,7 +1,9 @@
 //! How well an arm explains contacts, as distances.
 
+use serde::{Deserialize, Serialize};
+
 /// Number, mean, root mean square and maximum of distances (m); zeros for no distances.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Spread {
     /// Number of distances.
     pub count: usize,
@@ -19,7 +21,7 @@ pub struct Spread {
 /// see [`contact_distances`](crate::estimate::contact_distances). For a point manifold (ball in
 /// socket) it is the distance from the mean of all centres computed for that socket, so that
 /// neither the socket's place nor its spacing is needed.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Score {
     /// Distances over all contacts.
     pub all: Spread,

@@ -1,7 +1,9 @@
 //! Whether a result may be used.
 
+use serde::{Deserialize, Serialize};
+
 /// Whether an estimate may be used.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Status {
     /// The minimization converged, and contacts do not contradict what was declared: use the
     /// estimate.

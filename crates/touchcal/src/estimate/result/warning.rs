@@ -1,5 +1,7 @@
 //! Warnings with their severity, message and advice.
 
+use serde::{Deserialize, Serialize};
+
 use super::declaration_mistake::{Agreement, DeclarationMistake};
 use super::effect_test::OmittedEffect;
 use super::evaluation::Contradiction;
@@ -19,7 +21,7 @@ use crate::parameter::Unit;
 use crate::se3::Pose;
 
 /// A defect of a problem or a result, with the numbers that it is inferred from.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub enum Warning {
     /// No contacts, or fewer measured rows than parameters without a prior.

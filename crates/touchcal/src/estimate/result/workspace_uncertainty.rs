@@ -1,9 +1,11 @@
 //! How well the tool is known.
 
+use serde::{Deserialize, Serialize};
+
 /// Expected errors of the tool, root mean squares over joint positions spread evenly over the
 /// workspace: standard deviations for the calibrated arm, and for the nominal one its distance from
 /// the calibrated arm together with these. Harmonics of the encoders count as corrected in both.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct WorkspaceUncertainty {
     /// Of the tool's position in base (m), all three components together.
     pub position: f64,

@@ -5,6 +5,7 @@ use crate::geometry::polygon::{Polygon, foot_on_segment};
 use crate::geometry::recognize::AxialSymmetry;
 use crate::geometry::recognize::is_circle;
 use nalgebra::Point2;
+use serde::{Deserialize, Serialize};
 
 /// Why no [`PrismPair`] can be made of outlines and lengths.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -32,7 +33,7 @@ pub enum PrismPairError {
 
 /// Radii (m) to which edges of a peg and of the solid around its hole are rounded; 0 for sharp
 /// ones.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct EdgeRadii {
     /// Radius of all edges of the peg at which it is convex, among them those of its ends.
     pub peg: f64,

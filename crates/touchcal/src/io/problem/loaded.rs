@@ -1,12 +1,14 @@
 //! A calibration problem together with the files it was read from.
 
+use serde::{Deserialize, Serialize};
+
 use crate::estimate::Problem;
 use crate::io::base::bytes::Input;
 use crate::io::base::error::{IoError, Place};
 use crate::manifold::ResidualKind;
 
 /// A calibration problem, and what is needed to write its result.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Loaded {
     /// The calibration problem, in SI units.
     pub problem: Problem,

@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use jiff::{Timestamp, Unit};
+use serde::{Deserialize, Serialize};
 
 use crate::estimate::{Estimate, Fixture, Problem, Progress, Score, Spread, Status, Warning, apply_estimated_places};
 use crate::io::base::bytes::Input;
@@ -34,7 +35,7 @@ const MCAP: &str = "calibration.mcap";
 /// The files for a driver that takes encoder offsets.
 const DRIVER: [&str; 2] = ["driver/robot.urdf", "driver/joint_offsets.yaml"];
 /// All of them.
-const NAMES: [&str; 9] = [
+const NAMES: [&str; 10] = [
     CALIBRATED,
     ESTIMATE,
     REPORT,
@@ -44,10 +45,11 @@ const NAMES: [&str; 9] = [
     Export::Ur.file_name(),
     Export::Dh.file_name(),
     Export::Xacro.file_name(),
+    Export::Ros2Control.file_name(),
 ];
 
 /// A finished calibration.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Solved {
     /// Result of the estimator.
     pub estimate: Estimate,

@@ -21,6 +21,17 @@ pub enum Status {
     NotUsable,
 }
 
+impl Status {
+    /// Name in files and for programs: `usable`, `doubtful`, `not_usable`.
+    pub fn name(self) -> &'static str {
+        match self {
+            Status::Usable => "usable",
+            Status::Doubtful => "doubtful",
+            Status::NotUsable => "not_usable",
+        }
+    }
+}
+
 /// An estimated parameter.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]

@@ -199,8 +199,13 @@ impl EstimateFile {
     /// As [`EstimateFile::from_json`], and if the file cannot be read, is larger than
     /// [`MAX_BYTES`], or is of a calibration whose writing was interrupted.
     pub fn read_file(path: &Path) -> Result<EstimateFile, IoError> {
+        EstimateFile::read_with_input(path).map(|(file, _)| file)
+    }
+
+    /// The same, and the fingerprint of what was read.
+    pub(super) fn read_with_input(path: &Path) -> Result<(EstimateFile, Input), IoError> {
         let (text, input) = bytes::read_text(path, MAX_BYTES)?;
-        EstimateFile::from_json(&text, &input.path)
+        Ok((EstimateFile::from_json(&text, &input.path)?, input))
     }
 
     /// Checks that the nominal arm of the calibration is `expected`; `file` is its name for

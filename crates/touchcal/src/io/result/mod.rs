@@ -1,5 +1,6 @@
 //! Results of a calibration.
 
+pub mod calibration_changes;
 pub mod calibration_folder;
 #[cfg(feature = "mcap")]
 pub mod calibration_mcap;
@@ -13,4 +14,5 @@ mod estimate_tool_entries;
 pub mod export;
 pub mod export_text;
 pub mod offsets_yaml;
+pub mod saved_calibration;
 pub mod ur_kinematics;

@@ -68,6 +68,11 @@ impl<G: PegInHoleShapes> PegInHole<G> {
     pub fn shapes(&self) -> &G {
         &self.shapes
     }
+
+    /// Depth (m) below the hole's mouth down to which the peg's tip reaches.
+    pub fn depth(&self) -> f64 {
+        self.hole.depth
+    }
 }
 
 impl<G: PegInHoleShapes + Send + Sync + std::fmt::Debug + 'static> ContactManifold for PegInHole<G> {

@@ -3,6 +3,7 @@
 use std::f64::consts::{PI, TAU};
 
 use nalgebra::{Matrix3, Matrix6, Translation3, UnitQuaternion};
+use serde::{Deserialize, Serialize};
 
 use crate::se3::Pose;
 
@@ -59,7 +60,7 @@ pub fn wrapped(angle: f64) -> f64 {
 
 /// A distance between poses (m): the Euclidean one of their [`Coordinates`], angles multiplied by a
 /// length.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Metric {
     /// Length that a radian counts as (m/rad), positive and finite; not checked.
     pub metres_per_radian: f64,

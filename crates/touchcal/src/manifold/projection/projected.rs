@@ -1,5 +1,6 @@
 //! Residual of a contact as the difference between a pose and its projection onto the manifold.
 
+use std::any::Any;
 use std::fmt::Debug;
 use std::sync::Arc;
 
@@ -14,7 +15,7 @@ use crate::se3::{Pose, Twist};
 /// α, β, γ]` (m, rad) of `fixture_from_tool`.
 ///
 /// All methods take many poses at once, which a network evaluates much faster than one by one.
-pub trait Projection: Send + Sync + Debug {
+pub trait Projection: Any + Send + Sync + Debug {
     /// Name of the projection for messages and reports, such as "nearest sample".
     fn name(&self) -> &'static str;
 

@@ -14,13 +14,14 @@
 use std::ops::ControlFlow;
 
 use nalgebra::DVector;
+use serde::{Deserialize, Serialize};
 
 use super::free_parameters::FreeParameters;
 use super::normal_equations::{DampedInformation, NormalEquations};
 use super::termination::{StopReason, Termination};
 
 /// When Levenberg–Marquardt (Madsen, Nielsen & Tingleff 2004) stops, and how it judges steps.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct LevenbergMarquardtOptions {
     /// Number of linearizations, the one at the start and those at rejected steps included, from
     /// which no further step is begun; with 0 or 1 there is none, unless the start is the minimum.

@@ -2,6 +2,7 @@
 
 use std::ops::Range;
 
+use serde::{Deserialize, Serialize};
 use toml::{Spanned, Value};
 
 use super::context::{Allowed, Context, DEG, MM};
@@ -11,7 +12,7 @@ use crate::io::base::error::{IoError, quoted};
 use crate::io::base::suggest::{did_you_mean, list};
 
 /// Prior of a place, and whether it was declared.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct DeclaredPrior {
     /// The declared prior, or the default one.
     pub prior: PlacePrior,

@@ -10,11 +10,14 @@ mod document;
 mod edit;
 mod numbers;
 mod read;
+mod transmission;
 mod weight;
 mod write;
 mod xacro;
 
 use std::path::Path;
+
+use serde::{Deserialize, Serialize};
 
 use crate::io::base::bytes::{self, Input};
 use crate::io::base::error::{IoError, Place};
@@ -23,6 +26,7 @@ use crate::robot::{Robot, builtin};
 
 pub(crate) use numbers::{roll_pitch_yaw, written};
 pub use read::Ends;
+pub use transmission::with_transmission_offsets;
 pub use write::rewrite;
 pub use xacro::xacro_macro;
 
@@ -30,7 +34,7 @@ pub use xacro::xacro_macro;
 pub const MAX_BYTES: u64 = 64 << 20;
 
 /// A kinematic chain with the text of the URDF it was read from.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct UrdfFile {
     /// The chain, in m, rad and kg; its gravity is not from the text.
     pub robot: Robot,

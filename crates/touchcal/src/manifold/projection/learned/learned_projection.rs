@@ -2,6 +2,7 @@
 
 use nalgebra::Matrix6;
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 
 use super::network::{Back, CHUNK, Network, NetworkError, Stack};
 use super::scaling::{Output, Scaling};
@@ -17,7 +18,7 @@ const WIDE: usize = 1024;
 /// A projection computed by a trained network, in single precision (Negi, Manyar & Gupta 2025,
 /// arXiv 2506.17458). A pose that is not finite projects onto NaN. Angles of projected poses may
 /// lie outside ±π.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct LearnedProjection {
     network: Network,
     scaling: Scaling,

@@ -3,6 +3,7 @@
 use nalgebra::{DMatrixView, DMatrixViewMut, Dyn};
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
+use serde::{Deserialize, Serialize};
 
 /// Rows of a batch that are worked on together, and rows of weights that are. Work is divided by
 /// these and not by the number of threads, so that results don't depend on it; 128 is where the
@@ -29,7 +30,7 @@ fn transposed_mut(values: &mut [f32], rows: usize, columns: usize) -> ViewMut<'_
 
 /// A fully connected layer `y = W x + b`: weights `W` (outputs × inputs) and biases `b`, in single
 /// precision.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Layer {
     inputs: usize,
     weights: Vec<f32>,
@@ -38,7 +39,7 @@ pub struct Layer {
 
 /// A multilayer perceptron in single precision: one [`Layer`] or more with `max(0, ·)` (ReLU)
 /// between them, none after the last.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Network {
     layers: Vec<Layer>,
 }

@@ -1,9 +1,11 @@
 //! Conversion between coordinates of poses and the network's inputs and outputs, of order one.
 
+use serde::{Deserialize, Serialize};
+
 use crate::manifold::projection::coordinates::{Coordinates, Metric, wrapped};
 
 /// Quantity that a network's outputs represent.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Output {
     /// The projected pose (Negi, Manyar & Gupta 2025, arXiv 2506.17458).
     Pose,
@@ -18,7 +20,7 @@ pub enum Output {
 ///
 /// One length for all outputs, so that the mean square of an error of `y` is proportional to that
 /// of the metric's distance.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Scaling {
     /// Quantity that the outputs represent.
     pub output: Output,

@@ -1,0 +1,76 @@
+//! What changed between two calibrations that were written.
+
+use crate::estimate::{Comparison, ParameterPosterior, compare, workspace_configurations};
+use crate::experiment::{PoseErrors, pose_errors};
+use crate::io::base::error::IoError;
+use crate::io::result::saved_calibration::SavedCalibration;
+use crate::io::robot::urdf;
+use crate::parameter::Block;
+use crate::robot::Kinematics;
+use crate::se3::Pose;
+
+/// Blocks of the arm's own parameters: not those of one log.
+const ARM: [Block; 6] = [
+    Block::Strain,
+    Block::SegmentStrain,
+    Block::JointOffset,
+    Block::JointHarmonic,
+    Block::JointOrigin,
+    Block::JointCompliance,
+];
+/// Difference of the numbers of two nominal poses of a tool that is rounding.
+const ROUNDING: f64 = 1e-9;
+/// Configurations over the workspace at which poses are compared.
+const CONFIGURATIONS: usize = 1000;
+
+/// What changed between two calibrations of one arm.
+#[derive(Clone, Debug, PartialEq)]
+pub struct CalibrationChanges {
+    /// In the arm.
+    pub arm: Comparison,
+    /// In how the tool is mounted; `None` unless both have the same nominal pose for it.
+    pub tool: Option<Comparison>,
+    /// How far the tip moves at equal joint positions across the workspace, of arms that stand
+    /// upright; `None` unless both have a URDF.
+    pub tip_motion: Option<PoseErrors>,
+    /// Paths of the logs from which both were made.
+    pub common_logs: Vec<String>,
+}
+
+impl CalibrationChanges {
+    /// From the earlier to the later one of two calibrations, whose posteriors these are.
+    ///
+    /// # Errors
+    /// As [`EstimateFile::check_robot`](crate::io::estimate_file::EstimateFile::check_robot) and
+    /// [`urdf::check_like`]: they are of two arms.
+    pub fn new(both: [&SavedCalibration; 2], posteriors: &[ParameterPosterior; 2]) -> Result<Self, IoError> {
+        let [earlier, later] = both;
+        earlier.file.robot.as_ref().map_or(Ok(()), |robot| later.file.check_robot(robot, &later.name))?;
+        Ok(CalibrationChanges {
+            arm: changes_of(posteriors, &ARM),
+            tool: has_same_tool(both).then(|| changes_of(posteriors, &[Block::Tool])),
+            tip_motion: tip_motion(both)?,
+            common_logs: earlier.logs_in_common(later),
+        })
+    }
+}
+
+fn has_same_tool([earlier, later]: [&SavedCalibration; 2]) -> bool {
+    let (Some(first), Some(second)) = (earlier.file.tip_from_tool, later.file.tip_from_tool) else { return false };
+    first.iter().zip(second).all(|(a, b)| (a - b).abs() < ROUNDING)
+}
+
+fn changes_of([earlier, later]: &[ParameterPosterior; 2], blocks: &[Block]) -> Comparison {
+    compare(earlier, later, |name| blocks.iter().any(|block| name.split('.').next() == Some(block.name())))
+}
+
+fn tip_motion([earlier, later]: [&SavedCalibration; 2]) -> Result<Option<PoseErrors>, IoError> {
+    let (Some(first), Some(second)) = (&earlier.urdf, &later.urdf) else { return Ok(None) };
+    urdf::check_like(&first.robot, &second.robot, &later.name)?;
+    let positions = workspace_configurations(&first.robot, CONFIGURATIONS);
+    let [first, second] = [first, second].map(|urdf| {
+        let kinematics = Kinematics::new(&urdf.robot, &[], Pose::identity());
+        positions.iter().map(|q| kinematics.pose(q)).collect::<Vec<Pose>>()
+    });
+    Ok(Some(pose_errors(&first, &second)))
+}

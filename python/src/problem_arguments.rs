@@ -1,0 +1,245 @@
+//! The arguments that a problem is built from.
+
+use std::collections::{HashMap, HashSet};
+use std::hash::{DefaultHasher, Hash, Hasher};
+
+use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyList, PyMapping, PyTuple};
+use touchcal::contact::{RowsLeftOut, note_repetition, repeated_rows_note};
+use touchcal::estimate::{Acceptance, DEFAULT_DISTANCE_SIGMA, Distance, EXACT_DISTANCE_SIGMA};
+use touchcal::io::problem_file::{self, Assumptions, Settings};
+use touchcal::io::{Input, IoError, Loaded};
+
+use crate::error::{io, unexpected};
+use crate::log::ContactLog;
+use crate::parts::{Fixture, Tool};
+use crate::plausible;
+use crate::robot::Robot;
+use crate::toml_value::as_table;
+
+/// Name of the source of settings in messages.
+const SETTINGS: &str = "Problem";
+/// Arguments that declare what is assumed without them.
+const KEYS: &str = "sigma, sigma_angle, clearance_sigma, depth_sigma, edge_radius_sigma, or exact=True";
+
+/// The arguments of a problem: as a dict those of its constructor.
+#[derive(Debug, FromPyObject, IntoPyObjectRef)]
+#[pyo3(from_item_all)]
+pub struct Arguments {
+    pub robot: Py<Robot>,
+    pub tool: Py<Tool>,
+    pub fixtures: Vec<Py<Fixture>>,
+    pub contacts: Py<PyMapping>,
+    pub parameters: Vec<String>,
+    pub distances: Option<Vec<KnownDistance>>,
+    pub noise: Option<Py<PyMapping>>,
+    pub estimate: Option<Py<PyMapping>>,
+    pub accept: Option<Py<PyMapping>>,
+    pub held_out: Option<Py<PyMapping>>,
+}
+
+impl Arguments {
+    /// The problem, and which of its notes were not issued as warnings before.
+    pub fn problem(&self, py: Python<'_>) -> PyResult<(Loaded, Vec<String>)> {
+        let robot = &self.robot.get().file;
+        let settings = Settings::read(&self.settings_text(py)?, SETTINGS, &robot.robot);
+        let settings = settings.map_err(|error| io(without_lines(error)))?;
+        let fixtures: Vec<&Fixture> = self.fixtures.iter().map(Py::get).collect();
+        let names = FixtureNames::new(&fixtures)?;
+        let mut assumptions = Assumptions::default();
+        let tool = self.tool.get().nominal(&settings, &fixtures, &mut assumptions);
+        let mut inputs = vec![robot.input.clone()];
+        let mut nominal = Vec::with_capacity(fixtures.len());
+        for given in &fixtures {
+            nominal.push(given.nominal(&settings, &mut assumptions)?);
+            inputs.extend(given.inputs().iter().cloned());
+        }
+        let mut joined = JoinedLogs::default();
+        let mut joined_log =
+            |logs: &Py<PyMapping>, field: &str| joined.log(logs.bind(py), field, &names, robot.robot.dof());
+        let mut log = joined_log(&self.contacts, "contacts")?;
+        let held_out = self.held_out.as_ref().map(|logs| joined_log(logs, "held_out")).transpose()?;
+        let held_out = held_out.unwrap_or_default();
+        inputs.append(&mut joined.inputs);
+        let known = self.distances.iter().flatten();
+        let distances: Vec<Distance> =
+            known.map(|distance| distance.checked(&names, &mut assumptions)).collect::<PyResult<_>>()?;
+        let told = log.notes().len();
+        joined.notes.iter().for_each(|note| log.note(note));
+        note_repetition(&mut log, &held_out);
+        assumptions.notes(KEYS).iter().for_each(|note| log.note(note));
+        let accept = self.accept.as_ref();
+        let acceptance = accept.map(|accept| acceptance(accept.bind(py), (&robot.robot, &tool))).transpose()?;
+        let problem = settings.problem(robot.robot.clone(), (tool, nominal, distances), log);
+        let mut problem = problem.map_err(|error| io(without_lines(error)))?;
+        problem.acceptance = acceptance;
+        problem.held_out = held_out;
+        let notes = problem.contacts.notes()[told..].to_vec();
+        // Meshes are warned of where they are read.
+        Ok((Loaded { problem, urdf: robot.text.clone(), inputs, has_several_bodies: false }, notes))
+    }
+
+    /// The tables `[noise]` and `[estimate]` as a file would have them, so that they mean the same.
+    fn settings_text(&self, py: Python<'_>) -> PyResult<String> {
+        let table = |mapping: &Option<Py<PyMapping>>| match mapping {
+            None => Ok(toml::Table::new()),
+            Some(mapping) => as_table(mapping.bind(py)),
+        };
+        let mut estimate = table(&self.estimate)?;
+        estimate.insert("parameters".to_owned(), self.parameters.clone().into());
+        let mut both = toml::Table::new();
+        both.insert("noise".to_owned(), table(&self.noise)?.into());
+        both.insert("estimate".to_owned(), estimate.into());
+        Ok(both.to_string())
+    }
+}
+
+/// A copy of a mapping, and of mappings and lists in it, which later changes leave as it is.
+pub fn kept(mapping: &Bound<'_, PyMapping>) -> PyResult<Py<PyMapping>> {
+    Ok(kept_value(mapping.as_any())?.cast_into::<PyMapping>()?.unbind())
+}
+
+fn kept_value<'py>(value: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
+    if let Ok(mapping) = value.cast::<PyMapping>() {
+        let copy = PyDict::new(value.py());
+        for item in mapping.items()?.try_iter()? {
+            let (key, value): (Bound<'py, PyAny>, Bound<'py, PyAny>) = item?.extract()?;
+            copy.set_item(key, kept_value(&value)?)?;
+        }
+        return Ok(copy.into_any());
+    }
+    if value.is_instance_of::<PyList>() || value.is_instance_of::<PyTuple>() {
+        let items = value.try_iter()?.map(|item| kept_value(&item?)).collect::<PyResult<Vec<_>>>()?;
+        return Ok(PyList::new(value.py(), items)?.into_any());
+    }
+    Ok(value.clone())
+}
+
+/// A known distance (m) between origins of two fixtures, with or without its standard deviation
+/// (m).
+#[derive(Clone, Debug, FromPyObject, IntoPyObject, IntoPyObjectRef)]
+pub enum KnownDistance {
+    Default(String, String, f64),
+    WithSigma(String, String, f64, f64),
+}
+
+impl KnownDistance {
+    fn checked(&self, names: &FixtureNames, assumptions: &mut Assumptions) -> PyResult<Distance> {
+        let (first, second, distance, declared) = match self {
+            KnownDistance::Default(first, second, distance) => (first, second, *distance, None),
+            KnownDistance::WithSigma(first, second, distance, sigma) => (first, second, *distance, Some(*sigma)),
+        };
+        let sigma = declared.unwrap_or(DEFAULT_DISTANCE_SIGMA);
+        let between = (names.index(first, "distances")?, names.index(second, "distances")?);
+        let is_length = distance > 0.0 && distance.is_finite() && sigma >= 0.0 && sigma.is_finite();
+        if between.0 == between.1 || !is_length {
+            let found = format!("({first:?}, {second:?}, {distance}, {sigma})");
+            return Err(unexpected("distances", "two fixtures, a positive distance and its sigma (m)", found));
+        }
+        plausible::length("distances", distance, plausible::REACH)?;
+        plausible::length("distances, sigma", sigma, plausible::PLACE_SIGMA)?;
+        assumptions.distance([first, second], declared, sigma);
+        Ok(Distance { between, distance, sigma: sigma.max(EXACT_DISTANCE_SIGMA) })
+    }
+}
+
+/// Names of fixtures, which are distinct, with their indices.
+struct FixtureNames {
+    names: Vec<String>,
+    indices: HashMap<String, usize>,
+}
+
+impl FixtureNames {
+    fn new(fixtures: &[&Fixture]) -> PyResult<FixtureNames> {
+        let names: Vec<String> = fixtures.iter().map(|fixture| fixture.name().to_owned()).collect();
+        let mut indices = HashMap::new();
+        for (index, name) in names.iter().enumerate() {
+            if indices.insert(name.clone(), index).is_some() {
+                return Err(unexpected("fixture, name", "distinct names", format!("{name:?} twice")));
+            }
+        }
+        Ok(FixtureNames { names, indices })
+    }
+
+    /// Index of a fixture, named in the argument `field`.
+    fn index(&self, name: &str, field: &str) -> PyResult<usize> {
+        let expected = || format!("the name of a fixture ({})", self.names.join(", "));
+        self.indices.get(name).copied().ok_or_else(|| unexpected(field, expected(), format!("{name:?}")))
+    }
+}
+
+/// Logs that were joined: their inputs, their rows, and notes on rows that were there before.
+#[derive(Default)]
+struct JoinedLogs {
+    inputs: Vec<Input>,
+    /// Hashes of all rows: of their content's SHA-256, number and joint positions.
+    rows: HashSet<u64>,
+    notes: Vec<String>,
+}
+
+impl JoinedLogs {
+    /// The contacts of a log that no earlier log has, with a note on the others. Joint positions
+    /// are compared too, as one file may be read twice with different columns.
+    fn new_contacts(&mut self, part: &ContactLog) -> touchcal::contact::ContactLog {
+        let hash = |i| {
+            let mut hasher = DefaultHasher::new();
+            (&part.input.sha256, part.log.source(i).line).hash(&mut hasher);
+            part.log.q(i).iter().for_each(|position| position.to_bits().hash(&mut hasher));
+            hasher.finish()
+        };
+        let mut new = part.log.filtered(|i| self.rows.insert(hash(i)));
+        let (all, repeated) = (part.log.len(), part.log.len() - new.len());
+        new.count_left_out(RowsLeftOut { repeated: repeated as u64, ..RowsLeftOut::default() });
+        if repeated > 0 {
+            self.notes.push(format!("{}: {}", part.input.path, repeated_rows_note(repeated, all)));
+        }
+        self.inputs.push(part.input.clone());
+        new
+    }
+
+    /// The logs of all fixtures as one, in the order of `contacts`, an argument named `field`.
+    fn log(
+        &mut self,
+        contacts: &Bound<'_, PyMapping>,
+        field: &str,
+        names: &FixtureNames,
+        dof: usize,
+    ) -> PyResult<touchcal::contact::ContactLog> {
+        let mut log = touchcal::contact::ContactLog::new(dof);
+        for item in contacts.items()?.try_iter()? {
+            let (name, logs): (String, Bound<'_, PyAny>) = item?.extract()?;
+            let fixture = names.index(&name, field)?;
+            let logs: Vec<PyRef<'_, ContactLog>> = match logs.cast::<ContactLog>() {
+                Ok(one) => vec![one.borrow()],
+                Err(_) => logs.extract()?,
+            };
+            for part in logs {
+                if part.log.dof() != dof {
+                    let (expected, found) = (format!("{dof} joints"), format!("{}", part.log.dof()));
+                    return Err(unexpected(part.input.path.clone(), expected, found));
+                }
+                log.append(&self.new_contacts(&part), fixture);
+            }
+        }
+        Ok(log)
+    }
+}
+
+/// What the table `[accept]` asks for, as a file would have it.
+fn acceptance(
+    accept: &Bound<'_, PyMapping>,
+    arm_and_tool: (&touchcal::robot::Robot, &touchcal::estimate::Tool),
+) -> PyResult<Acceptance> {
+    let mut text = toml::Table::new();
+    text.insert("accept".to_owned(), as_table(accept)?.into());
+    problem_file::read_acceptance(&text.to_string(), SETTINGS, arm_and_tool).map_err(|error| io(without_lines(error)))
+}
+
+/// The error without line and column, which refer to a generated text.
+fn without_lines(mut error: IoError) -> IoError {
+    if let IoError::Unexpected { place, .. } | IoError::Syntax { place, .. } = &mut error {
+        place.line = None;
+        place.column = None;
+    }
+    error
+}
