@@ -7,7 +7,7 @@ use touchcal::parameter::{Block, Unit};
 /// Most directions that are not determined, and most warnings, listed one by one.
 const MOST_LISTED: usize = 3;
 /// Columns of the labels.
-const LABEL: usize = 14;
+const LABEL: usize = 18;
 const HEADINGS: [&str; 5] = ["parameter", "value", "± sigma", "prior", "unit"];
 
 /// What a summary says, in order: labelled lines, a table of parameters, more such lines.
@@ -135,9 +135,9 @@ fn row(entry: &ParameterEntry) -> [String; 5] {
 /// How many directions the data determine, and which they do not.
 fn undetermined(file: &EstimateFile) -> Vec<(&'static str, String)> {
     let all = file.rank + file.null_space.len();
-    let mut lines = vec![("Determined", format!("{} of {all} directions", file.rank))];
+    let mut lines = vec![("Identifiable", format!("{} of {all} directions", file.rank))];
     let null = file.null_space.iter().map(|direction| direction.description.clone()).collect();
-    lines.extend(shortened(null, "directions").into_iter().map(|text| ("Undetermined", text)));
+    lines.extend(shortened(null, "directions").into_iter().map(|text| ("Not identifiable", text)));
     lines
 }
 

@@ -22,7 +22,7 @@ def test_a_summary_begins_with_the_verdict(calibration: touchcal.Calibration) ->
     known = calibration.workspace_uncertainty
     assert calibration.status == "usable" and known is not None
     assert lines[0] == (
-        f"USABLE        expected tool error in base {1e3 * known.position:.3f} mm, {np.degrees(known.angle):.3f}° "
+        f"USABLE            expected tool error in base {1e3 * known.position:.3f} mm, {np.degrees(known.angle):.3f}° "
         f"(before: {1e3 * known.nominal_position:.3f} mm, {np.degrees(known.nominal_angle):.3f}°)"
     )
     contacts = json.loads(calibration.to_json())["contacts"]
@@ -37,8 +37,8 @@ def test_a_summary_begins_with_the_verdict(calibration: touchcal.Calibration) ->
         assert unit == {"m": "mm", "rad": "deg"}[parameter.unit] and parameter.sigma is not None
         assert float(value) == pytest.approx(factor * parameter.value, abs=0.5001e-4)
         assert float(sigma) == pytest.approx(factor * parameter.sigma, abs=0.5001e-4)
-    assert f"Determined    {calibration.rank} of " in calibration.summary()
-    undetermined = [line for line in lines if line.startswith("Undetermined")]
+    assert f"Identifiable      {calibration.rank} of " in calibration.summary()
+    undetermined = [line for line in lines if line.startswith("Not identifiable")]
     assert undetermined[0].endswith(calibration.null_space[0].description) and len(undetermined) == 4
     assert undetermined[-1].endswith(f"and {len(calibration.null_space) - 3} more directions")
 
