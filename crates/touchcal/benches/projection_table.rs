@@ -82,7 +82,7 @@ impl<F> Debug for OneByOne<F> {
     }
 }
 
-impl<F: Fn(&Coordinates) -> Coordinates + Send + Sync> Projection for OneByOne<F> {
+impl<F: Fn(&Coordinates) -> Coordinates + Send + Sync + 'static> Projection for OneByOne<F> {
     fn name(&self) -> &'static str {
         self.name
     }

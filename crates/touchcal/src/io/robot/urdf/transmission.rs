@@ -126,6 +126,6 @@ mod tests {
         }
         assert!(refused("<joint name='a'/><joint name='a'/>", "a").contains("found 2"));
         let error = refused("<joint name='a'><offset>half</offset></joint>", "a");
-        assert!(error.contains("expected a finite number in <offset>, found `half`"), "{error}");
+        assert!(error.contains("expected a finite number in <offset>, found \"half\""), "{error}");
     }
 }
