@@ -218,7 +218,7 @@ impl std::str::FromStr for Shard {
     ),
 ]))]
 pub struct Table1Args {
-    /// Folder to write table1.csv, table1.json, table1.svg and rows/ into; rows found there are not
+    /// Folder to write table1.csv, table1.json, table1.tex, table1.svg and rows/ into; rows found there are not
     /// computed again
     #[arg(long, value_name = "DIR", help_heading = OUTPUT)]
     pub out: PathBuf,

@@ -50,7 +50,7 @@ fn text(loaded: &Loaded, inspection: &Inspection, detail: Detail) -> String {
     };
     [
         format!("Robot     {}\n", summary::robot(loaded)),
-        format!("Contacts  {rows} rows read from {files} files, {contacts} contacts\n\n"),
+        format!("Contacts  {rows} rows read from {files} files, {contacts} contacts\n{}\n", held_out(loaded)),
         fixtures(loaded, inspection),
         joints(loaded, inspection),
         heading(inspection),
@@ -63,11 +63,17 @@ fn text(loaded: &Loaded, inspection: &Inspection, detail: Detail) -> String {
     .concat()
 }
 
+fn held_out(loaded: &Loaded) -> String {
+    let (contacts, files) = (loaded.problem.held_out.len(), loaded.problem.held_out.files().len());
+    if contacts == 0 { String::new() } else { format!("Held out  {contacts} contacts from {files} files\n") }
+}
+
 /// The heading of the parameters.
 fn heading(inspection: &Inspection) -> String {
     match inspection.warnings.contains(&Warning::NoUncertainty) {
         true => "Parameters, without standard deviations: see below\n".to_owned(),
-        false => "Expected standard deviations with the assumed noise\n".to_owned(),
+        false => "Expected standard deviations with the assumed noise (`calibrate` adds those of errors that contacts cannot see)\n"
+            .to_owned(),
     }
 }
 

@@ -4,6 +4,7 @@ use std::ops::ControlFlow;
 use std::path::Path;
 
 use touchcal::io::scenario_file::{self, ScenarioFile};
+use touchcal::robot::JointKind;
 use touchcal::sim::{self, Preset, Seeds, SimulatedTrial, SimulationError};
 use touchcal::statistics::floor_rank;
 
@@ -21,6 +22,9 @@ pub fn run(args: &SimulateArgs) -> Result<Outcome, Failure> {
     let seeds = Seeds { errors: args.seed, noise: args.noise_seed.unwrap_or(args.seed) };
     let simulated = simulate(&file, seeds)?;
     scenario_file::write_folder(&args.out, &file, &simulated, seeds)?;
+    for note in beyond_limits(&file, &simulated) {
+        output::diagnostic(&note);
+    }
     output::print(&summary(&args.out, &file, &simulated))?;
     Ok(Outcome::Done)
 }
@@ -54,8 +58,31 @@ pub fn simulate(file: &ScenarioFile, seeds: Seeds) -> Result<SimulatedTrial, Fai
     }
 }
 
+/// A note on each joint that is beyond its limits in some contact: commands follow the tool, not
+/// the limits.
+fn beyond_limits(file: &ScenarioFile, simulated: &SimulatedTrial) -> Vec<String> {
+    let each = file.scenario.robot.moving().enumerate().filter_map(|(k, joint)| {
+        let limits = joint.limits?;
+        let rows = |log: &sim::Log| log.contact.iter().zip(log.q.chunks(log.dof.max(1))).filter(|(contact, _)| **contact).map(|(_, q)| q[k]).collect::<Vec<f64>>();
+        let positions: Vec<f64> = simulated.logs.iter().flat_map(rows).collect();
+        let excess = |q: &f64| (limits.lower - q).max(q - limits.upper);
+        let beyond: Vec<f64> = positions.iter().map(excess).filter(|excess| *excess > 0.0).collect();
+        let most = beyond.iter().copied().fold(0.0, f64::max);
+        let most = if joint.kind == JointKind::Prismatic { format!("{:.1} mm", 1e3 * most) } else { format!("{:.1}°", most.to_degrees()) };
+        (!beyond.is_empty()).then(|| {
+            format!(
+                "note: `{}` is beyond its limits in {} of {} contacts, by up to {most}: a real arm stops there; choose other `postures_deg`",
+                joint.name,
+                beyond.len(),
+                positions.len()
+            )
+        })
+    });
+    each.collect()
+}
+
 fn summary(folder: &Path, file: &ScenarioFile, simulated: &SimulatedTrial) -> String {
-    let mut table = Table::new(["fixture", "rows", "contacts", "force N: median", "95 %", "seconds"]);
+    let mut table = Table::new(["fixture", "rows", "contacts", "force N: median", "95 %", "recorded s"]);
     for (touch, log) in file.scenario.touches.iter().zip(&simulated.logs) {
         let size = |row: usize| log.wrench[row][..3].iter().map(|part| part * part).sum::<f64>().sqrt();
         let mut forces: Vec<f64> = log.contacts().map(size).collect();

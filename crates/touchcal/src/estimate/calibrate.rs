@@ -5,6 +5,7 @@ use super::problem::{Method, Problem};
 use super::result::{Estimate, Observer};
 use super::search::{SearchState, coarse_to_fine, descend, estimate_variance_components, fit_from_starts, refine};
 use super::summarize::{estimated_noise_factor, summarize};
+use super::untouched::without_distances_to_unknown_places;
 
 /// Largest number of searches that start from the noise that the one before found.
 const MAX_NOISE_RESTARTS: usize = 3;
@@ -20,7 +21,8 @@ const MIN_NOISE_RATIO: f64 = 1.25;
 /// `σₖ`, and `dᵢⱼ` the distances (m) of fixtures `i` and `j`, declared as `d̂ᵢⱼ` with standard
 /// deviation `σᵢⱼ`. One-sided contacts finally contribute `−2 ln L` instead, the marginal
 /// likelihood over their contact modes. Parameters without prior that nothing determines are fixed
-/// at zero. `observe` is called at each step and may end the estimation: the result is then that of
+/// at zero; distances to fixtures of unknown place without contacts are not used. `observe` is
+/// called at each step and may end the estimation: the result is then that of
 /// the parameters reached. [`Method::GradientDescent`] has its own search; [`Method`] names the
 /// sources. With one-sided contacts, noise that is estimated and ends more than a quarter above its
 /// start is the start of another search, at most three times: too small a noise leads to another
@@ -39,7 +41,8 @@ const MIN_NOISE_RATIO: f64 = 1.25;
 /// not usable, and [`Warning`](super::Warning)s with the cause; so has a problem without contacts.
 /// Panics if a contact or distance has a fixture that is not in [`Problem::fixtures`].
 pub fn calibrate(problem: &Problem, observe: Observer<'_>) -> Estimate {
-    let mut search = SearchState::new(problem);
+    let fitted = without_distances_to_unknown_places(problem);
+    let mut search = SearchState::new(&fitted);
     minimize(&mut search, observe);
     let mut start = 1.0;
     for _ in 0..MAX_NOISE_RESTARTS {
@@ -49,12 +52,12 @@ pub fn calibrate(problem: &Problem, observe: Observer<'_>) -> Estimate {
             break;
         }
         let iterations = search.termination.iterations;
-        search = SearchState::new(problem);
+        search = SearchState::new(&fitted);
         (search.model.noise.factor, search.termination.iterations) = (factor, iterations);
         minimize(&mut search, observe);
         start = factor;
     }
-    summarize(search)
+    summarize(search, problem)
 }
 
 /// Leaves the parameters of the minimum in `search`.

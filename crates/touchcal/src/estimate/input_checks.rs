@@ -5,6 +5,7 @@ use nalgebra::{DVector, Vector3};
 use super::evaluate::score;
 use super::model::{CalibrationModel, LinearizationPoint};
 use super::result::Warning;
+use super::untouched::are_touched;
 use crate::manifold::ResidualKind;
 
 /// What contradicts the problem's declarations: fixtures without contacts, a tool drawn beside its
@@ -12,11 +13,11 @@ use crate::manifold::ResidualKind;
 /// log).
 pub(super) fn input_warnings(model: &CalibrationModel<'_>) -> Vec<Warning> {
     let problem = model.problem;
-    let mut has_contacts = vec![false; problem.fixtures.len()];
-    (0..problem.contacts.len()).for_each(|i| has_contacts[problem.contacts.fixture(i)] = true);
-    let without = problem.fixtures.iter().zip(&has_contacts).filter(|(_, has_contacts)| !**has_contacts);
+    let has_contacts = are_touched(problem);
+    let is_held_out = |f: usize| (0..problem.held_out.len()).any(|i| problem.held_out.fixture(i) == f);
+    let without = (0..problem.fixtures.len()).filter(|&f| !has_contacts[f] && !is_held_out(f));
     let mut warnings: Vec<Warning> =
-        without.map(|(fixture, _)| Warning::FixtureWithoutContacts { fixture: fixture.name.clone() }).collect();
+        without.map(|f| Warning::FixtureWithoutContacts { fixture: problem.fixtures[f].name.clone() }).collect();
     let middle = problem.fixtures.iter().find_map(|fixture| fixture.manifold.sketch().tool.aside());
     warnings.extend(middle.map(|middle| Warning::OriginOutsideTool { middle: middle.coords.into() }));
     if !problem.distances.is_empty() {

@@ -11,6 +11,7 @@ use super::result::{Identifiability, Observer, ParameterEstimate, Score, Warning
 use super::result_checks::data_warnings;
 use super::search::{SearchState, approach_contact_modes, coarse, sandwich};
 use super::uncertainty::{Posterior, arm_uncertainty_ratio};
+use super::untouched::without_distances_to_unknown_places;
 use crate::solver::StopReason;
 
 /// Range of a moving joint's measured positions over all contacts.
@@ -68,6 +69,8 @@ pub struct Inspection {
 /// [`StopReason::Interrupted`]. Without contacts, known distances are the only data. Panics if a
 /// contact or distance has a fixture that is not in [`Problem::fixtures`].
 pub fn inspect(problem: &Problem, observe: Observer<'_>) -> Inspection {
+    let fitted = without_distances_to_unknown_places(problem);
+    let problem = &*fitted;
     let mut search = SearchState::new(problem);
     coarse(&mut search, observe);
     let mut warnings: Vec<Warning> = declaration_warning(&search).into_iter().collect();

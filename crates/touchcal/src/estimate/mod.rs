@@ -21,6 +21,7 @@ mod result_checks;
 mod search;
 mod summarize;
 mod uncertainty;
+mod untouched;
 
 pub use crate::solver::{Loss, StopReason, Termination};
 pub use acceptance::acceptance;

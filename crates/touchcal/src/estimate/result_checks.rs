@@ -9,6 +9,7 @@ use super::problem::{Fixture, Problem};
 use super::result::{EffectTest, Estimate, OmittedEffect, ParameterEstimate, Warning};
 use super::search::{SearchState, uses_contact_modes};
 use super::uncertainty::{CalibratedTool, tool_displacement, tool_positions};
+use super::untouched::are_touched;
 use crate::parameter::{Parameter, ParameterId};
 use crate::robot::{JointKind, KinematicParameter};
 use crate::se3::Pose;
@@ -94,8 +95,12 @@ pub(super) fn data_warnings(search: &SearchState<'_>, rows: usize, arm_uncertain
     if arm_uncertainty > thresholds.arm_uncertainty {
         warnings.push(Warning::ArmUndetermined { remaining: arm_uncertainty });
     }
-    if !search.fixed.pivots.is_empty() {
-        let names = search.fixed.pivots.iter().map(|&k| parameters[k].name.clone()).collect();
+    // Places of fixtures that nothing touches are told as such.
+    let are_touched = are_touched(search.model.problem);
+    let is_told = |&k: &usize| matches!(parameters[k].id, ParameterId::Fixture(f, _) if !are_touched[f]);
+    let pivots = search.fixed.pivots.iter().copied().filter(|k| !is_told(k));
+    let names: Vec<String> = pivots.map(|k| parameters[k].name.clone()).collect();
+    if !names.is_empty() {
         warnings.push(Warning::Unobservable { names });
     }
     warnings

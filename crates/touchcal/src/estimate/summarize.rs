@@ -114,8 +114,9 @@ fn posterior(search: &mut SearchState<'_>, postfit: &PostfitStatistics) -> Widen
     WidenedPosterior { posterior, design_effect, has_least_gap_inflation, predictive_check }
 }
 
-/// The result of a search that has ended.
-pub(super) fn summarize(mut search: SearchState<'_>) -> Estimate {
+/// The result of a search that has ended. `declared` is its problem with all distances, by which
+/// contacts are judged that are held out.
+pub(super) fn summarize(mut search: SearchState<'_>, declared: &Problem) -> Estimate {
     let postfit = PostfitStatistics::new(&search.model, &search.theta, &mut search.caches);
     let WidenedPosterior { posterior, design_effect, has_least_gap_inflation, predictive_check } =
         posterior(&mut search, &postfit);
@@ -170,7 +171,7 @@ pub(super) fn summarize(mut search: SearchState<'_>) -> Estimate {
         robot: robot::calibrated(&problem.robot, &columns, &values),
         parameters,
     };
-    check(&mut estimate, &mut search, &statistics);
+    check(&mut estimate, &mut search, &statistics, declared);
     estimate.workspace_uncertainty = workspace_uncertainty(problem, &estimate);
     estimate.status = status(&estimate.termination, &estimate.warnings);
     estimate.acceptance = problem.acceptance.as_ref().map(|asked| acceptance(asked, problem, &estimate));
@@ -178,7 +179,7 @@ pub(super) fn summarize(mut search: SearchState<'_>) -> Estimate {
 }
 
 /// Tests the estimate, and adds the warnings that follow.
-fn check(estimate: &mut Estimate, search: &mut SearchState<'_>, statistics: &FitStatistics) {
+fn check(estimate: &mut Estimate, search: &mut SearchState<'_>, statistics: &FitStatistics, declared: &Problem) {
     let tests = effect_tests(search, estimate);
     estimate.effect_tests = tests.outcomes();
     estimate.warnings.extend(declaration_warning(search));
@@ -191,7 +192,7 @@ fn check(estimate: &mut Estimate, search: &mut SearchState<'_>, statistics: &Fit
     if estimate.termination.reason == StopReason::Converged && assumes_no_friction(search) {
         estimate.untested.push("friction".to_owned());
     }
-    estimate.held_out = held_out(search.model.problem, estimate);
+    estimate.held_out = held_out(declared, estimate);
     let contradictions = estimate.held_out.iter().flat_map(|found| found.contradictions.clone());
     estimate.warnings.extend(contradictions.map(Warning::HeldOutContradicted));
     estimate.warnings.sort_by_key(Warning::severity);

@@ -9,7 +9,8 @@ use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64;
 use touchcal::contact::ContactLog;
 use touchcal::estimate::{
-    Contradiction, Estimate, Evaluation, ParameterPosterior, Problem, apply_estimated_places, evaluate_held_out,
+    Contradiction, Estimate, Evaluation, ParameterPosterior, Problem, Status, Warning, apply_estimated_places,
+    evaluate_held_out,
 };
 use touchcal::experiment::problem;
 use touchcal::io::urdf::{self, Ends};
@@ -90,6 +91,40 @@ fn sockets_elsewhere_scatter_as_predicted() {
         assert!((squares - 1.0).abs() < 4.0 * (2.0 / 200.0_f64).sqrt(), "{squares}");
         assert!((deviations - 1.0).abs() < 4.0 * (2.0 / 40.0_f64).sqrt(), "{deviations}");
     }
+}
+
+/// Sockets of unknown place without contacts that are fitted, held out or forgotten, have known
+/// distances: the arm is that of a problem without these sockets, and held-out ones are measured.
+#[test]
+fn sockets_that_no_fitted_contact_touches_change_nothing() {
+    let all = recorded(&scenario(Preset::Mukca, 30), 3, 3);
+    assert_eq!((all.fixtures.len(), all.distances.len()), (6, 3));
+    let fitted = of_fixtures(all.clone(), |f| f < 4);
+    let mut without = fitted.clone();
+    without.fixtures.truncate(4);
+    without.distances.truncate(2);
+    let without = solve(&without);
+    let held = of_fixtures(all.clone(), |f| f >= 4).contacts;
+    let estimate = solve(&Problem { held_out: held, ..fitted.clone() });
+    let evaluation = estimate.held_out.as_ref().expect("contacts that are held out");
+    let [distance] = evaluation.distances.as_slice() else { panic!("{:?}", evaluation.distances) };
+    assert!(distance.deviations().abs() < 4.0, "{distance:?}");
+    let is_of_tool = |warning: &Warning| matches!(warning, Warning::ToolNotInRobot { .. });
+    for (found, forgotten) in [(&estimate, 0), (&solve(&fitted), 2)] {
+        assert_eq!(found.status, Status::Usable, "{:?}", found.warnings);
+        let warnings: Vec<&Warning> = found.warnings.iter().filter(|warning| !is_of_tool(warning)).collect();
+        assert_eq!(warnings.len(), forgotten, "{warnings:?}");
+        assert!(warnings.iter().all(|warning| matches!(warning, Warning::FixtureWithoutContacts { .. })));
+        for entry in &without.parameters {
+            let same = found.parameter(&entry.parameter.name).expect("the same parameter");
+            let sigma = entry.sigma.expect("a standard deviation");
+            assert!((same.value - entry.value).abs() < 1e-3 * sigma, "{entry:?} {same:?}");
+            assert!((same.sigma.unwrap() / sigma - 1.0).abs() < 1e-3, "{entry:?} {same:?}");
+        }
+    }
+    // One of a pair is forgotten: the other one is not pulled to where the search starts.
+    let estimate = solve(&of_fixtures(all, |f| f != 4));
+    assert_eq!((estimate.status, estimate.contacts.rejected), (Status::Usable, 0), "{:?}", estimate.warnings);
 }
 
 /// A second hole, away from the first.

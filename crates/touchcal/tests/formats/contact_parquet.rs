@@ -156,7 +156,11 @@ fn bad_content_is_refused() {
     refused(&joints([0.0, f64::NAN]), &plain, "row 2, column q1: expected a number in radians, found NaN");
     refused(&joints([0.0, 1e9]), &plain, "row 2, column q1: expected a joint position");
     refused(&joints([0.0, 45.0]), &plain, "row 2, joint `sh`: expected radians within the joint limits");
-    refused(&joints([0.0, 45.0])[..1], &plain, "a column for every joint: `sl` or `q2`, found columns \"q1\"");
+    refused(
+        &joints([0.0, 45.0])[..1],
+        &plain,
+        "a column for every joint: `sl` or `q2`, or its name in `columns`, found columns \"q1\"",
+    );
     let force = Options { detection: Some(Detection { threshold: 1.0, release: 1.0, debounce: 1 }), ..plain.clone() };
     refused(&joints([0.0, 0.0]), &force, "columns fx, fy and fz");
     let flags = [joints([0.0, 0.0]), vec![("contact", vec![Cell::Int(1), Cell::Int(2)])]].concat();

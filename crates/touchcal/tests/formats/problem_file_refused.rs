@@ -49,7 +49,7 @@ fn malformed_text_is_refused() {
     let single = problem_file::read("[fixture]\nname = \"a\"\n", "problem.toml", std::path::Path::new(""));
     let message = single.unwrap_err().to_string();
     assert!(
-        message.contains("problem.toml:1:1: expected a list in brackets (of tables: [[…]]), found a table"),
+        message.contains("problem.toml:1:1: expected a list in brackets (of tables: [[name]]), found a table"),
         "{message}"
     );
     refused(

@@ -28,7 +28,8 @@ pub(super) const COMPETING_MINIMUM_ADVICE: &str =
 pub(super) const MANY_REJECTED_ADVICE: &str =
     "check the force threshold, the shapes of the parts, and the places of tool and fixtures";
 pub(super) const IMPLAUSIBLE_ADVICE: &str = "check units, the robot description, and where the fixtures are";
-pub(super) const TOOL_ADVICE: &str = "declare the tool at its estimated pose where the calibrated robot is used";
+pub(super) const TOOL_ADVICE: &str =
+    "declare the tool at its estimated pose where the calibrated robot is used (TCP, cell description)";
 pub(super) const COMPLIANCE_ADVICE: &str =
     "apply the compliance in the arm's driver, or calibrate without joint compliance";
 pub(super) const ORIGIN_ADVICE: &str = "draw outlines about the origin; ignore this if the frame is meant to be there";

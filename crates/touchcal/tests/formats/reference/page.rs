@@ -28,6 +28,7 @@ const HEAD: &str = "# Reference of the files
 Each key of `problem.toml` and `scenario.toml`, with what holds without it.
 [The problem file](problem-file.md) explains what belongs together.
 The page is generated from the types that the readers use.
+What a preset has is in the `scenario.toml` that `touchcal simulate --preset NAME --out DIR` writes: every value is in it.
 
 `touchcal schema problem` and `touchcal schema scenario` print JSON Schemas.
 With the line `#:schema problem.schema.json` at the top of a `problem.toml`, an editor that knows TOML (Even Better TOML, taplo) completes keys and shows what they mean:

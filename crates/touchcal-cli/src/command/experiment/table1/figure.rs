@@ -88,12 +88,14 @@ fn draw(area: &Area<'_>, panel: &Panel, rows: &[Vec<&Row>]) -> DrawingResult {
     for (k, rows) in rows.iter().enumerate() {
         let middle = count - 0.5 - k as f64;
         let place = |trial: usize| middle + SPREAD * ((trial as f64 + 0.5) / rows.len().max(1) as f64 - 0.5);
-        let values: Vec<f64> = rows.iter().map(|row| (panel.value)(row).max(0.5 * least)).collect();
-        let dots = values.iter().enumerate().map(|(trial, value)| (*value, place(trial)));
+        let values: Vec<f64> = rows.iter().map(|row| (panel.value)(row)).collect();
+        let finite = values.iter().enumerate().filter(|(_, value)| value.is_finite());
+        let dots = finite.map(|(trial, value)| (value.max(0.5 * least), place(trial)));
         chart.draw_series(dots.map(|at| Circle::new(at, DOT, TRIAL.colour().filled())))?;
         let Some((mean, half)) = mean_interval(&values) else { continue };
         let ends = [((mean - half).max(0.5 * least), middle), ((mean + half).min(2.0 * most), middle)];
         chart.draw_series([PathElement::new(ends, Mark::Interval.stroke())])?;
+        let mean = mean.max(0.5 * least);
         chart.draw_series([Circle::new((mean, middle), LARGE_DOT, Mark::Interval.colour().filled())])?;
     }
     Ok(())

@@ -100,7 +100,7 @@ pub fn table(summaries: &[Summary]) -> Table {
         "95 %",
         "deg",
         "95 %",
-        "usable",
+        "not refused",
         "s",
     ]);
     let blank = || "-".to_owned();

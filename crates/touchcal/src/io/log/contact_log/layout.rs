@@ -167,7 +167,8 @@ fn by_name(
             None => search.column(&numbered)?,
         };
         let Some(column) = column else {
-            let expected = format!("a column for every joint: `{}` or `{numbered}`", joint.name);
+            let expected =
+                format!("a column for every joint: `{}` or `{numbered}`, or its name in `columns`", joint.name);
             let near = match hint(cells) {
                 "" => misspelt(&joint.name, &numbered, &header, robot),
                 hint => hint.to_owned(),

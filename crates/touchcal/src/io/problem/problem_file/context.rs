@@ -51,7 +51,13 @@ impl Context<'_> {
     /// The error of a parser.
     pub(crate) fn syntax(&self, error: &toml::de::Error) -> IoError {
         let place = match error.span() {
-            Some(span) => Place::file(self.file).at_byte(self.text, span.start),
+            Some(span) => {
+                let place = Place::file(self.file).at_byte(self.text, span.start);
+                match key_before(self.text, span.start) {
+                    Some(key) => place.field(key),
+                    None => place,
+                }
+            }
             None => Place::file(self.file),
         };
         let mut message = error.message().trim().replace('\n', "; ");
@@ -156,6 +162,14 @@ impl Context<'_> {
     }
 }
 
+/// The key of the value that begins at a byte, where both are in one line.
+fn key_before(text: &str, at: usize) -> Option<&str> {
+    let line = text.get(..at)?.lines().next_back()?;
+    let key = line.split_once('=')?.0.trim();
+    let is_plain = |letter: char| letter.is_ascii_alphanumeric() || letter == '_';
+    (!key.is_empty() && key.chars().all(is_plain)).then_some(key)
+}
+
 /// What a parser expects, in the words of the format.
 fn type_in_words(expected: &str) -> String {
     match expected {
@@ -163,7 +177,7 @@ fn type_in_words(expected: &str) -> String {
         "i64" | "u64" | "usize" => "a whole number",
         "a boolean" => "true or false",
         "a string" => "a text in quotes",
-        "a sequence" => "a list in brackets (of tables: [[…]])",
+        "a sequence" => "a list in brackets (of tables: [[name]])",
         "a map" => "a table",
         _ if expected.starts_with("struct ") => "a table",
         _ => return expected.replace("an array of length", "a list of length"),
