@@ -113,7 +113,7 @@ pub fn pose(
         (None, None) => UnitQuaternion::identity(),
         (Some([w, x, y, z]), None) => rotation(Quaternion::new(w, x, y, z), "quat_wxyz")?,
         (None, Some([roll, pitch, yaw])) => {
-            [roll, pitch, yaw].into_iter().try_for_each(|angle| plausible::angle("rpy", angle, 1.0))?;
+            [roll, pitch, yaw].into_iter().try_for_each(|angle| plausible::angle("rpy", angle, 2.0))?;
             UnitQuaternion::from_euler_angles(roll, pitch, yaw)
         }
         (Some(_), Some(_)) => return Err(unexpected("pose", "quat_wxyz or rpy", "both")),

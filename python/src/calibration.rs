@@ -9,7 +9,7 @@ use pyo3::types::PyDict;
 use touchcal::estimate::{self, Verdict, apply_estimated_places, contact_distances};
 use touchcal::io::calibration_folder::{self, Solved, Wanted};
 use touchcal::io::estimate_file::EstimateFile;
-use touchcal::io::urdf::{self, Ends, UrdfFile};
+use touchcal::io::urdf::{self, Ends};
 use touchcal::io::{Export, SavedCalibration};
 use touchcal::robot::GRAVITY;
 
@@ -351,9 +351,9 @@ impl Calibration {
 
     /// What its files would have, under a name for messages.
     pub fn as_saved(&self, name: &str) -> PyResult<SavedCalibration> {
-        let urdf =
-            Some(UrdfFile { robot: self.robot()?.file.robot.with_gravity(GRAVITY.into()), ..self.robot()?.file });
-        Ok(SavedCalibration { name: name.to_owned(), file: self.file.clone(), urdf })
+        let mut urdf = self.robot()?.file;
+        urdf.robot = urdf.robot.with_gravity(GRAVITY.into());
+        Ok(SavedCalibration { name: name.to_owned(), file: self.file.clone(), urdf: Some(urdf) })
     }
 
     /// The problem with the estimated poses of tool and fixtures.

@@ -6,7 +6,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use serde::{Deserialize, Serialize};
 use touchcal::estimate;
-use touchcal::io::estimate_file::{Severity, WarningEntry};
+use touchcal::io::estimate_file::WarningEntry;
 
 use crate::repr::{length, number};
 use crate::result::CalibrationWarning;
@@ -152,7 +152,7 @@ impl Evaluation {
     fn warnings(&self) -> Vec<CalibrationWarning> {
         let entry = |contradiction: &estimate::Contradiction| WarningEntry {
             kind: contradiction.kind().to_owned(),
-            severity: Severity::Caution,
+            severity: contradiction.severity().into(),
             message: contradiction.message(),
             advice: contradiction.advice().to_owned(),
         };

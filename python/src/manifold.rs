@@ -253,7 +253,6 @@ pub fn offset_outline<'py>(
     distance: f64,
 ) -> PyResult<Bound<'py, PyArray2<f64>>> {
     let outline = profile(&outline, "outline")?;
-    plausible::length("distance", distance, outline.bounding_radius())?;
     let moved = outline.offset_mitred(distance).map_err(|error| refused("outline", error))?;
     self::outline(py, &moved)
 }

@@ -5,10 +5,10 @@ use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 use serde::Serialize;
 
-use crate::error::refused;
+use crate::error::{refused, unexpected};
 
-/// Objects are made again by the same version alone.
-pub const VERSION: &str = env!("CARGO_PKG_VERSION");
+/// Version and revision: objects are made again by the same alone.
+pub const VERSION: &str = env!("TOUCHCAL_VERSION");
 
 /// What pickle takes of an object: the function that makes it again, and its arguments: class,
 /// version, data, and the problem that the object belongs to.
@@ -25,4 +25,12 @@ pub fn reduced<'py>(
     into_writer(data, &mut bytes).map_err(|error| refused("pickle", error))?;
     let restore = py.import("touchcal._touchcal")?.getattr("_restore")?;
     Ok((restore, (class, VERSION, PyBytes::new(py, &bytes), problem)))
+}
+
+/// Refuses an object of another version.
+pub fn check_version(version: &str) -> PyResult<()> {
+    if version == VERSION {
+        return Ok(());
+    }
+    Err(unexpected("pickle", format!("an object of touchcal {VERSION}"), format!("one of {version}")))
 }

@@ -1,4 +1,4 @@
-//! Lengths and angles that are surely in another unit: millimetres or degrees.
+//! Lengths and angles that are implausible as metres or radians.
 
 use pyo3::PyResult;
 

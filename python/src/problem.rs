@@ -14,7 +14,7 @@ use crate::array::poses_array;
 use crate::error::{io, unexpected};
 use crate::log::{contact_positions, warn};
 use crate::parts::{Fixture, Tool};
-use crate::pickle::reduced;
+use crate::pickle::{VERSION, check_version, reduced};
 use crate::plausible;
 use crate::problem_arguments::{self, Arguments, KnownDistance};
 use crate::robot::Robot;
@@ -188,7 +188,8 @@ impl Problem {
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>)> {
         let (restore, data) = match &self.arguments {
             Some(arguments) => {
-                (py.import("touchcal._touchcal")?.getattr("_rebuild")?, (arguments,).into_pyobject(py)?.into_any())
+                let rebuild = py.import("touchcal._touchcal")?.getattr("_rebuild")?;
+                (rebuild, (VERSION, arguments).into_pyobject(py)?.into_any())
             }
             None => {
                 let (restore, data) = reduced(py, "Problem", &self.loaded, None)?;
@@ -219,7 +220,9 @@ impl Problem {
 
 /// The problem of these arguments, whose notes were issued as warnings before.
 #[pyfunction]
-pub fn _rebuild(py: Python<'_>, arguments: Arguments) -> PyResult<Problem> {
+pub fn _rebuild(py: Python<'_>, version: &str, arguments: &Bound<'_, PyAny>) -> PyResult<Problem> {
+    check_version(version)?;
+    let arguments: Arguments = arguments.extract()?;
     let (loaded, _) = arguments.problem(py)?;
     Ok(Problem { arguments: Some(arguments), ..Problem::of(loaded)? })
 }

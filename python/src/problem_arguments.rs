@@ -4,7 +4,7 @@ use std::collections::{HashMap, HashSet};
 use std::hash::{DefaultHasher, Hash, Hasher};
 
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyList, PyMapping, PyTuple};
+use pyo3::types::{PyBool, PyDict, PyFloat, PyList, PyMapping, PyString};
 use touchcal::contact::{RowsLeftOut, note_repetition, repeated_rows_note};
 use touchcal::estimate::{Acceptance, DEFAULT_DISTANCE_SIGMA, Distance, EXACT_DISTANCE_SIGMA};
 use touchcal::io::problem_file::{self, Assumptions, Settings};
@@ -94,7 +94,7 @@ impl Arguments {
     }
 }
 
-/// A copy of a mapping, and of mappings and lists in it, which later changes leave as it is.
+/// A copy of a mapping, and of all that is in it, which later changes leave as it is.
 pub fn kept(mapping: &Bound<'_, PyMapping>) -> PyResult<Py<PyMapping>> {
     Ok(kept_value(mapping.as_any())?.cast_into::<PyMapping>()?.unbind())
 }
@@ -108,11 +108,16 @@ fn kept_value<'py>(value: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
         }
         return Ok(copy.into_any());
     }
-    if value.is_instance_of::<PyList>() || value.is_instance_of::<PyTuple>() {
-        let items = value.try_iter()?.map(|item| kept_value(&item?)).collect::<PyResult<Vec<_>>>()?;
-        return Ok(PyList::new(value.py(), items)?.into_any());
+    if value.is_instance_of::<PyBool>() || value.is_instance_of::<PyString>() {
+        return Ok(value.clone());
     }
-    Ok(value.clone())
+    // As `as_value` reads values: what is a number, even in an array, then what has items.
+    if let Ok(number) = value.extract::<f64>() {
+        return Ok(PyFloat::new(value.py(), number).into_any());
+    }
+    let Ok(items) = value.try_iter() else { return Ok(value.clone()) };
+    let items = items.map(|item| kept_value(&item?)).collect::<PyResult<Vec<_>>>()?;
+    Ok(PyList::new(value.py(), items)?.into_any())
 }
 
 /// A known distance (m) between origins of two fixtures, with or without its standard deviation

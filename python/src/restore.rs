@@ -20,7 +20,7 @@ use crate::inspection::{Expected, Inspection, JointRange};
 use crate::log::ContactLog;
 use crate::manifold::Manifold;
 use crate::parts::{Fixture, Tool};
-use crate::pickle::{Reduced, VERSION, reduced};
+use crate::pickle::{Reduced, check_version, reduced};
 use crate::problem::{_rebuild, Problem};
 use crate::progress::Progress;
 use crate::result::{
@@ -105,9 +105,7 @@ fn _restore<'py>(
     bytes: &[u8],
     problem: Option<Py<Problem>>,
 ) -> PyResult<Bound<'py, PyAny>> {
-    if version != VERSION {
-        return Err(unexpected("pickle", format!("an object of touchcal {VERSION}"), format!("one of {version}")));
-    }
+    check_version(version)?;
     match (class, problem) {
         ("Calibration", Some(problem)) => {
             Ok(Bound::new(py, Calibration::new(problem, data::<Solved>(bytes)?))?.into_any())

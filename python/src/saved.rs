@@ -31,12 +31,11 @@ pub struct SavedCalibration {
 #[pymethods]
 impl SavedCalibration {
     /// Reads the folder that `Calibration.save` or `touchcal calibrate --out` wrote, or an
-    /// estimate.json alone.
+    /// estimate.json alone. The SHA-256 of files that a touchcal.json beside them lists is checked.
     ///
     /// Raises:
-    ///     FileError, InputError: if a file is missing, was changed since (the folder's
-    ///         touchcal.json has its SHA-256), or is of a calibration whose writing was
-    ///         interrupted.
+    ///     FileError, InputError: if a file is missing that is listed, or was changed since; or if
+    ///         it is of a calibration whose writing was interrupted.
     #[staticmethod]
     fn load(path: PathBuf) -> PyResult<SavedCalibration> {
         Ok(SavedCalibration { saved: io::SavedCalibration::read(&path).map_err(io_error)? })

@@ -2,7 +2,7 @@
 
 use touchcal::estimate::StopReason;
 use touchcal::io::estimate_file::{EstimateFile, ParameterEntry, Status, WorkspaceUncertaintyEntry};
-use touchcal::parameter::{Block, Unit};
+use touchcal::parameter::{Block, DIRECTION_NAMES, Unit};
 
 /// Most directions that are not determined, and most warnings, listed one by one.
 const MOST_LISTED: usize = 3;
@@ -84,8 +84,9 @@ impl Summary {
 
 /// Whether a gap bias is one of a direction, on top of that of its fixture.
 fn is_directional(entry: &ParameterEntry, all: &[ParameterEntry]) -> bool {
-    let of_fixture = entry.name.rsplit_once('.').map(|(fixture, _)| fixture);
-    entry.block == Block::GapBias.name() && all.iter().any(|other| Some(other.name.as_str()) == of_fixture)
+    let parts = entry.name.rsplit_once('.').filter(|(_, direction)| DIRECTION_NAMES.contains(direction));
+    let is_of = |fixture: &str| all.iter().any(|other| other.name == fixture);
+    entry.block == Block::GapBias.name() && parts.is_some_and(|(fixture, _)| is_of(fixture))
 }
 
 fn verdict(status: Status) -> &'static str {

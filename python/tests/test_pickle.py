@@ -1,7 +1,9 @@
 """What is sent to other processes is there what it was here."""
 
+import copyreg
 import json
 import pickle
+import re
 from concurrent.futures import ProcessPoolExecutor
 from multiprocessing import get_context
 from pathlib import Path
@@ -198,6 +200,17 @@ def test_what_cannot_be_sent_says_what_can(tmp_path: Path, monkeypatch: pytest.M
         pickle.loads(older)
 
 
+def test_another_revision_is_another_version(problem: Problem, run) -> None:
+    rebuild, (version, arguments) = problem.__reduce__()
+    # Beside the version the command has the revision, where the sources are a checkout.
+    assert run("--version").strip() == f"touchcal {version}"
+    restored = copyreg.dispatch_table[Tool](Tool(exact=True))
+    assert isinstance(restored, tuple) and restored[1][1] == version
+    assert len(rebuild(version, arguments)) == len(problem)
+    with pytest.raises(touchcal.InputError, match=re.escape(f"expected an object of touchcal {version}, found one of {version[:-2]}!)")):
+        rebuild(f"{version[:-2]}!)", arguments)
+
+
 def test_a_problem_is_changed_by_name(problem: Problem) -> None:
     strain = problem.with_(parameters=["strain"], noise=None, accept=None)
     names = [parameter.name for parameter in touchcal.calibrate(strain).parameters]
@@ -215,8 +228,13 @@ def test_later_changes_of_arguments_change_no_problem() -> None:
     robot = touchcal.Robot.from_urdf("iiwa14")
     log = touchcal.ContactLog.from_numpy(robot, np.random.default_rng(1).uniform(-1, 1, (30, 7)))
     logs, noise = {"a/0": [log]}, {"encoder_deg": 0.01}
+    joints = np.array([[-10.0, 10.0]] * 7)
+    accept = {"tolerance_mm": 1, "joints_deg": joints}
     sockets = [Fixture("a/0", Manifold.ball_in_socket(), free=True)]
-    problem = Problem(robot, Tool(exact=True), sockets, logs, parameters=["strain"], noise=noise)
+    problem = Problem(robot, Tool(exact=True), sockets, logs, parameters=["strain"], noise=noise, accept=accept)
+    before = touchcal.calibrate(problem).acceptance
     noise["encoder"] = 1
     logs["a/0"].clear()
+    joints[:] = [[20, 30]] * 7
+    assert before and [touchcal.calibrate(each).acceptance for each in (sent(problem), problem.with_())] == [before, before]
     assert len(sent(problem)) == len(problem) == len(problem.with_(parameters=["joint_offset"])) == 30

@@ -96,6 +96,15 @@ def test_what_was_changed_or_is_another_arm_is_refused(saved: list[tuple[touchca
         path.write_text(path.read_text() + "\n")
         with pytest.raises(touchcal.InputError, match=f"{name}: expected the file that touchcal.json lists, as it was written, found another or a changed one"):
             SavedCalibration.load(tmp_path / name)
+    # Each by itself is checked too, if the manifest beside it lists it.
+    alone = tmp_path / "estimate.json/estimate.json"
+    with pytest.raises(touchcal.InputError, match="estimate.json: expected the file that touchcal.json lists"):
+        SavedCalibration.load(alone)
+    (tmp_path / "elsewhere.json").write_bytes(alone.read_bytes())
+    assert SavedCalibration.load(tmp_path / "elsewhere.json").parameters == calibration.parameters
+    (tmp_path / "calibrated.urdf/calibrated.urdf").unlink()
+    with pytest.raises(touchcal.FileError, match="calibrated.urdf"):
+        SavedCalibration.load(tmp_path / "calibrated.urdf")
     with pytest.raises(touchcal.FileError, match="none"):
         SavedCalibration.load(tmp_path / "none")
     arm = touchcal.Robot.from_urdf("panda")

@@ -43,6 +43,16 @@ def test_a_summary_begins_with_the_verdict(calibration: touchcal.Calibration) ->
     assert undetermined[-1].endswith(f"and {len(calibration.null_space) - 3} more directions")
 
 
+def test_gap_biases_of_directions_are_left_out_and_those_of_fixtures_are_not(calibration: touchcal.Calibration, tmp_path: Path) -> None:
+    content = json.loads(calibration.to_json())
+    names = ["gap_bias.hole", "gap_bias.hole.top", "gap_bias.hole.+x", "gap_bias.hole.top.-z"]
+    content["parameters"] = [content["parameters"][0] | {"name": name, "block": "gap_bias", "unit": "m"} for name in names]
+    content["covariance"] = np.zeros((4, 4)).tolist()
+    (tmp_path / "estimate.json").write_text(json.dumps(content))
+    summary = touchcal.SavedCalibration.load(tmp_path / "estimate.json").summary()
+    assert re.findall(r"^  (gap_bias\S*)", summary, re.MULTILINE) == ["gap_bias.hole", "gap_bias.hole.top"]
+
+
 def test_what_must_not_be_used_says_so_first() -> None:
     calibration = touchcal.calibrate(touchcal.simulate("paper", 1, contacts=3).problem())
     first, *others = calibration.summary().splitlines()

@@ -268,6 +268,10 @@ pub enum Optimizer {
 }
 
 /// A calibration problem. [`Problem::new`] has the defaults of everything that is optional.
+///
+/// Its data (serde) are for other processes: but for what
+/// [`manifold_data`](crate::manifold::manifold_data) checks, they are trusted, and their format
+/// must keep infinite numbers, as CBOR does and JSON does not.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 pub struct Problem {
     /// The nominal arm.

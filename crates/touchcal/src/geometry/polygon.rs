@@ -1,7 +1,6 @@
 //! Outlines: simple polygons in the plane, the cross-sections of pegs and holes.
 
 use nalgebra::{Point2, Vector2};
-use serde::{Deserialize, Serialize};
 
 /// Largest number of vertices that [`Polygon::new`] accepts. Where parts are far apart, the time
 /// for a contact grows with the square of that number; with this many it is tens of milliseconds.
@@ -74,7 +73,7 @@ pub enum PolygonError {
 /// A simple polygon in the plane (m), counter-clockwise, possibly non-convex: the cross section of
 /// a peg or a hole in x and y of its frame. Edge `i` runs from vertex `i` to vertex `i + 1`, the
 /// last to vertex 0.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Polygon {
     vertices: Vec<Point2<f64>>,
     convex: Vec<bool>,

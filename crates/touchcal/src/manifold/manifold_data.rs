@@ -1,9 +1,12 @@
 //! Contact manifolds as data, to send them to other processes.
+//!
+//! Outlines, meshes and samples are checked as by their constructors; all else is trusted as
+//! [`serialize`] wrote it. The format must keep infinite numbers, as CBOR does and JSON does not.
 
 use std::any::Any;
 use std::sync::Arc;
 
-use nalgebra::Point3;
+use nalgebra::{Point2, Point3};
 use serde::de::Error as _;
 use serde::ser::Error as _;
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
@@ -12,7 +15,7 @@ use super::ball_in_socket::BallInSocket;
 use super::contact_manifold::ContactManifold;
 use super::peg_in_hole::PegInHole;
 use super::plane::Plane;
-use super::projection::coordinates::Metric;
+use super::projection::coordinates::{Coordinates, Metric};
 #[cfg(feature = "learned")]
 use super::projection::learned::LearnedProjection;
 use super::projection::{NearestSample, PoseSamples, Projected, Projection};
@@ -24,10 +27,10 @@ use crate::geometry::{EdgeRadii, MeshPair, Polygon, PrismPair, TriangleMesh};
 enum ManifoldData {
     BallInSocket,
     Plane(Plane),
-    /// Peg and hole as prisms, and how deep the tip reaches (m).
+    /// Peg and hole as prisms, by outlines and lengths (m), and how deep the tip reaches (m).
     Prisms {
-        peg: (Polygon, f64),
-        hole: (Polygon, f64),
+        peg: (Vec<Point2<f64>>, f64),
+        hole: (Vec<Point2<f64>>, f64),
         edge_radii: EdgeRadii,
         depth: f64,
     },
@@ -38,7 +41,7 @@ enum ManifoldData {
         depth: f64,
     },
     Nearest {
-        samples: PoseSamples,
+        samples: Vec<Coordinates>,
         metric: Metric,
         neighbours: usize,
     },
@@ -73,7 +76,7 @@ impl ManifoldData {
         if let Some(manifold) = manifold.downcast_ref::<PegInHole<PrismPair>>() {
             let (shapes, depth) = (manifold.shapes(), manifold.depth());
             let [peg, hole] = [(shapes.peg(), shapes.length()), (shapes.hole(), shapes.depth())]
-                .map(|(outline, length)| (outline.clone(), length));
+                .map(|(outline, length)| (outline.vertices().to_vec(), length));
             return Some(ManifoldData::Prisms { peg, hole, edge_radii: shapes.edge_radii(), depth });
         }
         if let Some(manifold) = manifold.downcast_ref::<PegInHole<MeshPair>>() {
@@ -86,7 +89,7 @@ impl ManifoldData {
     fn of_projection(projection: &dyn Projection) -> Option<ManifoldData> {
         let any: &dyn Any = projection;
         if let Some(nearest) = any.downcast_ref::<NearestSample>() {
-            let (samples, metric) = (nearest.samples().clone(), projection.metric());
+            let (samples, metric) = (nearest.samples().coordinates().to_vec(), projection.metric());
             return Some(ManifoldData::Nearest { samples, metric, neighbours: nearest.neighbours() });
         }
         #[cfg(feature = "learned")]
@@ -101,11 +104,12 @@ impl ManifoldData {
         let mesh = |Surface(vertices, triangles): Surface| {
             TriangleMesh::new(&vertices, &triangles).map_err(|error| error.to_string())
         };
+        let outline = |vertices| Polygon::new(vertices).map_err(|error| error.to_string());
         Ok(match self {
             ManifoldData::BallInSocket => Arc::new(BallInSocket),
             ManifoldData::Plane(plane) => Arc::new(plane),
             ManifoldData::Prisms { peg, hole, edge_radii, depth } => {
-                let shapes = PrismPair::new(peg.0, peg.1, hole.0, hole.1);
+                let shapes = PrismPair::new(outline(peg.0)?, peg.1, outline(hole.0)?, hole.1);
                 let shapes = shapes.and_then(|shapes| shapes.with_edge_radii(edge_radii));
                 Arc::new(PegInHole::with_depth(shapes.map_err(|error| error.to_string())?, depth))
             }
@@ -113,6 +117,7 @@ impl ManifoldData {
                 Arc::new(PegInHole::with_depth(MeshPair::new(mesh(peg)?, mesh(hole)?), depth))
             }
             ManifoldData::Nearest { samples, metric, neighbours } => {
+                let samples = PoseSamples::new(samples).map_err(|error| error.to_string())?;
                 let nearest = NearestSample::new(samples, metric).with_neighbours(neighbours);
                 Arc::new(Projected(Arc::new(nearest)))
             }
@@ -136,7 +141,8 @@ pub fn serialize<S: Serializer>(manifold: &Arc<dyn ContactManifold>, serializer:
 /// The manifold that [`serialize`] wrote.
 ///
 /// # Errors
-/// If its parts are refused.
+/// If its parts are refused: an outline, a mesh, sizes, or samples that are not finite or of which
+/// fewer than two differ.
 pub fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Arc<dyn ContactManifold>, D::Error> {
     ManifoldData::deserialize(deserializer)?.manifold().map_err(D::Error::custom)
 }

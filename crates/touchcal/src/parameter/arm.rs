@@ -1,6 +1,6 @@
 //! Parameters of the arm, block by block.
 
-use super::definition::{Parameter, Prior, Unit};
+use super::definition::{COMPLIANCE_GROUP, ORIGIN_ZERO_GROUP, Parameter, Prior, Unit};
 use super::parameter_id::ParameterId;
 use crate::robot::{JointKind, KinematicParameter, Robot, segments};
 
@@ -77,7 +77,7 @@ pub fn joint_origin(robot: &Robot) -> Vec<Parameter> {
                 0..3 => parameter.with_sigma(ORIGIN_LENGTH_SIGMA),
                 _ if along(k) > 0.5 => parameter.with_prior(Prior::VarianceComponent {
                     sigma: ORIGIN_ZERO_SIGMA,
-                    group: "joint_origin about the axis",
+                    group: ORIGIN_ZERO_GROUP,
                     strength: VARIANCE_COMPONENT_STRENGTH,
                 }),
                 _ => parameter.with_sigma(ORIGIN_ANGLE_SIGMA),
@@ -108,7 +108,7 @@ pub fn joint_compliance(robot: &Robot) -> Vec<Parameter> {
         unit: Unit::RadianPerNewtonMeter,
         prior: Prior::VarianceComponent {
             sigma: COMPLIANCE_SIGMA,
-            group: "joint_compliance",
+            group: COMPLIANCE_GROUP,
             strength: COMPLIANCE_STRENGTH,
         },
         scale: COMPLIANCE_SCALE,

@@ -69,6 +69,11 @@ pub type GroupName = &'static str;
 /// The groups of this crate's parameters, which can be deserialized.
 const GROUPS: [GroupName; 5] =
     ["joint_drift", "joint_trend", "joint_trend (m)", "joint_origin about the axis", "joint_compliance"];
+pub(super) const DRIFT_GROUP: GroupName = GROUPS[0];
+pub(super) const TREND_ANGLE_GROUP: GroupName = GROUPS[1];
+pub(super) const TREND_LENGTH_GROUP: GroupName = GROUPS[2];
+pub(super) const ORIGIN_ZERO_GROUP: GroupName = GROUPS[3];
+pub(super) const COMPLIANCE_GROUP: GroupName = GROUPS[4];
 
 /// The group of that name.
 fn known_group<'de, D: Deserializer<'de>>(deserializer: D) -> Result<GroupName, D::Error> {

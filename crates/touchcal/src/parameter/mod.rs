@@ -15,4 +15,4 @@ pub use nuisance::{
     DEFAULT_WALK_SIGMA, directional_gap_bias, distance_error, edge_radius, gap_bias, joint_drift, joint_harmonic,
     joint_trend, joint_trend_with_sigma, joint_walk, wrench_bias, wrench_scale,
 };
-pub use parameter_id::{ParameterId, TWIST_NAMES, kinematic_part};
+pub use parameter_id::{DIRECTION_NAMES, ParameterId, TWIST_NAMES, kinematic_part};

@@ -1,7 +1,7 @@
 //! Parameters that are estimated with the arm and are no part of it.
 
 use super::arm::VARIANCE_COMPONENT_STRENGTH;
-use super::definition::{Parameter, Prior, Unit};
+use super::definition::{DRIFT_GROUP, Parameter, Prior, TREND_ANGLE_GROUP, TREND_LENGTH_GROUP, Unit};
 use super::parameter_id::{DIRECTION_NAMES, ParameterId, WRENCH_NAMES};
 use std::ops::RangeInclusive;
 
@@ -43,7 +43,7 @@ pub fn distance_error(number: usize, [a, b]: [&str; 2]) -> Parameter {
 pub fn joint_drift(robot: &Robot, placement: usize, placement_name: &str) -> Vec<Parameter> {
     let revolute = robot.moving().enumerate().filter(|(_, joint)| joint.kind != JointKind::Prismatic);
     let prior =
-        Prior::VarianceComponent { sigma: DRIFT_SIGMA, group: "joint_drift", strength: VARIANCE_COMPONENT_STRENGTH };
+        Prior::VarianceComponent { sigma: DRIFT_SIGMA, group: DRIFT_GROUP, strength: VARIANCE_COMPONENT_STRENGTH };
     let each = revolute.map(|(i, joint)| {
         let name = format!("joint_drift.{}.{placement_name}", joint.name);
         Parameter::angle(name, ParameterId::JointDrift(placement, i)).with_prior(prior)
@@ -59,8 +59,8 @@ pub fn joint_trend(robot: &Robot) -> Vec<Parameter> {
     let each = robot.moving().enumerate().map(|(i, joint)| {
         let (name, id) = (format!("joint_trend.{}", joint.name), ParameterId::JointTrend(i));
         let (parameter, sigma, group) = match joint.kind {
-            JointKind::Prismatic => (Parameter::length(name, id), TREND_LENGTH_SIGMA, "joint_trend (m)"),
-            _ => (Parameter::angle(name, id), TREND_ANGLE_SIGMA, "joint_trend"),
+            JointKind::Prismatic => (Parameter::length(name, id), TREND_LENGTH_SIGMA, TREND_LENGTH_GROUP),
+            _ => (Parameter::angle(name, id), TREND_ANGLE_SIGMA, TREND_ANGLE_GROUP),
         };
         parameter.with_prior(Prior::VarianceComponent { sigma, group, strength: TREND_STRENGTH })
     });

@@ -12,8 +12,9 @@ pub const TWIST_NAMES: [&str; 6] = ["x", "y", "z", "rx", "ry", "rz"];
 /// Names of the components of a wrench `[f; τ]` in its order (N, N m).
 pub(super) const WRENCH_NAMES: [&str; 6] = ["fx", "fy", "fz", "tx", "ty", "tz"];
 
-/// Names of the axis directions that contact normals are sorted into.
-pub(super) const DIRECTION_NAMES: [&str; 6] = ["+x", "-x", "+y", "-y", "+z", "-z"];
+/// Names of the axis directions that contact normals are sorted into: `+x`, `-x`, `+y`, `-y`, `+z`,
+/// `-z`, as they end names of directional gap biases.
+pub const DIRECTION_NAMES: [&str; 6] = ["+x", "-x", "+y", "-y", "+z", "-z"];
 
 /// The quantity that a parameter changes. An index `i` counts the moving joints from the base, `p`
 /// the placements in the order of their first fixture, `f` the fixtures of the problem, and `k` the

@@ -11,7 +11,7 @@ use touchcal::manifold::{
     BallInSocket, ContactManifold, NearestSample, PegInHole, Plane, PoseSamples, Projected, ResidualKind, Unmodeled,
 };
 use touchcal::parameter::{
-    Parameter, joint_compliance, joint_drift, joint_harmonic, joint_offset, joint_origin, joint_trend, strain,
+    Parameter, Prior, joint_compliance, joint_drift, joint_harmonic, joint_offset, joint_origin, joint_trend, strain,
 };
 use touchcal::robot::{JointKind, Robot};
 use touchcal::se3::Pose;
@@ -111,4 +111,27 @@ fn what_has_no_data_is_refused() {
     let text = serde_json::to_string(&problem()).unwrap().replace("[0.04", "[-0.04").replace(",0.04]", ",-0.04]");
     let error = serde_json::from_str::<Problem>(&text).unwrap_err().to_string();
     assert!(error.contains("length"), "{error}");
+    let text = serde_json::to_string(&problem().fixtures).unwrap();
+    let samples = text.find("\"samples\":[[").unwrap();
+    let end = samples + text[samples..].find("]]").unwrap();
+    let one = text[samples..].find(']').unwrap() + samples;
+    let error = serde_json::from_str::<Vec<Fixture>>(&format!("{}{}", &text[..one], &text[end..])).unwrap_err();
+    assert!(error.to_string().contains("at least two different poses, found 1 in 1"), "{error}");
+    // The second vertex as the first.
+    let outline = text.find("\"peg\":[[[").unwrap() + 9;
+    let [first, second] = [0, 1].map(|k| text[outline..].split("],").nth(k).unwrap());
+    let error = serde_json::from_str::<Vec<Fixture>>(&text.replacen(second, &format!("[{first}"), 1)).unwrap_err();
+    assert!(error.to_string().contains("the same point twice"), "{error}");
+}
+
+#[test]
+fn infinite_numbers_need_a_format_that_has_them() {
+    let mut before = problem();
+    before.parameters[0].prior = Prior::Gaussian { sigma: f64::INFINITY };
+    let mut bytes = Vec::new();
+    ciborium::into_writer(&before, &mut bytes).unwrap();
+    let after: Problem = ciborium::from_reader(bytes.as_slice()).unwrap();
+    assert_eq!(after.parameters, before.parameters);
+    assert_eq!(format!("{after:?}"), format!("{before:?}"));
+    assert!(serde_json::from_str::<Problem>(&serde_json::to_string(&before).unwrap()).is_err());
 }

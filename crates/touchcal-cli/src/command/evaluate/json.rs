@@ -8,7 +8,7 @@ use serde::Serialize;
 use touchcal::estimate::{CommonStrain, Contradiction, Evaluation, Fixture, FixtureDistance, Score};
 use touchcal::experiment::PoseErrors;
 use touchcal::io::calibration_folder::stats;
-use touchcal::io::estimate_file::{ResidualStats, ScatterEntry, Severity, WarningEntry};
+use touchcal::io::estimate_file::{ResidualStats, ScatterEntry, WarningEntry};
 
 /// Scores of the given and the nominal arm, and the given one's beside what is predicted.
 #[derive(Serialize)]
@@ -128,7 +128,7 @@ fn distance_entry(distance: &FixtureDistance) -> DistanceJson {
 fn warning_entry(contradiction: &Contradiction) -> WarningEntry {
     WarningEntry {
         kind: contradiction.kind().to_owned(),
-        severity: Severity::Caution,
+        severity: contradiction.severity().into(),
         message: contradiction.message(),
         advice: contradiction.advice().to_owned(),
     }

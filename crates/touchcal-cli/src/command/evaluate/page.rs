@@ -1,6 +1,6 @@
 //! The page that `evaluate --report` writes.
 
-use touchcal::estimate::{Contradiction, Problem, Severity};
+use touchcal::estimate::{Contradiction, Problem};
 use touchcal::io;
 use touchcal::report::{EvaluationReport, Input, WarningText};
 
@@ -31,7 +31,7 @@ pub fn html(
 
 fn warning(contradiction: &Contradiction) -> WarningText {
     WarningText {
-        severity: Severity::Caution,
+        severity: contradiction.severity(),
         message: contradiction.message(),
         advice: contradiction.advice().to_owned(),
     }

@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::score::Score;
+use super::status::Severity;
 
 /// An arm on contacts that need not be those of its calibration: distances found, and distances
 /// predicted from noise and from what the calibration leaves uncertain.
@@ -184,6 +185,11 @@ impl Contradiction {
                 )
             }
         }
+    }
+
+    /// What it means for the use of the calibration: worth knowing.
+    pub fn severity(&self) -> Severity {
+        Severity::Caution
     }
 
     /// A remedy in one English sentence without a full stop.

@@ -1,14 +1,12 @@
 //! A contact manifold as poses recorded on it.
 
-use serde::{Deserialize, Serialize};
-
 use super::coordinates::{Coordinates, Metric, coordinates, wrapped};
 use super::tree::{Point, Tree};
 use crate::se3::Pose;
 
 /// Poses `fixture_from_tool` at which the tool touched, in the order in which they were recorded;
 /// all finite and at least two different ones.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct PoseSamples {
     coordinates: Vec<Coordinates>,
 }
