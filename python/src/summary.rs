@@ -114,7 +114,12 @@ fn verdict_text(file: &EstimateFile) -> String {
 fn tool_error(tool: &WorkspaceUncertaintyEntry) -> String {
     let pose = |mm: f64, degrees: f64| format!("{mm:.3} mm, {degrees:.3}°");
     let before = pose(tool.nominal_position_mm, tool.nominal_angle_deg);
-    format!("expected tool error in base {} (before: {before})", pose(tool.position_mm, tool.angle_deg))
+    format!(
+        "expected tool error in base {} (before: {before}), between two positions {:.3} mm (before: {:.3} mm)",
+        pose(tool.position_mm, tool.angle_deg),
+        tool.distance_mm,
+        tool.nominal_distance_mm
+    )
 }
 
 fn row(entry: &ParameterEntry) -> [String; 5] {
