@@ -32,7 +32,7 @@ from browser import Browser  # noqa: E402
 GOLDEN = Path(__file__).resolve().parent / "report_golden"
 FONT = "DejaVu Sans"
 DESKTOP, PHONE, TABLET, WIDE = (1280, 800), (390, 844), (768, 1024), (1920, 1080)
-# What is between the margins of a sheet of A4 (px), and most sheets of a report of seven joints.
+# What is between the margins of a sheet of A4 (px), and most sheets of the report of an arm with seven joints.
 PAPER, MOST_SHEETS = (718, 1047), 8
 # Pictures are compared at this share of their size; of their pixels so many may differ, by more than so much in a channel of 255.
 SCALE = {DESKTOP: 0.16, PHONE: 0.23}
@@ -44,7 +44,8 @@ FIRST_PAINT_MS = 1000
 LEAST_DRAWN = 0.01
 # How far the page's own kinematics may be from the library's (m): joint positions travel as 32-bit numbers.
 KINEMATICS_M = 1e-6
-HOSTILE = '</script><script>document.title = "taken over"</script><img src=x onerror="alert(1)">'
+# A formula to a spreadsheet, and markup.
+HOSTILE = '=1+1</script><script>document.title = "taken over"</script><img src=x onerror="alert(1)">'
 
 
 def reports(touchcal, folder):
@@ -168,9 +169,10 @@ def is_laid_out(browser, path, is_audited):
     page.evaluate("dispatchEvent(new Event('beforeprint'))")
     where = at(PAPER, media="print")
     none_of(report_layout.complaints(page), where)
-    where = at(DESKTOP)
-    sheets = len(re.findall(rb"/Type\s*/Page\b", page.pdf(print_background=True)))
-    check(0 < sheets <= MOST_SHEETS, f"{where}: it prints on {sheets} sheets")
+    for scheme in ("dark", "light"):
+        where = at(DESKTOP, scheme=scheme)
+        sheets = len(re.findall(rb"/Type\s*/Page\b", page.pdf(print_background=True)))
+        check(0 < sheets <= MOST_SHEETS, f"{where}: it prints on {sheets} sheets")
     for window in (PHONE, DESKTOP) if is_audited else ():
         for scheme in ("light", "dark"):
             where = at(window, scheme=scheme)
@@ -182,9 +184,8 @@ def none_of(complaints, where):
     check(not complaints, f"{where}: {'; '.join(complaints)}")
 
 
-def saves_tables(browser, path):
-    """What the buttons save is CSV with the page's numbers."""
-    page = open_report(browser, path, DESKTOP)
+def saved_tables(page):
+    """What the buttons save, by the name of the file."""
     tables = {}
     for button in page.locator("button.csv").all():
         # Some are in what is folded.
@@ -192,12 +193,23 @@ def saves_tables(browser, path):
             button.dispatch_event("click")
         text = Path(download.value.path()).read_text(encoding="utf-8-sig")
         tables[download.value.suggested_filename] = list(csv.DictReader(text.splitlines()))
+    return tables
+
+
+def saves_tables(browser, path):
+    """The saved tables have the page's numbers."""
+    page = open_report(browser, path, DESKTOP)
+    tables = saved_tables(page)
     expected = page.evaluate("[data.parameters.each.length, data.contacts.drawn.index.length, data.fixtures.length]")
     found = [len(tables.get(name, [])) for name in ("parameters.csv", "contacts.csv", "fixtures.csv")]
     check(found == expected, f"tables of {expected} rows are saved as {found}")
     value = page.evaluate("180 / Math.PI * data.parameters.each.find(({ name }) => name === 'joint_offset.joint_a2').value")
     saved = next(row for row in tables["parameters.csv"] if row["parameter"] == "joint_offset.joint_a2")
     check(abs(float(saved["value"]) - value) < 1e-9 and saved["unit"] == "deg", f"joint_a2 is saved as {saved}, not {value} deg")
+    for row in tables["contacts.csv"]:
+        gap = abs(float(row["residual_1_mm"]))
+        is_gap = row["residual"] == "gap" and row["residual_2_mm"] == row["residual_3_mm"] == ""
+        check(is_gap and abs(gap - float(row["after_mm"])) < 1e-9, f"a contact with a hole is saved as {row}")
 
 
 def looks_as_before(browser, path, window, dark, keep):
@@ -254,6 +266,8 @@ def main():
             page = open_report(browser, paths["hostile"], DESKTOP)
             shown = page.evaluate("[document.title, document.querySelector('#fixture-table td').textContent, document.images.length]")
             check(shown == ["touchcal: iiwa14", HOSTILE, 0], f"a hostile name does something: {shown}")
+            saved = saved_tables(page)["fixtures.csv"][0]["fixture"]
+            check(saved == "'" + HOSTILE, f"a hostile name is saved as {saved}")
             for name in ("demo", "sockets"):
                 open_report(browser, paths[name], DESKTOP)
                 arm_is_drawn_and_turns(browser, name)
@@ -261,7 +275,7 @@ def main():
                 for dark in (False, True):
                     looks_as_before(browser, paths["demo"], window, dark, arguments.keep)
             saves_tables(browser, paths["demo"])
-            for name in ("sockets", "contradicted", "evaluation_demo", "evaluation_sockets"):
+            for name in ("demo", "sockets", "contradicted", "evaluation_demo", "evaluation_sockets"):
                 is_laid_out(browser, paths[name], is_audited=name != "evaluation_demo")
 
 

@@ -34,7 +34,7 @@ def test_what_problems_are_refused_for(robot: touchcal.Robot, log: touchcal.Cont
     refused("^Problem, accept, tolerance_mm: expected .*, found none", accept={"joints_deg": [[0, 1]] * 7})
     refused("^Problem, accept: expected `postures_deg`, `joints_deg` or `region`", accept={"tolerance_mm": 1})
     refused("^Problem, accept, joints_deg: expected 7 pairs of numbers", accept={"tolerance_mm": 1, "joints_deg": [[0, 1]]})
-    refused("^Problem: unknown variant `l2`", estimate={"loss": "l2"})
+    refused("^Problem, loss: unknown variant `l2`", estimate={"loss": "l2"})
     refused("did you mean `joint_offset.joint_a1`", parameters=["joint_offset"], estimate={"freeze": ["joint_offset.joint_b1"]})
     refused("expected the name of a fixture .*, found \"b\"", contacts={"b": log})
     refused("expected distinct names, found \"a/0\" twice", fixtures=[sockets[0], sockets[0]])

@@ -31,7 +31,7 @@ def test_files_for_other_programs(run, workcell: Path, tmp_path: Path) -> None:
     calibration.save(tmp_path / "python", export=["dh", "xacro"])
     for name in ("dh.json", "calibrated.xacro"):
         assert (tmp_path / "python" / name).read_bytes() == (tmp_path / "command" / name).read_bytes(), name
-    with pytest.raises(touchcal.InputError, match="export: expected ur, dh, xacro, found"):
+    with pytest.raises(touchcal.InputError, match="export: expected ur, dh, xacro, ros2_control, found"):
         calibration.save(tmp_path / "other", export=["urdf"])  # type: ignore[list-item]
     with pytest.raises(touchcal.InputError, match="expected an arm with the joints shoulder_pan_joint, "):
         calibration.save(tmp_path / "other", export=["ur"])

@@ -50,14 +50,14 @@ pub struct CampaignRow {
     pub nees_of_bound: f64,
     /// Mean absolute error of the strains among the problem's parameters (1); 0 if there are none.
     pub strain_error: f64,
-    /// Mean absolute error of the joint offsets among the problem's parameters (rad, or m for
+    /// Mean absolute error of the encoder offsets among the problem's parameters (rad, or m for
     /// prismatic joints); 0 if there are none.
     pub offset_error: f64,
     /// Mean absolute error of the same strains (1) to expect of normally distributed errors at the
     /// Cramér–Rao bound: √(2/π) times the mean standard deviation; 0 if there are none.
     pub strain_bound: f64,
-    /// Mean absolute error of the same joint offsets (rad, or m for prismatic joints) to expect of
-    /// normally distributed errors at the Cramér–Rao bound: √(2/π) times the mean standard
+    /// Mean absolute error of the same encoder offsets (rad, or m for prismatic joints) to expect
+    /// of normally distributed errors at the Cramér–Rao bound: √(2/π) times the mean standard
     /// deviation; 0 if there are none.
     pub offset_bound: f64,
     /// Mean distance (m) between the tool's positions by the calibrated and by the true arm:

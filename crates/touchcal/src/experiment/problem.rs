@@ -24,7 +24,7 @@ const SPACING_SIGMA: f64 = 1e-5;
 /// arm and poses, and a fixture for each touch, in their order. `simulated` has a log for each
 /// touch; of its truth only the measured distances are used.
 ///
-/// The parameters are those that the scenario draws, joint offsets if it draws none; poses have
+/// The parameters are those that the scenario draws, encoder offsets if it draws none; poses have
 /// Gaussian priors as wide as they are drawn, are fixed where they do not err, and have no prior
 /// where a fixture is free. The declared noise is that of the encoders with quantisation, at least
 /// 2e-7 rad, and the form errors, at least 1e-6 m. Distances are declared as they are measured,

@@ -117,7 +117,7 @@ pub fn joint_compliance(robot: &Robot) -> Vec<Parameter> {
 }
 
 /// Every parameter of the arm and the tool that the simulator draws, in the order: strain, segment
-/// strains, joint offsets, joint origins, compliances, tool.
+/// strains, encoder offsets, joint origins, compliances, tool.
 pub fn of_arm_and_tool(robot: &Robot) -> Vec<Parameter> {
     let mut all = vec![strain()];
     all.extend(segment_strain(robot));

@@ -118,20 +118,22 @@ const charts = {
     const { q, calibrated } = data.scene, { drawn, every } = data.contacts;
     const shown = residualRows()[rowOf()];
     if (!shown) return null;
-    const which = drawn.index.flatMap((index, k) => (index % every === 0 && shown.of.has(data.fixtures[drawn.fixture[k]].residual) ? [k] : []));
+    const which = drawn.index.flatMap((index, k) => (index % every === 0 && !drawn.rejected[k] && shown.of.has(data.fixtures[drawn.fixture[k]].residual) ? [k] : []));
     const toMm = UNITS.m[0], residual = which.map((k) => toMm * drawn.residual[k][shown.row]);
     if (!which.length) return null;
     const [low, high] = [0.005, 0.995].map((share) => quantile(residual, share));
-    const reach = 1.08 * Math.max(Math.abs(low), Math.abs(high), 1e-6);
-    const across = Math.min(4, Math.max(1, Math.floor(width / 250))), thin = Math.ceil(which.length / 300);
-    const moving = calibrated.joints.filter(({ kind }) => kind !== "fixed");
-    return moving.map(({ name, kind }, j) => {
+    const moving = calibrated.joints.filter(({ kind }) => kind !== "fixed").map(({ name, kind }, j) => {
       const [factor, symbol] = kind === "slides" ? UNITS.m : UNITS.rad;
-      const points = which.map((k, i) => ({ k, x: factor * q[k][j], y: residual[i] })).filter(({ y }) => Math.abs(y) <= reach);
-      return { width: Math.floor((width - 16 * (across - 1)) / across), height: 170, marginLeft: 50, marginRight: 10, marginTop: 24, x: { label: `${short(name)} (${symbol}) →`, ticks: 4, tickSize: 4 }, y: { label: j % across ? null : "↑ residual (mm)", domain: [-reach, reach], grid: true, ticks: 4, tickSize: 4, tickFormat: (value) => significant(value, 2) },
-        marks: [plot.ruleY([0], { stroke: SOFT }), plot.dot(points.filter((_, i) => i % thin === 0), { x: "x", y: "y", fill: AFTER, fillOpacity: 0.4, r: 1.5, title: ({ k }) => place({ file: drawn.file[k], line: drawn.line[k] }) }),
-          plot.line(means(points), { x: "x", y: "y", stroke: "var(--ink)", strokeWidth: 1.8 })] };
+      const points = which.map((k, i) => ({ k, x: factor * q[k][j], y: residual[i] }));
+      return { label: `${short(name)} (${symbol}) →`, points, line: means(points) };
     });
+    const reach = 1.08 * Math.max(1e-6, ...[low, high, ...moving.flatMap(({ line }) => line.map(({ y }) => y))].map(Math.abs));
+    const is_within = (y) => Math.abs(y) <= reach, beyond = residual.filter((y) => !is_within(y)).length;
+    jointsNote(which.length, beyond);
+    const across = Math.min(4, Math.max(1, Math.floor(width / 250))), thin = Math.ceil(which.length / 300);
+    return moving.map(({ label, points, line }, j) => ({ width: Math.floor((width - 16 * (across - 1)) / across), height: 170, marginLeft: 50, marginRight: 10, marginTop: 24, x: { label, ticks: 4, tickSize: 4 }, y: { label: j % across ? null : "↑ residual (mm)", domain: [-reach, reach], grid: true, ticks: 4, tickSize: 4, tickFormat: (value) => significant(value, 2) },
+      marks: [plot.ruleY([0], { stroke: SOFT }), plot.dot(points.filter(({ y }, i) => i % thin === 0 && is_within(y)), { x: "x", y: "y", fill: AFTER, fillOpacity: 0.4, r: 1.5, title: ({ k }) => place({ file: drawn.file[k], line: drawn.line[k] }) }),
+        plot.line(line, { x: "x", y: "y", stroke: "var(--ink)", strokeWidth: 1.8 })] }));
   },
 
   map(width) {
@@ -175,6 +177,16 @@ function residualRows() {
 /** Which of them is chosen. */
 const rowOf = () => Number(document.querySelector("#rows-control select")?.value ?? 0);
 
+/** Which contacts the charts against joint positions show, and how many of them are `beyond` their range. */
+function jointsNote(total, beyond) {
+  const rows = residualRows();
+  byId("joints-note").textContent = (rows.length > 1 ? "" : `Residual: ${rows[0].name}. `)
+    + (data.fixtures.some(({ residual }) => residual === "gap") ? "A gap is the least of several noisy ones, so it is negative on average. " : "")
+    + "Contacts after the calibration, evenly spread over the log, without rejected ones; lines are means over stretches"
+    + (beyond ? `, with the ${beyond} of ${count(total, "contact")} that ${beyond === 1 ? "is" : "are"} beyond the range of the axis. ` : ". ")
+    + "A mean that bends with a joint's position is an error that the model lacks.";
+}
+
 /** Means of the points over stretches of x, with as many points in each. */
 function means(points) {
   const sorted = [...points].sort((a, b) => a.x - b.x), size = Math.max(5, Math.ceil(sorted.length / 16));
@@ -196,7 +208,6 @@ function controls() {
     });
     byId("rows-control").append(el("label", {}, "residual", choice));
   }
-  byId("joints-note").textContent = `${rows.length > 1 ? "" : `Residual: ${rows[0]?.name ?? "none"}. `}${data.fixtures.some(({ residual }) => residual === "gap") ? "A gap is the least of several noisy ones, so it is negative on average. " : ""}Contacts after the calibration, evenly spread over the log; lines are means over stretches. A mean that bends with a joint's position is an error that the model lacks.`;
   if (!data.uncertainty) return;
   const [low, middle, high] = quarters().map((limit) => mm(limit, 2));
   const words = [`up to ${low}`, `to ${middle}`, `to ${high}`, "more"];

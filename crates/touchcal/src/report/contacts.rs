@@ -3,7 +3,7 @@
 use nalgebra::{DVector, Vector3};
 use serde::Serialize;
 
-use super::relative::relative;
+use super::relative::CommonFolder;
 use crate::contact::ContactLog;
 use crate::estimate::{Estimate, Problem, Verdict, contact_residuals};
 use crate::statistics::upper_median;
@@ -88,8 +88,8 @@ struct Outlier {
 }
 
 impl Contacts {
-    /// Statistics of the contacts of `problem` with its result.
-    pub fn new(problem: &Problem, estimate: &Estimate) -> Self {
+    /// Statistics of the contacts of `problem` with its result, and its logs without `folder`.
+    pub fn new(problem: &Problem, estimate: &Estimate, folder: &CommonFolder) -> Self {
         let log = &problem.contacts;
         let values = estimate.values();
         let residuals = contact_residuals(problem, &values);
@@ -113,7 +113,7 @@ impl Contacts {
             read: estimate.contacts.read,
             used: estimate.contacts.used,
             rejected: estimate.contacts.rejected,
-            files: relative(&log.files().iter().map(String::as_str).collect::<Vec<&str>>()),
+            files: log.files().iter().map(|file| folder.shown(file)).collect(),
             every,
             drawn: drawn(log, &estimate.verdicts, which, (&before, &residuals)),
             histogram: histogram(&before, &after),

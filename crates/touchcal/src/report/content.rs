@@ -6,13 +6,13 @@ use super::contacts::Contacts;
 use super::declarations::Declarations;
 use super::page::{Template, page};
 use super::parameters::Parameters;
-use super::relative::relative;
+use super::relative::CommonFolder;
 use super::scene::Scene;
 use super::settings::{Settings, Units, units};
 use super::warning_text::{WarningText, sorted};
 use crate::estimate::{
-    Estimate, Evaluation, Problem, Progress, Score, Spread, Stage, Termination, ToolUncertainty, distance_uncertainty,
-    tool_uncertainty, workspace_configurations,
+    Estimate, Evaluation, Problem, Progress, Score, Spread, Stage, Termination, ToolUncertainty, WorkspaceUncertainty,
+    distance_uncertainty, tool_uncertainty, workspace_configurations,
 };
 use crate::manifold::ResidualKind;
 use crate::robot::Kinematics;
@@ -54,7 +54,8 @@ impl Report<'_> {
 /// An input file with its checksum.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Input {
-    /// Path of the file; the page shows absolute ones without the folder that all have in common.
+    /// Path of the file; the page shows absolute ones without the folder that all have in common
+    /// with the logs.
     pub path: String,
     /// SHA-256 of the file's bytes, in hexadecimal (64 digits), as the page shows it.
     pub sha256: String,
@@ -83,6 +84,8 @@ pub(super) struct Content<'a> {
     contacts: Contacts,
     declarations: Declarations<'a>,
     parameters: Parameters<'a>,
+    /// Expected errors of the tool; `None` if they are not known.
+    expected: Option<WorkspaceUncertainty>,
     uncertainty: Option<Uncertainty>,
     termination: TerminationEntry,
     pieces: Vec<Piece>,
@@ -196,7 +199,9 @@ impl<'a> Content<'a> {
         let Report { problem, estimate, prefit, .. } = *report;
         let robot = &problem.robot;
         let acceptance = estimate.acceptance.as_ref().zip(problem.acceptance.as_ref());
-        let contacts = Contacts::new(problem, estimate);
+        let files = problem.contacts.files().iter().map(String::as_str);
+        let folder = CommonFolder::of(report.inputs.iter().map(|input| &*input.path).chain(files));
+        let contacts = Contacts::new(problem, estimate, &folder);
         let scene = Scene::new(problem, estimate, contacts.drawn());
         let Termination { reason, measured, threshold, iterations } = estimate.termination;
         let fixtures = problem.fixtures.iter().enumerate().map(|(f, fixture)| FixtureEntry {
@@ -217,13 +222,14 @@ impl<'a> Content<'a> {
                 .map(|(result, asked)| AcceptanceEntry { message: result.message(asked), advice: result.advice() }),
             held_out: estimate.held_out.as_ref().and_then(held_out),
             warnings: sorted(report.warnings),
-            inputs: input_entries(report.inputs),
+            inputs: input_entries(report.inputs, &folder),
             settings: Settings::new(problem, estimate),
             units: units(),
             all: change(Some(&prefit.all), Some(&estimate.postfit.all)),
             fixtures: fixtures.collect(),
-            declarations: Declarations::new(problem, estimate),
+            declarations: Declarations::new(problem, estimate, &folder),
             parameters: Parameters::new(estimate),
+            expected: estimate.workspace_uncertainty,
             uncertainty: uncertainty(problem, estimate),
             termination: TerminationEntry { reason: reason.name(), measured, threshold, iterations },
             pieces: pieces(report.steps),
@@ -240,9 +246,8 @@ fn held_out(evaluation: &Evaluation) -> Option<HeldOut> {
 }
 
 /// The inputs with their paths as the page shows them.
-pub(super) fn input_entries(inputs: &[Input]) -> Vec<InputEntry<'_>> {
-    let paths: Vec<&str> = inputs.iter().map(|input| &*input.path).collect();
-    inputs.iter().zip(relative(&paths)).map(|(input, path)| InputEntry { path, sha256: &input.sha256 }).collect()
+pub(super) fn input_entries<'a>(inputs: &'a [Input], folder: &CommonFolder) -> Vec<InputEntry<'a>> {
+    inputs.iter().map(|input| InputEntry { path: folder.shown(&input.path), sha256: &input.sha256 }).collect()
 }
 
 /// What the rows of a residual are.

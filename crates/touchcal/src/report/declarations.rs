@@ -2,6 +2,7 @@
 
 use serde::Serialize;
 
+use super::relative::CommonFolder;
 use crate::estimate::{
     CompetingMinimum, DeclaredValue, EffectTest, EffectValue, Estimate, ParameterEstimate, PriorTest, Problem,
     WarningThresholds,
@@ -20,7 +21,7 @@ pub(super) struct Declarations<'a> {
     /// Minima that contacts do not rule out, the one with the least cost first.
     minima: Vec<MinimumEntry<'a>>,
     /// Assumptions in words.
-    notes: &'a [String],
+    notes: Vec<String>,
     /// Whether intervals allow for errors of the arm that contacts would not show.
     allows_for_unseen_effects: bool,
 }
@@ -68,15 +69,15 @@ struct ValueEntry<'a> {
 }
 
 impl<'a> Declarations<'a> {
-    /// The page's data of a problem and its estimate.
-    pub fn new(problem: &'a Problem, estimate: &'a Estimate) -> Self {
+    /// The page's data of a problem and its estimate; notes name files without `folder`.
+    pub fn new(problem: &'a Problem, estimate: &'a Estimate, folder: &CommonFolder) -> Self {
         let thresholds = &problem.options.thresholds;
         Declarations {
             effects: estimate.effect_tests.iter().map(|test| effect_entry(test, thresholds)).collect(),
             declared: estimate.prior_tests.iter().map(|test| declared_entry(test, thresholds)).collect(),
             untested: &estimate.untested,
             minima: estimate.competing_minima.iter().map(|other| minimum_entry(other, estimate)).collect(),
-            notes: problem.contacts.notes(),
+            notes: problem.contacts.notes().iter().map(|note| folder.shown_in(note)).collect(),
             allows_for_unseen_effects: problem.allows_for_unseen_effects(),
         }
     }

@@ -28,6 +28,8 @@ function signed(value, decimals) {
 }
 const mm = (metres, digits = 3) => (metres == null ? "–" : `${significant(1e3 * metres, digits)} mm`);
 const deg = (radians) => (radians == null ? "–" : `${significant((radians * 180) / Math.PI, 2)}°`);
+/** A time in UTC, to the minute. */
+const date = (text) => `${text.slice(0, 16).replace("T", " ")} UTC`;
 const count = (number, one, many = one + "s") => `${number} ${number === 1 ? one : many}`;
 function quantile(values, share) {
   const sorted = Float64Array.from(values).sort();
@@ -45,9 +47,12 @@ function table(headings, rows) {
   return el("table", {}, el("thead", {}, head), el("tbody", {}, ...body));
 }
 
-/** A button that saves rows of values as a CSV file; a list of headings and rows is asked for when it is pressed. */
+/** A button that saves rows of values as a CSV file, in which no text is a formula to a spreadsheet; a list of headings and rows is asked for when it is pressed. */
 function csv(file, content) {
-  const cell = (value) => (/[",\n\r]/.test(`${value ?? ""}`) ? `"${`${value}`.replaceAll('"', '""')}"` : `${value ?? ""}`);
+  const cell = (value) => {
+    const text = typeof value === "string" && /^[=+\-@\t\r]/.test(value) ? `'${value}` : `${value ?? ""}`;
+    return /[",\n\r]/.test(text) ? `"${text.replaceAll('"', '""')}"` : text;
+  };
   const button = el("button", { type: "button", class: "csv" }, `Save ${file}`);
   button.addEventListener("click", () => {
     const { headings, rows } = content();

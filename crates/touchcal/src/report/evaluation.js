@@ -7,17 +7,20 @@ const millimetres = (metres) => (metres == null ? "–" : (UNITS.m[0] * metres).
 const rows = data.fixtures.length > 1 ? [data.all, ...data.fixtures] : [data.all];
 
 function verdict() {
-  const { robot, evaluated, is_usable, agrees, is_calibrated, all, warnings } = data;
+  const { robot, evaluated, created, status, agrees, is_calibrated, all, warnings } = data;
   document.title = `touchcal evaluation: ${robot}`;
   byId("what").textContent = `Evaluation of ${evaluated}, ${robot}, on ${count(all.contacts, "contact")}`;
-  byId("when").textContent = `touchcal ${data.version}`;
-  const texts = {
-    usable: ["Agrees with the prediction", "Nothing here contradicts the calibration's covariance beyond chance."],
-    doubtful: ["Contradicts the prediction", "Contacts are farther off than the calibration's covariance and the noise explain. The warnings say where."],
-    not_usable: ["Not usable: do not use the calibration", "Its own report gives the reasons, however well it does here."],
-  };
-  const state = is_usable === false ? "not_usable" : warnings.length ? "doubtful" : is_calibrated && agrees ? "usable" : null;
-  const [headline, words] = state ? texts[state] : ["Scores without a prediction of the calibration", "Give touchcal evaluate the estimate.json of the calibration to compare them with its covariance."];
+  byId("when").textContent = `${created ? `${date(created)}, ` : ""}touchcal ${data.version}`;
+  const is_predicted = is_calibrated && agrees != null;
+  const unpredicted = status == null ? "Give touchcal evaluate the estimate.json of the calibration to compare them with its covariance."
+    : is_calibrated ? "The scatter of these contacts cannot be predicted." : "The calibration has no uncertainty to compare them with.";
+  const of_calibration = status === "doubtful" ? "The calibration itself is doubtful, for which its own report gives the reasons. " : "";
+  const headline_of_scores = is_predicted ? "Agrees with the prediction" : "Scores without a prediction of the calibration";
+  const [state, headline, words] = status === "not_usable" ? ["not_usable", "Not usable: do not use the calibration", "Its own report gives the reasons, however well it does here."]
+    : warnings.length ? ["doubtful", "Contradicts the prediction", `${of_calibration}Contacts are farther off than the calibration's covariance and the noise explain. The warnings say where.`]
+    : [status === "doubtful" ? "doubtful" : is_predicted ? "usable" : null,
+      status === "doubtful" ? "Doubtful: use the calibration with care" : headline_of_scores,
+      (status === "doubtful" ? `${headline_of_scores}. ` : "") + of_calibration + (is_predicted ? "Nothing here contradicts the calibration's covariance beyond chance." : unpredicted)];
   byId("verdict").className = state ?? "";
   byId("verdict").append(state ? sign(state) : "", el("div", {}, el("h1", {}, headline), el("p", {}, words)));
   byId("warnings").append(...warningItems(warnings));

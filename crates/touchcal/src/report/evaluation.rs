@@ -4,9 +4,10 @@ use serde::Serialize;
 
 use super::content::{Change, Input, InputEntry, change, input_entries};
 use super::page::{Template, page};
+use super::relative::CommonFolder;
 use super::settings::{Units, units};
 use super::warning_text::{WarningText, sorted};
-use crate::estimate::{Evaluation, Problem, Scatter, Score};
+use crate::estimate::{Evaluation, Problem, Scatter, Score, Status};
 use crate::parameter::Unit;
 
 /// The evaluation of an arm on contacts, as a report shows it. `problem`, `nominal` and
@@ -24,7 +25,9 @@ pub struct EvaluationReport<'a> {
     /// Whether it is known what the calibration leaves uncertain.
     pub is_calibrated: bool,
     /// Whether the calibration that is evaluated may be used; `None` if it is not known.
-    pub is_usable: Option<bool>,
+    pub status: Option<Status>,
+    /// When the page was written, as text that it shows; `None` if that is not known.
+    pub created: Option<&'a str>,
     /// Errors relative to a true arm; empty where none is known.
     pub tool_errors: &'a [ToolError],
     /// What contradicts the calibration; may be empty.
@@ -61,9 +64,10 @@ impl EvaluationReport<'_> {
 struct Content<'a> {
     version: &'static str,
     robot: &'a str,
-    evaluated: &'a str,
+    created: Option<&'a str>,
+    evaluated: String,
     is_calibrated: bool,
-    is_usable: Option<bool>,
+    status: Option<&'static str>,
     agrees: Option<bool>,
     warnings: Vec<&'a WarningText>,
     all: Row<'a>,
@@ -117,6 +121,8 @@ impl<'a> Content<'a> {
     fn new(report: &EvaluationReport<'a>) -> Self {
         let EvaluationReport { problem, nominal, evaluation, .. } = *report;
         let given = &evaluation.score;
+        let paths = report.inputs.iter().map(|input| &*input.path).chain([report.evaluated]);
+        let folder = CommonFolder::of(paths);
         let fixtures = problem.fixtures.iter().zip(&evaluation.per_fixture).enumerate();
         let fixtures = fixtures.map(|(f, (fixture, scatter))| Row {
             name: &fixture.name,
@@ -136,9 +142,10 @@ impl<'a> Content<'a> {
         Content {
             version: env!("CARGO_PKG_VERSION"),
             robot: problem.robot.name(),
-            evaluated: report.evaluated,
+            created: report.created,
+            evaluated: folder.shown(report.evaluated),
             is_calibrated: report.is_calibrated,
-            is_usable: report.is_usable,
+            status: report.status.map(Status::name),
             agrees: evaluation.agrees(),
             warnings: sorted(report.warnings),
             all: Row {
@@ -151,7 +158,7 @@ impl<'a> Content<'a> {
             distances: distances.collect(),
             common_strain: evaluation.common_strain.map(|common| [common.strain, common.sigma]),
             tool_errors: report.tool_errors.iter().map(tool_error_entry).collect(),
-            inputs: input_entries(report.inputs),
+            inputs: input_entries(report.inputs, &folder),
             units: units(),
         }
     }

@@ -14,9 +14,6 @@ function place(contact) {
   return `${data.contacts.files[contact.file] ?? "?"}, line ${contact.line}`;
 }
 
-/** A time in UTC, to the minute. */
-const date = (text) => `${text.slice(0, 16).replace("T", " ")} UTC`;
-
 function verdict() {
   const { robot, status, acceptance, warnings, contacts, parameters, all } = data;
   document.title = `touchcal: ${robot.name}`;
@@ -32,19 +29,22 @@ function verdict() {
   };
   const [headline, next] = texts[status];
   byId("verdict").className = status;
-  const also = status === "usable" && warnings.length ? ` See ${warnings.length === 1 ? "the warning" : `the ${warnings.length} warnings`}.` : "";
+  const also = status === "usable" && warnings.length ? ` See ${warnings.length === 1 ? "the caution" : `the ${warnings.length} cautions`}.` : "";
   const words = el("div", {}, el("h1", {}, headline), el("p", {}, next + also));
   byId("verdict").append(sign(status), words);
   if (acceptance) words.append(el("p", { class: "acceptance" }, el("strong", {}, acceptance.message), ` → ${acceptance.advice}`));
   byId("warnings").append(...warningItems(warnings));
   const figure = (name, value, note) => el("div", {}, el("dt", {}, name), el("dd", {}, value, el("small", {}, note)));
   const heldOut = data.held_out;
-  const between = data.uncertainty && quantile(data.uncertainty.distances, 0.5);
+  const expected = status === "not_usable" ? null : data.expected;
+  const length = (metres) => `${(UNITS.m[0] * metres).toFixed(3)} mm`, angle = (radians) => `${(UNITS.rad[0] * radians).toFixed(3)}°`;
+  const error = (name, words) => (expected ? figure(name, ...words(expected)) : figure(name, "–", status === "not_usable" ? "the result is not usable" : "not known"));
   byId("figures").append(
+    error("Expected tool error in base", (tool) => [length(tool.position), `${angle(tool.angle)}; before: ${length(tool.nominal_position)}, ${angle(tool.nominal_angle)}; root mean square over the workspace`]),
+    error("Between two positions", (tool) => [length(tool.distance), `before: ${length(tool.nominal_distance)}; root mean square over the workspace`]),
     figure("Distance from contact", contacts.used + contacts.rejected ? `${significant(1e3 * all.before.rms)} → ${significant(1e3 * all.after.rms, 2)} mm` : "–", "root mean square, before and after"),
     figure("Contacts", `${contacts.used} used`, `${contacts.rejected} rejected, ${count(contacts.read, "row")} read`),
     figure("Identifiable", `${parameters.rank} of ${parameters.singular_values.length}`, "directions, from the contacts alone"),
-    figure("Between two positions", data.uncertainty ? `± ${mm(between, 2)}` : "–", data.uncertainty ? "standard deviation of the tool’s distance, median over the workspace" : "projections give no uncertainty"),
     heldOut ? figure("Held-out contacts", `${significant(heldOut.ratio)} times the predicted scatter`, `${count(heldOut.contacts, "contact")}, by chance up to ${significant(heldOut.by_chance)}`) : "",
   );
 }
@@ -181,7 +181,7 @@ function determined() {
   if (null_space.length) {
     const list = (texts) => el("ul", {}, ...texts.map((text) => el("li", {}, text)));
     const shown = 8;
-    byId("null-space").append(el("p", { class: "note" }, "Unobservable directions (the data add less than the prior):"), list(null_space.slice(0, shown)));
+    byId("null-space").append(el("p", { class: "note" }, "Directions that are not identifiable (the data add less than the prior):"), list(null_space.slice(0, shown)));
     const more = null_space.slice(shown);
     if (more.length) byId("null-space").append(el("details", {}, el("summary", {}, `and ${more.length} more`), list(more)));
   }
@@ -196,21 +196,26 @@ function uncertainty() {
   const fixed = parameters.each.some((entry) => entry.undetermined?.startsWith("fixed"));
   const middle = (values) => quantile(values, 0.5);
   byId("uncertainty-words").textContent = `Standard deviations from the estimate's covariance, at ${uncertainty.workspace.length} joint positions across the workspace and at a contact `
-    + `with each fixture. Medians: tool position in base ${mm(middle(uncertainty.workspace.map((pose) => pose.position)), 2)}, orientation `
+    + `with each fixture. Medians, where the head of the report has root mean squares: tool position in base ${mm(middle(uncertainty.workspace.map((pose) => pose.position)), 2)}, orientation `
     + `${deg(middle(uncertainty.workspace.map((pose) => pose.angle)))}. Distance between two positions, which is independent of the base, ${mm(middle(uncertainty.distances), 2)}.`
     + (fixed ? " Fixed parameters are included with a large plausible error, such as 5° or 5 %." : "");
 }
 
-/** The contacts that are drawn: where each was read, joint positions, distances and residual. */
+/** Rows that the residual of a kind of contact has; others have three. */
+const ROWS = { gap: 1, distance: 1, none: 0 };
+/** The contacts that are drawn: where each was read, joint positions, distances, kind and rows of the residual. */
 function contactRows() {
   const { drawn, files } = data.contacts, { q, calibrated } = data.scene;
   const joints = calibrated.joints.filter(({ kind }) => kind !== "fixed");
   const [[toDeg], [toMm]] = [UNITS.rad, UNITS.m];
   const position = (value, j) => (joints[j].kind === "slides" ? toMm : toDeg) * value;
   return {
-    headings: ["file", "line", "fixture", ...joints.map(({ name, kind }) => `${name}_${kind === "slides" ? "mm" : "deg"}`), "before_mm", "after_mm", ...["x", "y", "z"].map((axis) => `residual_${axis}_mm`), "rejected"],
-    rows: drawn.index.map((_, k) => [files[drawn.file[k]], drawn.line[k], data.fixtures[drawn.fixture[k]].name, ...q[k].map(position),
-      ...[drawn.before[k], drawn.after[k], ...drawn.residual[k]].map((length) => toMm * length), drawn.rejected[k]]),
+    headings: ["file", "line", "fixture", ...joints.map(({ name, kind }) => `${name}_${kind === "slides" ? "mm" : "deg"}`), "before_mm", "after_mm", "residual", ...[1, 2, 3].map((row) => `residual_${row}_mm`), "rejected"],
+    rows: drawn.index.map((_, k) => {
+      const { name, residual } = data.fixtures[drawn.fixture[k]];
+      const rows = drawn.residual[k].map((row, i) => (i < (ROWS[residual] ?? 3) ? toMm * row : ""));
+      return [files[drawn.file[k]], drawn.line[k], name, ...q[k].map(position), toMm * drawn.before[k], toMm * drawn.after[k], residual, ...rows, drawn.rejected[k]];
+    }),
   };
 }
 

@@ -166,7 +166,7 @@ impl Truth {
     }
 
     /// The erroneous parameters with names and units, and their values (SI), in the order: strain,
-    /// segment strains, joint offsets, joint origins, compliances, tool, fixtures, edges, wrench,
+    /// segment strains, encoder offsets, joint origins, compliances, tool, fixtures, edges, wrench,
     /// trends of encoder offsets. Their priors are those of the parameters' constructors and say
     /// nothing about the truth. Drifts of placements and gap biases are left out.
     pub fn named(&self, scenario: &Scenario) -> Vec<(Parameter, f64)> {

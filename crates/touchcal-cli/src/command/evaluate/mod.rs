@@ -26,10 +26,15 @@ pub fn run(args: &EvaluateArgs) -> Result<Outcome, Failure> {
     let nominal = Arm { urdf: args.nominal.clone(), joint_compliance: false };
     let urdf = format!(" --urdf {}", args.urdf.display());
     super::refuse_replaced(&args.source, &nominal, ["evaluate", &urdf])?;
-    let Loaded { problem, inputs, .. } = super::load(&args.source)?;
+    let Loaded { problem, mut inputs, .. } = super::load(&args.source)?;
     super::prepare_outputs(args.report.clone(), read_files(args, &inputs))?;
-    let robot = urdf::read_like(&problem.robot, &args.urdf)?.robot;
-    let estimate = args.estimate.as_deref().map(EstimateFile::read_file).transpose()?;
+    let urdf = urdf::read_like(&problem.robot, &args.urdf)?;
+    inputs.push(urdf.input);
+    let estimate = args.estimate.as_deref().map(EstimateFile::read_with_input).transpose()?;
+    let estimate = estimate.map(|(file, input)| {
+        inputs.push(input);
+        file
+    });
     if let (Some(path), Some(found)) = (&args.estimate, &estimate) {
         found.check_robot(&RobotEntry::of(&problem.robot), &path.display().to_string())?;
     }
@@ -38,8 +43,9 @@ pub fn run(args: &EvaluateArgs) -> Result<Outcome, Failure> {
         Some(found) => place_written(&mut evaluated, found),
         None => output::notes(uncertain(&problem).as_slice()),
     }
-    evaluated.robot = robot;
+    evaluated.robot = urdf.robot;
     let truth = args.truth.as_deref().map(|path| TrueArm::read(path, &problem)).transpose()?;
+    inputs.extend(truth.as_ref().map(|truth| truth.input.clone()));
     let posterior = estimate.as_ref().and_then(EstimateFile::posterior);
     let report = Report {
         urdf: &args.urdf,
@@ -50,8 +56,8 @@ pub fn run(args: &EvaluateArgs) -> Result<Outcome, Failure> {
         tool_errors: truth.map(|truth| [&problem, &evaluated].map(|arm| truth.errors_of(arm))),
     };
     if let Some(path) = &args.report {
-        let is_usable = estimate.as_ref().map(|found| found.status != Status::NotUsable);
-        atomic::write(path, page::html(&problem, &report, is_usable, &inputs)?.as_bytes())?;
+        let status = estimate.as_ref().map(|found| found.status);
+        atomic::write(path, page::html(&problem, &report, status, &inputs)?.as_bytes())?;
     }
     output::print(&if args.json { report.json()? } else { report.text() })?;
     Ok(outcome(args.estimate.as_deref(), estimate.as_ref()))

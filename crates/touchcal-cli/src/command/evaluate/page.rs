@@ -1,17 +1,19 @@
 //! The page that `evaluate --report` writes.
 
-use touchcal::estimate::{Contradiction, Problem};
+use jiff::Timestamp;
+use touchcal::estimate::{self, Contradiction, Problem};
 use touchcal::io;
+use touchcal::io::estimate_file::Status;
 use touchcal::report::{EvaluationReport, Input, WarningText};
 
 use super::{Report, truth};
 use crate::failure::Failure;
 
-/// The text of the page; `is_usable` as in [`EvaluationReport`].
+/// The text of the page; `status` is that of the calibration.
 pub fn html(
     problem: &Problem,
     report: &Report<'_>,
-    is_usable: Option<bool>,
+    status: Option<Status>,
     inputs: &[io::Input],
 ) -> Result<String, Failure> {
     let input = |input: &io::Input| Input { path: input.path.clone(), sha256: input.sha256.clone() };
@@ -21,12 +23,21 @@ pub fn html(
         nominal: &report.nominal,
         evaluation: &report.evaluation,
         is_calibrated: report.is_calibrated,
-        is_usable,
+        status: status.map(of_result),
+        created: Some(&Timestamp::now().to_string()),
         tool_errors: &report.tool_errors.as_ref().map_or_else(Vec::new, truth::rows),
         warnings: &report.evaluation.contradictions.iter().map(warning).collect::<Vec<_>>(),
         inputs: &inputs.iter().map(input).collect::<Vec<_>>(),
     };
     Ok(page.html()?)
+}
+
+fn of_result(status: Status) -> estimate::Status {
+    match status {
+        Status::Usable => estimate::Status::Usable,
+        Status::Doubtful => estimate::Status::Doubtful,
+        Status::NotUsable => estimate::Status::NotUsable,
+    }
 }
 
 fn warning(contradiction: &Contradiction) -> WarningText {

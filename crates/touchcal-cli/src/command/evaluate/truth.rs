@@ -4,7 +4,8 @@ use std::path::Path;
 
 use touchcal::estimate::{Problem, workspace_configurations};
 use touchcal::experiment::{PoseErrors, RmsAndMax, pose_errors};
-use touchcal::io::truth_file;
+use touchcal::io::Input;
+use touchcal::io::truth_file::{self, TruthFile};
 use touchcal::parameter::Unit;
 use touchcal::report::ToolError;
 use touchcal::robot::Kinematics;
@@ -23,17 +24,19 @@ pub struct TrueArm {
     positions: Vec<Vec<f64>>,
     /// True poses `base_from_tool` there.
     poses: Vec<Pose>,
+    /// The file with its fingerprint.
+    pub input: Input,
 }
 
 impl TrueArm {
     /// The arm and tool of `problem` with the errors in a file.
     pub fn read(path: &Path, problem: &Problem) -> Result<Self, Failure> {
-        let (parameters, values) = truth_file::read_file(path, &problem.robot)?;
+        let TruthFile { parameters, values, input } = truth_file::read_file(path, &problem.robot)?;
         let mut kinematics = Kinematics::new(&problem.robot, &parameters, problem.tool.tip_from_tool);
         kinematics.set(&values);
         let positions = workspace_configurations(&problem.robot, CONFIGURATIONS);
         let poses = positions.iter().map(|q| kinematics.pose(q)).collect();
-        Ok(TrueArm { positions, poses })
+        Ok(TrueArm { positions, poses, input })
     }
 
     /// Errors of the arm and tool of `problem`.

@@ -203,7 +203,10 @@ impl EstimateFile {
     }
 
     /// The same, and the fingerprint of what was read.
-    pub(super) fn read_with_input(path: &Path) -> Result<(EstimateFile, Input), IoError> {
+    ///
+    /// # Errors
+    /// As [`read_file`](Self::read_file).
+    pub fn read_with_input(path: &Path) -> Result<(EstimateFile, Input), IoError> {
         let (text, input) = bytes::read_text(path, MAX_BYTES)?;
         Ok((EstimateFile::from_json(&text, &input.path)?, input))
     }

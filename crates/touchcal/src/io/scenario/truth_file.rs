@@ -5,7 +5,7 @@ use std::path::Path;
 
 use serde::Deserialize;
 
-use crate::io::base::bytes;
+use crate::io::base::bytes::{self, Input};
 use crate::io::base::error::{IoError, Place, quoted};
 use crate::parameter::{Block, kinematic_part, of_arm_and_tool};
 use crate::robot::{KinematicParameter, Robot};
@@ -20,15 +20,25 @@ struct TruthEntries {
     parameters: BTreeMap<String, f64>,
 }
 
-/// True errors of arm and tool: parameters of the kinematics of `robot`, as
-/// [`truth_text`](super::scenario_file::truth_text) writes them, and their values (SI). Those of
-/// fixtures, parts and measured wrenches are passed over, and encoder offsets that change over the
-/// log.
+/// True errors of arm and tool.
+#[derive(Clone, Debug)]
+pub struct TruthFile {
+    /// Parameters of the robot's kinematics.
+    pub parameters: Vec<KinematicParameter>,
+    /// Their values (SI).
+    pub values: Vec<f64>,
+    /// The file with its fingerprint.
+    pub input: Input,
+}
+
+/// True errors of arm and tool of `robot`, as [`truth_text`](super::scenario_file::truth_text)
+/// writes them. Those of fixtures, parts and measured wrenches are passed over, and encoder offsets
+/// that change over the log.
 ///
 /// # Errors
 /// [`IoError`] if the file cannot be read, is larger than [`MAX_BYTES`] or not of this form, or a
 /// parameter is not of this robot.
-pub fn read_file(path: &Path, robot: &Robot) -> Result<(Vec<KinematicParameter>, Vec<f64>), IoError> {
+pub fn read_file(path: &Path, robot: &Robot) -> Result<TruthFile, IoError> {
     let (text, input) = bytes::read_text(path, MAX_BYTES)?;
     let place = || Place::file(&input.path);
     let truth: TruthEntries =
@@ -47,5 +57,6 @@ pub fn read_file(path: &Path, robot: &Robot) -> Result<(Vec<KinematicParameter>,
             }
         }
     }
-    Ok(kinematic_part(found))
+    let (parameters, values) = kinematic_part(found);
+    Ok(TruthFile { parameters, values, input })
 }
