@@ -218,8 +218,8 @@ impl std::str::FromStr for Shard {
     ),
 ]))]
 pub struct Table1Args {
-    /// Folder to write table1.csv, table1.json, table1.tex, table1.svg and rows/ into; rows found there are not
-    /// computed again
+    /// Folder to write table1.csv, table1.json, table1.tex, table1.svg and rows/ into; rows found
+    /// there are not computed again
     #[arg(long, value_name = "DIR", help_heading = OUTPUT)]
     pub out: PathBuf,
     /// Instead of simulating: a folder of trials, each with contact.csv.gz and truth.json
