@@ -17,7 +17,8 @@ use crate::problem::Problem;
 /// Evaluates an arm on a problem's contacts, without estimation, as `touchcal evaluate` does.
 ///
 /// Args:
-///     problem: contacts, best others than those of the fit.
+///     problem: contacts, best others than those of the fit; those that are held out, if there
+///         are any.
 ///     calibration: the calibrated arm, saved or not, with tool and fixtures where it found
 ///         them; default: the problem's arm as it is.
 ///     urdf: this URDF's arm instead, as `touchcal evaluate --urdf` does,
@@ -37,7 +38,7 @@ pub fn evaluate(
     if calibration.is_some() && (urdf.is_some() || estimate.is_some()) {
         return Err(unexpected("evaluate", "a calibration, or urdf and estimate", "both"));
     }
-    let nominal = &problem.loaded.problem;
+    let nominal = &problem.loaded.problem.clone().of_held_out_contacts();
     let mut evaluated = nominal.clone();
     let mut posterior = None;
     match calibration {

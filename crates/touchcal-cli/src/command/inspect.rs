@@ -44,13 +44,14 @@ fn text(loaded: &Loaded, inspection: &Inspection, detail: Detail) -> String {
     let [o1, o2, o3, o4, o5] = inspection.observability;
     let (files, contacts, rows) =
         (problem.contacts.files().len(), problem.contacts.len(), problem.contacts.rows_read());
+    let left_out = summary::left_out(&problem.contacts);
     let note = match inspection.reason {
         StopReason::Converged => "",
         _ => "Note: the coarse stage did not converge, so these values are rough.\n",
     };
     [
         format!("Robot     {}\n", summary::robot(loaded)),
-        format!("Contacts  {rows} rows read from {files} files, {contacts} contacts\n{}\n", held_out(loaded)),
+        format!("Contacts  {rows} rows read from {files} files: {contacts} contacts{left_out}\n{}\n", held_out(loaded)),
         fixtures(loaded, inspection),
         joints(loaded, inspection),
         heading(inspection),

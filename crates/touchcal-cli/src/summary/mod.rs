@@ -7,7 +7,7 @@ mod parameters;
 pub use layout::{INDENT, millimetres, wrapped};
 pub use parameters::{Detail, ParameterRow, parameters};
 
-use touchcal::contact::RowsLeftOut;
+use touchcal::contact::{ContactLog, RowsLeftOut};
 use touchcal::estimate::{
     Estimate, Fixture, Identifiability, NullDirection, ParameterEstimate, PredictiveCheck, Score, Spread, Status,
     WorkspaceUncertainty,
@@ -102,16 +102,8 @@ impl Calibration<'_> {
     /// What became of the rows that were read.
     fn rows(&self) -> String {
         let count = &self.file.contacts;
-        let RowsLeftOut { out_of_contact, at_rest, repeated } = self.loaded.problem.contacts.rows_left_out();
-        let others = [(out_of_contact, "not in contact"), (at_rest, "at rest"), (repeated, "read twice")];
-        let others = others.iter().filter(|(rows, _)| *rows > 0).map(|(rows, why)| format!(", {rows} {why}"));
-        format!(
-            "{} rows read: {} used, {} rejected{}",
-            count.read,
-            count.used,
-            count.rejected,
-            others.collect::<String>()
-        )
+        let others = left_out(&self.loaded.problem.contacts);
+        format!("{} rows read: {} used, {} rejected{others}", count.read, count.used, count.rejected)
     }
 
     /// The scatter of contacts that were held out.
@@ -199,6 +191,13 @@ fn tool_error(tool: WorkspaceUncertainty) -> String {
         millimetres(tool.distance),
         millimetres(tool.nominal_distance)
     )
+}
+
+/// Which rows of a log are no contacts, and why, each after a comma.
+pub fn left_out(contacts: &ContactLog) -> String {
+    let RowsLeftOut { out_of_contact, at_rest, repeated } = contacts.rows_left_out();
+    let rows = [(out_of_contact, "not in contact"), (at_rest, "at rest"), (repeated, "read twice")];
+    rows.iter().filter(|(rows, _)| *rows > 0).map(|(rows, why)| format!(", {rows} {why}")).collect()
 }
 
 /// A warning with its advice.

@@ -45,12 +45,34 @@ fn held_out_contacts_are_as_the_calibration_predicts() {
     let shown = page(folder.path(), "check/problem.toml");
     let expected = &found["scatter"]["all"];
     assert_eq!(shown["all"]["scatter"]["ratio"], expected["ratio"]);
-    assert_eq!((&shown["agrees"], &shown["is_usable"]), (&true.into(), &true.into()));
+    assert_eq!((&shown["agrees"], &shown["status"]), (&true.into(), &"usable".into()));
     let fixture = &shown["fixtures"][0];
     let in_json = &found["per_fixture"][fixture["name"].as_str().unwrap()];
     assert_eq!(1e3 * fixture["change"]["after"]["rms"].as_f64().unwrap(), in_json["rms_mm"].as_f64().unwrap());
     assert_eq!((shown["fixtures"].as_array().unwrap().len(), shown["distances"].as_array().unwrap().len()), (6, 3));
     assert_eq!(shown["distances"][0]["deviations"], found["distances"][0]["deviations"]);
+}
+
+/// One placement held out by its logs: these contacts alone are scored, as with `--only`.
+#[test]
+fn contacts_that_are_held_out_are_scored() {
+    let folder = tempfile::tempdir().unwrap();
+    recorded_twice(folder.path());
+    let path = folder.path().join("fit/problem.toml");
+    let text = std::fs::read_to_string(&path).unwrap();
+    let of_right = |k: usize| format!("fixture = \"right/{k}\"\n");
+    let held_out = (0..2).fold(text.clone(), |text, k| {
+        let (before, contacts) = text.split_once("[[contacts]]").unwrap();
+        format!("{before}[[contacts]]{}", contacts.replace(&of_right(k), &format!("{}held_out = true\n", of_right(k))))
+    });
+    assert_eq!(held_out.matches("held_out").count(), 2, "{held_out}");
+    std::fs::write(folder.path().join("fit/held_out.toml"), held_out).unwrap();
+    touchcal(folder.path(), &["calibrate", "fit/held_out.toml", "--out", "out"]).success();
+    let found = evaluated(folder.path(), "fit/held_out.toml", &ESTIMATE);
+    let only = evaluated(folder.path(), "fit/problem.toml", &[&ESTIMATE[..], &["--only", "right"]].concat());
+    assert_eq!(found["all"], only["all"]);
+    assert_eq!(found["scatter"]["all"], only["scatter"]["all"]);
+    assert_eq!(found["distances"].as_array().unwrap().len(), 1, "{found}");
 }
 
 /// The data of the page that `--report` writes.

@@ -342,7 +342,9 @@ fn no_contacts_are_an_outcome_with_advice() {
     assert!(stdout(&done).contains("record more contacts"), "{}", stdout(&done));
     let inspected = touchcal(folder.path(), &["inspect", "problem.toml"]).code(3);
     assert!(stdout(&inspected).contains("record more contacts"), "{}", stdout(&inspected));
-    touchcal(folder.path(), &["evaluate", "problem.toml", "--urdf", "panda.urdf"]).success();
+    let args = ["evaluate", "problem.toml", "--urdf", "panda.urdf"];
+    let done = touchcal(folder.path(), &args).code(1);
+    assert!(stderr(&done).ends_with("expected contacts to evaluate on, found none\n"), "{}", stderr(&done));
 }
 
 #[test]

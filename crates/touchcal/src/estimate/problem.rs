@@ -319,6 +319,15 @@ pub struct Problem {
 }
 
 impl Problem {
+    /// The problem with the contacts that are held out, if there are any, in place of the others:
+    /// what an evaluation is made on.
+    pub fn of_held_out_contacts(mut self) -> Problem {
+        if !self.held_out.is_empty() {
+            self.contacts = std::mem::take(&mut self.held_out);
+        }
+        self
+    }
+
     /// A problem without distances, drift and parameters of the arm, solved by Levenberg–Marquardt
     /// with noise that is estimated from the contacts (starting at [`DEFAULT_ENCODER`] and
     /// [`DEFAULT_CONTACT`]), [`WrenchTolerance::DEFAULT`], a Geman–McClure loss of scale 3 and

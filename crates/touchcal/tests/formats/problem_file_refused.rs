@@ -7,7 +7,7 @@ use super::problem_file::*;
 #[test]
 fn unknown_keys_and_names_are_refused_with_a_suggestion() {
     refused("[[fixture]]", "[[fixtrue]]", &["problem.toml:14:", "unknown field `fixtrue`", "did you mean `fixture`?"]);
-    refused("depth_mm", "dept_mm", &["problem.toml:19:1", "did you mean `depth_mm`?"]);
+    refused("depth_mm", "dept_mm", &["problem.toml:19:1: unknown field", "did you mean `depth_mm`?"]);
     refused(
         "kind = \"peg\"",
         "kind = \"pegg\"",

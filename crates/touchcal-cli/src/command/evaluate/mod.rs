@@ -27,6 +27,7 @@ pub fn run(args: &EvaluateArgs) -> Result<Outcome, Failure> {
     let urdf = format!(" --urdf {}", args.urdf.display());
     super::refuse_replaced(&args.source, &nominal, ["evaluate", &urdf])?;
     let Loaded { problem, mut inputs, .. } = super::load(&args.source)?;
+    let problem = contacts_to_score(problem)?;
     super::prepare_outputs(args.report.clone(), read_files(args, &inputs))?;
     let urdf = urdf::read_like(&problem.robot, &args.urdf)?;
     inputs.push(urdf.input);
@@ -61,6 +62,18 @@ pub fn run(args: &EvaluateArgs) -> Result<Outcome, Failure> {
     }
     output::print(&if args.json { report.json()? } else { report.text() })?;
     Ok(outcome(args.estimate.as_deref(), estimate.as_ref()))
+}
+
+/// The problem with the contacts that are scored: those that are held out, if there are any.
+fn contacts_to_score(problem: Problem) -> Result<Problem, Failure> {
+    let (fitted, held_out) = (problem.contacts.len(), problem.held_out.len());
+    if fitted + held_out == 0 {
+        return Err(Failure::Setup("expected contacts to evaluate on, found none".to_owned()));
+    }
+    if fitted > 0 && held_out > 0 {
+        output::notes(&[format!("scored are the {held_out} contacts that are held out, not the {fitted} others")]);
+    }
+    Ok(problem.of_held_out_contacts())
 }
 
 /// The files that are read, which the page must not replace.

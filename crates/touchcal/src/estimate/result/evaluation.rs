@@ -199,7 +199,7 @@ impl Contradiction {
                 "check the declared noise, the force threshold and the places of these contacts; if they are right, the arm is off by more here than its calibration says: calibrate with contacts like these too, or estimate more parameters"
             }
             Contradiction::Distance { .. } => {
-                "measure this distance again; if it is right, a distance or a place that the calibration was given is wrong"
+                "check which fixture each log belongs to, and measure this distance again; if both are right, a distance or a place that the calibration was given is wrong"
             }
             Contradiction::CommonStrain { .. } => {
                 "measure these distances again, and those that the calibration was given, which make the scale of the arm; check their units"

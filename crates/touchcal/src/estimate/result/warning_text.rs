@@ -25,8 +25,7 @@ pub(super) const NOISE_CONTRADICTED_ADVICE: &str =
     "check the shapes of the parts and the nominal places; if contacts do scatter so much, declare that noise";
 pub(super) const COMPETING_MINIMUM_ADVICE: &str =
     "record longer, with more motion of the tool and the elbow, or give priors";
-pub(super) const MANY_REJECTED_ADVICE: &str =
-    "check the force threshold, the shapes of the parts, and the places of tool and fixtures";
+pub(super) const MANY_REJECTED_ADVICE: &str = "check which fixture each log belongs to, the force threshold, the shapes of the parts, and the places of tool and fixtures";
 pub(super) const IMPLAUSIBLE_ADVICE: &str = "check units, the robot description, and where the fixtures are";
 pub(super) const TOOL_ADVICE: &str =
     "declare the tool at its estimated pose where the calibrated robot is used (TCP, cell description)";

@@ -25,7 +25,8 @@ const UNCHANGED: f64 = 1e-9;
 /// The joint origins of `calibrated`, an arm of Universal Robots whose uncalibrated description is
 /// `nominal`: x, y, z (m), roll, pitch and yaw (rad, about fixed axes) of each joint in the frame
 /// of the link before it, so that the poses of `wrist_3_link` are those of the calibrated arm, and
-/// a name made of them as `hash`. The file lacks fixed joints that moved, and compliances.
+/// a name made of them as `hash`. The file lacks fixed joints that moved, lengths behind
+/// `wrist_3_link`, and compliances.
 ///
 /// # Errors
 /// [`IoError`] if the moving joints are not the six of `ur_description`, whatever the prefix of
@@ -65,7 +66,8 @@ fn arm_joints(robot: &Robot) -> Result<&[Joint], IoError> {
     Err(IoError::unexpected(Place::file(robot.name()), expected, found.join(", ")))
 }
 
-/// What the file cannot hold: fixed joints that moved, and compliances.
+/// What the file cannot hold: fixed joints that moved, lengths behind the last moving joint, and
+/// compliances.
 fn left_out(calibrated: &Robot, nominal: &Robot) -> Vec<String> {
     let is_moved = |a: &Pose, b: &Pose| {
         let between = a.inv_mul(b);
@@ -76,5 +78,14 @@ fn left_out(calibrated: &Robot, nominal: &Robot) -> Vec<String> {
     let moved = fixed.filter(|(joint, before)| is_moved(&before.parent_from_joint, &joint.parent_from_joint));
     let moved =
         moved.map(|(joint, _)| format!("the origin of the fixed joint `{}`, which moved", shown_name(&joint.name)));
-    moved.chain(calibrated.is_compliant().then(|| "joint compliances".to_owned())).collect()
+    let last = nominal.joints().iter().rposition(|joint| joint.kind != JointKind::Fixed).unwrap_or(0);
+    let behind = nominal.joints().iter().skip(last + 1);
+    let long = behind.map(|joint| (joint, 1e3 * joint.parent_from_joint.translation.vector.norm()));
+    let long = long.filter(|(_, millimetres)| *millimetres > 1e-3).map(|(joint, millimetres)| {
+        let name = shown_name(&joint.name);
+        format!(
+            "the {millimetres:.1} mm of the fixed joint `{name}` behind wrist_3, where `ur_description` has its flange"
+        )
+    });
+    moved.chain(long).chain(calibrated.is_compliant().then(|| "joint compliances".to_owned())).collect()
 }

@@ -164,7 +164,7 @@ impl Context<'_> {
 
 /// The key of the value that begins at a byte, where both are in one line.
 fn key_before(text: &str, at: usize) -> Option<&str> {
-    let line = text.get(..at)?.lines().next_back()?;
+    let line = text.get(..at)?.rsplit('\n').next()?;
     let key = line.split_once('=')?.0.trim();
     let is_plain = |letter: char| letter.is_ascii_alphanumeric() || letter == '_';
     (!key.is_empty() && key.chars().all(is_plain)).then_some(key)
