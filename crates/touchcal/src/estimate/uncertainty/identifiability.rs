@@ -174,10 +174,10 @@ fn describe(part: &ReducedDirection, indices: &[usize], parameters: &[Parameter]
 }
 
 /// The declarations which, more accurate, would determine a direction in which these parameters
-/// take part; those without prior have none.
+/// take part.
 fn remedy<'a>(parameters: impl Iterator<Item = &'a Parameter>) -> Option<String> {
     let mut declared: Vec<String> = Vec::new();
-    for parameter in parameters.filter(|parameter| parameter.prior_sigma().is_some()) {
+    for parameter in parameters {
         let of = match parameter.id.block() {
             Block::Tool => "the tool's place".to_owned(),
             Block::Fixture => {
