@@ -317,10 +317,9 @@ fn null_space(estimate: &Estimate) -> Vec<NullDirection> {
 
 fn warnings(estimate: &Estimate) -> Vec<WarningEntry> {
     let entry = |warning: &Warning| match warning {
-        Warning::ToolNotInRobot { tip_from_tool } => WarningEntry {
-            advice: format!("{}: tip_from_tool = {}", warning.advice(), as_declared(tip_from_tool)),
-            ..warning.into()
-        },
+        Warning::ToolNotInRobot { tip_from_tool } => {
+            WarningEntry { advice: format!("it is tip_from_tool = {}", as_declared(tip_from_tool)), ..warning.into() }
+        }
         _ => warning.into(),
     };
     estimate.warnings.iter().map(entry).collect()
