@@ -64,7 +64,7 @@ impl Arguments {
         let known = self.distances.iter().flatten();
         let distances: Vec<Distance> =
             known.map(|distance| distance.checked(&names, &mut assumptions)).collect::<PyResult<_>>()?;
-        let told = log.notes().len();
+        let notes_of_logs = log.notes().len();
         joined.notes.iter().for_each(|note| log.note(note));
         note_repetition(&mut log, &held_out);
         assumptions.notes(KEYS).iter().for_each(|note| log.note(note));
@@ -74,7 +74,7 @@ impl Arguments {
         let mut problem = problem.map_err(|error| io(without_lines(error)))?;
         problem.acceptance = acceptance;
         problem.held_out = held_out;
-        let notes = problem.contacts.notes()[told..].to_vec();
+        let notes = problem.contacts.notes()[notes_of_logs..].to_vec();
         // Meshes are warned of where they are read.
         Ok((Loaded { problem, urdf: robot.text.clone(), inputs, has_several_bodies: false }, notes))
     }

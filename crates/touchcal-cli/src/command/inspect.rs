@@ -73,7 +73,7 @@ fn held_out(loaded: &Loaded) -> String {
 fn heading(inspection: &Inspection) -> String {
     match inspection.warnings.contains(&Warning::NoUncertainty) {
         true => "Parameters, without standard deviations: see below\n".to_owned(),
-        false => "Expected standard deviations with the assumed noise (`calibrate` adds those of errors that contacts cannot see)\n"
+        false => "Expected standard deviations with the assumed noise; `calibrate` adds those of errors\nof the arm that are not estimated and that contacts do not show\n"
             .to_owned(),
     }
 }

@@ -13,9 +13,9 @@ use crate::manifold::ResidualKind;
 /// log).
 pub(super) fn input_warnings(model: &CalibrationModel<'_>) -> Vec<Warning> {
     let problem = model.problem;
-    let has_contacts = are_touched(problem);
-    let is_held_out = |f: usize| (0..problem.held_out.len()).any(|i| problem.held_out.fixture(i) == f);
-    let without = (0..problem.fixtures.len()).filter(|&f| !has_contacts[f] && !is_held_out(f));
+    let count = problem.fixtures.len();
+    let [has_contacts, is_held_out] = [&problem.contacts, &problem.held_out].map(|log| are_touched(count, log));
+    let without = (0..count).filter(|&f| !has_contacts[f] && !is_held_out[f]);
     let mut warnings: Vec<Warning> =
         without.map(|f| Warning::FixtureWithoutContacts { fixture: problem.fixtures[f].name.clone() }).collect();
     let middle = problem.fixtures.iter().find_map(|fixture| fixture.manifold.sketch().tool.aside());

@@ -86,20 +86,23 @@ pub(super) fn result_warnings(
 /// Whether the data determine the parameters: `rows` residual rows and known distances, which leave
 /// distances between tool positions the share `arm_uncertainty` (1) of their uncertainty.
 pub(super) fn data_warnings(search: &SearchState<'_>, rows: usize, arm_uncertainty: f64) -> Vec<Warning> {
-    let (parameters, thresholds) = (&search.model.layout.parameters, &search.model.problem.options.thresholds);
+    let (parameters, problem) = (&search.model.layout.parameters, search.model.problem);
+    let thresholds = &problem.options.thresholds;
+    // Places of fixtures without fitted contacts are not asked of the data: the contacts are held
+    // out, or `Warning::FixtureWithoutContacts` says so.
+    let are_touched = are_touched(problem.fixtures.len(), &problem.contacts);
+    let is_asked = |id| !matches!(id, ParameterId::Fixture(f, _) if !are_touched[f]);
     let mut warnings = Vec::new();
-    let without_prior = parameters.iter().filter(|parameter| parameter.prior_sigma().is_none()).count();
-    if search.model.problem.contacts.is_empty() || rows < without_prior {
+    let without_prior = parameters.iter().filter(|parameter| parameter.prior_sigma().is_none());
+    let without_prior = without_prior.filter(|parameter| is_asked(parameter.id)).count();
+    if problem.contacts.is_empty() || rows < without_prior {
         warnings.push(Warning::TooFewContacts { rows, parameters: without_prior });
     }
     if arm_uncertainty > thresholds.arm_uncertainty {
         warnings.push(Warning::ArmUndetermined { remaining: arm_uncertainty });
     }
-    // Places of fixtures that nothing touches are told as such.
-    let are_touched = are_touched(search.model.problem);
-    let is_told = |&k: &usize| matches!(parameters[k].id, ParameterId::Fixture(f, _) if !are_touched[f]);
-    let pivots = search.fixed.pivots.iter().copied().filter(|k| !is_told(k));
-    let names: Vec<String> = pivots.map(|k| parameters[k].name.clone()).collect();
+    let pivots = search.fixed.pivots.iter().map(|&k| &parameters[k]);
+    let names: Vec<String> = pivots.filter(|pivot| is_asked(pivot.id)).map(|pivot| pivot.name.clone()).collect();
     if !names.is_empty() {
         warnings.push(Warning::Unobservable { names });
     }

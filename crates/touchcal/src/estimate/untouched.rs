@@ -3,11 +3,12 @@
 use std::borrow::Cow;
 
 use super::problem::{PlacePrior, Problem};
+use crate::contact::ContactLog;
 
-/// Whether each fixture has a contact that is fitted.
-pub(super) fn are_touched(problem: &Problem) -> Vec<bool> {
-    let mut are_touched = vec![false; problem.fixtures.len()];
-    (0..problem.contacts.len()).for_each(|i| are_touched[problem.contacts.fixture(i)] = true);
+/// Whether each of so many fixtures has a contact in the log.
+pub(super) fn are_touched(fixtures: usize, log: &ContactLog) -> Vec<bool> {
+    let mut are_touched = vec![false; fixtures];
+    (0..log.len()).for_each(|i| are_touched[log.fixture(i)] = true);
     are_touched
 }
 
@@ -15,7 +16,7 @@ pub(super) fn are_touched(problem: &Problem) -> Vec<bool> {
 /// nothing says where they are, and a distance would pull the other fixture to where the search
 /// starts with them. A copy if there are any.
 pub(super) fn without_distances_to_unknown_places(problem: &Problem) -> Cow<'_, Problem> {
-    let are_touched = are_touched(problem);
+    let are_touched = are_touched(problem.fixtures.len(), &problem.contacts);
     let is_known = |f: usize| are_touched[f] || problem.fixtures[f].prior != PlacePrior::Flat;
     let is_of_known = |(a, b): (usize, usize)| is_known(a) && is_known(b);
     if problem.distances.iter().all(|distance| is_of_known(distance.between)) {

@@ -23,21 +23,13 @@ pub fn html(
         nominal: &report.nominal,
         evaluation: &report.evaluation,
         is_calibrated: report.is_calibrated,
-        status: status.map(of_result),
+        status: status.map(estimate::Status::from),
         created: Some(&Timestamp::now().to_string()),
         tool_errors: &report.tool_errors.as_ref().map_or_else(Vec::new, truth::rows),
         warnings: &report.evaluation.contradictions.iter().map(warning).collect::<Vec<_>>(),
         inputs: &inputs.iter().map(input).collect::<Vec<_>>(),
     };
     Ok(page.html()?)
-}
-
-fn of_result(status: Status) -> estimate::Status {
-    match status {
-        Status::Usable => estimate::Status::Usable,
-        Status::Doubtful => estimate::Status::Doubtful,
-        Status::NotUsable => estimate::Status::NotUsable,
-    }
 }
 
 fn warning(contradiction: &Contradiction) -> WarningText {

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use jiff::{Timestamp, Unit};
 use serde::{Deserialize, Serialize};
 
-use crate::estimate::{Estimate, Fixture, Problem, Progress, Score, Spread, Status, Warning, apply_estimated_places};
+use crate::estimate::{Estimate, Fixture, Problem, Progress, Score, Spread, Warning, apply_estimated_places};
 use crate::io::base::bytes::Input;
 use crate::io::base::error::{IoError, Place};
 use crate::io::base::manifest::MANIFEST;
@@ -246,11 +246,7 @@ pub fn estimate_file(loaded: &Loaded, solved: &Solved) -> EstimateFile {
     let acceptance = estimate.acceptance.as_ref().zip(loaded.problem.acceptance.as_ref());
     EstimateFile {
         schema: estimate_file::SCHEMA,
-        status: match estimate.status {
-            Status::Usable => estimate_file::Status::Usable,
-            Status::Doubtful => estimate_file::Status::Doubtful,
-            Status::NotUsable => estimate_file::Status::NotUsable,
-        },
+        status: estimate.status.into(),
         parameters: parameters(estimate),
         covariance: (0..size).map(|i| (0..size).map(|j| estimate.covariance[(i, j)]).collect()).collect(),
         workspace_uncertainty: estimate.workspace_uncertainty.map(Into::into),

@@ -24,10 +24,26 @@ pub enum Status {
 impl Status {
     /// Name in files and for programs: `usable`, `doubtful`, `not_usable`.
     pub fn name(self) -> &'static str {
-        match self {
-            Status::Usable => "usable",
-            Status::Doubtful => "doubtful",
-            Status::NotUsable => "not_usable",
+        estimate::Status::from(self).name()
+    }
+}
+
+impl From<estimate::Status> for Status {
+    fn from(status: estimate::Status) -> Self {
+        match status {
+            estimate::Status::Usable => Status::Usable,
+            estimate::Status::Doubtful => Status::Doubtful,
+            estimate::Status::NotUsable => Status::NotUsable,
+        }
+    }
+}
+
+impl From<Status> for estimate::Status {
+    fn from(status: Status) -> Self {
+        match status {
+            Status::Usable => estimate::Status::Usable,
+            Status::Doubtful => estimate::Status::Doubtful,
+            Status::NotUsable => estimate::Status::NotUsable,
         }
     }
 }
