@@ -238,6 +238,7 @@ impl CompetingMinimum {
 ///     worst_pose: index of the pose with the largest variance.
 ///     parameter: the parameter whose exact value would take away most of that variance.
 ///     share: the share that it would take away.
+///     aligned_probability: probability that the tool is within the tolerance with the base aligned.
 ///     message: the decision as a sentence.
 ///     advice: what to do next.
 #[pyclass(frozen, get_all, eq, module = "touchcal")]
@@ -250,6 +251,7 @@ pub struct Acceptance {
     worst_pose: Option<usize>,
     parameter: Option<String>,
     share: Option<f64>,
+    aligned_probability: Option<f64>,
     message: String,
     advice: String,
 }
@@ -265,8 +267,9 @@ impl Acceptance {
             worst_pose: errors.map(|errors| errors.worst_pose),
             parameter: errors.map(|errors| errors.parameter.clone()),
             share: errors.map(|errors| errors.share),
+            aligned_probability: errors.map(|errors| errors.aligned_probability),
             message: result.message(asked),
-            advice: result.advice(),
+            advice: result.advice(asked),
         }
     }
 }

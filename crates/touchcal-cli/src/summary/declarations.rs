@@ -1,6 +1,6 @@
 //! What contacts say against the problem file, as text.
 
-use touchcal::estimate::{DeclaredValue, EffectTest, EffectValue, Estimate, FreedEffect, PriorTest, Problem};
+use touchcal::estimate::{DeclaredValue, EffectTest, ErrorFrame, EffectValue, Estimate, FreedEffect, PriorTest, Problem};
 use touchcal::parameter::Unit;
 use touchcal::statistics::{p_value_statement, p_value_text};
 
@@ -29,7 +29,11 @@ pub fn declarations(estimate: &Estimate, problem: &Problem) -> String {
         ]);
         effects.into_iter().for_each(|test| table.row(effect_row(test)));
         declared.into_iter().for_each(|test| table.row(declared_row(test)));
-        text += &format!("What contacts say against the problem file\n{table}");
+        let frame = match problem.error_frame() {
+            ErrorFrame::Base => "",
+            ErrorFrame::BaseAligned => " (motion of the tool with the base aligned)",
+        };
+        text += &format!("What contacts say against the problem file{frame}\n{table}");
     }
     if !agreeing_effects.is_empty() {
         let names = agreeing_effects.iter().map(|test| test.effect.name()).collect::<Vec<String>>().join(", ");

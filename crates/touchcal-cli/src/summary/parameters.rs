@@ -67,7 +67,7 @@ pub fn parameters(lines: &[ParameterRow<'_>], detail: Detail) -> String {
     // Rows of a sum, and those left out of a long list, have no mark.
     if text.contains(MARK) {
         text.push_str(&format!(
-            "  {MARK} not identifiable from these contacts: determined by the prior, or fixed at zero\n"
+            "  {MARK} not identifiable from these contacts: determined by the prior, fixed at zero,\n    or known only relative to what is fixed\n"
         ));
     }
     text + "\n"

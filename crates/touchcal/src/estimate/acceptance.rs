@@ -6,8 +6,10 @@ use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64;
 
 use super::problem::Problem;
-use super::result::{Acceptance, AcceptanceResult, Decision, Estimate, Evaluation, PredictiveCheck, TaskErrors};
-use super::uncertainty::CalibratedTool;
+use super::result::{
+    Acceptance, AcceptanceResult, Decision, ErrorFrame, Estimate, Evaluation, PredictiveCheck, TaskErrors,
+};
+use super::uncertainty::{CalibratedTool, ToolMotion};
 
 /// Draws from the posterior; the probability of an event of 95 % is known to ±0.5 %.
 const DRAWS: usize = 2000;
@@ -30,21 +32,23 @@ pub fn acceptance(asked: &Acceptance, problem: &Problem, estimate: &Estimate) ->
     }
     let known = CalibratedTool::new(problem, estimate).filter(|tool| !tool.parameters.is_empty());
     let Some(tool) = known else { return undecided };
-    let task = TaskMotion::new(asked, &tool);
-    let largest = task.largest_errors();
-    let within = |ratio: f64| {
-        let is_within = |&&(distance, angle): &&(f64, f64)| {
-            ratio * distance <= asked.distance && asked.angle.is_none_or(|most| ratio * angle <= most)
-        };
-        largest.iter().filter(is_within).count() as f64 / DRAWS as f64
-    };
     // The covariance is wider by the widening already.
     let missing = |check: &PredictiveCheck| (check.ratio / check.widening).max(1.0);
-    let probability = within(estimate.predictive_check.as_ref().map_or(1.0, missing));
+    let ratio = estimate.predictive_check.as_ref().map_or(1.0, missing);
+    let task = TaskErrorDistribution::new(asked, &tool, asked.frame);
+    let largest = task.largest_errors();
+    let probability = within(asked, &largest, ratio);
+    let aligned_probability = match asked.frame {
+        ErrorFrame::BaseAligned => probability,
+        ErrorFrame::Base => {
+            let aligned = TaskErrorDistribution::new(asked, &tool, ErrorFrame::BaseAligned);
+            within(asked, &aligned.largest_errors(), ratio)
+        }
+    };
     // Contacts that were held out may show errors that the covariance lacks.
     let decision = if probability >= asked.confidence && held_out_agrees != Some(false) {
         Decision::Pass
-    } else if within(1.0) <= 1.0 - asked.confidence {
+    } else if within(asked, &largest, 1.0) <= 1.0 - asked.confidence {
         Decision::Fail
     } else {
         Decision::Undecided
@@ -63,34 +67,39 @@ pub fn acceptance(asked: &Acceptance, problem: &Problem, estimate: &Estimate) ->
         worst_pose,
         parameter,
         share,
+        aligned_probability,
     };
     AcceptanceResult { decision, errors: Some(errors), held_out_agrees }
 }
 
-/// How errors of the parameters move the tool in the poses of a task.
-struct TaskMotion {
-    /// Six rows `[v; ω]` (m, rad) for each pose: derivatives of the tool's twist by the parameters.
-    derivatives: DMatrix<f64>,
+/// Share of the draws of the largest distance (m) and angle (rad) that are within what is asked
+/// for if errors are `ratio` times as large.
+fn within(asked: &Acceptance, largest: &[(f64, f64)], ratio: f64) -> f64 {
+    let is_within = |&&(distance, angle): &&(f64, f64)| {
+        ratio * distance <= asked.distance && asked.angle.is_none_or(|most| ratio * angle <= most)
+    };
+    largest.iter().filter(is_within).count() as f64 / largest.len() as f64
+}
+
+/// Errors of the tool in the poses of a task, by those of the parameters.
+struct TaskErrorDistribution {
+    motion: ToolMotion,
     /// Mean (SI) of the parameters' errors in the calibrated arm.
     mean: DVector<f64>,
     /// Covariance of the parameters (SI).
     covariance: DMatrix<f64>,
 }
 
-impl TaskMotion {
-    fn new(asked: &Acceptance, tool: &CalibratedTool) -> Self {
-        let mut derivatives = DMatrix::zeros(6 * asked.positions.len(), tool.parameters.len());
-        let jacobians = tool.jacobians(asked.positions.iter().map(Vec::as_slice));
-        for (pose, jacobian) in jacobians.iter().enumerate() {
-            derivatives.rows_mut(6 * pose, 6).copy_from(jacobian);
-        }
-        TaskMotion { derivatives, mean: tool.harmonics(), covariance: tool.covariance.clone() }
+impl TaskErrorDistribution {
+    fn new(asked: &Acceptance, tool: &CalibratedTool, frame: ErrorFrame) -> Self {
+        let motion = tool.motion(&asked.positions, frame);
+        TaskErrorDistribution { motion, mean: tool.harmonics(), covariance: tool.covariance.clone() }
     }
 
     /// Largest distance (m) and largest angle (rad) over the poses in each draw of the parameters.
     fn largest_errors(&self) -> Vec<(f64, f64)> {
-        let motions = &self.derivatives * root(&self.covariance);
-        let mean = &self.derivatives * &self.mean;
+        let motions = &self.motion.derivatives * root(&self.covariance);
+        let mean = &self.motion.derivatives * &self.mean;
         let mut random = Pcg64::seed_from_u64(SEED);
         let mut draw = || {
             let z = DVector::from_fn(motions.ncols(), |_, _| StandardNormal.sample(&mut random));
@@ -112,8 +121,8 @@ impl TaskMotion {
             (_, Some(angle)) => angle.recip(),
             (_, None) => 0.0,
         };
-        let weighted = DMatrix::from_fn(self.derivatives.nrows(), self.derivatives.ncols(), |row, k| {
-            weight(row) * self.derivatives[(row, k)]
+        let weighted = DMatrix::from_fn(self.motion.derivatives.nrows(), self.motion.derivatives.ncols(), |row, k| {
+            weight(row) * self.motion.derivatives[(row, k)]
         });
         let moved = &weighted * &self.covariance;
         let variance =

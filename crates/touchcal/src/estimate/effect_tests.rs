@@ -11,8 +11,8 @@ use super::options::WarningThresholds;
 use super::result::{EffectTest, EffectValue, Estimate, OmittedEffect, Warning};
 use super::search::{SearchState, uses_contact_modes};
 use super::uncertainty::{
-    Derivatives, SAMPLED_POSITIONS, ScoreTest, curvature_and_squares, score_test, tool_displacement, tool_jacobians,
-    tool_positions, tool_uncertainty, unseen_changes, workspace_configurations,
+    CalibratedTool, Derivatives, SAMPLED_POSITIONS, ScoreTest, ToolMotion, curvature_and_squares, score_test,
+    tool_jacobians, tool_positions, unseen_changes, workspace_configurations,
 };
 use crate::parameter::{ParameterId, kinematic_part};
 use crate::solver::{FreeParameters, NormalEquations, StopReason};
@@ -112,7 +112,7 @@ fn score_tests(
     let ids: Vec<ParameterId> = model.layout.parameters.iter().map(|parameter| parameter.id).collect();
     let mut kinematics = model.kinematics.clone();
     kinematics.set(&kinematic_part(ids.iter().copied().zip(theta.iter().copied())).1);
-    let jacobians = tool_jacobians(&kinematics, &ids, positions.iter().map(Vec::as_slice));
+    let motion = ToolMotion::new(&kinematics, &ids, &positions, problem.error_frame());
     let of_arm = omitted.iter().filter(|omitted| omitted.effect.is_arm_error());
     let changes = of_arm.flat_map(|omitted| unseen_changes(&at, &inverse, (&omitted.indices, &omitted.sizes)));
     let unseen = problem.allows_for_unseen_effects().then(|| {
@@ -131,7 +131,7 @@ fn score_tests(
         if let OmittedEffect::EdgeRadius { .. } = omitted.effect {
             found = found.allowing_for(omitted.indices[0], EXACT_EDGE_RADIUS_SIGMA);
         }
-        let displacement = tool_displacement(&jacobians, &found.change);
+        let displacement = motion.displacement(&found.change.rows(0, ids.len()).into_owned());
         Some(model_test(model, omitted, found, (count, displacement, radius)))
     });
     let mut tests: Vec<ModelTest> = each.collect();
@@ -251,7 +251,7 @@ fn second_moment(jacobians: &[DMatrix<f64>], changes: &[DVector<f64>]) -> Option
 
 /// Root mean square radius (m) of the tool's 95 % region.
 fn tool_radius(search: &SearchState<'_>, estimate: &Estimate, positions: &[Vec<f64>]) -> f64 {
-    let each = tool_uncertainty(search.model.problem, estimate, positions.iter().map(Vec::as_slice));
-    let squares: f64 = each.iter().flatten().map(|tool| tool.position.powi(2)).sum();
-    RADIUS * (squares / positions.len().max(1) as f64).sqrt()
+    let problem = search.model.problem;
+    CalibratedTool::new(problem, estimate)
+        .map_or(0.0, |tool| RADIUS * tool.motion(positions, problem.error_frame()).deviation(&tool.covariance))
 }

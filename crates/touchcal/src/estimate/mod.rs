@@ -44,7 +44,7 @@ pub use problem::{
 pub use result::{
     Acceptance, AcceptanceResult, Agreement, ArmFit, CommonStrain, CompetingMinimum, ContactCount, Contradiction,
     Decision, Declaration, DeclarationMistake, DeclaredLength, DeclaredValue, DistanceSource, EffectTest, EffectValue,
-    Estimate, Evaluation, FixtureDisplacement, FixtureDistance, FreedEffect, Identifiability, NoiseSigma,
+    ErrorFrame, Estimate, Evaluation, FixtureDisplacement, FixtureDistance, FreedEffect, Identifiability, NoiseSigma,
     NullDirection, OmittedEffect, ParameterEstimate, ParameterPosterior, PosteriorEntry, PredictiveCheck, PriorTest,
     Progress, Scatter, Score, Severity, Spread, Stage, Status, TaskErrors, Verdict, Warning, WorkspaceUncertainty,
 };

@@ -6,7 +6,7 @@ use std::sync::Arc;
 use serde::{Deserialize, Serialize};
 
 use super::options::{EstimatorOptions, UnseenEffects};
-use super::result::Acceptance;
+use super::result::{Acceptance, ErrorFrame};
 use crate::contact::ContactLog;
 use crate::manifold::{ContactManifold, ResidualKind, manifold_data};
 use crate::parameter::{Block, Parameter};
@@ -359,6 +359,14 @@ impl Problem {
     pub fn allows_for_unseen_effects(&self) -> bool {
         let mut places = self.fixtures.iter().map(|fixture| fixture.prior).chain([self.tool.prior]);
         self.options.unseen_effects == UnseenEffects::Widen && places.any(|prior| prior != PlacePrior::Fixed)
+    }
+
+    /// Frame in which errors of the tool count: as asked for, else in base, or with the base aligned
+    /// where no fixture has a place in base that contacts could locate the base by.
+    pub fn error_frame(&self) -> ErrorFrame {
+        let is_located = self.fixtures.iter().any(|fixture| fixture.prior != PlacePrior::Flat);
+        let without_task = if is_located { ErrorFrame::Base } else { ErrorFrame::BaseAligned };
+        self.acceptance.as_ref().map_or(without_task, |asked| asked.frame)
     }
 
     /// The same problem with `parameters` of the arm to estimate, in place of the former ones.

@@ -8,7 +8,7 @@ use super::options::WarningThresholds;
 use super::problem::{Fixture, Problem};
 use super::result::{EffectTest, Estimate, OmittedEffect, ParameterEstimate, Warning};
 use super::search::{SearchState, uses_contact_modes};
-use super::uncertainty::{CalibratedTool, tool_displacement, tool_positions};
+use super::uncertainty::{CalibratedTool, tool_positions};
 use super::untouched::are_touched;
 use crate::parameter::{Parameter, ParameterId};
 use crate::robot::{JointKind, KinematicParameter};
@@ -271,9 +271,7 @@ fn symmetric_parts(problem: &Problem, estimate: &Estimate) -> impl Iterator<Item
 fn harmonics(problem: &Problem, estimate: &Estimate) -> Option<Warning> {
     let tool = CalibratedTool::new(problem, estimate)?;
     let change = tool.harmonics();
-    let positions = tool_positions(problem);
-    let jacobians = tool.jacobians(positions.iter().map(Vec::as_slice));
-    let displacement = tool_displacement(&jacobians, &change);
+    let displacement = tool.motion(&tool_positions(problem), problem.error_frame()).displacement(&change);
     (displacement > 0.0).then_some(Warning::HarmonicsNotInRobot { displacement })
 }
 

@@ -218,8 +218,10 @@ impl<'a> Content<'a> {
             created: report.created,
             robot: RobotEntry { name: robot.name(), base: robot.base(), tip: robot.tip(), joints: robot.dof() },
             status: estimate.status.name(),
-            acceptance: acceptance
-                .map(|(result, asked)| AcceptanceEntry { message: result.message(asked), advice: result.advice() }),
+            acceptance: acceptance.map(|(result, asked)| AcceptanceEntry {
+                message: result.message(asked),
+                advice: result.advice(asked),
+            }),
             held_out: estimate.held_out.as_ref().and_then(held_out),
             warnings: sorted(report.warnings),
             inputs: input_entries(report.inputs, &folder),

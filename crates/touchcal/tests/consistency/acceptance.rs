@@ -1,10 +1,11 @@
 //! Decisions at a tolerance: how often they are right, and how often there is one.
 
 use rayon::prelude::*;
-use touchcal::estimate::{Acceptance, Decision, acceptance, workspace_configurations};
-use touchcal::experiment::problem;
+use touchcal::estimate::{Acceptance, Decision, ErrorFrame, acceptance, workspace_configurations};
+use touchcal::experiment::{pose_errors, problem};
 use touchcal::io::urdf::{self, Ends};
-use touchcal::robot::{Kinematics, calibrated};
+use touchcal::robot::{Kinematics, Robot, calibrated};
+use touchcal::se3::Pose;
 use touchcal::sim::{self, ArmErrors, Preset};
 
 use crate::support::{report, solve};
@@ -35,7 +36,13 @@ fn arm(preset: Preset, seed: u64) -> Arm {
     let distance = |q: &Vec<f64>| (truth.pose(q).translation.vector - found.pose(q).translation.vector).norm();
     let error = task.iter().map(distance).fold(0.0, f64::max);
     let decisions = move |tolerance: f64| {
-        let asked = Acceptance { distance: tolerance, angle: None, confidence: 0.95, positions: task.clone() };
+        let asked = Acceptance {
+            distance: tolerance,
+            angle: None,
+            confidence: 0.95,
+            frame: ErrorFrame::Base,
+            positions: task.clone(),
+        };
         acceptance(&asked, &problem, &estimate).decision
     };
     Arm { error, decisions: Box::new(decisions) }
@@ -91,10 +98,57 @@ fn without_parameters_of_the_arm_nothing_is_decided() {
     scenario.errors = ArmErrors::NONE;
     let simulated = sim::simulate(&scenario, 1).expect("contacts");
     let task = workspace_configurations(&scenario.robot, 30);
-    let asked = Acceptance { distance: 1.0, angle: None, confidence: 0.95, positions: task };
+    let asked = Acceptance { distance: 1.0, angle: None, confidence: 0.95, frame: ErrorFrame::Base, positions: task };
     let problem = problem(&scenario, &simulated).with_parameters(Vec::new());
     let decision = acceptance(&asked, &problem, &solve(&problem));
     assert_eq!((decision.decision, decision.errors), (Decision::Undecided, None));
+}
+
+/// In sockets of unknown place nothing is decided in base, and with the base aligned as often right
+/// as elsewhere.
+#[test]
+fn in_sockets_of_unknown_place_the_base_is_aligned() {
+    let robot = urdf::read_builtin("iiwa14", Ends::default()).expect("built in").robot;
+    let mut scenario = Preset::Mukca.scenario(robot).expect("a scenario");
+    scenario.contacts = 30;
+    let (mut within, mut passes, mut count) = (0, 0, 0);
+    for seed in 0..12 {
+        let simulated = sim::simulate(&scenario, seed).expect("contacts");
+        let mut problem = problem(&scenario, &simulated);
+        let task = workspace_configurations(&scenario.robot, 30);
+        let asked =
+            |frame| Acceptance { distance: 6e-3, angle: None, confidence: 0.95, frame, positions: task.clone() };
+        assert_eq!(problem.error_frame(), ErrorFrame::BaseAligned);
+        let estimate = solve(&problem);
+        let [in_base, aligned] =
+            [ErrorFrame::Base, ErrorFrame::BaseAligned].map(|frame| acceptance(&asked(frame), &problem, &estimate));
+        let advice = in_base.advice(&asked(ErrorFrame::Base));
+        assert_ne!(in_base.decision, Decision::Pass);
+        let (of_base, of_aligned) = (in_base.errors.expect("errors"), aligned.errors.expect("errors"));
+        assert_eq!(of_base.aligned_probability, of_aligned.probability);
+        assert_eq!(advice.contains("frame = \"base_aligned\""), of_aligned.probability >= 0.95, "{advice}");
+        problem.acceptance = Some(asked(ErrorFrame::Base));
+        assert_eq!(problem.error_frame(), ErrorFrame::Base);
+
+        let (columns, values) = simulated.truth.of_kinematics();
+        let truth = calibrated(&scenario.robot, &columns, &values);
+        let tip_from_tool = scenario.tip_from_tool * estimate.tool_motion().unwrap_or_default();
+        let pose = |arm: &Robot, tool: Pose| {
+            let kinematics = Kinematics::new(arm, &[], tool);
+            task.iter().map(|q| kinematics.pose(q)).collect::<Vec<Pose>>()
+        };
+        let errors =
+            pose_errors(&pose(&truth, simulated.truth.tip_from_tool(&scenario)), &pose(&estimate.robot, tip_from_tool));
+        passes += usize::from(aligned.decision == Decision::Pass);
+        within += usize::from(errors.aligned_position.max <= of_aligned.distance);
+        count += 1;
+    }
+    report(
+        "sockets, base aligned",
+        &[("passes", f64::from(passes as u32)), ("within the bound", f64::from(within as u32))],
+    );
+    // 95 % of 12, and three standard errors.
+    assert!(within >= 9, "{within} of {count}");
 }
 
 #[test]

@@ -2,7 +2,7 @@
 
 use std::ops::ControlFlow;
 
-use touchcal::estimate::{Declaration, Distance, Estimate, PriorTest, Problem, calibrate};
+use touchcal::estimate::{Acceptance, Declaration, Distance, ErrorFrame, Estimate, PriorTest, Problem, calibrate};
 use touchcal::experiment::problem;
 use touchcal::io::urdf::{self, Ends};
 use touchcal::sim::{self, Preset};
@@ -74,8 +74,13 @@ fn unseen_effects_widen_by_what_they_do_everywhere() {
     let (mut problem, _) = posed("nothing", 1);
     let without = solve(&problem);
     let position = problem.contacts.q(0).to_vec();
-    let asked =
-        touchcal::estimate::Acceptance { distance: 1e-3, angle: None, confidence: 0.95, positions: vec![position] };
+    let asked = Acceptance {
+        distance: 1e-3,
+        angle: None,
+        confidence: 0.95,
+        frame: ErrorFrame::Base,
+        positions: vec![position],
+    };
     problem.acceptance = Some(asked);
     let with = solve(&problem);
     assert!(problem.allows_for_unseen_effects() && with.acceptance.is_some());

@@ -7,8 +7,8 @@ use std::sync::Arc;
 use nalgebra::{DVector, Translation3, UnitQuaternion};
 use touchcal::contact::{ContactLog, Source};
 use touchcal::estimate::{
-    Acceptance, Decision, Estimate, Fixture, OmittedEffect, PlacePrior, Problem, ShapeTolerance, Status, Tool,
-    UnseenEffects, Warning, acceptance, calibrate_with_freed_effects, workspace_configurations,
+    Acceptance, Decision, ErrorFrame, Estimate, Fixture, OmittedEffect, PlacePrior, Problem, ShapeTolerance, Status,
+    Tool, UnseenEffects, Warning, acceptance, calibrate_with_freed_effects, workspace_configurations,
 };
 use touchcal::experiment::problem;
 use touchcal::geometry::{Polygon, PrismPair};
@@ -258,7 +258,7 @@ fn harmonics_count_as_errors_of_the_calibrated_arm() {
     let found = found.expect("a warning");
     assert!((found / expected - 1.0).abs() < 1e-2, "{found} m, expected {expected} m");
 
-    let asked = Acceptance { distance: found, angle: None, confidence: 0.95, positions };
+    let asked = Acceptance { distance: found, angle: None, confidence: 0.95, frame: ErrorFrame::Base, positions };
     let result = acceptance(&asked, &problem, &estimate);
     assert_eq!(result.decision, Decision::Fail, "{:?}", result.errors);
 }

@@ -12,9 +12,32 @@ pub struct Acceptance {
     pub angle: Option<f64>,
     /// Probability (above 0.5, below 1) with which a pass or a fail is to be right.
     pub confidence: f64,
+    /// Frame in which errors of the tool count.
+    pub frame: ErrorFrame,
     /// The poses of the task: joint positions (rad, or m for a prismatic joint; exactly one for
     /// each moving joint, base first). Without any there is no decision.
     pub positions: Vec<Vec<f64>>,
+}
+
+/// Frame in which errors of the tool's pose count.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
+pub enum ErrorFrame {
+    /// The arm's base.
+    #[default]
+    Base,
+    /// The arm's base after the rigid motion with the least sum of squared distances of the tool's
+    /// positions over the poses: what remains when the base is located in its cell by the tool.
+    BaseAligned,
+}
+
+impl ErrorFrame {
+    /// Name in files: `base`, `base_aligned`.
+    pub fn name(self) -> &'static str {
+        match self {
+            ErrorFrame::Base => "base",
+            ErrorFrame::BaseAligned => "base_aligned",
+        }
+    }
 }
 
 /// The answer to an [`Acceptance`].
@@ -70,6 +93,9 @@ pub struct TaskErrors {
     pub parameter: String,
     /// The share (0 to 1) of the variance that it would take away.
     pub share: f64,
+    /// Probability (0 to 1), as [`probability`](TaskErrors::probability), with the base aligned
+    /// ([`ErrorFrame::BaseAligned`]).
+    pub aligned_probability: f64,
 }
 
 impl AcceptanceResult {
@@ -81,21 +107,25 @@ impl AcceptanceResult {
         };
         let tolerance = in_millimetres(asked.distance, asked.angle);
         let bound = in_millimetres(errors.distance, asked.angle.map(|_| errors.angle));
+        let aligned = match asked.frame {
+            ErrorFrame::Base => "",
+            ErrorFrame::BaseAligned => ", with the base aligned,",
+        };
         let held_out = match self.held_out_agrees {
             Some(true) => "; contacts that were held out agree",
             Some(false) => ", but contacts that were held out contradict that",
             None => "",
         };
         format!(
-            "{name}: the tool is within {tolerance} in all {} poses of the task with a probability of {:.1} %; with {:.0} % the largest error is below {bound}{held_out}",
+            "{name}: the tool is within {tolerance} in all {} poses of the task{aligned} with a probability of {:.1} %; with {:.0} % the largest error is below {bound}{held_out}",
             asked.positions.len(),
             100.0 * errors.probability,
             100.0 * asked.confidence,
         )
     }
 
-    /// What to do next, as a phrase.
-    pub fn advice(&self) -> String {
+    /// What to do next, as a phrase, with what `asked` asks for.
+    pub fn advice(&self, asked: &Acceptance) -> String {
         let of_warnings = || "follow the advice of the warnings, and calibrate again".to_owned();
         match (self.decision, &self.errors) {
             (_, None) => of_warnings(),
@@ -106,6 +136,12 @@ impl AcceptanceResult {
                 "confirm it with contacts that were not used: held_out = true in [[contacts]]".to_owned()
             }
             (Decision::Undecided, _) if self.held_out_agrees == Some(false) => of_warnings(),
+            (_, Some(errors)) if asked.frame == ErrorFrame::Base && errors.aligned_probability >= asked.confidence => {
+                format!(
+                    "measure the place of a fixture in base (base_from_fixture and its sigma_mm), or ask for frame = \"base_aligned\" if only poses relative to each other count: with the base aligned the probability is {:.1} %",
+                    100.0 * errors.aligned_probability
+                )
+            }
             (_, Some(errors)) => format!(
                 "record contacts that tell `{}`: knowing it would take away {:.0} % of the variance in pose {}, the worst",
                 errors.parameter,

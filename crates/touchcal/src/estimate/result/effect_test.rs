@@ -205,9 +205,9 @@ pub struct EffectTest {
     pub p_value: f64,
     /// Values that the effect's parameters would take.
     pub values: Vec<EffectValue>,
-    /// Root mean square motion (m) of the tool in base if the effect were estimated: in the poses
-    /// of the task that is asked for
-    /// ([`Problem::acceptance`](crate::estimate::Problem::acceptance)), else over the workspace.
+    /// Root mean square motion (m) of the tool if the effect were estimated: in the poses of the
+    /// task that is asked for ([`Problem::acceptance`](crate::estimate::Problem::acceptance)), else
+    /// over the workspace; in [`Problem::error_frame`](crate::estimate::Problem::error_frame).
     pub displacement: f64,
     /// Root mean square radius (m) of the tool's 95 % region in the same poses, as reported
     /// without the effect.

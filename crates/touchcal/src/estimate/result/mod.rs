@@ -18,7 +18,7 @@ mod warning;
 mod warning_text;
 mod workspace_uncertainty;
 
-pub use acceptance::{Acceptance, AcceptanceResult, Decision, TaskErrors};
+pub use acceptance::{Acceptance, AcceptanceResult, Decision, ErrorFrame, TaskErrors};
 pub use arm_fit::{ArmFit, FixtureDisplacement};
 pub use competing_minimum::CompetingMinimum;
 pub use declaration_mistake::{Agreement, DeclarationMistake, DeclaredLength};

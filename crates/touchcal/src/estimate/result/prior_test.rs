@@ -118,7 +118,7 @@ pub struct PriorTest {
     pub p_value: f64,
     /// The estimates.
     pub values: Vec<DeclaredValue>,
-    /// Root mean square motion (m) of the tool in base, in the poses of the task or over the
+    /// Root mean square motion (m) of the tool, in the poses of the task or over the
     /// workspace, between this result and the one with what is declared held exact; `None` for
     /// noise, for shapes, whose gaps are estimated whatever is declared, and where nothing changes
     /// the quantity.

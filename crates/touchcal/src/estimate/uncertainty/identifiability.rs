@@ -58,8 +58,16 @@ pub(crate) fn identifiability(
 pub(crate) struct GaugeFix {
     /// Indices of the parameters to fix.
     pub pivots: Vec<usize>,
-    /// Indices of the parameters that take part in such a direction.
-    pub participants: Vec<usize>,
+    /// For each such direction the indices of the parameters that take part in it, with how far
+    /// each moves, in its scale, if the one that is fixed moves by its scale.
+    pub participants: Vec<(usize, f64)>,
+}
+
+impl GaugeFix {
+    /// How far parameter `k` may be off, in its scale (1), if what is fixed is off by its scale.
+    pub fn share(&self, k: usize) -> f64 {
+        self.participants.iter().filter(|(index, _)| *index == k).map(|(_, size)| size * size).sum::<f64>().sqrt()
+    }
 }
 
 /// Finds the parameters to fix, from the information of data and priors together.
@@ -88,7 +96,7 @@ pub(crate) fn gauge_fix(
     for part in reduced_basis(&null, weight).into_iter().filter(|part| !is_bounded(&part.vector)) {
         result.pivots.push(indices[part.pivot]);
         let takes_part = (0..part.vector.len()).filter(|&row| part.vector[row].abs() > MIN_COMPONENT);
-        result.participants.extend(takes_part.map(|row| indices[row]));
+        result.participants.extend(takes_part.map(|row| (indices[row], part.vector[row])));
     }
     result
 }

@@ -7,6 +7,7 @@ mod posterior;
 mod predictive_check;
 mod sandwich;
 mod score_test;
+mod tool_motion;
 mod workspace;
 
 pub use cramer_rao::cramer_rao;
@@ -15,9 +16,10 @@ pub(crate) use posterior::Posterior;
 pub(crate) use predictive_check::predictive_check;
 pub(crate) use sandwich::{Sandwich, curvature_and_squares, sandwich_covariance};
 pub(crate) use score_test::{Derivatives, ScoreTest, score_test, unseen_changes};
+pub(crate) use tool_motion::ToolMotion;
 pub(crate) use workspace::{
-    CalibratedTool, SAMPLED_POSITIONS, arm_uncertainty_ratio, tool_displacement, tool_distance, tool_jacobians,
-    tool_positions, workspace_uncertainty,
+    CalibratedTool, SAMPLED_POSITIONS, arm_uncertainty_ratio, tool_distance, tool_jacobians, tool_positions,
+    workspace_uncertainty,
 };
 pub use workspace::{
     ToolUncertainty, configurations_within, distance_uncertainty, tool_uncertainty, workspace_configurations,

@@ -19,8 +19,9 @@ pub(crate) struct Posterior {
     pub identifiability: Identifiability,
     /// Whether the data determine each parameter, in order.
     pub identifiable: Vec<bool>,
-    /// Whether anything, data or prior, bounds each parameter.
-    bounded: Vec<bool>,
+    /// How far each parameter may be off (SI) with what is fixed at zero; `None` where neither data
+    /// nor prior bound it.
+    with_fixed: Vec<Option<f64>>,
 }
 
 impl Posterior {
@@ -43,22 +44,27 @@ impl Posterior {
         let prior = DMatrix::from_diagonal(&scales.map(|sigma| sigma.powi(-2)));
         let all = FreeParameters::new(scales.clone());
         let covariance_from_scales = all.covariance(&(data + prior));
-        let with_prior = parameters.iter().map(|parameter| parameter.prior_sigma().is_some());
-        let bounded: Vec<bool> =
-            with_prior.enumerate().map(|(k, prior)| prior || !fixed.participants.contains(&k)).collect();
+        let with_fixed = |k: usize| {
+            let share = match parameters[k].prior_sigma() {
+                Some(_) => 0.0,
+                None => fixed.share(k),
+            };
+            (share < options.max_sigma_ratio).then_some(share * scales[k])
+        };
+        let with_fixed: Vec<Option<f64>> = (0..parameters.len()).map(with_fixed).collect();
         let is_reduced =
             |k: usize| covariance_from_scales[(k, k)].max(0.0).sqrt() < options.max_sigma_ratio * scales[k];
         Posterior {
             covariance: free.covariance(&(data + prior_information(model))),
             identifiability: identifiability(data, parameters, &in_question, options),
-            identifiable: bounded.iter().enumerate().map(|(k, bounded)| *bounded && is_reduced(k)).collect(),
+            identifiable: (0..parameters.len()).map(|k| with_fixed[k].is_some() && is_reduced(k)).collect(),
             covariance_from_scales,
-            bounded,
+            with_fixed,
         }
     }
 
     /// Standard deviation of parameter `k` (SI); `None` where neither data nor prior bound it.
     pub fn sigma(&self, k: usize) -> Option<f64> {
-        self.bounded[k].then(|| self.covariance[(k, k)].max(0.0).sqrt())
+        self.with_fixed[k].map(|share| self.covariance[(k, k)].max(0.0).sqrt().hypot(share))
     }
 }

@@ -2,8 +2,9 @@
 
 use nalgebra::{DMatrix, DVector, Vector3};
 
+use super::tool_motion::ToolMotion;
 use crate::estimate::problem::Problem;
-use crate::estimate::result::{Estimate, ParameterEstimate, WorkspaceUncertainty};
+use crate::estimate::result::{ErrorFrame, Estimate, ParameterEstimate, WorkspaceUncertainty};
 use crate::parameter::{Parameter, ParameterId, kinematic_part};
 use crate::robot::{JointKind, KinematicParameter, Kinematics, Robot};
 use crate::se3::{self, Pose, Twist};
@@ -198,6 +199,12 @@ impl CalibratedTool {
         tool_jacobians(&self.kinematics, &ids, positions)
     }
 
+    /// How these parameters move the tool at each of the joint `positions`, in `frame`.
+    pub fn motion(&self, positions: &[Vec<f64>], frame: ErrorFrame) -> ToolMotion {
+        let ids: Vec<ParameterId> = self.parameters.iter().map(|entry| entry.parameter.id).collect();
+        ToolMotion::new(&self.kinematics, &ids, positions, frame)
+    }
+
     /// Harmonics of the encoders (rad), 0 for other parameters: a robot description does not
     /// contain them.
     pub fn harmonics(&self) -> DVector<f64> {
@@ -232,13 +239,6 @@ pub(crate) fn tool_jacobians<'q>(
         DMatrix::from_vec(6, ids.len(), entries)
     };
     positions.map(&mut jacobian).collect()
-}
-
-/// Root mean square motion (m) of the tool by a change of the parameters (SI), the
-/// first of which are those of the `jacobians`.
-pub(crate) fn tool_displacement(jacobians: &[DMatrix<f64>], change: &DVector<f64>) -> f64 {
-    let square = |jacobian: &DMatrix<f64>| (jacobian.rows(0, 3) * change.rows(0, jacobian.ncols())).norm_squared();
-    (jacobians.iter().map(square).sum::<f64>() / jacobians.len().max(1) as f64).sqrt()
 }
 
 /// Root mean square distance (m) in [`tool_positions`] between the tool's positions in base of the

@@ -99,6 +99,8 @@ pub struct AcceptanceEntry {
     pub confidence: f64,
     /// Number of poses of the task.
     pub poses: usize,
+    /// Frame in which errors of the tool count: `base`, `base_aligned`.
+    pub frame: String,
     /// How far the tool may be off; `None` where the result must not be used.
     pub errors: Option<TaskErrorsEntry>,
     /// The decision as a sentence.
@@ -123,13 +125,18 @@ pub struct TaskErrorsEntry {
     pub parameter: String,
     /// The share (0 to 1) of that variance that it would take away.
     pub share: f64,
+    /// Probability that the tool is within the tolerance in all poses with the base aligned.
+    pub aligned_probability: f64,
 }
 
 impl AcceptanceEntry {
     /// All numbers of the entry.
     pub(super) fn numbers(&self) -> impl Iterator<Item = f64> {
         let asked = [Some(self.tolerance_mm), self.tolerance_deg, Some(self.confidence)];
-        let found = self.errors.iter().flat_map(|e| [e.probability, e.distance_mm, e.angle_deg, e.share]);
+        let found = self
+            .errors
+            .iter()
+            .flat_map(|e| [e.probability, e.distance_mm, e.angle_deg, e.share, e.aligned_probability]);
         asked.into_iter().flatten().chain(found)
     }
 
@@ -145,6 +152,7 @@ impl AcceptanceEntry {
             tolerance_deg: asked.angle.map(f64::to_degrees),
             confidence: asked.confidence,
             poses: asked.positions.len(),
+            frame: asked.frame.name().to_owned(),
             errors: result.errors.as_ref().map(|errors| TaskErrorsEntry {
                 probability: errors.probability,
                 distance_mm: 1e3 * errors.distance,
@@ -152,9 +160,10 @@ impl AcceptanceEntry {
                 worst_pose: errors.worst_pose + 1,
                 parameter: errors.parameter.clone(),
                 share: errors.share,
+                aligned_probability: errors.aligned_probability,
             }),
             message: result.message(asked),
-            advice: result.advice(),
+            advice: result.advice(asked),
         }
     }
 }

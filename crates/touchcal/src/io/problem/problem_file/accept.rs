@@ -7,8 +7,8 @@ use serde::Deserialize;
 use toml::Spanned;
 
 use super::context::{Allowed, Context, DEG, LARGEST, MAX_BYTES, MM};
-use super::schema::{AcceptToml, RegionToml};
-use crate::estimate::{Acceptance, Tool, configurations_within, workspace_configurations};
+use super::schema::{AcceptToml, ErrorFrameToml, RegionToml};
+use crate::estimate::{Acceptance, ErrorFrame, Tool, configurations_within, workspace_configurations};
 use crate::io::base::bytes;
 use crate::io::base::error::{IoError, shown_number};
 use crate::robot::{JointKind, Kinematics, Robot};
@@ -55,6 +55,10 @@ pub(super) fn acceptance(
         distance,
         angle,
         confidence: confidence(toml, context)?,
+        frame: match toml.frame {
+            None | Some(ErrorFrameToml::Base) => ErrorFrame::Base,
+            Some(ErrorFrameToml::BaseAligned) => ErrorFrame::BaseAligned,
+        },
         positions: positions(table, (robot, tool), context)?,
     })
 }

@@ -60,6 +60,10 @@ pub(crate) struct AcceptToml {
     /// it: 0.95.
     /// Example: `confidence = 0.99`
     pub(crate) confidence: Option<Number>,
+    /// Frame in which errors of the tool count: the arm's base, or the base aligned to the tool's
+    /// true positions. One of: `base`, `base_aligned`. Without it: `base`.
+    /// Example: `frame = "base_aligned"`
+    pub(crate) frame: Option<ErrorFrameToml>,
     /// The task as joint positions (mm for prismatic joints), at most 1000; alone. Without it:
     /// `joints_deg` or `region` is required.
     /// Example: `postures_deg = [[0, 40, 0, -90, 0, 50, 0]]`
@@ -72,6 +76,13 @@ pub(crate) struct AcceptToml {
     /// The task as a box of tool positions. Without it: `postures_deg` or `joints_deg` is required.
     /// Example: `region = { center_mm = [500, 0, 300], size_mm = [200, 200, 100] }`
     pub(crate) region: Option<Spanned<RegionToml>>,
+}
+
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub(crate) enum ErrorFrameToml {
+    Base,
+    BaseAligned,
 }
 
 /// A box in the base frame.
