@@ -11,6 +11,7 @@ use touchcal::io::calibration_folder::{self, Solved, Wanted};
 use touchcal::io::estimate_file::EstimateFile;
 use touchcal::io::urdf::{self, Ends};
 use touchcal::io::{Export, SavedCalibration};
+use touchcal::report::DeclarationTests;
 use touchcal::robot::GRAVITY;
 
 use crate::array::{fixed, numbers};
@@ -237,13 +238,14 @@ impl Calibration {
 
     /// The result in some lines: the verdict and the expected error of the tool before and after
     /// the calibration, contacts, noise, ten parameters at most in mm and degrees, what is not
-    /// determined, and warnings.
+    /// determined, what contacts say against the problem (`effect_tests`, `prior_tests`,
+    /// `untested`), and warnings.
     fn summary(&self) -> String {
-        Summary::new(&self.file, Some(self.noise()), 10).text()
+        self.summary_of(10).text()
     }
 
     fn _repr_html_(&self) -> String {
-        Summary::new(&self.file, Some(self.noise()), 100).html()
+        self.summary_of(100).html()
     }
 
     fn _ipython_key_completions_(&self) -> Vec<&str> {
@@ -340,6 +342,12 @@ impl Calibration {
     pub fn new(problem: Py<Problem>, solved: Solved) -> Self {
         let file = calibration_folder::estimate_file(&problem.get().loaded, &solved);
         Calibration { problem, solved, file }
+    }
+
+    /// Its summary with `most` parameters.
+    fn summary_of(&self, most: usize) -> Summary {
+        let tests = DeclarationTests::new(&self.solved.estimate, &self.problem.get().loaded.problem);
+        Summary::new(&self.file, Some(self.noise()), Some(tests), most)
     }
 
     /// Measured over declared noise, in words.

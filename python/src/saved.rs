@@ -119,13 +119,14 @@ impl SavedCalibration {
         self.saved.urdf.clone().map(|file| Robot { file })
     }
 
-    /// The result in some lines, as `Calibration.summary`, without the noise.
+    /// The result in some lines, as `Calibration.summary`, without the noise and what contacts
+    /// say against the problem.
     fn summary(&self) -> String {
-        Summary::new(&self.saved.file, None, 10).text()
+        Summary::new(&self.saved.file, None, None, 10).text()
     }
 
     fn _repr_html_(&self) -> String {
-        Summary::new(&self.saved.file, None, 100).html()
+        Summary::new(&self.saved.file, None, None, 100).html()
     }
 
     fn _ipython_key_completions_(&self) -> Vec<&str> {

@@ -3,6 +3,7 @@
 use touchcal::estimate::StopReason;
 use touchcal::io::estimate_file::{EstimateFile, ParameterEntry, Status, WorkspaceUncertaintyEntry};
 use touchcal::parameter::{Block, DIRECTION_NAMES, Unit};
+use touchcal::report::{DeclarationTests, signed};
 
 /// Most directions that are not determined, and most warnings, listed one by one.
 const MOST_LISTED: usize = 3;
@@ -10,76 +11,119 @@ const MOST_LISTED: usize = 3;
 const LABEL: usize = 18;
 const HEADINGS: [&str; 5] = ["parameter", "value", "± sigma", "prior", "unit"];
 
-/// What a summary says, in order: labelled lines, a table of parameters, more such lines.
-pub struct Summary {
-    head: Vec<(&'static str, String)>,
-    rows: Vec<[String; 5]>,
-    foot: Vec<(&'static str, String)>,
+/// What a summary says, in order.
+pub struct Summary(Vec<Part>);
+
+enum Part {
+    /// A label and its text.
+    Line(&'static str, String),
+    Table {
+        title: Option<&'static str>,
+        /// The headings first.
+        rows: Vec<Vec<String>>,
+    },
+}
+
+impl Part {
+    fn table<const N: usize>(title: Option<&'static str>, headings: [&str; N], rows: Vec<[String; N]>) -> Part {
+        let rows = std::iter::once(headings.map(str::to_owned)).chain(rows);
+        Part::Table { title, rows: rows.map(Vec::from).collect() }
+    }
+
+    /// As text: the first and the last column of a table flush left, the others flush right.
+    fn text(&self) -> String {
+        let (title, rows) = match self {
+            Part::Line(label, text) => return format!("{label:<LABEL$}{text}\n"),
+            Part::Table { title, rows } => (title.map_or_else(String::new, |title| format!("{title}\n")), rows),
+        };
+        let last = rows.first().map_or(0, |row| row.len().saturating_sub(1));
+        let width =
+            |column: usize| rows.iter().filter_map(|row| row.get(column)).map(|cell| cell.chars().count()).max();
+        let widths: Vec<usize> = (0..=last).map(|column| width(column).unwrap_or(0)).collect();
+        let cell = |(column, (text, &width)): (usize, (&String, &usize))| match column {
+            0 => format!("  {text:<width$}"),
+            _ if column == last => format!("  {text}"),
+            _ => format!("  {text:>width$}"),
+        };
+        let lines = rows.iter().map(|row| row.iter().zip(&widths).enumerate().map(cell).collect::<String>() + "\n");
+        title + &lines.collect::<String>()
+    }
+
+    /// As a piece of HTML.
+    fn html(&self) -> String {
+        let (title, rows) = match self {
+            Part::Line(label, text) => return format!("<b>{label}</b> {}<br>", escaped(text)),
+            Part::Table { title, rows } => (title.map_or_else(String::new, |title| format!("<b>{title}</b>")), rows),
+        };
+        let row = |cells: &Vec<String>, tag: &str| {
+            let cells = cells.iter().map(|cell| format!("<{tag}>{}</{tag}>", escaped(cell)));
+            format!("<tr>{}</tr>", cells.collect::<String>())
+        };
+        let headings = rows.first().map_or_else(String::new, |headings| row(headings, "th"));
+        let body = rows.iter().skip(1).map(|cells| row(cells, "td")).collect::<String>();
+        // A table stands between the paragraphs of the lines.
+        format!("{title}</p><table><thead>{headings}</thead><tbody>{body}</tbody></table><p>")
+    }
 }
 
 impl Summary {
-    /// Of a result, with its noise in words where that is known, and `most` parameters.
-    pub fn new(file: &EstimateFile, noise: Option<String>, most: usize) -> Summary {
+    /// Of a result, with its noise in words and what contacts say against its problem where these
+    /// are known, and `most` parameters.
+    pub fn new(file: &EstimateFile, noise: Option<String>, tests: Option<DeclarationTests>, most: usize) -> Summary {
         let count = &file.contacts;
         let [before, after] =
             [&file.residuals.prefit, &file.residuals.postfit].map(|stats| stats.rms_mm.unwrap_or(0.0));
-        let mut head = vec![
-            (verdict(file.status), verdict_text(file)),
-            ("Contacts", format!("{} rows read: {} used, {} rejected", count.read, count.used, count.rejected)),
-            ("Distances", format!("from contact {after:.3} mm rms (before: {before:.3} mm)")),
+        let mut parts = vec![
+            Part::Line(verdict(file.status), verdict_text(file)),
+            Part::Line(
+                "Contacts",
+                format!("{} rows read: {} used, {} rejected", count.read, count.used, count.rejected),
+            ),
+            Part::Line("Distances", format!("from contact {after:.3} mm rms (before: {before:.3} mm)")),
         ];
-        head.extend(noise.map(|noise| ("Noise", noise)));
-        let all: Vec<&ParameterEntry> =
-            file.parameters.iter().filter(|entry| !is_directional(entry, &file.parameters)).collect();
-        let is_listed = |entry: &&ParameterEntry| all.len() <= most || entry.identifiable;
-        let rows: Vec<_> = all.iter().copied().filter(is_listed).take(most).map(row).collect();
-        let mut foot = Vec::new();
-        if rows.len() < all.len() {
-            let (more, unknown) = (all.len() - rows.len(), all.iter().filter(|entry| !entry.identifiable).count());
-            foot.push(("Parameters", format!("{more} more; {unknown} of all {} are not identifiable", all.len())));
+        parts.extend(noise.map(|noise| Part::Line("Noise", noise)));
+        parts.extend(parameters(file, most));
+        parts.extend(undetermined(file));
+        if let Some(DeclarationTests { contradicted, others }) = tests {
+            if !contradicted.is_empty() {
+                parts.push(Part::table(Some(DeclarationTests::TITLE), DeclarationTests::HEADINGS, contradicted));
+            }
+            parts.extend(others.into_iter().map(|(label, text)| Part::Line(label, text)));
         }
-        foot.extend(undetermined(file));
         let warnings = file.warnings.iter().map(|entry| format!("{} -> {}", entry.message, entry.advice));
-        foot.extend(shortened(warnings.collect(), "warnings").into_iter().map(|text| ("Warning", text)));
-        Summary { head, rows, foot }
+        parts.extend(shortened(warnings.collect(), "warnings").into_iter().map(|text| Part::Line("Warning", text)));
+        Summary(parts)
     }
 
     /// As text.
     pub fn text(&self) -> String {
-        let line = |(label, text): &(&str, String)| format!("{label:<LABEL$}{text}\n");
-        let cells: Vec<[&str; 5]> =
-            std::iter::once(HEADINGS).chain(self.rows.iter().map(|row| row.each_ref().map(String::as_str))).collect();
-        let width = |column: usize| cells.iter().map(|row| row[column].chars().count()).max().unwrap_or(0);
-        let widths: [usize; 5] = std::array::from_fn(width);
-        // Without parameters no headings.
-        let cells = if self.rows.is_empty() { &[] } else { &cells[..] };
-        let table = cells.iter().map(|[name, value, sigma, prior, unit]| {
-            let [first, second, third, fourth, _] = widths;
-            format!("  {name:<first$}  {value:>second$}  {sigma:>third$}  {prior:>fourth$}  {unit}\n")
-        });
-        let head = self.head.iter().map(line);
-        let text: String = head.chain(table).chain(self.foot.iter().map(line)).collect();
-        text.trim_end().to_owned()
+        self.0.iter().map(Part::text).collect::<String>().trim_end().to_owned()
     }
 
     /// As a piece of HTML.
     pub fn html(&self) -> String {
-        let lines = |lines: &[(&str, String)]| {
-            let line = |(label, text): &(&str, String)| format!("<b>{label}</b> {}<br>", escaped(text));
-            lines.iter().map(line).collect::<String>()
-        };
-        let row = |cells: &[String; 5]| {
-            let cells = cells.iter().map(|cell| format!("<td>{}</td>", escaped(cell)));
-            format!("<tr>{}</tr>", cells.collect::<String>())
-        };
-        format!(
-            "<div><p>{}</p><table><thead><tr>{}</tr></thead><tbody>{}</tbody></table><p>{}</p></div>",
-            lines(&self.head),
-            HEADINGS.map(|heading| format!("<th>{heading}</th>")).concat(),
-            self.rows.iter().map(row).collect::<String>(),
-            lines(&self.foot)
-        )
+        format!("<div><p>{}</p></div>", self.0.iter().map(Part::html).collect::<String>())
     }
+}
+
+/// The first `most` parameters, and how many there are besides.
+fn parameters(file: &EstimateFile, most: usize) -> Vec<Part> {
+    let all: Vec<&ParameterEntry> =
+        file.parameters.iter().filter(|entry| !is_directional(entry, &file.parameters)).collect();
+    let is_listed = |entry: &&ParameterEntry| all.len() <= most || entry.identifiable;
+    let rows: Vec<_> = all.iter().copied().filter(is_listed).take(most).map(row).collect();
+    let more = all.len() - rows.len();
+    let mut parts = Vec::new();
+    // Without parameters no headings.
+    if !rows.is_empty() {
+        parts.push(Part::table(None, HEADINGS, rows));
+    }
+    if more > 0 {
+        let unknown = all.iter().filter(|entry| !entry.identifiable).count();
+        let text = format!("{more} more; {unknown} of all {} are not identifiable", all.len());
+        parts.push(Part::Line("Parameters", text));
+    }
+    parts
 }
 
 /// Whether a gap bias is one of a direction, on top of that of its fixture.
@@ -126,12 +170,9 @@ fn row(entry: &ParameterEntry) -> [String; 5] {
     let (factor, unit, decimals) = Unit::from_symbol(&entry.unit).unwrap_or(Unit::One).in_user_units();
     let number = |value: Option<f64>| value.map_or_else(|| "-".to_owned(), |v| format!("{:.decimals$}", factor * v));
     let name = &entry.name;
-    // A tiny negative value is no "-0.0000".
-    let least = 0.5 * 10f64.powi(-(decimals as i32));
-    let value = Some(factor * entry.value).filter(|value| value.abs() >= least).unwrap_or(0.0);
     [
         if entry.identifiable { name.clone() } else { format!("{name} (not identifiable)") },
-        format!("{value:+.decimals$}"),
+        signed(factor * entry.value, decimals),
         number(entry.sigma),
         number(entry.prior_sigma),
         unit.to_owned(),
@@ -139,11 +180,11 @@ fn row(entry: &ParameterEntry) -> [String; 5] {
 }
 
 /// How many directions the data determine, and which they do not.
-fn undetermined(file: &EstimateFile) -> Vec<(&'static str, String)> {
+fn undetermined(file: &EstimateFile) -> Vec<Part> {
     let all = file.rank + file.null_space.len();
-    let mut lines = vec![("Identifiable", format!("{} of {all} directions", file.rank))];
+    let mut lines = vec![Part::Line("Identifiable", format!("{} of {all} directions", file.rank))];
     let null = file.null_space.iter().map(|direction| direction.description.clone()).collect();
-    lines.extend(shortened(null, "directions").into_iter().map(|text| ("Not identifiable", text)));
+    lines.extend(shortened(null, "directions").into_iter().map(|text| Part::Line("Not identifiable", text)));
     lines
 }
 

@@ -1,6 +1,7 @@
 """Tests of what a problem declares and of what its model leaves out."""
 
 import json
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -61,3 +62,25 @@ def test_what_is_declared_is_tested(with_exact_tool: touchcal.Problem) -> None:
     assert test.values["fixture.hole.x"] == (x.value, x.prior_sigma)
     written = json.loads(calibration.to_json())["prior_tests"]
     assert [entry["name"] for entry in written] == [test.name for test in calibration.prior_tests]
+
+
+def test_a_summary_has_what_contacts_contradict(run, tmp_path: Path) -> None:
+    (tmp_path / "strained.toml").write_text(EXACT.replace("[recorder]", "[errors]\nsegment_strain = 0.002\n[recorder]"))
+    touchcal.simulate(tmp_path / "strained.toml", 3).save(tmp_path)
+    # Links are strained, and the problem leaves it out.
+    file = tmp_path / "problem.toml"
+    file.write_text(file.read_text().replace('["segment_strain", "joint_offset"]', '["joint_offset"]'))
+    calibration = touchcal.calibrate(touchcal.Problem.from_toml(file))
+    assert {test.effect: test.p_value for test in calibration.effect_tests}["segment_strain"] < 1e-3
+    lines = calibration.summary().splitlines()
+    begin = lines.index("What contacts say against the problem file")
+    end = next(k for k in range(begin + 1, len(lines)) if not lines[k].startswith("  "))
+    table = [line.split() for line in lines[begin + 1 : end]]
+    assert table[0][:4] == ["left", "out", "or", "declared"] and "segment_strain" in [row[0] for row in table]
+    assert {"Declared", "Untested"} <= {line[:18].strip() for line in lines[end:]}
+    # The words are those of the terminal.
+    terminal = run("calibrate", file, "--out", tmp_path / "out").split()
+    for words in [*table, *(line[18:].split() for line in lines[end:] if not line.startswith("Warning"))]:
+        assert any(terminal[k : k + len(words)] == words for k in range(len(terminal))), words
+    page = calibration._repr_html_()  # type: ignore[attr-defined]
+    assert "<b>What contacts say against the problem file</b>" in page and "<td>segment_strain</td>" in page

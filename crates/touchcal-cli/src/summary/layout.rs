@@ -1,8 +1,7 @@
 //! Lines of a summary: a label of ten columns, and its text.
 
 use console::Term;
-
-use crate::table::fixed;
+use touchcal::report::fixed;
 
 /// Below a label of the summary.
 pub const INDENT: &str = "          ";

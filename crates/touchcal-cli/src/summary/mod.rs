@@ -16,9 +16,10 @@ use touchcal::io::calibration_folder::{Solved, Written, WrittenExport};
 use touchcal::io::estimate_file::{EstimateFile, HeldOutEntry, ScatterEntry};
 use touchcal::io::{Export, Loaded};
 use touchcal::parameter::Block;
+use touchcal::report::{fixed, signed};
 use touchcal::solver::{StopReason, Termination};
 
-use crate::table::{Table, fixed, signed};
+use crate::table::Table;
 use declarations::{declarations, freed_effects};
 
 /// Most fixtures listed one by one.

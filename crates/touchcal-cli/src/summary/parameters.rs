@@ -1,8 +1,9 @@
 //! The table of parameters.
 
 use touchcal::parameter::{Block, Parameter, ParameterId};
+use touchcal::report::{fixed, signed};
 
-use crate::table::{Table, fixed, signed};
+use crate::table::Table;
 
 /// Largest number of groups listed per block.
 const MOST_GROUPS: usize = 8;

@@ -1,4 +1,5 @@
-//! A calibration, or the evaluation of one, as one HTML page that needs no other file.
+//! A calibration, or the evaluation of one, as one HTML page that needs no other file; and what
+//! summaries as text have in common: [`DeclarationTests`], [`fixed`] and [`signed`].
 //!
 //! All counts and statistics are computed here, over all contacts; the page draws them, and shows
 //! SI units as millimetres and degrees. Single contacts are thinned to at most [`MOST_DRAWN`], so
@@ -11,8 +12,10 @@
 
 mod contacts;
 mod content;
+mod declaration_tests;
 mod declarations;
 mod evaluation;
+mod number_text;
 mod page;
 mod parameters;
 mod relative;
@@ -22,7 +25,9 @@ mod warning_text;
 
 pub use contacts::MOST_DRAWN;
 pub use content::{Input, Report};
+pub use declaration_tests::DeclarationTests;
 pub use evaluation::{EvaluationReport, ToolError};
+pub use number_text::{fixed, signed};
 #[cfg(feature = "mcap")]
 pub(crate) use scene::{places, positions};
 pub use warning_text::WarningText;

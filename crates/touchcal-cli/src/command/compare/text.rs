@@ -4,10 +4,11 @@ use touchcal::estimate::{Comparison, ParameterChange};
 use touchcal::experiment::PoseErrors;
 use touchcal::io::{CalibrationChanges, SavedCalibration};
 use touchcal::parameter::Unit;
+use touchcal::report::{fixed, signed};
 use touchcal::statistics::p_value_statement;
 
 use crate::summary::{INDENT, millimetres, wrapped};
-use crate::table::{Table, fixed, signed};
+use crate::table::Table;
 
 /// Most parameters listed.
 const MOST_PARAMETERS: usize = 10;

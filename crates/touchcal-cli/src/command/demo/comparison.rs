@@ -3,10 +3,11 @@
 use touchcal::estimate::{Estimate, Problem};
 use touchcal::experiment::{random_positions, tool_error};
 use touchcal::parameter::Block;
+use touchcal::report::signed;
 use touchcal::robot::{Robot, calibrated};
 use touchcal::sim::Truth;
 
-use crate::table::{Table, signed};
+use crate::table::Table;
 
 /// Other poses at which arms are compared.
 const OTHER_POSES: usize = 100;

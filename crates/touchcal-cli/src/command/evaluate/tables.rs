@@ -1,9 +1,10 @@
 //! What is found by an evaluation, beside what is predicted.
 
 use touchcal::estimate::{CommonStrain, DistanceSource, Evaluation, Fixture, FixtureDistance, Scatter};
+use touchcal::report::signed;
 
 use crate::summary::{MOST_FIXTURES, millimetres, warning};
-use crate::table::{Table, signed};
+use crate::table::Table;
 
 /// Tables of scatter and of distances, and what contradicts the calibration. `is_calibrated` says
 /// whether what the calibration leaves uncertain is known.

@@ -8,12 +8,13 @@ use touchcal::io::Input;
 use touchcal::io::truth_file::{self, TruthFile};
 use touchcal::parameter::Unit;
 use touchcal::report::ToolError;
+use touchcal::report::fixed;
 use touchcal::robot::Kinematics;
 use touchcal::se3::Pose;
 
 use crate::failure::Failure;
 use crate::summary::millimetres;
-use crate::table::{Table, fixed};
+use crate::table::Table;
 
 /// Configurations over the workspace at which poses are compared.
 const CONFIGURATIONS: usize = 1000;
