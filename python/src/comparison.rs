@@ -66,6 +66,7 @@ impl ParameterChange {
 ///     tip_motion: by how much the tip moves at equal joint positions across the workspace (m),
 ///         root mean square and largest; None unless both have a URDF.
 ///     common_logs: paths of logs from which both were made.
+///     notes: what to keep in mind about the comparison, with advice, as the command prints it.
 #[pyclass(frozen, get_all, eq, module = "touchcal")]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Comparison {
@@ -78,11 +79,13 @@ pub struct Comparison {
     tool_parameters: Vec<ParameterChange>,
     tip_motion: Option<(f64, f64)>,
     common_logs: Vec<String>,
+    notes: Vec<String>,
 }
 
 impl From<CalibrationChanges> for Comparison {
     fn from(changes: CalibrationChanges) -> Self {
         let each = |found: &estimate::Comparison| found.parameters.iter().map(ParameterChange::from).collect();
+        let notes = changes.notes().iter().map(|(words, advice)| format!("{words} -> {advice}")).collect();
         let CalibrationChanges { arm, tool, tip_motion, common_logs } = changes;
         Comparison {
             parameters: each(&arm),
@@ -97,6 +100,7 @@ impl From<CalibrationChanges> for Comparison {
                 (rms, max)
             }),
             common_logs,
+            notes,
         }
     }
 }
@@ -106,7 +110,8 @@ impl Comparison {
     fn __repr__(&self) -> String {
         let p = self.p_value.map_or_else(|| "None".to_owned(), number);
         let moves = self.tip_motion.map_or_else(String::new, |(rms, _)| format!(", moves the tip by {}", length(rms)));
-        format!("Comparison(p = {p}, {} parameters{moves})", self.parameters.len())
+        let notes: String = self.notes.iter().map(|note| format!("; note: {note}")).collect();
+        format!("Comparison(p = {p}, {} parameters{moves}{notes})", self.parameters.len())
     }
 }
 

@@ -90,6 +90,17 @@ def test_calibrations_are_compared_as_by_the_command(saved: list[tuple[touchcal.
     assert (itself.statistic, itself.p_value, itself.tip_motion) == (0, 1, (0, 0)) and len(itself.common_logs) == 1
 
 
+def test_a_comparison_has_the_notes_of_the_command(saved: list[tuple[touchcal.Calibration, Path]], run) -> None:
+    (first, folder), (second, _) = saved
+    assert touchcal.compare(first, second).notes == []
+    itself = touchcal.compare(first, first)
+    (note,) = itself.notes
+    assert note.startswith("both calibrations read ") and repr(itself).endswith(f"; note: {note})")
+    printed = run("compare", folder / "out", folder / "out")
+    assert printed[printed.index("Note ") :].split()[1:].index("parameter") == len(note.split())
+    assert " ".join(printed.split()).count(f"Note {note}") == 1
+
+
 def test_what_was_changed_or_is_another_arm_is_refused(saved: list[tuple[touchcal.Calibration, Path]], tmp_path: Path) -> None:
     calibration, _ = saved[0]
     for name in ("estimate.json", "calibrated.urdf"):

@@ -12,8 +12,6 @@ use crate::table::Table;
 
 /// Most parameters listed.
 const MOST_PARAMETERS: usize = 10;
-/// Most names in a note.
-const MOST_NAMES: usize = 6;
 /// Probability below which a change is not taken for chance.
 const RARE: f64 = 0.01;
 
@@ -21,7 +19,7 @@ const RARE: f64 = 0.01;
 /// wanted.
 pub fn of(both: &[SavedCalibration; 2], changes: &CalibrationChanges, all: bool) -> String {
     let [earlier, later] = both.each_ref().map(described);
-    let CalibrationChanges { arm, tool, tip_motion, common_logs } = changes;
+    let CalibrationChanges { arm, tool, tip_motion, .. } = changes;
     let tip_motion = tip_motion.as_ref().map_or_else(String::new, motion);
     [
         format!("Arm       {}\n", wrapped(&verdict(arm))),
@@ -29,8 +27,7 @@ pub fn of(both: &[SavedCalibration; 2], changes: &CalibrationChanges, all: bool)
         tip_motion,
         format!("Earlier   {earlier}\n"),
         format!("Later     {later}\n"),
-        only_in_one(arm),
-        same_logs(common_logs),
+        notes(changes),
         "\n".to_owned(),
         table(arm.parameters.iter().chain(tool.iter().flat_map(|tool| &tool.parameters)), &both[0], all),
     ]
@@ -63,26 +60,6 @@ fn of_tool(tool: Option<&Comparison>) -> String {
     }
 }
 
-fn only_in_one(arm: &Comparison) -> String {
-    if arm.only_in_one.is_empty() {
-        return String::new();
-    }
-    let names = list_shortened(&arm.only_in_one);
-    let words = format!(
-        "only one calibration estimates {names}: what that one finds there, the other finds elsewhere, and both then differ without a change of the arm"
-    );
-    format!("Note      {}\n{INDENT}-> estimate the same parameters in both\n", wrapped(&words))
-}
-
-/// The first names of a list, and how many more there are.
-fn list_shortened(names: &[String]) -> String {
-    let shown = names.iter().take(MOST_NAMES).cloned().collect::<Vec<String>>().join(", ");
-    match names.len().saturating_sub(MOST_NAMES) {
-        0 => shown,
-        more => format!("{shown} and {more} more"),
-    }
-}
-
 fn motion(found: &PoseErrors) -> String {
     let [rms, max] = [found.position.rms, found.position.max].map(millimetres);
     let [angle, largest] = [found.angle.rms, found.angle.max].map(|angle| fixed(angle.to_degrees(), 3));
@@ -93,15 +70,10 @@ fn motion(found: &PoseErrors) -> String {
     format!("Tip       {}\n", wrapped(&words))
 }
 
-fn same_logs(common: &[String]) -> String {
-    if common.is_empty() {
-        return String::new();
-    }
-    let words = format!(
-        "both calibrations read {}: their errors are correlated, so that the standard deviations of changes are too large",
-        list_shortened(common)
-    );
-    format!("Note      {}\n{INDENT}-> compare calibrations that were made from different logs\n", wrapped(&words))
+/// What to keep in mind about the comparison.
+fn notes(changes: &CalibrationChanges) -> String {
+    let note = |(words, advice): &(String, &str)| format!("Note      {}\n{INDENT}-> {advice}\n", wrapped(words));
+    changes.notes().iter().map(note).collect()
 }
 
 /// Parameters, those first that changed by the most standard deviations.

@@ -20,6 +20,8 @@ const ARM: [Block; 6] = [
 ];
 /// Difference of the numbers of two nominal poses of a tool that is rounding.
 const ROUNDING: f64 = 1e-9;
+/// Most names in a note.
+const MOST_NAMES: usize = 6;
 /// Configurations over the workspace at which poses are compared.
 const CONFIGURATIONS: usize = 1000;
 
@@ -52,6 +54,35 @@ impl CalibrationChanges {
             tip_motion: tip_motion(both)?,
             common_logs: earlier.logs_in_common(later),
         })
+    }
+
+    /// What to keep in mind about the comparison, each with an advice.
+    pub fn notes(&self) -> Vec<(String, &'static str)> {
+        let mut notes = Vec::new();
+        if !self.arm.only_in_one.is_empty() {
+            let names = list_shortened(&self.arm.only_in_one);
+            let words = format!(
+                "only one calibration estimates {names}: what that one finds there, the other finds elsewhere, and both then differ without a change of the arm"
+            );
+            notes.push((words, "estimate the same parameters in both"));
+        }
+        if !self.common_logs.is_empty() {
+            let words = format!(
+                "both calibrations read {}: their errors are correlated, so that the standard deviations of changes are too large",
+                list_shortened(&self.common_logs)
+            );
+            notes.push((words, "compare calibrations that were made from different logs"));
+        }
+        notes
+    }
+}
+
+/// The first names of a list, and how many more there are.
+fn list_shortened(names: &[String]) -> String {
+    let shown = names.iter().take(MOST_NAMES).cloned().collect::<Vec<String>>().join(", ");
+    match names.len().saturating_sub(MOST_NAMES) {
+        0 => shown,
+        more => format!("{shown} and {more} more"),
     }
 }
 
