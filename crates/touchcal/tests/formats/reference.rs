@@ -5,6 +5,7 @@ mod defaults;
 mod json_schema;
 mod keys;
 mod page;
+mod scenario_defaults;
 
 use std::path::Path;
 

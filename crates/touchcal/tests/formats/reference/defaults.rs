@@ -1,5 +1,5 @@
-//! Defaults of the reference against the reader: written out, a default changes nothing, and
-//! another value does.
+//! Defaults of the reference of `problem.toml` against the reader: written out, a default changes
+//! nothing, and another value does.
 
 use touchcal::contact::ContactLog;
 use touchcal::io::problem_file;
@@ -23,7 +23,7 @@ const LOG: &str = "joint_a1,joint_a2,joint_a3,joint_a4,joint_a5,joint_a6,joint_a
 const NOT_ALONE: [&str; 3] = ["mesh_unit", "neighbours", "joint_origin_deg"];
 
 /// The default as a file would state it, and another value; `None` where the default is no value.
-fn values(key: &Key) -> Option<(String, String)> {
+pub fn values(key: &Key) -> Option<(String, String)> {
     let words = key.default.as_deref()?;
     if words.starts_with('[') {
         return Some((words.to_owned(), words.replace("-9.81", "-3.7")));
