@@ -1,10 +1,11 @@
 //! `touchcal simulate`: logs of an arm with known errors.
 
+use std::f64::consts::PI;
 use std::ops::ControlFlow;
 use std::path::Path;
 
 use touchcal::io::scenario_file::{self, ScenarioFile};
-use touchcal::robot::JointKind;
+use touchcal::robot::{Joint, JointKind};
 use touchcal::sim::{self, Preset, Seeds, SimulatedTrial, SimulationError};
 use touchcal::statistics::floor_rank;
 
@@ -14,6 +15,11 @@ use crate::output;
 use crate::progress::{Spinner, defer_interrupts, interrupted};
 use crate::table::Table;
 
+/// Distance (rad) of a joint from the posture given, beyond its swing, from which the arm works in
+/// another posture: shoulder, elbow or wrist are flipped by more, and hardly any task moves a joint
+/// as far about one posture.
+const FAR_FROM_POSTURE: f64 = 60.0 * PI / 180.0;
+
 /// Simulates a scenario and writes logs, problem, scenario and truth.
 pub fn run(args: &SimulateArgs) -> Result<Outcome, Failure> {
     super::prepare_outputs([args.out.join(scenario_file::SCENARIO)], args.source.scenario.as_deref())?;
@@ -22,7 +28,7 @@ pub fn run(args: &SimulateArgs) -> Result<Outcome, Failure> {
     let seeds = Seeds { errors: args.seed, noise: args.noise_seed.unwrap_or(args.seed) };
     let simulated = simulate(&file, seeds)?;
     scenario_file::write_folder(&args.out, &file, &simulated, seeds)?;
-    for note in beyond_limits(&file, &simulated) {
+    for note in beyond_limits(&file, &simulated).into_iter().chain(far_from_postures(&file, &simulated)) {
         output::diagnostic(&note);
     }
     output::print(&summary(&args.out, &file, &simulated))?;
@@ -77,6 +83,37 @@ fn beyond_limits(file: &ScenarioFile, simulated: &SimulatedTrial) -> Vec<String>
                 positions.len()
             )
         })
+    });
+    each.collect()
+}
+
+/// A note on each fixture where the arm is far from all postures given in most contacts: of several
+/// ways to reach a pose, inverse kinematics takes the first that it finds.
+fn far_from_postures(file: &ScenarioFile, simulated: &SimulatedTrial) -> Vec<String> {
+    let robot = &file.scenario.robot;
+    let joints: Vec<&Joint> = robot.moving().collect();
+    let each = file.scenario.touches.iter().zip(&simulated.logs).filter_map(|(touch, log)| {
+        // The joint that is farthest from a posture, and how far it is.
+        let farthest = |posture: &Vec<f64>, q: &[f64]| {
+            let turning = (0..joints.len()).filter(|&k| joints[k].kind != JointKind::Prismatic);
+            turning.map(|k| (k, (q[k] - posture[k]).abs())).max_by(|a, b| a.1.total_cmp(&b.1))
+        };
+        let nearest = |row: usize| {
+            let each = touch.postures.iter().filter_map(|posture| farthest(posture, log.q(row)));
+            each.min_by(|a, b| a.1.total_cmp(&b.1))
+        };
+        let distances: Vec<(usize, f64)> = log.contacts().filter_map(nearest).collect();
+        let far = |(_, distance): &&(usize, f64)| *distance > FAR_FROM_POSTURE + touch.exploration.swing;
+        let count = distances.iter().filter(far).count();
+        let (k, most) = distances.iter().filter(far).copied().max_by(|a, b| a.1.total_cmp(&b.1))?;
+        (2 * count > distances.len()).then(|| format!(
+            "note: `{}`: the arm works in another posture than given in {count} of {} contacts, `{}` by up to {:.0}°; \
+             choose `postures_deg` that put the tool near the fixture, turned as it is to be there",
+            touch.name,
+            distances.len(),
+            joints[k].name,
+            most.to_degrees()
+        ))
     });
     each.collect()
 }

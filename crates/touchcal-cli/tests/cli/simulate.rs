@@ -148,6 +148,34 @@ fn exact_parts_and_measured_distances_are_declared() {
     }
 }
 
+/// Of several ways to reach a fixture inverse kinematics takes the one that it finds from the
+/// posture given; where that is far from it, a note says so.
+#[test]
+fn another_posture_than_given_is_noted() {
+    let folder = tempfile::tempdir().unwrap();
+    let notes = |turn: i32, wrist: i32| {
+        let text = format!(
+            "contacts = 20\n[tool]\nkind = \"ball\"\ntip_from_tool = {{ xyz_mm = [0, 0, 100], quat_wxyz = [0, 0, 1, 0] }}\n\
+             [exploration]\nradius_mm = 0\npress_mm = 10\ntilt_deg = 30\nswing_deg = 10\n[recorder]\nrate_hz = 2\n\
+             [[fixture]]\nname = \"near\"\nkind = \"socket\"\nbase_from_fixture = {{ xyz_mm = [550, 0, 150] }}\n\
+             postures_deg = [[0, 42, 15, -89, -13, 50, -1]]\n\
+             [[fixture]]\nname = \"far\"\nkind = \"socket\"\nbase_from_fixture = {{ xyz_mm = [-300, 460, 150] }}\n\
+             postures_deg = [[{turn}, 42, 15, -89, -13, 50, {wrist}]]\n"
+        );
+        std::fs::write(folder.path().join("s.toml"), text).unwrap();
+        let done = touchcal(folder.path(), &["simulate", "s.toml", "--out", &format!("turned{turn}")]).success();
+        errors(&done).lines().filter(|line| line.contains("posture than given")).map(str::to_owned).collect::<Vec<_>>()
+    };
+    let [note] = &notes(0, -1)[..] else { panic!("one note") };
+    assert!(
+        note.starts_with(
+            "touchcal: note: `far`: the arm works in another posture than given in 20 of 20 contacts, `joint_a"
+        ),
+        "{note}"
+    );
+    assert!(notes(123, 122).is_empty());
+}
+
 #[track_caller]
 fn refused(text: &str, message: &[&str]) {
     let folder = tempfile::tempdir().unwrap();
