@@ -1,8 +1,10 @@
 """Calibrations that were saved: read back, evaluated, and compared as the command line does."""
 
+import ast
 import json
 import pickle
 from pathlib import Path
+from typing import get_args
 
 import numpy as np
 import pytest
@@ -52,6 +54,23 @@ def test_what_was_saved_is_read_back(saved: list[tuple[touchcal.Calibration, Pat
     written = json.loads(calibration.to_json())
     assert (loaded.version, loaded.created) == (touchcal.__version__, written["created"])
     assert loaded.inputs == [(entry["path"], entry["sha256"]) for entry in written["inputs"]] != []
+
+
+def test_save_returns_what_its_types_say(saved: list[tuple[touchcal.Calibration, Path]], tmp_path: Path) -> None:
+    stubs = ast.parse(Path(touchcal.__file__).with_name("_touchcal.pyi").read_text())
+    classes = {node.name: node for node in stubs.body if isinstance(node, ast.ClassDef)}
+
+    def returned(owner: str) -> object:
+        (save,) = (part for part in classes[owner].body if isinstance(part, ast.FunctionDef) and part.name == "save")
+        assert save.returns
+        return eval(ast.unparse(save.returns), {"Path": Path})  # noqa: S307
+
+    calibration, _ = saved[0]
+    written = calibration.save(tmp_path / "calibration")
+    kinds = get_args(returned("Calibration"))
+    assert len(kinds) == len(written) == 3 and all(isinstance(path, kind) for path, kind in zip(written, kinds, strict=True))
+    assert returned("Simulation") is touchcal.simulate("paper", 1, contacts=3).save(tmp_path / "simulation") is None
+    assert [name for name, owner in classes.items() if any(getattr(part, "name", "") == "save" for part in owner.body)] == ["Calibration", "Simulation"]
 
 
 def test_a_saved_calibration_is_evaluated_as_its_files_are(saved: list[tuple[touchcal.Calibration, Path]], tmp_path: Path) -> None:

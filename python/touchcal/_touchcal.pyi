@@ -1,6 +1,7 @@
 # Types of the compiled module, checked against it by stubtest. What things mean stands in their docstrings.
 from collections.abc import Callable, Mapping, Sequence
 from os import PathLike
+from pathlib import Path
 from typing import Any, Literal, TypeAlias, TypedDict, final
 
 import numpy as np
@@ -608,7 +609,7 @@ class Calibration:
     def calibrated_urdf(self) -> str: ...
     def to_json(self) -> str: ...
     def to_html(self) -> str: ...
-    def save(self, folder: _Path, *, export: Sequence[_Export] | None = None) -> tuple[str, str, str]: ...
+    def save(self, folder: _Path, *, export: Sequence[_Export] | None = None) -> tuple[Path, Path, Path]: ...
 
 @final
 class SavedCalibration:
