@@ -84,9 +84,9 @@ impl Summary {
         parts.extend(noise.map(|noise| Part::Line("Noise", noise)));
         parts.extend(parameters(file, most));
         parts.extend(undetermined(file));
-        if let Some(DeclarationTests { contradicted, others }) = tests {
+        if let Some(DeclarationTests { title, contradicted, others }) = tests {
             if !contradicted.is_empty() {
-                parts.push(Part::table(Some(DeclarationTests::TITLE), DeclarationTests::HEADINGS, contradicted));
+                parts.push(Part::table(Some(title), DeclarationTests::HEADINGS, contradicted));
             }
             parts.extend(others.into_iter().map(|(label, text)| Part::Line(label, text)));
         }

@@ -21,7 +21,8 @@ const MIN_NOISE_RATIO: f64 = 1.25;
 /// `σₖ`, and `dᵢⱼ` the distances (m) of fixtures `i` and `j`, declared as `d̂ᵢⱼ` with standard
 /// deviation `σᵢⱼ`. One-sided contacts finally contribute `−2 ln L` instead, the marginal
 /// likelihood over their contact modes. Parameters without prior that nothing determines are fixed
-/// at zero; distances to fixtures of unknown place without contacts are not used. `observe` is
+/// at zero; places of fixtures of which neither contacts nor anything declared says where they are
+/// are no parameters, and distances to them are not used. `observe` is
 /// called at each step and may end the estimation: the result is then that of the parameters
 /// reached. [`Method::GradientDescent`] has its own search; [`Method`] names the sources. With
 /// one-sided contacts, noise that is estimated and ends more than a quarter above its start is the

@@ -9,7 +9,6 @@ use super::problem::{Fixture, Problem};
 use super::result::{EffectTest, Estimate, OmittedEffect, ParameterEstimate, Warning};
 use super::search::{SearchState, uses_contact_modes};
 use super::uncertainty::{CalibratedTool, tool_positions};
-use super::untouched::are_touched;
 use crate::parameter::{Parameter, ParameterId};
 use crate::robot::{JointKind, KinematicParameter};
 use crate::se3::Pose;
@@ -88,13 +87,8 @@ pub(super) fn result_warnings(
 pub(super) fn data_warnings(search: &SearchState<'_>, rows: usize, arm_uncertainty: f64) -> Vec<Warning> {
     let (parameters, problem) = (&search.model.layout.parameters, search.model.problem);
     let thresholds = &problem.options.thresholds;
-    // Places of fixtures without fitted contacts are not asked of the data: the contacts are held
-    // out, or `Warning::FixtureWithoutContacts` says so.
-    let are_touched = are_touched(problem.fixtures.len(), &problem.contacts);
-    let is_asked = |id| !matches!(id, ParameterId::Fixture(f, _) if !are_touched[f]);
     let mut warnings = Vec::new();
-    let without_prior = parameters.iter().filter(|parameter| parameter.prior_sigma().is_none());
-    let without_prior = without_prior.filter(|parameter| is_asked(parameter.id)).count();
+    let without_prior = parameters.iter().filter(|parameter| parameter.prior_sigma().is_none()).count();
     if problem.contacts.is_empty() || rows < without_prior {
         warnings.push(Warning::TooFewContacts { rows, parameters: without_prior });
     }
@@ -102,7 +96,7 @@ pub(super) fn data_warnings(search: &SearchState<'_>, rows: usize, arm_uncertain
         warnings.push(Warning::ArmUndetermined { remaining: arm_uncertainty });
     }
     let pivots = search.fixed.pivots.iter().map(|&k| &parameters[k]);
-    let names: Vec<String> = pivots.filter(|pivot| is_asked(pivot.id)).map(|pivot| pivot.name.clone()).collect();
+    let names: Vec<String> = pivots.map(|pivot| pivot.name.clone()).collect();
     if !names.is_empty() {
         warnings.push(Warning::Unobservable { names });
     }

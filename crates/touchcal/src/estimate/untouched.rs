@@ -12,13 +12,20 @@ pub(super) fn are_touched(fixtures: usize, log: &ContactLog) -> Vec<bool> {
     are_touched
 }
 
+/// Whether anything says where each fixture is: a contact of the fit, or what is declared of its
+/// place. The place of one of which nothing does is no parameter.
+pub(super) fn are_placed(problem: &Problem) -> Vec<bool> {
+    let are_touched = are_touched(problem.fixtures.len(), &problem.contacts);
+    let each = are_touched.iter().zip(&problem.fixtures);
+    each.map(|(is_touched, fixture)| *is_touched || fixture.prior != PlacePrior::Flat).collect()
+}
+
 /// The problem without distances to fixtures of unknown place that no contact of the fit touches:
 /// nothing says where they are, and a distance would pull the other fixture to where the search
 /// starts with them. A copy if there are any.
 pub(super) fn without_distances_to_unknown_places(problem: &Problem) -> Cow<'_, Problem> {
-    let are_touched = are_touched(problem.fixtures.len(), &problem.contacts);
-    let is_known = |f: usize| are_touched[f] || problem.fixtures[f].prior != PlacePrior::Flat;
-    let is_of_known = |(a, b): (usize, usize)| is_known(a) && is_known(b);
+    let are_placed = are_placed(problem);
+    let is_of_known = |(a, b): (usize, usize)| are_placed[a] && are_placed[b];
     if problem.distances.iter().all(|distance| is_of_known(distance.between)) {
         return Cow::Borrowed(problem);
     }

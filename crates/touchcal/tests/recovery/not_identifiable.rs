@@ -218,3 +218,35 @@ fn a_small_part_of_what_is_fixed_widens_a_parameter() {
     report("error over standard deviation of offsets", &[("rms", rms), ("count", squares.len() as f64)]);
     assert!(rms < 1.3, "{rms}");
 }
+
+/// What no contact of the fit touches is not asked of the contacts: places of such fixtures are no
+/// parameters, and do not make contacts too few.
+#[test]
+fn untouched_fixtures_of_unknown_place_are_no_parameters() {
+    let folder = data().join("mukca");
+    let file = urdf::read_file(&folder.join("iiwa14.urdf"), Ends::default()).expect("a URDF");
+    let options = MukcaOptions { only: vec!["front".to_owned()], ..MukcaOptions::default() };
+    let mut problem = mukca::read(&folder.join("kuka_14"), file, &options).expect("contacts").problem;
+    problem.parameters = touchcal::parameter::joint_offset(&problem.robot);
+    let before = solve(&problem);
+    // With their places there would be more parameters without a prior than measured rows.
+    let rows = 3 * problem.contacts.len() + problem.distances.len();
+    let other = problem.fixtures[0].clone();
+    for k in 0..rows.div_ceil(3) {
+        problem.fixtures.push(Fixture { name: format!("other/{k}"), placement: "front".to_owned(), ..other.clone() });
+    }
+    let inspection = touchcal::estimate::inspect(&problem, &mut |_| std::ops::ControlFlow::Continue(()));
+    let estimate = solve(&problem);
+    let is_too_few = |warning: &Warning| matches!(warning, Warning::TooFewContacts { .. });
+    assert!(!estimate.warnings.iter().any(is_too_few) && !inspection.warnings.iter().any(is_too_few));
+    let is_unobservable = |warning: &Warning| matches!(warning, Warning::Unobservable { .. });
+    let unobservable = |estimate: &Estimate| estimate.warnings.iter().filter(|w| is_unobservable(w)).count();
+    assert_eq!(unobservable(&estimate), unobservable(&before));
+    // Nothing else changes.
+    assert_eq!(estimate.parameters, before.parameters);
+    assert_eq!(estimate.covariance, before.covariance);
+    assert_eq!(estimate.identifiability.rank, before.identifiability.rank);
+    assert_eq!(inspection.parameters.len(), before.parameters.len());
+    let is_missing = |warning: &&Warning| matches!(warning, Warning::FixtureWithoutContacts { .. });
+    assert_eq!(estimate.warnings.iter().filter(is_missing).count(), rows.div_ceil(3));
+}

@@ -2,6 +2,7 @@
 
 use crate::estimate::options::EstimatorOptions;
 use crate::estimate::problem::{PlacePrior, Problem, WrenchTolerance};
+use crate::estimate::untouched::are_placed;
 use crate::manifold::{AXIS_DIRECTIONS, ResidualKind};
 use crate::parameter::{
     Parameter, ParameterId, Prior, directional_gap_bias, gap_bias, joint_drift, wrench_bias, wrench_scale,
@@ -167,7 +168,8 @@ fn all_parameters(problem: &Problem, placements: &[&str]) -> Vec<Parameter> {
     let tool_directions = tool_directions(problem);
     let of_tool = |k: usize| Parameter::twist("tool", ParameterId::tool(k), k);
     parameters.extend(place_parameters(problem.tool.prior, &tool_directions, of_tool));
-    for (f, fixture) in problem.fixtures.iter().enumerate() {
+    let are_placed = are_placed(problem);
+    for (f, fixture) in problem.fixtures.iter().enumerate().filter(|(f, _)| are_placed[*f]) {
         let prefix = format!("fixture.{}", fixture.name);
         let of_fixture = |k: usize| Parameter::twist(&prefix, ParameterId::Fixture(f, k), k);
         parameters.extend(place_parameters(fixture.prior, fixture.manifold.fixture_directions(), of_fixture));
