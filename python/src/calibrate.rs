@@ -43,7 +43,8 @@ pub fn calibrate(
         };
         if free_suspects {
             let (problem, estimate) = calibrate_with_freed_effects(&loaded.problem, &mut observe);
-            (Some(Loaded { problem, ..loaded.clone() }), estimate)
+            // No file poses this problem.
+            (Some(Loaded { problem, settings: String::new(), ..loaded.clone() }), estimate)
         } else {
             (None, estimate::calibrate(&loaded.problem, &mut observe))
         }

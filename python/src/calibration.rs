@@ -16,10 +16,11 @@ use touchcal::robot::GRAVITY;
 
 use crate::array::{fixed, numbers};
 use crate::checks::{EffectTest, PredictiveCheck, PriorTest};
-use crate::error::{io, unexpected};
+use crate::error::{io, optional_argument, unexpected};
 use crate::estimate_tables;
 use crate::evaluation::Evaluation;
 use crate::frame::Frame;
+use crate::list_of::ListOf;
 use crate::pickle::{Reduced, reduced};
 use crate::problem::Problem;
 use crate::progress::Progress;
@@ -317,10 +318,12 @@ impl Calibration {
         &self,
         py: Python<'_>,
         folder: PathBuf,
-        export: Option<Vec<String>>,
+        export: Option<Bound<'_, PyAny>>,
     ) -> PyResult<(PathBuf, PathBuf, PathBuf)> {
         let loaded = &self.problem.get().loaded;
-        let exports = export.iter().flatten().map(|name| export_named(name)).collect::<PyResult<_>>()?;
+        let export: Option<ListOf<String>> = optional_argument(export.as_ref(), "export")?;
+        let exports =
+            export.iter().flat_map(|names| &names.0).map(|name| export_named(name)).collect::<PyResult<_>>()?;
         let wanted = Wanted { exports, ..Wanted::default() };
         let write = || calibration_folder::write(&folder, loaded, &self.solved, &self.file, &wanted);
         let written = py.detach(write).map_err(io)?;

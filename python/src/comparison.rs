@@ -7,7 +7,7 @@ use touchcal::experiment::RmsAndMax;
 use touchcal::io::{self, CalibrationChanges};
 
 use crate::calibration::Calibration;
-use crate::error::{io as io_error, unexpected};
+use crate::error::{argument, io as io_error, unexpected, wrong_type};
 use crate::repr::{length, number};
 use crate::saved::SavedCalibration;
 
@@ -116,10 +116,22 @@ impl Comparison {
 }
 
 /// A calibration, saved or not.
-#[derive(FromPyObject)]
 pub enum AnyCalibration<'py> {
     Made(PyRef<'py, Calibration>),
     Saved(PyRef<'py, SavedCalibration>),
+}
+
+impl<'py> FromPyObject<'_, 'py> for AnyCalibration<'py> {
+    type Error = PyErr;
+
+    fn extract(object: Borrowed<'_, 'py, PyAny>) -> PyResult<Self> {
+        if let Ok(made) = object.cast::<Calibration>() {
+            return Ok(AnyCalibration::Made(made.to_owned().borrow()));
+        }
+        let saved = object.cast::<SavedCalibration>();
+        let saved = saved.map_err(|_| wrong_type("a Calibration or a SavedCalibration", &object))?;
+        Ok(AnyCalibration::Saved(saved.to_owned().borrow()))
+    }
 }
 
 impl AnyCalibration<'_> {
@@ -141,8 +153,9 @@ impl AnyCalibration<'_> {
 ///     InputError: if they are of two arms, have no parameter of the arm in common, or no
 ///         uncertainty.
 #[pyfunction]
-pub fn compare(py: Python<'_>, earlier: AnyCalibration<'_>, later: AnyCalibration<'_>) -> PyResult<Comparison> {
-    let both = [earlier.saved("earlier")?, later.saved("later")?];
+pub fn compare(py: Python<'_>, earlier: &Bound<'_, PyAny>, later: &Bound<'_, PyAny>) -> PyResult<Comparison> {
+    let saved = |value, name| argument::<AnyCalibration<'_>>(value, name)?.saved(name);
+    let both = [saved(earlier, "earlier")?, saved(later, "later")?];
     let posterior = |calibration: &io::SavedCalibration| -> PyResult<ParameterPosterior> {
         let found = calibration.file.posterior();
         found.ok_or_else(|| unexpected(&calibration.name, "estimates with uncertainty", "those of projections"))

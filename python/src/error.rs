@@ -2,7 +2,11 @@
 
 use pyo3::exceptions::{PyException, PyTypeError};
 use pyo3::prelude::*;
-use touchcal::io::{IoError, Place};
+use pyo3::types::PyMapping;
+use touchcal::io::{IoError, Place, did_you_mean};
+
+/// Most characters of a value in a message.
+const MOST_SHOWN: usize = 60;
 
 pyo3::create_exception!(
     touchcal,
@@ -40,6 +44,60 @@ pub fn io(error: IoError) -> PyErr {
 pub fn unexpected(what: impl Into<String>, expected: impl Into<String>, found: impl Into<String>) -> PyErr {
     let place = Box::new(Place::file(what));
     io(IoError::Unexpected { place, expected: expected.into(), found: found.into() })
+}
+
+/// The exception for an argument `what` that is the name `found` of no fixture.
+pub fn unknown_fixture(what: &str, names: &[&str], found: &str) -> PyErr {
+    let expected = format!("the name of a fixture ({})", names.join(", "));
+    unexpected(what, expected, format!("{found:?}{}", did_you_mean(found, names.iter().copied())))
+}
+
+/// The exception for a value of another type than `expected`; [`argument`] adds its name.
+pub fn wrong_type(expected: &str, found: &Bound<'_, PyAny>) -> PyErr {
+    PyTypeError::new_err(format!("expected {expected}, found {}", shown(found)))
+}
+
+/// The exception for an argument that is a list as `expected`, but for an item.
+pub fn wrong_item(expected: &str, found: &Bound<'_, PyAny>) -> PyErr {
+    PyTypeError::new_err(format!("expected {expected}, found {} in it", shown(found)))
+}
+
+/// The exception for an argument `name` of another type than `expected`. pyo3 has the name in a
+/// note alone, and from Python 3.11 on.
+pub fn wrong_argument(name: &str, expected: &str, found: &Bound<'_, PyAny>) -> PyErr {
+    of_argument(name, &wrong_type(expected, found), found.py())
+}
+
+fn of_argument(name: &str, error: &PyErr, py: Python<'_>) -> PyErr {
+    PyTypeError::new_err(format!("argument '{name}': {}", error.value(py)))
+}
+
+/// The value of an argument, whose name errors have.
+pub fn argument<'py, T: for<'a> FromPyObject<'a, 'py, Error = PyErr>>(
+    value: &Bound<'py, PyAny>,
+    name: &str,
+) -> PyResult<T> {
+    value.extract::<T>().map_err(|error| of_argument(name, &error, value.py()))
+}
+
+/// The value of an argument that may be left out.
+pub fn optional_argument<'py, T: for<'a> FromPyObject<'a, 'py, Error = PyErr>>(
+    value: Option<&Bound<'py, PyAny>>,
+    name: &str,
+) -> PyResult<Option<T>> {
+    value.map(|value| argument(value, name)).transpose()
+}
+
+/// An argument that is a mapping.
+pub fn mapping_argument<'a, 'py>(value: &'a Bound<'py, PyAny>, name: &str) -> PyResult<&'a Bound<'py, PyMapping>> {
+    value.cast::<PyMapping>().map_err(|_| wrong_argument(name, "a mapping", value))
+}
+
+/// A value with its type, as messages show it.
+fn shown(found: &Bound<'_, PyAny>) -> String {
+    let kind = found.get_type().name().map_or_else(|_| "an object".to_owned(), |name| name.to_string());
+    let shown = found.repr().map_or_else(|_| String::new(), |shown| shown.to_string());
+    if shown.chars().count() > MOST_SHOWN { kind } else { format!("{kind} {shown}") }
 }
 
 /// The exception for an argument `what` of which the library says `message`.

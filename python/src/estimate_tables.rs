@@ -4,6 +4,7 @@ use numpy::PyArray2;
 use pyo3::exceptions::PyKeyError;
 use pyo3::prelude::*;
 use touchcal::io::estimate_file::{EstimateFile, ParameterEntry};
+use touchcal::io::{did_you_mean, list};
 
 use crate::array::fixed_rows;
 use crate::frame::{self, Frame};
@@ -12,7 +13,11 @@ use crate::result::Parameter;
 /// The parameter of that name.
 pub fn parameter(file: &EstimateFile, name: &str) -> PyResult<Parameter> {
     let found = file.parameters.iter().find(|entry| entry.name == name);
-    found.map(Into::into).ok_or_else(|| PyKeyError::new_err(name.to_owned()))
+    found.map(Into::into).ok_or_else(|| {
+        let names = file.parameters.iter().map(|entry| entry.name.as_str());
+        let found = format!("{name:?}{}", did_you_mean(name, names.clone()));
+        PyKeyError::new_err(format!("expected the name of a parameter ({}), found {found}", list(names)))
+    })
 }
 
 /// The covariance, shape (P, P).

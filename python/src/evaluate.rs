@@ -10,7 +10,7 @@ use touchcal::io::estimate_file::{EstimateFile, RobotEntry};
 use touchcal::io::urdf;
 
 use crate::comparison::AnyCalibration;
-use crate::error::{io, unexpected};
+use crate::error::{io, optional_argument, unexpected};
 use crate::evaluation::Evaluation;
 use crate::problem::Problem;
 
@@ -31,10 +31,11 @@ use crate::problem::Problem;
 pub fn evaluate(
     py: Python<'_>,
     problem: &Problem,
-    calibration: Option<AnyCalibration<'_>>,
+    calibration: Option<Bound<'_, PyAny>>,
     urdf: Option<PathBuf>,
     estimate: Option<PathBuf>,
 ) -> PyResult<Evaluation> {
+    let calibration: Option<AnyCalibration<'_>> = optional_argument(calibration.as_ref(), "calibration")?;
     if calibration.is_some() && (urdf.is_some() || estimate.is_some()) {
         return Err(unexpected("evaluate", "a calibration, or urdf and estimate", "both"));
     }

@@ -13,7 +13,8 @@ use touchcal::io::Input;
 use touchcal::io::contact_log::{self, Columns, Options};
 
 use crate::array::{Numbers, fixed, fixed_rows};
-use crate::error::{io, unexpected};
+use crate::error::{io, optional_argument, unexpected};
+use crate::list_of::ListOf;
 use crate::robot::Robot;
 
 const WRENCH: [&str; 6] = ["fx", "fy", "fz", "tx", "ty", "tz"];
@@ -35,7 +36,7 @@ type Chosen = (Option<f64>, Option<f64>, usize, Option<f64>);
 
 fn options(
     unit: Option<&str>,
-    joints: Option<Vec<String>>,
+    joints: Option<&Bound<'_, PyAny>>,
     columns: Option<BTreeMap<String, String>>,
     (threshold, release, debounce, apart): Chosen,
     load: (Option<&str>, Option<&str>, Option<f64>),
@@ -66,6 +67,7 @@ fn options(
     }
     let detection = threshold.map(|threshold| Detection { threshold, release: release.unwrap_or(threshold), debounce });
     let load = self::load(load)?;
+    let joints = optional_argument::<ListOf<String>>(joints, "joints")?.map(|joints| joints.0);
     Ok(Options { unit, joints, columns: columns.unwrap_or_default(), detection, apart, load, ..Options::default() })
 }
 
@@ -196,7 +198,7 @@ impl ContactLog {
         wrench: Option<Numbers<'_>>,
         contact: Option<Numbers<'_>>,
         unit: Option<&str>,
-        joints: Option<Vec<String>>,
+        joints: Option<Bound<'_, PyAny>>,
         force_threshold: Option<f64>,
         release: Option<f64>,
         debounce: usize,
@@ -207,8 +209,13 @@ impl ContactLog {
         temperature: Option<Numbers<'_>>,
         name: &str,
     ) -> PyResult<ContactLog> {
-        let mut options =
-            options(unit, joints, None, (force_threshold, release, debounce, apart), (load_on, load_frame, load_lag))?;
+        let mut options = options(
+            unit,
+            joints.as_ref(),
+            None,
+            (force_threshold, release, debounce, apart),
+            (load_on, load_frame, load_lag),
+        )?;
         let joints = (1..=robot.file.robot.dof()).map(|number| format!("q{number}")).collect();
         let mut arrays = Arrays(Vec::new()).with("q", &q, joints)?;
         if let Some(wrench) = &wrench {
@@ -239,7 +246,7 @@ impl ContactLog {
         robot: &Robot,
         frame: Bound<'_, PyAny>,
         unit: Option<&str>,
-        joints: Option<Vec<String>>,
+        joints: Option<Bound<'_, PyAny>>,
         columns: Option<BTreeMap<String, String>>,
         force_threshold: Option<f64>,
         release: Option<f64>,
@@ -253,7 +260,7 @@ impl ContactLog {
     ) -> PyResult<ContactLog> {
         let options = options(
             unit,
-            joints,
+            joints.as_ref(),
             columns,
             (force_threshold, release, debounce, apart),
             (load_on, load_frame, load_lag),
@@ -294,8 +301,8 @@ impl ContactLog {
         robot: &Robot,
         path: PathBuf,
         unit: Option<&str>,
-        joints: Option<Vec<String>>,
-        header: Option<Vec<String>>,
+        joints: Option<Bound<'_, PyAny>>,
+        header: Option<Bound<'_, PyAny>>,
         columns: Option<BTreeMap<String, String>>,
         joint_topic: Option<String>,
         wrench_topic: Option<String>,
@@ -310,11 +317,12 @@ impl ContactLog {
     ) -> PyResult<ContactLog> {
         let options = options(
             unit,
-            joints,
+            joints.as_ref(),
             columns,
             (force_threshold, release, debounce, apart),
             (load_on, load_frame, load_lag),
         )?;
+        let header = optional_argument::<ListOf<String>>(header.as_ref(), "header")?.map(|header| header.0);
         let options = Options { header, temperature, joint_topic, wrench_topic, ..options };
         let robot = &robot.file.robot;
         let mut log = touchcal::contact::ContactLog::new(robot.dof());

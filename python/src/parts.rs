@@ -5,11 +5,12 @@ use serde::{Deserialize, Serialize};
 use touchcal::estimate::{self, PlacePrior, ShapeTolerance};
 use touchcal::io::Input;
 use touchcal::io::problem_file::{self, Assumptions, DeclaredPrior, Settings};
-use touchcal::manifold::ResidualKind;
+use touchcal::manifold::{ContactManifold, ResidualKind};
 use touchcal::se3::Pose;
 
 use crate::array::{Numbers, one_pose};
-use crate::error::unexpected;
+use crate::error::{optional_argument, unexpected, wrong_type};
+use crate::list_of::ListOf;
 use crate::manifold::Manifold;
 use crate::plausible;
 use crate::repr;
@@ -55,12 +56,17 @@ impl Tool {
 }
 
 impl Tool {
-    /// The tool of a problem with these settings and fixtures.
-    pub fn nominal(&self, settings: &Settings, fixtures: &[&Fixture], assumptions: &mut Assumptions) -> estimate::Tool {
+    /// The tool of a problem with these settings, and fixtures with these manifolds.
+    pub fn nominal<'a>(
+        &self,
+        settings: &Settings,
+        mut manifolds: impl Iterator<Item = &'a dyn ContactManifold>,
+        assumptions: &mut Assumptions,
+    ) -> estimate::Tool {
         let prior = settings.tool_prior(self.declared);
         if prior != PlacePrior::Flat {
-            let directions = |fixture: &&Fixture| fixture.fixture.manifold.tool_directions().to_vec();
-            let has_rotation = fixtures.iter().flat_map(directions).any(|direction| direction >= 3);
+            let is_rotation = |direction: &usize| *direction >= 3;
+            let has_rotation = manifolds.any(|manifold| manifold.tool_directions().iter().any(is_rotation));
             assumptions.place("tool", self.declared, has_rotation);
         }
         estimate::Tool { tip_from_tool: self.tip_from_tool, prior }
@@ -107,7 +113,7 @@ impl Fixture {
         sigma: Option<f64>,
         sigma_angle: Option<f64>,
         free: bool,
-        exact: Option<Exact>,
+        exact: Option<Bound<'_, PyAny>>,
         clearance_sigma: Option<f64>,
         depth_sigma: Option<f64>,
         edge_radius_sigma: Option<f64>,
@@ -117,6 +123,7 @@ impl Fixture {
         let place = base_from_fixture.as_ref();
         let place = place.map(|pose| one_pose(pose, &format!("{title}, base_from_fixture"))).transpose()?;
         let is_hole = manifold.shape.residual_kind() == ResidualKind::LeastGap;
+        let exact = optional_argument(exact.as_ref(), "exact")?;
         let exact = exact.unwrap_or(Exact::All(false)).parts(&title, is_hole)?;
         let is_exact = |part: &str| exact.iter().any(|name| name == part);
         let sigmas = (sigma, sigma_angle);
@@ -167,6 +174,11 @@ impl Fixture {
 }
 
 impl Fixture {
+    /// Its manifold.
+    pub fn manifold(&self) -> &dyn ContactManifold {
+        self.fixture.manifold.as_ref()
+    }
+
     /// The files that its manifold was read from.
     pub fn inputs(&self) -> &[Input] {
         &self.inputs
@@ -190,10 +202,19 @@ impl Fixture {
 }
 
 /// `True`, `False`, or names of what is exact.
-#[derive(FromPyObject)]
 enum Exact {
     All(bool),
     Parts(Vec<String>),
+}
+
+impl FromPyObject<'_, '_> for Exact {
+    type Error = PyErr;
+
+    fn extract(object: Borrowed<'_, '_, PyAny>) -> PyResult<Self> {
+        let parts = || object.extract::<ListOf<String>>().map(|parts| Exact::Parts(parts.0));
+        let all = object.extract::<bool>().map(Exact::All);
+        all.or_else(|_| parts()).map_err(|_| wrong_type("True, False, or a list of names", &object))
+    }
 }
 
 impl Exact {

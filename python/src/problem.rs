@@ -4,19 +4,21 @@ use std::path::PathBuf;
 
 use numpy::PyArray2;
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyMapping};
+use pyo3::types::PyDict;
 use touchcal::estimate::{self, contact_poses};
 use touchcal::io::Loaded;
 use touchcal::io::mukca::{self, MukcaOptions};
 use touchcal::io::problem_file;
 
 use crate::array::poses_array;
-use crate::error::{io, unexpected};
+use crate::error::{argument, io, mapping_argument, optional_argument, unknown_fixture};
+use crate::list_of::ListOf;
 use crate::log::{contact_positions, warn};
 use crate::parts::{Fixture, Tool};
 use crate::pickle::{VERSION, check_version, reduced};
 use crate::plausible;
 use crate::problem_arguments::{self, Arguments, KnownDistance};
+use crate::problem_changes;
 use crate::robot::Robot;
 
 /// A calibration problem: robot, tool, fixtures and contacts. What is assumed where no standard
@@ -63,18 +65,24 @@ impl Problem {
         py: Python<'_>,
         robot: Py<Robot>,
         tool: Py<Tool>,
-        fixtures: Vec<Py<Fixture>>,
-        contacts: &Bound<'_, PyMapping>,
-        parameters: Vec<String>,
-        distances: Option<Vec<KnownDistance>>,
-        noise: Option<Bound<'_, PyMapping>>,
-        estimate: Option<Bound<'_, PyMapping>>,
-        accept: Option<Bound<'_, PyMapping>>,
-        held_out: Option<Bound<'_, PyMapping>>,
+        fixtures: &Bound<'_, PyAny>,
+        contacts: &Bound<'_, PyAny>,
+        parameters: &Bound<'_, PyAny>,
+        distances: Option<Bound<'_, PyAny>>,
+        noise: Option<Bound<'_, PyAny>>,
+        estimate: Option<Bound<'_, PyAny>>,
+        accept: Option<Bound<'_, PyAny>>,
+        held_out: Option<Bound<'_, PyAny>>,
     ) -> PyResult<Problem> {
-        let kept = |mapping: Option<Bound<'_, PyMapping>>| mapping.as_ref().map(problem_arguments::kept).transpose();
-        let (noise, estimate, accept, held_out) = (kept(noise)?, kept(estimate)?, kept(accept)?, kept(held_out)?);
-        let contacts = problem_arguments::kept(contacts)?;
+        let kept = |value: &Bound<'_, PyAny>, name| problem_arguments::kept(mapping_argument(value, name)?);
+        let optional = |value: Option<Bound<'_, PyAny>>, name| value.map(|value| kept(&value, name)).transpose();
+        let (noise, estimate) = (optional(noise, "noise")?, optional(estimate, "estimate")?);
+        let (accept, held_out) = (optional(accept, "accept")?, optional(held_out, "held_out")?);
+        let contacts = kept(contacts, "contacts")?;
+        let fixtures = argument::<ListOf<Py<Fixture>>>(fixtures, "fixtures")?.0;
+        let parameters = argument::<ListOf<String>>(parameters, "parameters")?.0;
+        let distances: Option<ListOf<KnownDistance>> = optional_argument(distances.as_ref(), "distances")?;
+        let distances = distances.map(|distances| distances.0);
         let arguments =
             Arguments { robot, tool, fixtures, contacts, parameters, distances, noise, estimate, accept, held_out };
         let (loaded, notes) = arguments.problem(py)?;
@@ -101,18 +109,22 @@ impl Problem {
     ///     spacing: distance of neighbouring sockets (m).
     ///     joint_compliance: whether to estimate joint compliance under gravity.
     #[staticmethod]
-    #[pyo3(signature = (folder, robot, *, only=vec![], leave_out=vec![], spacing=0.05, joint_compliance=false), text_signature = "(folder, robot, *, only=(), leave_out=(), spacing=0.05, joint_compliance=False)")]
+    #[pyo3(signature = (folder, robot, *, only=None, leave_out=None, spacing=0.05, joint_compliance=false), text_signature = "(folder, robot, *, only=(), leave_out=(), spacing=0.05, joint_compliance=False)")]
     fn from_mukca(
         py: Python<'_>,
         folder: PathBuf,
         robot: &Robot,
-        only: Vec<String>,
-        leave_out: Vec<String>,
+        only: Option<Bound<'_, PyAny>>,
+        leave_out: Option<Bound<'_, PyAny>>,
         spacing: f64,
         joint_compliance: bool,
     ) -> PyResult<Problem> {
         plausible::length("spacing", spacing, plausible::PART)?;
-        let options = MukcaOptions { only, except: leave_out, spacing, joint_compliance, ..MukcaOptions::default() };
+        let names = |value: Option<Bound<'_, PyAny>>, name| {
+            Ok::<_, PyErr>(optional_argument::<ListOf<String>>(value.as_ref(), name)?.map_or(vec![], |names| names.0))
+        };
+        let (only, except) = (names(only, "only")?, names(leave_out, "leave_out")?);
+        let options = MukcaOptions { only, except, spacing, joint_compliance, ..MukcaOptions::default() };
         let urdf = robot.file.clone();
         Problem::of(py.detach(|| mukca::read(&folder, urdf, &options)).map_err(io)?)?.with_warnings(py)
     }
@@ -155,10 +167,8 @@ impl Problem {
     ///     `fixture_from_tool`, shape (N, 7), in the order of the log.
     fn contact_poses<'py>(&self, py: Python<'py>, fixture: &str) -> PyResult<Bound<'py, PyArray2<f64>>> {
         let names = self.fixtures();
-        let Some(index) = names.iter().position(|name| *name == fixture) else {
-            let expected = format!("the name of a fixture ({})", names.join(", "));
-            return Err(unexpected("contact_poses", expected, format!("{fixture:?}")));
-        };
+        let index = names.iter().position(|name| *name == fixture);
+        let index = index.ok_or_else(|| unknown_fixture("contact_poses", &names, fixture))?;
         poses_array(py, &py.detach(|| contact_poses(&self.loaded.problem, index)))
     }
 
@@ -170,18 +180,26 @@ impl Problem {
     /// The same problem with other arguments, as `problem.with_(noise={"encoder_deg": 0.01})`.
     ///
     /// Args:
-    ///     changes: arguments of `Problem` by their names.
+    ///     changes: arguments of `Problem` by their names; of a problem that was read or simulated
+    ///         all but robot, fixtures and distances, where noise and estimate replace those tables
+    ///         of its file.
     ///
     /// Raises:
-    ///     InputError: as for `Problem`; and if the problem was not made of such arguments, but
-    ///         read from a file, simulated, or extended by `free_suspects`.
+    ///     InputError: as for `Problem`; for robot, fixtures and distances of a problem that was
+    ///         read or simulated, or parameters that list "fixture", or "tool" without another
+    ///         tool, where those before did not, or the other way round; and for parameters, noise
+    ///         and estimate of one that was extended by `free_suspects`.
     #[pyo3(signature = (**changes))]
     fn with_<'py>(slf: &Bound<'py, Self>, changes: Option<&Bound<'py, PyDict>>) -> PyResult<Bound<'py, PyAny>> {
-        let Some(arguments) = &slf.get().arguments else {
-            return Err(unexpected("with_", "a problem that was made by Problem(…)", "one that was read or simulated"));
+        let (py, Problem { loaded, arguments }) = (slf.py(), slf.get());
+        let Some(changes) = changes else { return Ok(slf.clone().into_any()) };
+        let Some(arguments) = arguments else {
+            let (loaded, notes) = problem_changes::changed(loaded, changes)?;
+            warn(py, &notes)?;
+            return Ok(Bound::new(py, Problem::of(loaded)?)?.into_any());
         };
-        let all = arguments.into_pyobject(slf.py())?;
-        changes.map_or(Ok(()), |changes| all.update(changes.as_mapping()))?;
+        let all = arguments.into_pyobject(py)?;
+        all.update(changes.as_mapping())?;
         slf.get_type().call((), Some(&all))
     }
 

@@ -5,12 +5,13 @@ use std::hash::{DefaultHasher, Hash, Hasher};
 
 use pyo3::prelude::*;
 use pyo3::types::{PyBool, PyDict, PyFloat, PyList, PyMapping, PyString};
-use touchcal::contact::{RowsLeftOut, note_repetition, repeated_rows_note};
+use touchcal::contact::{RowsLeftOut, Source, note_repetition, repeated_rows_note};
 use touchcal::estimate::{Acceptance, DEFAULT_DISTANCE_SIGMA, Distance, EXACT_DISTANCE_SIGMA};
 use touchcal::io::problem_file::{self, Assumptions, Settings};
 use touchcal::io::{Input, IoError, Loaded};
 
-use crate::error::{io, unexpected};
+use crate::error::{argument, io, unexpected, unknown_fixture};
+use crate::list_of::{Item, ListOf};
 use crate::log::ContactLog;
 use crate::parts::{Fixture, Tool};
 use crate::plausible;
@@ -20,7 +21,7 @@ use crate::toml_value::as_table;
 /// Name of the source of settings in messages.
 const SETTINGS: &str = "Problem";
 /// Arguments that declare what is assumed without them.
-const KEYS: &str = "sigma, sigma_angle, clearance_sigma, depth_sigma, edge_radius_sigma, or exact=True";
+pub const KEYS: &str = "sigma, sigma_angle, clearance_sigma, depth_sigma, edge_radius_sigma, or exact=True";
 
 /// The arguments of a problem: as a dict those of its constructor.
 #[derive(Debug, FromPyObject, IntoPyObjectRef)]
@@ -42,12 +43,12 @@ impl Arguments {
     /// The problem, and which of its notes were not issued as warnings before.
     pub fn problem(&self, py: Python<'_>) -> PyResult<(Loaded, Vec<String>)> {
         let robot = &self.robot.get().file;
-        let settings = Settings::read(&self.settings_text(py)?, SETTINGS, &robot.robot);
-        let settings = settings.map_err(|error| io(without_lines(error)))?;
+        let settings_text = self.settings_text(py)?;
+        let settings = settings(&settings_text, &robot.robot)?;
         let fixtures: Vec<&Fixture> = self.fixtures.iter().map(Py::get).collect();
-        let names = FixtureNames::new(&fixtures)?;
+        let names = FixtureNames::new(fixtures.iter().map(|fixture| fixture.name().to_owned()))?;
         let mut assumptions = Assumptions::default();
-        let tool = self.tool.get().nominal(&settings, &fixtures, &mut assumptions);
+        let tool = self.tool.get().nominal(&settings, fixtures.iter().map(|given| given.manifold()), &mut assumptions);
         let mut inputs = vec![robot.input.clone()];
         let mut nominal = Vec::with_capacity(fixtures.len());
         for given in &fixtures {
@@ -75,8 +76,7 @@ impl Arguments {
         problem.acceptance = acceptance;
         problem.held_out = held_out;
         let notes = problem.contacts.notes()[notes_of_logs..].to_vec();
-        // Meshes are warned of where they are read.
-        Ok((Loaded { problem, urdf: robot.text.clone(), inputs, has_several_bodies: false }, notes))
+        Ok((Loaded { problem, urdf: robot.text.clone(), inputs, settings: settings_text, assumptions }, notes))
     }
 
     /// The tables `[noise]` and `[estimate]` as a file would have them, so that they mean the same.
@@ -128,6 +128,30 @@ pub enum KnownDistance {
     WithSigma(String, String, f64, f64),
 }
 
+impl Item for KnownDistance {
+    const LIST: &'static str = "a list of (name, name, metres) or (name, name, metres, sigma)";
+
+    fn of(object: &Bound<'_, PyAny>) -> PyResult<Self> {
+        object.extract()
+    }
+}
+
+impl Item for Py<Fixture> {
+    const LIST: &'static str = "a list of Fixture";
+
+    fn of(object: &Bound<'_, PyAny>) -> PyResult<Self> {
+        Ok(object.extract()?)
+    }
+}
+
+impl Item for Py<ContactLog> {
+    const LIST: &'static str = "a ContactLog or a list of them";
+
+    fn of(object: &Bound<'_, PyAny>) -> PyResult<Self> {
+        Ok(object.extract()?)
+    }
+}
+
 impl KnownDistance {
     fn checked(&self, names: &FixtureNames, assumptions: &mut Assumptions) -> PyResult<Distance> {
         let (first, second, distance, declared) = match self {
@@ -149,14 +173,14 @@ impl KnownDistance {
 }
 
 /// Names of fixtures, which are distinct, with their indices.
-struct FixtureNames {
+pub struct FixtureNames {
     names: Vec<String>,
     indices: HashMap<String, usize>,
 }
 
 impl FixtureNames {
-    fn new(fixtures: &[&Fixture]) -> PyResult<FixtureNames> {
-        let names: Vec<String> = fixtures.iter().map(|fixture| fixture.name().to_owned()).collect();
+    pub fn new(names: impl Iterator<Item = String>) -> PyResult<FixtureNames> {
+        let names: Vec<String> = names.collect();
         let mut indices = HashMap::new();
         for (index, name) in names.iter().enumerate() {
             if indices.insert(name.clone(), index).is_some() {
@@ -168,31 +192,25 @@ impl FixtureNames {
 
     /// Index of a fixture, named in the argument `field`.
     fn index(&self, name: &str, field: &str) -> PyResult<usize> {
-        let expected = || format!("the name of a fixture ({})", self.names.join(", "));
-        self.indices.get(name).copied().ok_or_else(|| unexpected(field, expected(), format!("{name:?}")))
+        let names = || self.names.iter().map(String::as_str).collect::<Vec<&str>>();
+        self.indices.get(name).copied().ok_or_else(|| unknown_fixture(field, &names(), name))
     }
 }
 
 /// Logs that were joined: their inputs, their rows, and notes on rows that were there before.
 #[derive(Default)]
-struct JoinedLogs {
-    inputs: Vec<Input>,
+pub struct JoinedLogs {
+    pub inputs: Vec<Input>,
     /// Hashes of all rows: of their content's SHA-256, number and joint positions.
     rows: HashSet<u64>,
-    notes: Vec<String>,
+    pub notes: Vec<String>,
 }
 
 impl JoinedLogs {
     /// The contacts of a log that no earlier log has, with a note on the others. Joint positions
     /// are compared too, as one file may be read twice with different columns.
     fn new_contacts(&mut self, part: &ContactLog) -> touchcal::contact::ContactLog {
-        let hash = |i| {
-            let mut hasher = DefaultHasher::new();
-            (&part.input.sha256, part.log.source(i).line).hash(&mut hasher);
-            part.log.q(i).iter().for_each(|position| position.to_bits().hash(&mut hasher));
-            hasher.finish()
-        };
-        let mut new = part.log.filtered(|i| self.rows.insert(hash(i)));
+        let mut new = self.new_rows(&part.log, |_| &part.input.sha256);
         let (all, repeated) = (part.log.len(), part.log.len() - new.len());
         new.count_left_out(RowsLeftOut { repeated: repeated as u64, ..RowsLeftOut::default() });
         if repeated > 0 {
@@ -202,8 +220,25 @@ impl JoinedLogs {
         new
     }
 
+    /// The contacts of a log, whose files have that SHA-256, that no earlier log has.
+    pub fn new_rows<'a>(
+        &mut self,
+        log: &'a touchcal::contact::ContactLog,
+        sha256: impl Fn(&'a str) -> &'a str,
+    ) -> touchcal::contact::ContactLog {
+        let files: Vec<&str> = log.files().iter().map(|file| sha256(file)).collect();
+        let hash = |i| {
+            let mut hasher = DefaultHasher::new();
+            let Source { file, line } = log.source(i);
+            (files.get(file as usize), line).hash(&mut hasher);
+            log.q(i).iter().for_each(|position| position.to_bits().hash(&mut hasher));
+            hasher.finish()
+        };
+        log.filtered(|i| self.rows.insert(hash(i)))
+    }
+
     /// The logs of all fixtures as one, in the order of `contacts`, an argument named `field`.
-    fn log(
+    pub fn log(
         &mut self,
         contacts: &Bound<'_, PyMapping>,
         field: &str,
@@ -214,24 +249,29 @@ impl JoinedLogs {
         for item in contacts.items()?.try_iter()? {
             let (name, logs): (String, Bound<'_, PyAny>) = item?.extract()?;
             let fixture = names.index(&name, field)?;
-            let logs: Vec<PyRef<'_, ContactLog>> = match logs.cast::<ContactLog>() {
-                Ok(one) => vec![one.borrow()],
-                Err(_) => logs.extract()?,
+            let logs = match logs.extract::<Py<ContactLog>>() {
+                Ok(one) => vec![one],
+                Err(_) => argument::<ListOf<Py<ContactLog>>>(&logs, field)?.0,
             };
-            for part in logs {
+            for part in logs.iter().map(Py::get) {
                 if part.log.dof() != dof {
                     let (expected, found) = (format!("{dof} joints"), format!("{}", part.log.dof()));
                     return Err(unexpected(part.input.path.clone(), expected, found));
                 }
-                log.append(&self.new_contacts(&part), fixture);
+                log.append(&self.new_contacts(part), fixture);
             }
         }
         Ok(log)
     }
 }
 
+/// The settings of the tables `[noise]` and `[estimate]` in a text.
+pub fn settings(text: &str, robot: &touchcal::robot::Robot) -> PyResult<Settings> {
+    Settings::read(text, SETTINGS, robot).map_err(|error| io(without_lines(error)))
+}
+
 /// What the table `[accept]` asks for, as a file would have it.
-fn acceptance(
+pub fn acceptance(
     accept: &Bound<'_, PyMapping>,
     arm_and_tool: (&touchcal::robot::Robot, &touchcal::estimate::Tool),
 ) -> PyResult<Acceptance> {
@@ -241,7 +281,7 @@ fn acceptance(
 }
 
 /// The error without line and column, which refer to a generated text.
-fn without_lines(mut error: IoError) -> IoError {
+pub fn without_lines(mut error: IoError) -> IoError {
     if let IoError::Unexpected { place, .. } | IoError::Syntax { place, .. } = &mut error {
         place.line = None;
         place.column = None;

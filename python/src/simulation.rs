@@ -7,11 +7,12 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use touchcal::experiment;
 use touchcal::io::Loaded;
+use touchcal::io::problem_file::Assumptions;
 use touchcal::io::scenario_file::{self, ScenarioFile};
 use touchcal::sim::{self, Log, Seeds, SimulatedTrial, SimulationError as Failure};
 
 use crate::array::{fixed, fixed_rows};
-use crate::error::{Error, SimulationError, io, unexpected, unpicklable};
+use crate::error::{Error, SimulationError, io, unexpected, unknown_fixture, unpicklable};
 use crate::frame::Frame;
 use crate::problem::Problem;
 use crate::progress::Observer;
@@ -33,10 +34,7 @@ impl Simulation {
     fn logged(&self, fixture: &str) -> PyResult<&Log> {
         let touches = &self.file.scenario.touches;
         let found = touches.iter().zip(&self.simulated.logs).find(|(touch, _)| touch.name == fixture);
-        found.map(|(_, log)| log).ok_or_else(|| {
-            let expected = format!("the name of a fixture ({})", self.fixtures().join(", "));
-            unexpected("simulation", expected, format!("{fixture:?}"))
-        })
+        found.map(|(_, log)| log).ok_or_else(|| unknown_fixture("simulation", &self.fixtures(), fixture))
     }
 }
 
@@ -97,8 +95,8 @@ impl Simulation {
     /// The problem that the logs pose to a user who believes what the scenario says.
     fn problem(&self) -> PyResult<Problem> {
         let problem = experiment::problem(&self.file.scenario, &self.simulated);
-        let urdf = self.file.urdf.clone();
-        Problem::of(Loaded { problem, urdf, inputs: Vec::new(), has_several_bodies: false })
+        let (urdf, settings) = (self.file.urdf.clone(), scenario_file::settings_text(&self.file.scenario));
+        Problem::of(Loaded { problem, urdf, inputs: Vec::new(), settings, assumptions: Assumptions::default() })
     }
 
     /// Writes what `touchcal simulate` writes: the logs, problem.toml, scenario.toml, truth.json

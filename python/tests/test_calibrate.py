@@ -322,7 +322,8 @@ def test_results_cannot_be_changed(workcell: Path) -> None:
         calibration.parameters[0].value = 1.0  # type: ignore[misc]
     with pytest.raises(ValueError, match="read-only"):
         calibration.covariance[0, 0] = 1.0
-    with pytest.raises(KeyError):
+    expected = r"expected the name of a parameter \(`joint_offset\.joint_a1`, .*, found \"joint_offset\.joint_a9\"; did you mean `joint_offset\.joint_a\d`\?"
+    with pytest.raises(KeyError, match=expected):
         calibration["joint_offset.joint_a9"]
 
 

@@ -62,7 +62,7 @@ def test_residuals_of_one_fixture(sockets: Path, ax: Axes) -> None:
     plots.residuals(calibration, ax, fixture="left/1")
     counts = [sum(bar.get_height() for bar in group) for group in ax.containers]  # type: ignore[attr-defined]
     assert counts == [calibration.postfit.per_fixture["left/1"].count] * 2
-    with pytest.raises(KeyError, match="left/7"):
+    with pytest.raises(KeyError, match="expected the name of a fixture .*left/1.*, found 'left/7'"):
         plots.residuals(calibration, ax, fixture="left/7")
 
 

@@ -65,6 +65,55 @@ def test_what_problems_are_refused_for(robot: touchcal.Robot, log: touchcal.Cont
         Fixture("h", hole(), touchcal.pose(), clearance_sigma=-1)
 
 
+def test_arguments_of_another_type_are_named(robot: touchcal.Robot, log: touchcal.ContactLog) -> None:
+    sockets = [Fixture("a/0", Manifold.ball_in_socket(), free=True)]
+    usual = {"robot": robot, "tool": Tool(exact=True), "fixtures": sockets, "contacts": {"a/0": log}, "parameters": ["strain"]}
+    problem = Problem(**usual)  # type: ignore[arg-type]
+
+    def refused(words: str, make) -> None:
+        with pytest.raises(TypeError) as refusal:
+            make()
+        assert str(refusal.value) == words
+
+    distances = "a list of (name, name, metres) or (name, name, metres, sigma)"
+    for argument, value, words in [
+        ("parameters", "strain", "expected a list of names, found str 'strain'"),
+        ("parameters", ["strain", 1], "expected a list of names, found int 1 in it"),
+        ("parameters", {"strain": True}, "expected a list of names, found dict {'strain': True}"),
+        ("fixtures", ["a/0"], "expected a list of Fixture, found str 'a/0' in it"),
+        ("contacts", {"a/0": "log.csv"}, "expected a ContactLog or a list of them, found str 'log.csv'"),
+        ("contacts", {"a/0": [log, "log.csv"]}, "expected a ContactLog or a list of them, found str 'log.csv' in it"),
+        ("held_out", {"a/0": None}, "expected a ContactLog or a list of them, found NoneType None"),
+        ("distances", [("a/0", "a/1")], f"expected {distances}, found tuple ('a/0', 'a/1') in it"),
+        ("distances", "a/0", f"expected {distances}, found str 'a/0'"),
+        ("noise", 1, "expected a mapping, found int 1"),
+        ("contacts", [log], "expected a mapping, found list [ContactLog(30 contacts of 30 rows, \"array\")]"),
+    ]:
+        refused(f"argument '{argument}': {words}", lambda argument=argument, value=value: Problem(**{**usual, argument: value}))
+    simulated = touchcal.simulate("paper", 1, contacts=3).problem()
+    refused("argument 'parameters': expected a list of names, found str 'strain'", lambda: simulated.with_(parameters="strain"))
+    refused("argument 'noise': expected a mapping, found int 1", lambda: simulated.with_(noise=1))
+    refused("argument 'tool': expected a Tool, found str 'peg'", lambda: simulated.with_(tool="peg"))
+    refused("argument 'exact': expected True, False, or a list of names, found str 'depth'", lambda: Fixture("h", hole(), touchcal.pose(), exact="depth"))  # type: ignore[arg-type]
+    refused("argument 'earlier': expected a Calibration or a SavedCalibration, found str 'out'", lambda: touchcal.compare("out", "out"))  # type: ignore[arg-type]
+    refused("argument 'calibration': expected a Calibration or a SavedCalibration, found str 'out'", lambda: touchcal.evaluate(problem, "out"))  # type: ignore[arg-type]
+    refused("argument 'joints': expected a list of names, found str 'a1'", lambda: touchcal.ContactLog.from_numpy(robot, problem.q, joints="a1"))
+    # Other iterables are lists.
+    assert len(Problem(**{**usual, "parameters": ("strain",), "fixtures": iter(sockets)})) == 30  # type: ignore[arg-type]
+
+
+def test_unknown_names_are_told_the_nearest(robot: touchcal.Robot, log: touchcal.ContactLog) -> None:
+    simulation = touchcal.simulate("workcell", 1, contacts=20)
+    found = "expected the name of a fixture .hole., found \"hle\"; did you mean `hole`\\?$"
+    with pytest.raises(touchcal.InputError, match=f"contact_poses: {found}"):
+        simulation.problem().contact_poses("hle")
+    with pytest.raises(touchcal.InputError, match=f"simulation: {found}"):
+        simulation.log("hle")
+    sockets = [Fixture("a/0", Manifold.ball_in_socket(), free=True)]
+    with pytest.raises(touchcal.InputError, match="contacts: .*, found \"a/O\"; did you mean `a/0`"):
+        Problem(robot, Tool(exact=True), sockets, {"a/O": log}, parameters=["strain"])
+
+
 def test_millimetres_and_degrees_are_questioned(robot: touchcal.Robot, log: touchcal.ContactLog, tmp_path: Path) -> None:
     metres, ball, peg = r".*\(lengths are metres\), found ", Manifold.ball_in_socket(), touchcal.extrusion25()
 

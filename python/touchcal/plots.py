@@ -84,7 +84,8 @@ def residuals(
         KeyError: if there is no fixture of that name.
     """
     if fixture is not None and fixture not in calibration.postfit.per_fixture:
-        raise KeyError(fixture)
+        names = ", ".join(calibration.postfit.per_fixture)
+        raise KeyError(f"expected the name of a fixture ({names}), found {fixture!r}")
     contacts = calibration.contacts_to_pandas()
     if fixture is not None:
         contacts = contacts[contacts["fixture"] == fixture]

@@ -29,7 +29,7 @@ pub fn run(args: &InspectArgs) -> Result<Outcome, Failure> {
     let text = if args.json { json(&loaded, &inspection)? } else { text(&loaded, &inspection, detail) };
     output::print(&text)?;
     let is_unusable = inspection.warnings.iter().any(|warning| warning.severity() == Severity::Unusable);
-    Ok(if is_unusable || loaded.has_several_bodies { Outcome::NotUsable } else { Outcome::Done })
+    Ok(if is_unusable || loaded.assumptions.has_several_bodies() { Outcome::NotUsable } else { Outcome::Done })
 }
 
 fn text(loaded: &Loaded, inspection: &Inspection, detail: Detail) -> String {

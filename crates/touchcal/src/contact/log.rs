@@ -105,6 +105,11 @@ impl ContactLog {
         &self.notes
     }
 
+    /// Drops all notes but those that fulfil `keep`.
+    pub fn retain_notes(&mut self, keep: impl Fn(&str) -> bool) {
+        self.notes.retain(|note| keep(note));
+    }
+
     /// Multiplies the joint positions of all contacts from number `first` on, each joint's by its
     /// `scale`.
     pub(crate) fn rescale(&mut self, first: usize, scale: &[f64]) {

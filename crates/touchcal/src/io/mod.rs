@@ -45,6 +45,7 @@ pub use base::atomic;
 pub use base::bytes::Input;
 pub use base::error::{IoError, Place};
 pub use base::result_folder;
+pub use base::suggest::{did_you_mean, list};
 pub use campaign::trial_folder;
 #[cfg(feature = "parquet")]
 pub use campaign::{campaign_folder, campaign_parquet, falsified_parquet};

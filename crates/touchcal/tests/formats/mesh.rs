@@ -136,7 +136,7 @@ fn bodies_are_counted_and_several_are_noted() {
         write("hole.stl", &stl(hole));
         let loaded = problem_file::read(WITH_MESHES, "problem.toml", folder.path()).unwrap();
         let note = loaded.problem.contacts.notes().iter().find(|note| note.contains("bodies")).cloned();
-        assert_eq!(loaded.has_several_bodies, note.is_some());
+        assert_eq!(loaded.assumptions.has_several_bodies(), note.is_some());
         note
     };
     assert_eq!(note_of(&hole), None);

@@ -4,6 +4,7 @@ use std::path::Path;
 
 use touchcal::contact::ContactLog;
 use touchcal::estimate::{PlacePrior, Problem, Tool, workspace_configurations};
+use touchcal::io::problem_file::Assumptions;
 use touchcal::io::urdf::{self, Ends};
 use touchcal::io::{Export, Loaded};
 use touchcal::robot::{KinematicParameter, Kinematics, Robot, calibrated};
@@ -31,7 +32,13 @@ fn arm() -> Loaded {
     file.text = file.text.replace("</robot>", &system);
     let tool = Tool { tip_from_tool: Pose::identity(), prior: PlacePrior::Fixed };
     let problem = Problem::new(file.robot, tool, Vec::new(), ContactLog::new(6));
-    Loaded { problem, urdf: file.text, inputs: Vec::new(), has_several_bodies: false }
+    Loaded {
+        problem,
+        urdf: file.text,
+        inputs: Vec::new(),
+        settings: String::new(),
+        assumptions: Assumptions::default(),
+    }
 }
 
 fn offsets(text: &str) -> Vec<f64> {

@@ -7,7 +7,7 @@ use super::error::shown_name;
 const LONGEST: usize = 100;
 
 /// `; did you mean "x"?` where a known name is near enough to be a typing error, else nothing.
-pub(crate) fn did_you_mean<'a>(unknown: &str, known: impl IntoIterator<Item = &'a str>) -> String {
+pub fn did_you_mean<'a>(unknown: &str, known: impl IntoIterator<Item = &'a str>) -> String {
     if unknown.len() > LONGEST {
         return String::new();
     }
@@ -27,7 +27,7 @@ pub(crate) fn did_you_mean<'a>(unknown: &str, known: impl IntoIterator<Item = &'
 }
 
 /// `` `a`, `b` or `c` ``, for messages; long lists are cut.
-pub(crate) fn list<'a>(names: impl IntoIterator<Item = &'a str>) -> String {
+pub fn list<'a>(names: impl IntoIterator<Item = &'a str>) -> String {
     /// More names than this do not help anyone.
     const MOST: usize = 20;
     let names: Vec<String> = names.into_iter().map(|name| format!("`{}`", shown_name(name))).collect();

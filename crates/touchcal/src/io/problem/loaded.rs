@@ -5,6 +5,7 @@ use serde::{Deserialize, Serialize};
 use crate::estimate::Problem;
 use crate::io::base::bytes::Input;
 use crate::io::base::error::{IoError, Place};
+use crate::io::problem::problem_file::Assumptions;
 use crate::manifold::ResidualKind;
 
 /// A calibration problem, and what is needed to write its result.
@@ -19,9 +20,12 @@ pub struct Loaded {
     /// URDF, shapes of the tool, those of each fixture, logs. A problem that was read from a text
     /// has no entry for it.
     pub inputs: Vec<Input>,
-    /// Whether the problem file's mesh of the tool or of a fixture has several bodies that are
-    /// apart, usually a mistake of the export.
-    pub has_several_bodies: bool,
+    /// The tables `[noise]` and `[estimate]` of a file that poses this problem, as
+    /// [`Settings::read`](crate::io::problem_file::Settings::read) takes them; empty if there is no
+    /// such file.
+    pub settings: String,
+    /// What is assumed of tool, fixtures and distances where the problem file declares nothing.
+    pub assumptions: Assumptions,
 }
 
 impl Loaded {

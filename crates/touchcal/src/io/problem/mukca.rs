@@ -18,6 +18,7 @@ use crate::io::base::suggest::{did_you_mean, list};
 use crate::io::base::toml_text::{number, quoted as toml_quoted};
 use crate::io::log::contact_log;
 use crate::io::problem::loaded::Loaded;
+use crate::io::problem::problem_file::Assumptions;
 use crate::io::robot::urdf::{self, UrdfFile};
 use crate::manifold::BallInSocket;
 use crate::parameter::{joint_compliance, joint_origin};
@@ -114,7 +115,8 @@ pub fn read(folder: &Path, urdf: UrdfFile, options: &MukcaOptions) -> Result<Loa
         other_arms: urdf::builtin_arms(),
         ..Problem::new(robot, tool, fixtures, contacts)
     };
-    Ok(Loaded { problem, urdf: text, inputs, has_several_bodies: false })
+    let settings = settings_text(options);
+    Ok(Loaded { problem, urdf: text, inputs, settings, assumptions: Assumptions::default() })
 }
 
 /// The text of a `problem.toml` in `folder`, which need not exist, that reads the same logs and
@@ -165,14 +167,21 @@ pub fn problem_text(
         line("\n[[contacts]]\nfile", &path(file)?);
         line("fixture", &name(placement, *socket));
     }
-    line("\n[noise]\nencoder_deg", &number(options.noise.encoder.to_degrees()));
+    Ok(text + "\n" + &settings_text(options))
+}
+
+/// The tables `[noise]` and `[estimate]` of a problem file.
+fn settings_text(options: &MukcaOptions) -> String {
+    let mut text = String::new();
+    let mut line = |key: &str, value: &str| text.push_str(&format!("{key} = {value}\n"));
+    line("[noise]\nencoder_deg", &number(options.noise.encoder.to_degrees()));
     line("contact_mm", &number(1e3 * options.noise.contact));
     line("estimated", &options.noise.is_estimated.to_string());
     let compliance = if options.joint_compliance { ", \"joint_compliance\"" } else { "" };
     line("\n[estimate]\nparameters", &format!("[\"joint_origin\"{compliance}, \"joint_drift\"]"));
     line("loss", "\"geman_mcclure\"");
     line("loss_scale", &number(LOSS_SCALE));
-    Ok(text)
+    text
 }
 
 /// Names of the placements that a folder holds, sorted: its subfolders with files `hole_N.csv`.

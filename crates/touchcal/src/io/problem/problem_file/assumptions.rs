@@ -1,11 +1,13 @@
 //! What is assumed where no standard deviations are declared, and other notes on parts.
 
+use serde::{Deserialize, Serialize};
+
 use super::tolerance::DeclaredPrior;
 use crate::estimate::{PlacePrior, ShapeTolerance, WrenchTolerance};
 
 /// Collects what is assumed of tool, fixtures, distances and wrench where nothing is declared,
 /// which standard deviations are declared 0, and which meshes have several bodies.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Assumptions {
     of_parts: Vec<String>,
     exact_by_zero: Vec<String>,
@@ -85,7 +87,14 @@ impl Assumptions {
         }
     }
 
-    /// Whether a mesh has several bodies.
+    /// Forgets what is assumed of the place of the part that is named `part` in messages, which is
+    /// declared anew.
+    pub fn forget_place(&mut self, part: &str) {
+        self.of_parts.retain(|assumed| !assumed.strip_prefix(part).is_some_and(|rest| rest.starts_with(": place")));
+        self.exact_by_zero.retain(|exact| exact != part);
+    }
+
+    /// Whether a mesh has several bodies that are apart, usually a mistake of the export.
     pub fn has_several_bodies(&self) -> bool {
         !self.of_several_bodies.is_empty()
     }

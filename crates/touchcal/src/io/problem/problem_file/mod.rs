@@ -51,7 +51,7 @@ pub use tolerance::DeclaredPrior;
 pub const JSON_SCHEMA: &str = include_str!("../problem.schema.json");
 
 /// Keys that declare what is assumed without them.
-const KEYS: &str = "sigma_mm, sigma_deg, clearance_sigma_mm, depth_sigma_mm, edge_radius_sigma_mm, or exact = true";
+pub const KEYS: &str = "sigma_mm, sigma_deg, clearance_sigma_mm, depth_sigma_mm, edge_radius_sigma_mm, or exact = true";
 /// Most fixtures of a problem, and most parameters: memory grows with their square, time with their
 /// cube, to seconds for each step of the search.
 const MAX_FIXTURES: usize = 1000;
@@ -153,13 +153,19 @@ fn build(toml: &ProblemToml, selection: &Selection, context: &Context<'_>) -> Re
     held_out.notes().iter().for_each(|note| contacts.note(note));
     note_repetition(&mut contacts, &held_out);
     assumptions.notes(KEYS).iter().for_each(|note| contacts.note(note));
-    let has_several_bodies = assumptions.has_several_bodies();
     let acceptance = toml.accept.as_ref().map(|table| acceptance(table, (&robot, &tool), context)).transpose()?;
     let mut problem = settings.problem(robot, (tool, fixtures, distances), contacts)?;
     problem.acceptance = acceptance;
     problem.held_out = held_out;
     check_size(&problem, context)?;
-    Ok(Loaded { problem, urdf, inputs, has_several_bodies })
+    Ok(Loaded { problem, urdf, inputs, settings: settings_text(context)?, assumptions })
+}
+
+/// The tables of the file that [`Settings::read`] takes.
+fn settings_text(context: &Context<'_>) -> Result<String, IoError> {
+    let mut tables: toml::Table = toml::from_str(context.text).map_err(|error| context.syntax(&error))?;
+    tables.retain(|name, _| ["noise", "estimate"].contains(&name));
+    Ok(tables.to_string())
 }
 
 /// Refuses more parameters than can be estimated.

@@ -13,7 +13,9 @@ mod schema;
 mod vary;
 mod write;
 
-pub use posed::{PROBLEM, TRUE_URDF, TRUTH, check_folder, log_texts, problem_text, truth_text, write_folder};
+pub use posed::{
+    PROBLEM, TRUE_URDF, TRUTH, check_folder, log_texts, problem_text, settings_text, truth_text, write_folder,
+};
 pub use read::{MAX_BYTES, ScenarioFile, preset, read, read_file};
 pub use vary::varied_text;
 pub use write::{SCENARIO, TextFile, scenario_text};

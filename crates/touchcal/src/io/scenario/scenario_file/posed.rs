@@ -117,6 +117,16 @@ pub fn problem_text(file: &ScenarioFile, truth: &Truth) -> Vec<TextFile> {
             line.text("temperature", ARM_TEMPERATURE);
         }
     }
+    text.push_str(&settings_text(scenario));
+    files.push(TextFile::new(PROBLEM, text));
+    files
+}
+
+/// The tables `[noise]` and `[estimate]` of the [problem](problem_text), which
+/// [`Settings::read`](crate::io::problem_file::Settings::read) takes.
+pub fn settings_text(scenario: &Scenario) -> String {
+    let mut text = String::new();
+    let mut line = Lines(&mut text);
     noise_text(scenario, &mut line);
     line.table("[estimate]");
     let names: Vec<&str> = experiment::blocks(scenario).into_iter().map(Block::name).collect();
@@ -124,8 +134,7 @@ pub fn problem_text(file: &ScenarioFile, truth: &Truth) -> Vec<TextFile> {
     line.text("loss", "geman_mcclure");
     line.number("loss_scale", experiment::LOSS_SCALE);
     line.text("unseen_effects", "ignore");
-    files.push(TextFile::new(PROBLEM, text));
-    files
+    text
 }
 
 /// The table of the noise.
