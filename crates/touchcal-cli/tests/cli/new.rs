@@ -157,6 +157,50 @@ fn the_problem_is_what_is_named() {
     assert_eq!(folded, expected);
 }
 
+/// How logs are read stands in one place, which holds for all of them.
+#[test]
+fn what_holds_for_all_logs_is_written_once() {
+    for kind in ["sockets", "peg-in-hole", "planes"] {
+        let folder = tempfile::tempdir().unwrap();
+        touchcal(folder.path(), &["new", kind]).success();
+        let text = std::fs::read_to_string(folder.path().join(kind).join("problem.toml")).unwrap();
+        // As a line, or one to be filled in.
+        let count = |key: &str| text.lines().filter(|line| line.trim_start_matches("# ").starts_with(key)).count();
+        for key in ["[log]", "unit = ", "columns = ", "force_threshold_n = "] {
+            assert_eq!(count(key), 1, "{kind}: {key}");
+        }
+        assert!(count("apart_deg = ") <= 1, "{kind}");
+    }
+}
+
+/// The logs of a simulation, whose names are not those of a folder for each placement, with a name
+/// for each and by their own names.
+#[test]
+fn logs_of_any_names_make_a_problem() {
+    let folder = tempfile::tempdir().unwrap();
+    touchcal(folder.path(), &["simulate", "--preset", "mukca", "--out", "sim"]).success();
+    let (_, urdf) = touchcal::robot::builtin::ALL.iter().find(|(name, _)| *name == "iiwa14").unwrap();
+    std::fs::write(folder.path().join("arm.urdf"), urdf).unwrap();
+    let new = |from: &[&str], out: &str| {
+        let args = [&["new", "sockets", "--urdf", "arm.urdf", "--out", out], from].concat();
+        stdout(&touchcal(folder.path(), &args).success())
+    };
+    let fixtures = |out: &str| {
+        let done = touchcal(folder.path(), &["inspect", &format!("{out}/problem.toml"), "--json"]);
+        let inspected: serde_json::Value = serde_json::from_str(&stdout(&done)).unwrap();
+        inspected["contacts_per_fixture"].as_object().unwrap().keys().cloned().collect::<Vec<_>>()
+    };
+    let said = new(&["--from", "sim"], "own");
+    assert!(said.contains("50 mm of neighbours, by their numbers: front/0 – front/1, left/0 – left/1"), "{said}");
+    assert_eq!(fixtures("own"), ["front/0", "front/1", "left/0", "left/1", "right/0", "right/1"]);
+    let said = new(&["--from", "a=sim/front_0.csv", "--from", "b=sim/left_1.csv"], "named");
+    assert!(said.contains("none, because no two logs are of sockets N and N + 1"), "{said}");
+    assert_eq!(fixtures("named"), ["a", "b"]);
+    let args = ["new", "sockets", "--urdf", "arm.urdf", "--from", "arm.urdf", "--out", "none"];
+    let refused = stderr(&touchcal(folder.path(), &args).code(1));
+    assert!(refused.contains("logs/front_0.csv") && refused.contains("front/0=logs/a.csv"), "{refused}");
+}
+
 #[test]
 fn an_unknown_kind_gets_a_suggestion() {
     let folder = tempfile::tempdir().unwrap();

@@ -30,6 +30,7 @@ mod parquet;
 mod problem_file;
 mod problem_file_accept;
 mod problem_file_known;
+mod problem_file_log;
 mod problem_file_refused;
 mod reference;
 mod report;

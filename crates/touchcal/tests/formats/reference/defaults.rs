@@ -11,7 +11,7 @@ const BASE: &str = "[robot]\nbuiltin = \"iiwa14\"\n[tool]\nkind = \"peg\"\nbuilt
     tip_from_tool = { xyz_mm = [0, 0, 150] }\n[[fixture]]\nname = \"hole\"\nkind = \"hole\"\noutline_offset_mm = 0.5\n\
     depth_mm = 30\nbase_from_fixture = { xyz_mm = [600, 100, 150] }\n[[fixture]]\nname = \"other\"\nkind = \"hole\"\n\
     outline_offset_mm = 0.5\ndepth_mm = 30\nbase_from_fixture = { xyz_mm = [600, -100, 150] }\n[[distance]]\n\
-    between = [\"hole\", \"other\"]\nmm = 200\n[[contacts]]\nfile = \"hole.csv\"\nfixture = \"hole\"\n\
+    between = [\"hole\", \"other\"]\nmm = 200\n[log]\n[[contacts]]\nfile = \"hole.csv\"\nfixture = \"hole\"\n\
     force_threshold_n = 3\nload_on = \"tool\"\n[noise]\n[estimate.prior]\n[estimate.descent]\n";
 const SEARCH: &str = "[estimate]\nparameters = [\"strain\", \"joint_offset\", \"joint_origin\"]\n";
 const DESCENT: &str = "[estimate]\nmethod = \"gradient_descent\"\nparameters = [\"joint_offset\"]\n";
@@ -64,6 +64,7 @@ fn defaults_are_those_of_the_reader() {
         ("ToolToml", "[tool]\n", SEARCH),
         ("FixtureToml", "[[fixture]]\n", SEARCH),
         ("DistanceToml", "[[distance]]\n", SEARCH),
+        ("LogToml", "[log]\n", SEARCH),
         ("ContactsToml", "[[contacts]]\n", SEARCH),
         ("NoiseToml", "[noise]\n", SEARCH),
         ("EstimateToml", "[estimate]\n", SEARCH),
@@ -72,7 +73,7 @@ fn defaults_are_those_of_the_reader() {
     ] {
         let base = format!("{BASE}{search}");
         let base = if table == "DescentToml" { base } else { base.replace("[estimate.descent]\n", "") };
-        let with_contacts = table == "ContactsToml";
+        let with_contacts = ["LogToml", "ContactsToml"].contains(&table);
         for key in keys.of(table).iter().filter(|key| !NOT_ALONE.contains(&key.name.as_str())) {
             let Some((default, other)) = values(key) else { continue };
             let place = format!("{table}.{} = {default}", key.name);

@@ -69,7 +69,7 @@ impl Keys {
                 choices.insert(choice.ident.to_string(), names.collect::<Vec<String>>());
             }
         }
-        let mut tables = BTreeMap::new();
+        let mut tables: BTreeMap<String, Vec<Key>> = BTreeMap::new();
         for item in &items {
             if let Item::Struct(table) = item
                 && let Fields::Named(fields) = &table.fields
@@ -78,6 +78,9 @@ impl Keys {
                 tables.insert(table.ident.to_string(), keys);
             }
         }
+        let of_log = tables["LogToml"].clone();
+        let contacts = tables.get_mut("ContactsToml").unwrap();
+        contacts.iter_mut().for_each(|key| *key = as_in_log(key, &of_log));
         Keys { tables }
     }
 
@@ -89,6 +92,14 @@ impl Keys {
     /// All tables.
     pub fn tables(&self) -> impl Iterator<Item = (&String, &Vec<Key>)> {
         self.tables.iter()
+    }
+}
+
+/// A key of a log without a comment of its own: what it means is said in `[log]`.
+fn as_in_log(key: &Key, of_log: &[Key]) -> Key {
+    match of_log.iter().find(|found| found.name == key.name && found.value == key.value) {
+        Some(found) if key.meaning.is_empty() => Key { default: Some("that of `[log]`".to_owned()), ..found.clone() },
+        _ => key.clone(),
     }
 }
 

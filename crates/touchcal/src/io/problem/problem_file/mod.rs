@@ -9,6 +9,7 @@ mod accept;
 mod assumptions;
 pub(crate) mod context;
 mod declared;
+mod log;
 mod parameters;
 mod projected;
 pub(crate) mod schema;
@@ -23,19 +24,19 @@ use std::path::Path;
 
 use toml::Spanned;
 
-use crate::contact::{AngleUnit, ContactLog, Detection, KnownRows, Load, LoadFrame, LoadOn, note_repetition};
+use crate::contact::{ContactLog, KnownRows, note_repetition};
 use crate::estimate::{DEFAULT_DISTANCE_SIGMA, Distance, Problem, parameter_count};
 use crate::io::base::bytes::{self, Input};
-use crate::io::base::error::{IoError, Place, quoted, shown_number};
+use crate::io::base::error::{IoError, Place, quoted};
 use crate::io::base::suggest::{did_you_mean, list};
 use crate::io::log::contact_log::{self, Options};
 use crate::io::problem::loaded::Loaded;
 use crate::io::robot::urdf::{self, Ends, UrdfFile};
 use crate::robot::Robot;
 use accept::acceptance;
-use context::{Allowed, Context, DEG};
+use context::Context;
 use declared::{distance, fixture, tool};
-use schema::{ContactsToml, FixtureToml, LoadFrameToml, LoadOnToml, ProblemToml, RobotToml, UnitToml};
+use schema::{ContactsToml, FixtureToml, ProblemToml, RobotToml};
 use selection::{fixture_index, selected};
 use touch::Shape;
 
@@ -56,8 +57,6 @@ pub const KEYS: &str = "sigma_mm, sigma_deg, clearance_sigma_mm, depth_sigma_mm,
 /// cube, to seconds for each step of the search.
 const MAX_FIXTURES: usize = 1000;
 const MAX_PARAMETERS: usize = 1000;
-/// Most rows that a change of contact may be made to wait for.
-const MAX_DEBOUNCE: i64 = 1_000_000;
 
 /// Reads a problem from its text, and all files it refers to. `file` is its name for messages;
 /// relative paths begin at `folder`. Lengths and angles are converted to m and rad.
@@ -144,8 +143,9 @@ fn build(toml: &ProblemToml, selection: &Selection, context: &Context<'_>) -> Re
     check_joints(joints, &robot, context)?;
     for table in &toml.contacts {
         let joints = joints.map(|joints| joints.get_ref().clone());
-        let options = options(table, &names, context)?;
-        let Some(fixture) = selected[options.fixture] else { continue };
+        let fixture = fixture_index(&table.get_ref().fixture, &names, context, "contacts, fixture")?;
+        let options = log::options(table.get_ref(), &toml.log, context)?;
+        let Some(fixture) = selected[fixture] else { continue };
         let options = Options { joints, fixture, ..options };
         let log = if table.get_ref().held_out { &mut held_out } else { &mut contacts };
         inputs.push(read_contacts(table, &robot, &options, context, (log, &mut known))?);
@@ -249,84 +249,6 @@ fn fixture_names<'t>(
         }
     }
     Ok(names)
-}
-
-fn options(
-    table: &Spanned<ContactsToml>,
-    names: &HashMap<&str, usize>,
-    context: &Context<'_>,
-) -> Result<Options, IoError> {
-    let table = table.get_ref();
-    let threshold =
-        context.number(table.force_threshold_n.as_ref(), 1.0, Allowed::Positive, "contacts, force_threshold_n")?;
-    let release = context.number(table.release_n.as_ref(), 1.0, Allowed::Positive, "contacts, release_n")?;
-    let debounce = table.debounce.as_ref();
-    if let Some(debounce) = debounce.filter(|debounce| !(1..=MAX_DEBOUNCE).contains(debounce.get_ref())) {
-        let expected = format!("a number of rows from 1 to {MAX_DEBOUNCE}");
-        let place = context.place(debounce.span(), "contacts, debounce");
-        return Err(IoError::unexpected(place, expected, format!("{}", debounce.get_ref())));
-    }
-    let companion = table.release_n.as_ref().map(Spanned::span).or(debounce.map(Spanned::span));
-    if let (None, Some(span)) = (threshold, companion) {
-        let found = "`release_n` or `debounce` without it";
-        return Err(IoError::unexpected(context.place(span, "contacts"), "`force_threshold_n`", found));
-    }
-    if let (Some(threshold), Some(release), Some(number)) = (threshold, release, &table.release_n)
-        && release > threshold
-    {
-        let expected = format!("at most force_threshold_n ({threshold})");
-        return Err(IoError::unexpected(
-            context.place(number.span(), "contacts, release_n"),
-            expected,
-            shown_number(release),
-        ));
-    }
-    let apart = context.number(table.apart_deg.as_ref(), DEG, Allowed::Positive, "contacts, apart_deg")?;
-    let detection = threshold.map(|threshold| Detection {
-        threshold,
-        release: release.unwrap_or(threshold),
-        debounce: debounce.and_then(|debounce| usize::try_from(*debounce.get_ref()).ok()).unwrap_or(1),
-    });
-    Ok(Options {
-        fixture: fixture_index(&table.fixture, names, context, "contacts, fixture")?,
-        unit: match table.unit {
-            None => AngleUnit::Undeclared,
-            Some(UnitToml::Radian) => AngleUnit::Radian,
-            Some(UnitToml::Degree) => AngleUnit::Degree,
-        },
-        header: table.header.clone(),
-        temperature: table.temperature.clone(),
-        joint_topic: table.joint_topic.clone(),
-        wrench_topic: table.wrench_topic.clone(),
-        joints: None,
-        columns: table.columns.clone(),
-        detection,
-        apart,
-        load: load(table, context)?,
-    })
-}
-
-/// What the wrench of a log says of the load on the arm.
-fn load(table: &ContactsToml, context: &Context<'_>) -> Result<Option<Load>, IoError> {
-    let frame = match table.load_frame.as_ref().map(|frame| *frame.get_ref()) {
-        Some(LoadFrameToml::Base) => LoadFrame::Base,
-        Some(LoadFrameToml::Tip) | None => LoadFrame::Tip,
-    };
-    let lag = context
-        .number(table.load_lag_rows.as_ref(), 1.0, Allowed::NotNegative, "contacts, load_lag_rows")?
-        .unwrap_or(0.0);
-    let on = match table.load_on {
-        Some(LoadOnToml::Tool) => LoadOn::Tool,
-        Some(LoadOnToml::Fixture) => LoadOn::Fixture,
-        None => {
-            let frame = table.load_frame.as_ref().map(|frame| ("load_frame", frame.span()));
-            let alone = frame.or(table.load_lag_rows.as_ref().map(|lag| ("load_lag_rows", lag.span())));
-            let Some((key, span)) = alone else { return Ok(None) };
-            let place = context.place(span, format!("contacts, {key}"));
-            return Err(IoError::unexpected(place, "`load_on`", format!("`{key}` without it")));
-        }
-    };
-    Ok(Some(Load { on, frame, lag }))
 }
 
 fn read_contacts(

@@ -31,20 +31,10 @@ pub(crate) enum LoadFrameToml {
     Base,
 }
 
-#[derive(Debug, Deserialize)]
+/// How logs are to be read.
+#[derive(Clone, Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(crate) struct ContactsToml {
-    /// The log: CSV (plain or gzipped), Parquet, a ROS 2 bag (MCAP) or its folder, or a KUKA
-    /// recorder log.
-    /// Example: `file = "log.csv.gz"`
-    pub(crate) file: Text,
-    /// Name of the fixture that is touched.
-    /// Example: `fixture = "hole"`
-    pub(crate) fixture: Text,
-    /// Whether contacts are not fitted, but test the result. Without it: false.
-    /// Example: `held_out = true`
-    #[serde(default)]
-    pub(crate) held_out: bool,
+pub(crate) struct LogToml {
     /// Force above which a row is a contact. Without it: the column `contact` says so, else every
     /// row is one.
     /// Example: `force_threshold_n = 3`
@@ -89,6 +79,57 @@ pub(crate) struct ContactsToml {
     pub(crate) wrench_topic: Option<String>,
     /// The log's names of joints and columns, by touchcal's. Without it: the same names.
     /// Example: `columns = { joint_a1 = "shoulder" }`
+    pub(crate) columns: Option<BTreeMap<String, String>>,
+}
+
+#[derive(Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(crate) struct ContactsToml {
+    /// The log: CSV (plain or gzipped), Parquet, a ROS 2 bag (MCAP) or its folder, or a KUKA
+    /// recorder log.
+    /// Example: `file = "log.csv.gz"`
+    pub(crate) file: Text,
+    /// Name of the fixture that is touched.
+    /// Example: `fixture = "hole"`
+    pub(crate) fixture: Text,
+    /// Whether contacts are not fitted, but test the result. Without it: false.
+    /// Example: `held_out = true`
     #[serde(default)]
-    pub(crate) columns: BTreeMap<String, String>,
+    pub(crate) held_out: bool,
+    // Those of `[log]`, for this log.
+    pub(crate) force_threshold_n: Option<Number>,
+    pub(crate) release_n: Option<Number>,
+    pub(crate) debounce: Option<Spanned<i64>>,
+    pub(crate) apart_deg: Option<Number>,
+    pub(crate) load_on: Option<LoadOnToml>,
+    pub(crate) load_frame: Option<Spanned<LoadFrameToml>>,
+    pub(crate) load_lag_rows: Option<Number>,
+    pub(crate) unit: Option<UnitToml>,
+    pub(crate) header: Option<Vec<String>>,
+    pub(crate) temperature: Option<String>,
+    pub(crate) joint_topic: Option<String>,
+    pub(crate) wrench_topic: Option<String>,
+    pub(crate) columns: Option<BTreeMap<String, String>>,
+}
+
+impl ContactsToml {
+    /// How this log is to be read: the keys that the table has, and those of `[log]` that it lacks.
+    pub(crate) fn with(&self, log: &LogToml) -> LogToml {
+        let (own, log) = (self, log.clone());
+        LogToml {
+            force_threshold_n: own.force_threshold_n.clone().or(log.force_threshold_n),
+            release_n: own.release_n.clone().or(log.release_n),
+            debounce: own.debounce.clone().or(log.debounce),
+            apart_deg: own.apart_deg.clone().or(log.apart_deg),
+            load_on: own.load_on.or(log.load_on),
+            load_frame: own.load_frame.clone().or(log.load_frame),
+            load_lag_rows: own.load_lag_rows.clone().or(log.load_lag_rows),
+            unit: own.unit.or(log.unit),
+            header: own.header.clone().or(log.header),
+            temperature: own.temperature.clone().or(log.temperature),
+            joint_topic: own.joint_topic.clone().or(log.joint_topic),
+            wrench_topic: own.wrench_topic.clone().or(log.wrench_topic),
+            columns: own.columns.clone().or(log.columns),
+        }
+    }
 }

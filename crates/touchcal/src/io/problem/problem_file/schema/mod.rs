@@ -10,7 +10,7 @@ mod value;
 use serde::Deserialize;
 use toml::{Spanned, Value};
 
-pub(crate) use contacts::{ContactsToml, LoadFrameToml, LoadOnToml, UnitToml};
+pub(crate) use contacts::{ContactsToml, LoadFrameToml, LoadOnToml, LogToml, UnitToml};
 pub(crate) use estimate::{
     EstimateToml, LossToml, NoiseToml, OptimiserToml, PriorToml, TrendOverToml, UnseenEffectsToml,
 };
@@ -33,7 +33,11 @@ pub(crate) struct ProblemToml {
     /// Distances between fixtures that are known, a table each.
     #[serde(default)]
     pub(crate) distance: Vec<Spanned<DistanceToml>>,
-    /// The logs, a table each.
+    /// How all logs are to be read. A key here holds for each table of `[[contacts]]` that does not
+    /// have the same key.
+    #[serde(default)]
+    pub(crate) log: LogToml,
+    /// The logs, a table each. Keys that are in `[log]` too take precedence over it.
     #[serde(default)]
     pub(crate) contacts: Vec<Spanned<ContactsToml>>,
     /// Noise of encoders, contacts and wrench. Without `encoder_deg` and `contact_mm`, that of
