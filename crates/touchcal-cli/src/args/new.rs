@@ -15,6 +15,10 @@ const FROM_LOGS: &str = "Recorded logs of sockets";
 #[command(after_help = examples(&[
     ("A template to fill in", "touchcal new sockets"),
     ("The whole problem of recorded logs", "touchcal new sockets --from logs --urdf arm.urdf --out recorded"),
+    (
+        "With logs of any names, and the sockets they are of",
+        "touchcal new sockets --from front/0=logs/a.csv --from front/1=logs/b.csv \\\n--urdf arm.urdf --out named",
+    ),
 ]))]
 pub struct NewArgs {
     /// Kind of contact
@@ -23,10 +27,12 @@ pub struct NewArgs {
     /// Folder to write into, created if missing; named after the kind if not given
     #[arg(long, value_name = "DIR")]
     pub out: Option<PathBuf>,
-    /// With sockets: write a complete problem for logs DIR/PLACEMENT/hole_N.csv of a ball in
-    /// sockets, joint angles in radians
-    #[arg(long, value_name = "DIR", requires = "urdf", help_heading = FROM_LOGS)]
-    pub from: Option<PathBuf>,
+    /// With sockets: write a complete problem for logs of a ball in sockets, one for each socket: a
+    /// folder of logs named PLACEMENT_N (front_0.csv) or PLACEMENT/N (front/0.csv,
+    /// front/hole_0.csv), N the number of the socket; or a log; or a log with the name of its
+    /// socket, as front/0=logs/a.csv (may be repeated)
+    #[arg(long, value_name = "DIR|[SOCKET=]FILE", requires = "urdf", help_heading = FROM_LOGS)]
+    pub from: Vec<PathBuf>,
     /// With --from: the nominal URDF, whose tip link is the ball
     #[arg(long, value_name = "FILE", requires = "from", help_heading = FROM_LOGS)]
     pub urdf: Option<PathBuf>,

@@ -44,8 +44,9 @@ fn prepare(folder: &Path) {
     std::fs::write(folder.join("poses.csv"), format!("x,y,z,qw,qx,qy,qz\n{poses}")).unwrap();
     let logs = data().join("mukca/kuka_14/front");
     std::fs::create_dir_all(folder.join("logs/front")).unwrap();
-    for name in ["hole_0.csv", "hole_1.csv"] {
+    for (name, other) in [("hole_0.csv", "a.csv"), ("hole_1.csv", "b.csv")] {
         std::fs::copy(logs.join(name), folder.join("logs/front").join(name)).unwrap();
+        std::fs::copy(logs.join(name), folder.join("logs").join(other)).unwrap();
     }
 }
 

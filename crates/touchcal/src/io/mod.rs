@@ -10,6 +10,7 @@
 //! | [`scenario_file`] | `scenario.toml` | [`Scenario`](crate::sim::Scenario), and writes it with the problem that it poses |
 //! | [`truth_file`] | `truth.json` of a simulation | true errors of arm and tool |
 //! | [`mukca`] | a folder of ball-in-socket logs | [`Problem`](crate::estimate::Problem) |
+//! | [`socket_logs`] | names of ball-in-socket logs | [`SocketLog`](socket_logs::SocketLog)s |
 //! | [`trial_folder`] | trials with truth | [`Trial`](crate::experiment::Trial)s |
 //! | [`pose_file`] | poses of a tool in contact | [`PoseSamples`](crate::manifold::PoseSamples) |
 //! | [`manifold_file`] | `manifold.safetensors` | [`ManifoldFile`](manifold_file::ManifoldFile), and writes it |
@@ -54,7 +55,7 @@ pub use log::{contact_csv, contact_log};
 pub use manifold::{checkpoint_file, onnx, weights_file};
 pub use manifold::{manifold_file, pose_file};
 pub use problem::loaded::Loaded;
-pub use problem::{mukca, problem_file};
+pub use problem::{mukca, problem_file, socket_logs};
 pub use result::calibration_changes::CalibrationChanges;
 #[cfg(feature = "mcap")]
 pub use result::calibration_mcap;

@@ -39,5 +39,6 @@ mod ros2_control;
 mod scenario_file;
 mod serialized;
 mod ur_kinematics;
+mod socket_logs;
 mod urdf;
 mod xacro;

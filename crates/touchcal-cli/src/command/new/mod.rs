@@ -4,11 +4,13 @@ use std::path::Path;
 
 use touchcal::io::atomic;
 use touchcal::io::mukca::{self, MukcaOptions};
+use touchcal::io::socket_logs::{self, SocketLog};
 use touchcal::io::urdf::{self, Ends};
 
 use crate::args::{NewArgs, Start};
 use crate::failure::{Failure, Outcome};
 use crate::output;
+use crate::summary::wrapped;
 
 /// The files of a new problem, by name.
 fn files(start: Start) -> [(&'static str, &'static str); 2] {
@@ -20,8 +22,8 @@ fn files(start: Start) -> [(&'static str, &'static str); 2] {
     [("README.md", readme), ("problem.toml", problem)]
 }
 
-/// Writes the complete problem of a folder of logs, unless it is there.
-fn from_logs(args: &NewArgs, logs: &Path, urdf: &Path) -> Result<Outcome, Failure> {
+/// Writes the complete problem of recorded logs, unless it is there.
+fn from_logs(args: &NewArgs, urdf: &Path) -> Result<Outcome, Failure> {
     if args.kind != Start::Sockets {
         return Err(Failure::Usage(
             "--from reads logs of sockets: touchcal new sockets --from DIR --urdf FILE".to_owned(),
@@ -40,13 +42,31 @@ fn from_logs(args: &NewArgs, logs: &Path, urdf: &Path) -> Result<Outcome, Failur
         joint_compliance: args.joint_compliance,
         ..MukcaOptions::default()
     };
-    let text = mukca::problem_text(&folder, logs, (urdf, tip), &options)?;
+    let logs = socket_logs::find(&args.from)?;
+    let text = mukca::problem_text(&folder, &logs, (urdf, tip), &options)?;
     atomic::write(&path, text.as_bytes())?;
-    let path = path.display();
+    let (path, distances) = (path.display(), distances(&logs, args.spacing_mm));
     output::print(&format!(
-        "Written   {path}: the arm, the sockets and their logs\n\nTry next\n  touchcal inspect {path}\n"
+        "Written   {path}: the arm, the sockets and their logs\n{distances}\nTry next\n  touchcal inspect {path}\n"
     ))?;
     Ok(Outcome::Done)
+}
+
+/// Which distances are declared, to be checked.
+fn distances(logs: &[SocketLog], spacing_mm: f64) -> String {
+    let pairs: Vec<String> = mukca::neighbours(logs).map(|[a, b]| format!("{} – {}", a.socket, b.socket)).collect();
+    match pairs.as_slice() {
+        [] => format!(
+            "Distances {}\n",
+            wrapped(
+                "none, because no two logs are of sockets N and N + 1 of a placement: declare those that you know as [[distance]]"
+            )
+        ),
+        pairs => format!(
+            "Distances {}\n",
+            wrapped(&format!("{spacing_mm} mm of neighbours, by their numbers: {}", pairs.join(", ")))
+        ),
+    }
 }
 
 /// Whether a run that was ended wrote this file, the first of two, as it is.
@@ -56,8 +76,8 @@ fn is_left_over(path: &Path, text: &str) -> bool {
 
 /// Writes the files, unless one of them is there.
 pub fn run(args: &NewArgs) -> Result<Outcome, Failure> {
-    if let (Some(logs), Some(urdf)) = (&args.from, &args.urdf) {
-        return from_logs(args, logs, urdf);
+    if let (false, Some(urdf)) = (args.from.is_empty(), &args.urdf) {
+        return from_logs(args, urdf);
     }
     let folder = args.out.clone().unwrap_or_else(|| args.kind.name().into());
     let files = files(args.kind).map(|(name, text)| (folder.join(name), text));

@@ -3,3 +3,4 @@
 pub(super) mod loaded;
 pub mod mukca;
 pub mod problem_file;
+pub mod socket_logs;

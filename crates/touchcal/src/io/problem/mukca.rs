@@ -19,6 +19,7 @@ use crate::io::base::toml_text::{number, quoted as toml_quoted};
 use crate::io::log::contact_log;
 use crate::io::problem::loaded::Loaded;
 use crate::io::problem::problem_file::Assumptions;
+use crate::io::problem::socket_logs::{SocketLog, entries, hole_number};
 use crate::io::robot::urdf::{self, UrdfFile};
 use crate::manifold::BallInSocket;
 use crate::parameter::{joint_compliance, joint_origin};
@@ -29,8 +30,8 @@ use crate::robot::Robot;
 const LOSS_SCALE: f64 = 8.0;
 /// How far the ball may sit from where the URDF draws it (m).
 const BALL_SIGMA: f64 = 2e-3;
-/// Most entries of one folder looked at.
-const MAX_ENTRIES: usize = 10_000;
+/// The table of what holds for all logs, up to its first value.
+const LOG_HEAD: &str = "\n# [log]                           # what holds for all logs\n# unit";
 
 /// Which placements are read, and what is known of sockets, noise and joints.
 #[derive(Clone, Debug, PartialEq)]
@@ -119,21 +120,22 @@ pub fn read(folder: &Path, urdf: UrdfFile, options: &MukcaOptions) -> Result<Loa
     Ok(Loaded { problem, urdf: text, inputs, settings, assumptions: Assumptions::default() })
 }
 
-/// The text of a `problem.toml` in `folder`, which need not exist, that reads the same logs and
-/// poses the same problem as [`read`]: the arm of the URDF file `urdf`, whose link `tip` (`None`:
-/// the only leaf) carries the ball, and the logs in `logs`. Paths in the text are relative to
-/// `folder`. Nothing is written, and neither the URDF nor the logs are read.
+/// The text of a `problem.toml` in `folder`, which need not exist, that poses the same problem as
+/// [`read`] with these logs: the arm of the URDF file `urdf`, whose link `tip` (`None`: the only
+/// leaf) carries the ball. Sockets N and N + 1 of one placement get a known distance. Paths in the
+/// text are relative to `folder`. Nothing is written, and neither the URDF nor the logs are read;
+/// placements are not chosen by `options`.
 ///
 /// # Errors
-/// As [`read`] for the folder of logs and the options, and if a path does not exist.
+/// [`IoError`] if the spacing or its standard deviation is not positive and finite, or a path does
+/// not exist.
 pub fn problem_text(
     folder: &Path,
-    logs: &Path,
+    logs: &[SocketLog],
     (urdf, tip): (&Path, Option<&str>),
     options: &MukcaOptions,
 ) -> Result<String, IoError> {
-    check(options, logs)?;
-    let placements = chosen(placements(logs)?, options, logs)?;
+    check(options, folder)?;
     let path = |file: &Path| Ok::<_, IoError>(toml_quoted(&relative(folder, file)?));
     let mut text = String::from(
         "# A ball is held in sockets while the arm moves around it; from the joint positions the arm's errors are\n\
@@ -147,25 +149,23 @@ pub fn problem_text(
     }
     line("\n[tool]\nkind", "\"ball\"");
     line("sigma_mm", &number(1e3 * BALL_SIGMA));
-    let name = |placement: &Placement, socket: u32| toml_quoted(&format!("{}/{socket}", placement.name));
-    let sockets = || placements.iter().flat_map(|placement| placement.holes.iter().map(move |hole| (placement, hole)));
-    for (placement, (socket, _)) in sockets() {
-        line("\n[[fixture]]\nname", &name(placement, *socket));
+    for log in logs {
+        line("\n[[fixture]]\nname", &toml_quoted(&log.socket));
         line("kind", "\"socket\"");
         line("free", "true");
     }
-    for placement in &placements {
-        let neighbours = placement.holes.windows(2).filter(|pair| pair[0].0.checked_add(1) == Some(pair[1].0));
-        for pair in neighbours {
-            let names = [&pair[0], &pair[1]].map(|(socket, _)| name(placement, *socket));
-            line("\n[[distance]]\nbetween", &format!("[{}]", names.join(", ")));
-            line("mm", &number(1e3 * options.spacing));
-            line("sigma_mm", &number(1e3 * options.spacing_sigma));
-        }
+    for pair in neighbours(logs) {
+        let names = pair.map(|log| toml_quoted(&log.socket));
+        line("\n[[distance]]\nbetween", &format!("[{}]", names.join(", ")));
+        line("mm", &number(1e3 * options.spacing));
+        line("sigma_mm", &number(1e3 * options.spacing_sigma));
     }
-    for (placement, (socket, file)) in sockets() {
-        line("\n[[contacts]]\nfile", &path(file)?);
-        line("fixture", &name(placement, *socket));
+    line(LOG_HEAD, "\"deg\"                    # if joint angles are not in radians");
+    line("# apart_deg", "1                   # rows count once some joint has moved so far, if the arm rests");
+    line("# force_threshold_n", "3.0         # if the logs have forces, and rows where nothing touches");
+    for log in logs {
+        line("\n[[contacts]]\nfile", &path(&log.path)?);
+        line("fixture", &toml_quoted(&log.socket));
     }
     Ok(text + "\n" + &settings_text(options))
 }
@@ -182,6 +182,13 @@ fn settings_text(options: &MukcaOptions) -> String {
     line("loss", "\"geman_mcclure\"");
     line("loss_scale", &number(LOSS_SCALE));
     text
+}
+
+/// Logs of sockets N and N + 1 of one placement, of logs that are sorted.
+pub fn neighbours(logs: &[SocketLog]) -> impl Iterator<Item = [&SocketLog; 2]> {
+    let successor = |log: &SocketLog| log.number().and_then(|number| number.checked_add(1));
+    let pairs = logs.windows(2).map(|pair| [&pair[0], &pair[1]]);
+    pairs.filter(move |[a, b]| a.placement() == b.placement() && successor(a).is_some() && successor(a) == b.number())
 }
 
 /// Names of the placements that a folder holds, sorted: its subfolders with files `hole_N.csv`.
@@ -243,27 +250,6 @@ fn placements(folder: &Path) -> Result<Vec<Placement>, IoError> {
         return Err(IoError::unexpected(place, "subfolders with files hole_0.csv, hole_1.csv, …", "none"));
     }
     Ok(placements)
-}
-
-/// The N of `hole_N.csv`. Written without leading zeros, so that no two files have the same.
-fn hole_number(path: &Path) -> Option<u32> {
-    let digits = path.file_name()?.to_str()?.strip_prefix("hole_")?.strip_suffix(".csv")?;
-    let number: u32 = digits.parse().ok()?;
-    (number.to_string() == digits).then_some(number)
-}
-
-fn entries(folder: &Path) -> Result<Vec<PathBuf>, IoError> {
-    let failed = |source| IoError::file(folder, "list the folder", source);
-    let mut paths = Vec::new();
-    for entry in std::fs::read_dir(folder).map_err(failed)? {
-        paths.push(entry.map_err(failed)?.path());
-        if paths.len() > MAX_ENTRIES {
-            let place = Place::file(folder.display().to_string());
-            return Err(IoError::unexpected(place, format!("at most {MAX_ENTRIES} files in a folder"), "more"));
-        }
-    }
-    paths.sort();
-    Ok(paths)
 }
 
 fn chosen(all: Vec<Placement>, options: &MukcaOptions, folder: &Path) -> Result<Vec<Placement>, IoError> {
