@@ -121,7 +121,7 @@ pub struct CalibrateArgs {
     ),
     (
         "Against the true arm of a simulation",
-        "touchcal evaluate sim/problem.toml --urdf out/calibrated.urdf \\\n--truth sim/truth.json",
+        "touchcal evaluate sim/problem.toml --urdf out/calibrated.urdf \\\n--estimate out/estimate.json --truth sim/truth.json",
     ),
 ]))]
 pub struct EvaluateArgs {
@@ -136,7 +136,8 @@ pub struct EvaluateArgs {
     #[arg(long, value_name = "FILE", help_heading = ARM)]
     pub estimate: Option<PathBuf>,
     /// truth.json of the simulation that wrote the problem and its logs, to print how far the tool
-    /// is from where it truly is, across the workspace
+    /// is from where it truly is, across the workspace, and with --estimate how far parameters are
+    /// from the true ones
     #[arg(long, value_name = "FILE", help_heading = ARM)]
     pub truth: Option<PathBuf>,
     /// Also write the scores as a page, to open in a browser
@@ -145,6 +146,9 @@ pub struct EvaluateArgs {
     /// Replaced: the problem names the nominal URDF.
     #[arg(long, value_name = "FILE", hide = true, requires = "mukca", conflicts_with = "problem")]
     pub nominal: Option<PathBuf>,
+    /// Print every parameter that is compared with the truth
+    #[arg(long, help_heading = OUTPUT)]
+    pub all: bool,
     /// Print JSON instead of a table
     #[arg(long, help_heading = OUTPUT)]
     pub json: bool,

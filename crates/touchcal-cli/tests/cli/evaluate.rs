@@ -177,5 +177,36 @@ fn errors_against_the_truth_are_told() {
     std::fs::write(folder.path().join("other.json"), other.replace("joint_a3", "elbow")).unwrap();
     let args = ["evaluate", "exact/problem.toml", "--urdf", "exact/true.urdf", "--truth", "other.json"];
     let refused = touchcal(folder.path(), &args).code(1);
+    // Parameters beside the true ones: those that contacts determine first, and these alone in
+    // standard deviations.
+    let entries = found["truth"]["parameters"].as_array().unwrap();
+    let is_identifiable = |entry: &serde_json::Value| entry["identifiable"].as_bool().unwrap();
+    let truth_file = json(&folder.path().join("sim/truth.json"));
+    let first_unknown = entries.iter().position(|entry| !is_identifiable(entry)).unwrap_or(entries.len());
+    assert!(entries[first_unknown..].iter().all(|entry| !is_identifiable(entry)), "{entries:?}");
+    assert!(entries.iter().filter(|entry| entry["name"].as_str().unwrap().starts_with("joint_offset.")).count() >= 6);
+    for entry in entries {
+        let [truth, estimated, difference] =
+            ["true", "estimated", "difference"].map(|key| entry[key].as_f64().unwrap());
+        assert_eq!(truth_file["parameters"][entry["name"].as_str().unwrap()], truth);
+        assert_eq!(difference, estimated - truth);
+        assert_eq!(entry["deviations"].is_number(), is_identifiable(entry), "{entry}");
+        assert!(entry["deviations"].as_f64().is_none_or(|deviations| deviations.abs() < 5.0), "{entry}");
+    }
+    let args = ["evaluate", "sim/problem.toml", "--urdf", "out/calibrated.urdf"];
+    let text =
+        |more: &[&str]| stdout(&touchcal(folder.path(), &[&args[..], &ESTIMATE, &truth, more].concat()).success());
+    let rows = |text: &str| {
+        let (_, table) = text.split_once("Parameters of the calibration relative to the true ones\n").unwrap();
+        let lines =
+            table.lines().skip(1).take_while(|line| !line.contains("… and") && !line.contains("Where directions"));
+        lines.count()
+    };
+    assert_eq!(rows(&text(&["--all"])), entries.len());
+    assert_eq!(rows(&text(&[])), entries.len().min(10));
+    assert!(text(&[]).contains("single parameters do not compare"));
+    let without = stdout(&touchcal(folder.path(), &[&args[..], &truth].concat()).success());
+    assert!(!without.contains("Parameters of the calibration"), "{without}");
+
     assert!(stderr(&refused).contains("expected a parameter of the robot \"iiwa14\""), "{}", stderr(&refused));
 }

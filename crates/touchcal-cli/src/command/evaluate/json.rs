@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
+use super::truth::ParameterError;
 use crate::command::rms_and_max::RmsAndMaxJson;
 use serde::Serialize;
 use touchcal::estimate::{CommonStrain, Contradiction, Evaluation, Fixture, FixtureDistance, Score};
@@ -28,11 +29,28 @@ pub struct EvaluationJson {
     pub truth: Option<TruthJson>,
 }
 
-/// Errors of the tool across the workspace.
+/// Errors of the tool across the workspace, and of parameters.
 #[derive(Serialize)]
 pub struct TruthJson {
     nominal: PoseErrorsJson,
     given: PoseErrorsJson,
+    /// Those of the calibration, if it is given, that contacts determine first.
+    parameters: Vec<ParameterErrorJson>,
+}
+
+/// Values in the parameter's unit, as in `estimate.json`.
+#[derive(Serialize)]
+struct ParameterErrorJson {
+    name: String,
+    unit: &'static str,
+    #[serde(rename = "true")]
+    truth: f64,
+    estimated: f64,
+    difference: f64,
+    sigma: Option<f64>,
+    /// Difference over sigma; none where the parameter is not identifiable.
+    deviations: Option<f64>,
+    identifiable: bool,
 }
 
 #[derive(Serialize)]
@@ -45,8 +63,8 @@ struct PoseErrorsJson {
 }
 
 impl TruthJson {
-    /// Of the nominal and the given arm.
-    pub fn new([nominal, given]: &[PoseErrors; 2]) -> Self {
+    /// Of the nominal and the given arm, and of the calibration's parameters.
+    pub fn new([nominal, given]: &[PoseErrors; 2], parameters: &[ParameterError]) -> Self {
         let entry = |errors: &PoseErrors| {
             let (mm, deg) = (1e3, 1f64.to_degrees());
             PoseErrorsJson {
@@ -57,7 +75,17 @@ impl TruthJson {
                 distance_mm: RmsAndMaxJson::new(errors.distance, mm),
             }
         };
-        TruthJson { nominal: entry(nominal), given: entry(given) }
+        let parameters = parameters.iter().map(|error| ParameterErrorJson {
+            name: error.name.clone(),
+            unit: error.unit.symbol(),
+            truth: error.truth,
+            estimated: error.estimated,
+            difference: error.difference(),
+            sigma: error.sigma,
+            deviations: error.deviations(),
+            identifiable: error.is_identifiable,
+        });
+        TruthJson { nominal: entry(nominal), given: entry(given), parameters: parameters.collect() }
     }
 }
 

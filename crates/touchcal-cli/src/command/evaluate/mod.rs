@@ -19,7 +19,7 @@ use crate::output;
 use crate::summary::residuals;
 use json::{EvaluationJson, TruthJson};
 use tables::evaluation;
-use truth::TrueArm;
+use truth::{ParameterError, TrueArm};
 
 /// Reads a problem, evaluates the arms, prints their scores, beside what the calibration predicts.
 pub fn run(args: &EvaluateArgs) -> Result<Outcome, Failure> {
@@ -54,13 +54,17 @@ pub fn run(args: &EvaluateArgs) -> Result<Outcome, Failure> {
         nominal: evaluate(&problem),
         evaluation: evaluate_held_out(&problem, &evaluated, posterior.as_ref()),
         is_calibrated: posterior.is_some(),
+        parameter_errors: truth
+            .as_ref()
+            .zip(estimate.as_ref())
+            .map_or_else(Vec::new, |(truth, estimate)| truth.parameters(&problem, estimate)),
         tool_errors: truth.map(|truth| [&problem, &evaluated].map(|arm| truth.errors_of(arm))),
     };
     if let Some(path) = &args.report {
         let status = estimate.as_ref().map(|found| found.status);
         atomic::write(path, page::html(&problem, &report, status, &inputs)?.as_bytes())?;
     }
-    output::print(&if args.json { report.json()? } else { report.text() })?;
+    output::print(&if args.json { report.json()? } else { report.text(args.all) })?;
     Ok(outcome(args.estimate.as_deref(), estimate.as_ref()))
 }
 
@@ -116,20 +120,23 @@ struct Report<'a> {
     is_calibrated: bool,
     /// Errors of the tool with the nominal and the given arm, if the truth is known.
     tool_errors: Option<[PoseErrors; 2]>,
+    /// Parameters of the calibration beside the true ones, if both are known.
+    parameter_errors: Vec<ParameterError>,
 }
 
 impl Report<'_> {
     fn json(&self) -> Result<String, Failure> {
         let mut json = EvaluationJson::new(self.urdf, self.fixtures, &self.evaluation, &self.nominal);
-        json.truth = self.tool_errors.as_ref().map(TruthJson::new);
+        json.truth = self.tool_errors.as_ref().map(|errors| TruthJson::new(errors, &self.parameter_errors));
         Ok(serde_json::to_string_pretty(&json)? + "\n")
     }
 
-    fn text(&self) -> String {
+    fn text(&self, all: bool) -> String {
         let (title, score) = (self.urdf.display(), &self.evaluation.score);
         let title = format!("Score of {title} on {} contacts (distance from contact, mm)\n", score.all.count);
         let scores = residuals(self.fixtures, &[("nominal", &self.nominal), ("given", score)]);
         let tool_errors = self.tool_errors.as_ref().map_or_else(String::new, truth::text);
-        title + &scores + &tool_errors + &evaluation(self.fixtures, &self.evaluation, self.is_calibrated)
+        let parameters = truth::parameter_table(&self.parameter_errors, all);
+        title + &scores + &tool_errors + &parameters + &evaluation(self.fixtures, &self.evaluation, self.is_calibrated)
     }
 }
