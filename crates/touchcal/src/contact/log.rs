@@ -300,6 +300,14 @@ impl ContactLog {
         log
     }
 
+    /// The contacts with other fixtures: `fixture(f)` is the index of the fixture of those that
+    /// touched fixture `f`; all else stays.
+    pub(crate) fn with_fixtures(&self, fixture: impl Fn(usize) -> usize) -> ContactLog {
+        let mut log = self.clone();
+        log.fixture.iter_mut().for_each(|f| *f = fixture(*f as usize) as u32);
+        log
+    }
+
     fn copy_measurements(&mut self, other: &ContactLog, i: usize) {
         if let Some(load) = other.known_load(i) {
             self.set_load(load);

@@ -149,6 +149,43 @@ fn lengths_in_another_unit() {
     assert_eq!(inspected(&distances), [unit(DeclaredLength::Distances, 1e-3)]);
 }
 
+/// The problem in which contacts with the fixtures of these names are declared as those of the other.
+fn exchanged(problem: &Problem, names: [&str; 2]) -> Problem {
+    let index = |name: &str| problem.fixtures.iter().position(|fixture| fixture.name == name).expect("a fixture");
+    let [a, b] = names.map(index);
+    let old = &problem.contacts;
+    let mut contacts = ContactLog::new(old.dof());
+    for i in 0..old.len() {
+        let fixture = match old.fixture(i) {
+            f if f == a => b,
+            f if f == b => a,
+            f => f,
+        };
+        contacts.push(old.q(i), fixture, old.source(i));
+    }
+    Problem { contacts, ..problem.clone() }
+}
+
+/// Of two blocks with two sockets each, which one socket of both are exchanged cannot be told from
+/// that the other ones are.
+#[test]
+fn exchanged_fixtures_are_named() {
+    for (names, others) in
+        [(["front/0", "left/0"], ["front/1", "left/1"]), (["left/0", "right/1"], ["left/1", "right/0"])]
+    {
+        let found = inspected(&exchanged(&declared("nothing", Excitation::Sockets, 1), names));
+        let [DeclarationMistake::FixturesExchanged { fixtures, or }] = found.as_slice() else { panic!("{found:?}") };
+        let mut pairs = vec![fixtures.each_ref().map(String::as_str)];
+        pairs.extend(or.iter().map(|pair| pair.each_ref().map(String::as_str)));
+        pairs.sort_unstable();
+        let mut expected = [names, others];
+        expected.sort_unstable();
+        assert_eq!(pairs, expected);
+        let words = found[0].description();
+        assert!(pairs.iter().flatten().all(|name| words.contains(&format!("`{name}`"))), "{words}");
+    }
+}
+
 #[test]
 fn radians_declared_as_degrees() {
     for excitation in [Excitation::Paper, Excitation::Sockets] {

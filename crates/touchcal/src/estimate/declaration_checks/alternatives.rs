@@ -1,5 +1,7 @@
 //! Mistakes of kind that a problem may have, and the problem without them.
 
+use std::collections::BTreeSet;
+
 use nalgebra::{UnitQuaternion, Vector3};
 
 use crate::contact::ContactLog;
@@ -23,6 +25,9 @@ const MIN_ANGLE: f64 = 0.05;
 /// Share of contacts with a joint beyond a turn from which positions may be degrees.
 const BEYOND_A_TURN: f64 = 0.05;
 
+/// Most fixtures with contacts of which two may be exchanged: each pair takes a coarse fit.
+const MAX_EXCHANGED: usize = 16;
+
 /// The mistakes without which the declarations of `problem` would be possible: lengths within the
 /// arm's reach, joints within a turn. Other arms than that of the problem are not among them.
 pub(super) fn possible_mistakes(problem: &Problem) -> Vec<DeclarationMistake> {
@@ -32,6 +37,7 @@ pub(super) fn possible_mistakes(problem: &Problem) -> Vec<DeclarationMistake> {
     mistakes.extend(rotation_units(problem));
     mistakes.extend(angle_units(problem));
     mistakes.extend(joint_mistakes(&problem.robot));
+    mistakes.extend(fixture_exchanges(problem));
     mistakes
 }
 
@@ -192,6 +198,24 @@ fn joint_mistakes(robot: &Robot) -> Vec<DeclarationMistake> {
     mistakes
 }
 
+/// Pairs of fixtures of which each may have the other's contacts.
+fn fixture_exchanges(problem: &Problem) -> Vec<DeclarationMistake> {
+    let contacts = &problem.contacts;
+    let touched: BTreeSet<usize> = (0..contacts.len()).map(|i| contacts.fixture(i)).collect();
+    if touched.len() > MAX_EXCHANGED {
+        return Vec::new();
+    }
+    let name = |f: usize| problem.fixtures[f].name.clone();
+    let with = |first: usize| {
+        let exchanged = move |second: usize| DeclarationMistake::FixturesExchanged {
+            fixtures: [first, second].map(name),
+            or: Vec::new(),
+        };
+        touched.range(first + 1..).copied().map(exchanged)
+    };
+    touched.iter().copied().flat_map(with).collect()
+}
+
 /// The problem as it would be without `mistake`; arms are as they were.
 pub(super) fn without_mistake(problem: &Problem, mistake: &DeclarationMistake) -> Problem {
     let mut corrected = problem.clone();
@@ -211,6 +235,21 @@ pub(super) fn without_mistake(problem: &Problem, mistake: &DeclarationMistake) -
                 .for_each(|(_, place)| *place = turned_in_radians(place));
         }
         DeclarationMistake::ToolInverted => *tool = tool.inverse(),
+        DeclarationMistake::FixturesExchanged { fixtures: [a, b], .. } => {
+            let index = |name: &String| problem.fixtures.iter().position(|fixture| fixture.name == *name);
+            if let (Some(a), Some(b)) = (index(a), index(b)) {
+                let other = |f| {
+                    if f == a {
+                        b
+                    } else if f == b {
+                        a
+                    } else {
+                        f
+                    }
+                };
+                corrected.contacts = problem.contacts.with_fixtures(other);
+            }
+        }
         DeclarationMistake::FixturesInverted => places(&mut corrected).for_each(|(_, place)| *place = place.inverse()),
         _ => corrected.contacts = with_positions(problem, mistake),
     }

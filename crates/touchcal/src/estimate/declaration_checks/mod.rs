@@ -70,7 +70,16 @@ pub(super) fn declaration_warning(search: &SearchState<'_>) -> Option<Warning> {
     if candidates.is_empty() {
         candidates = possible(other_arms_with_another_tip(&few));
     }
-    let (mistake, corrected) = candidates.into_iter().min_by(|(_, one), (_, other)| one.cost.total_cmp(&other.cost))?;
+    candidates.sort_by(|(_, one), (_, other)| one.cost.total_cmp(&other.cost));
+    let mut candidates = candidates.into_iter();
+    let (mut mistake, corrected) = candidates.next()?;
+    if let DeclarationMistake::FixturesExchanged { or, .. } = &mut mistake {
+        let is_as_good = |(_, fit): &(DeclarationMistake, CoarseFit)| !corrected.is_far_better_than(fit.cost, options);
+        or.extend(candidates.filter(is_as_good).filter_map(|(other, _)| match other {
+            DeclarationMistake::FixturesExchanged { fixtures, .. } => Some(fixtures),
+            _ => None,
+        }));
+    }
     Some(Warning::MistakenDeclaration { mistake, declared: declared.agreement(), corrected: corrected.agreement() })
 }
 

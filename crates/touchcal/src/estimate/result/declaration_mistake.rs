@@ -41,6 +41,14 @@ pub enum DeclarationMistake {
     DegreesAsRadians,
     /// Joint positions in the log are radians that were taken as degrees.
     RadiansAsDegrees,
+    /// Contacts with two fixtures are declared as those of the other one.
+    FixturesExchanged {
+        /// Names of the two fixtures.
+        fixtures: [String; 2],
+        /// Other pairs of fixtures, of which one may be exchanged instead with the same effect, as
+        /// of two blocks with two sockets each; often empty.
+        or: Vec<[String; 2]>,
+    },
     /// Two joints are exchanged in the log.
     JointsExchanged {
         /// Names of the two joints.
@@ -110,6 +118,7 @@ impl DeclarationMistake {
             DeclarationMistake::FixturesInverted => "fixtures_inverted",
             DeclarationMistake::DegreesAsRadians => "degrees_as_radians",
             DeclarationMistake::RadiansAsDegrees => "radians_as_degrees",
+            DeclarationMistake::FixturesExchanged { .. } => "fixtures_exchanged",
             DeclarationMistake::JointsExchanged { .. } => "joints_exchanged",
             DeclarationMistake::JointsReversed => "joints_reversed",
             DeclarationMistake::JointSign { .. } => "joint_sign",
@@ -146,6 +155,10 @@ impl DeclarationMistake {
             }
             DeclarationMistake::DegreesAsRadians => "degrees in the log were taken as radians".to_owned(),
             DeclarationMistake::RadiansAsDegrees => "radians in the log were taken as degrees".to_owned(),
+            DeclarationMistake::FixturesExchanged { fixtures: [a, b], or } => {
+                let or: String = or.iter().map(|[a, b]| format!(", or else those with `{a}` and `{b}`")).collect();
+                format!("contacts with the fixtures `{a}` and `{b}` are exchanged{or}")
+            }
             DeclarationMistake::JointsExchanged { joints: [a, b] } => {
                 format!("joints `{a}` and `{b}` are exchanged in the log")
             }
@@ -172,6 +185,9 @@ impl DeclarationMistake {
             DeclarationMistake::FixturesInverted => "declare the poses of the fixtures' frames in that of base",
             DeclarationMistake::DegreesAsRadians | DeclarationMistake::RadiansAsDegrees => {
                 "declare the unit of the joint positions in the log"
+            }
+            DeclarationMistake::FixturesExchanged { .. } => {
+                "check which log belongs to which of these fixtures, and exchange the names of the two in [[contacts]]"
             }
             DeclarationMistake::JointsExchanged { .. } | DeclarationMistake::JointsReversed => {
                 "declare which column of the log belongs to which joint"
