@@ -5,6 +5,7 @@ mod layout;
 mod parameters;
 
 pub use layout::{INDENT, millimetres, wrapped};
+use layout::{advice, hanging};
 pub use parameters::{Detail, ParameterRow, parameters};
 
 use touchcal::contact::{ContactLog, RowsLeftOut};
@@ -122,7 +123,7 @@ impl Calibration<'_> {
     /// Whether the calibration reaches what is asked of it.
     fn acceptance(&self) -> String {
         self.file.acceptance.as_ref().map_or_else(String::new, |entry| {
-            format!("Accept    {}\n{INDENT}-> {}\n", wrapped(&entry.message), entry.advice)
+            format!("Accept    {}\n{}", wrapped(&entry.message), advice(INDENT, &entry.advice))
         })
     }
 
@@ -169,7 +170,7 @@ fn written_export(written: &WrittenExport) -> String {
         Export::Ros2Control => "URDF with the encoder offsets in the transmissions of ros2_control",
         Export::Xacro => "a macro with a prefix for descriptions of cells",
     };
-    let lacks: String = written.left_out.iter().map(|words| format!("{INDENT}-> it lacks {words}\n")).collect();
+    let lacks: String = written.left_out.iter().map(|words| advice(INDENT, &format!("it lacks {words}"))).collect();
     format!("{INDENT}{}, {what}\n{lacks}", written.path.display())
 }
 
@@ -203,7 +204,7 @@ pub fn left_out(contacts: &ContactLog) -> String {
 
 /// A warning with its advice.
 pub fn warning(words: &str, advice: &str) -> String {
-    format!("Warning   {}\n{INDENT}-> {advice}\n", wrapped(words))
+    format!("Warning   {}\n{}", wrapped(words), layout::advice(INDENT, advice))
 }
 
 /// Name, size and ends of the chain.
@@ -286,12 +287,12 @@ pub fn identifiability(found: &Identifiability, parameters: &[ParameterEstimate]
         let words = format!("in {count} directions the data add less than the prior: {kinds} (--all lists them)");
         let mut remedies: Vec<&String> = null.iter().filter_map(|null| null.remedy.as_ref()).collect();
         remedies.dedup();
-        let remedies = remedies.into_iter().take(MOST_REMEDIES).map(|words| format!("{INDENT}-> {words}\n"));
+        let remedies = remedies.into_iter().take(MOST_REMEDIES).map(|words| advice(INDENT, words));
         return format!("{head}{INDENT}{}\n{}\n", wrapped(&words), remedies.collect::<String>());
     }
-    let remedy = |words: &String| format!("    -> {words}\n");
+    let remedy = |words: &String| advice("    ", words);
     let line = |null: &NullDirection| {
-        format!("  - {}\n{}", null.description, null.remedy.as_ref().map_or_else(String::new, remedy))
+        format!("  - {}\n{}", hanging(&null.description, 4), null.remedy.as_ref().map_or_else(String::new, remedy))
     };
     let each: String = null.iter().map(line).collect();
     format!("{head}Directions that are not identifiable (the data add less than the prior):\n{each}\n")
