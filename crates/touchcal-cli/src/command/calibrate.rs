@@ -3,11 +3,11 @@
 use std::path::Path;
 
 use touchcal::estimate::{Decision, Estimate, Status};
-use touchcal::io::Export;
 use touchcal::io::calibration_folder::{self, Wanted, Written};
+use touchcal::io::{Export, Loaded};
 use touchcal::solver::StopReason;
 
-use crate::args::{CalibrateArgs, Source};
+use crate::args::CalibrateArgs;
 use crate::failure::{Failure, Outcome};
 use crate::output;
 use crate::summary::{Calibration, Detail, INDENT};
@@ -36,7 +36,7 @@ pub fn run(args: &CalibrateArgs) -> Result<Outcome, Failure> {
         output::print(&file.to_json()?)?;
     } else {
         let detail = if args.all { Detail::Every } else { Detail::Grouped };
-        output::print_result(solved.estimate.status, &calibration.summary(detail, &next(&args.source, &written)))?;
+        output::print_result(solved.estimate.status, &calibration.summary(detail, &next(args, &loaded, &written)))?;
     }
     Ok(outcome(&solved.estimate))
 }
@@ -72,10 +72,16 @@ pub fn outcome(estimate: &Estimate) -> Outcome {
 }
 
 /// How to evaluate the result on contacts that were not used.
-fn next(source: &Source, written: &Written) -> String {
+fn next(args: &CalibrateArgs, loaded: &Loaded, written: &Written) -> String {
+    let source = &args.source;
     let [urdf, estimate] = [&written.urdf, &written.estimate].map(|path| path.display());
     let problem = source.problem.as_deref().unwrap_or(Path::new("PROBLEM.toml")).display();
     if source.only.is_empty() && source.except.is_empty() {
+        if !loaded.problem.held_out.is_empty() {
+            return format!(
+                "evaluate it on the contacts that are held out\n{INDENT}touchcal evaluate {problem} --urdf {urdf} --estimate {estimate}"
+            );
+        }
         return format!(
             "evaluate it, best on contacts that were not used, in a copy of the problem file\n{INDENT}touchcal evaluate {problem} --urdf {urdf} --estimate {estimate}"
         );

@@ -213,7 +213,7 @@ pub fn robot(loaded: &Loaded) -> String {
     format!("{}, {} joints from {} to {}", robot.name(), robot.dof(), robot.base(), robot.tip())
 }
 
-/// A table of scores side by side: over all contacts, then by fixture.
+/// A table of scores side by side: over all contacts, then by fixture, of those with contacts.
 pub fn residuals(fixtures: &[Fixture], scores: &[(&str, &Score)]) -> String {
     let mut table = Table::default();
     let headings = scores.iter().flat_map(|(name, _)| [format!("{name}: mean"), "rms".to_owned(), "max".to_owned()]);
@@ -225,12 +225,13 @@ pub fn residuals(fixtures: &[Fixture], scores: &[(&str, &Score)]) -> String {
     };
     table.row(row("all", &scores.iter().map(|(_, score)| &score.all).collect::<Vec<_>>()));
     if fixtures.len() > 1 {
-        for (f, fixture) in fixtures.iter().enumerate().take(MOST_FIXTURES) {
-            let spreads: Vec<&Spread> = scores.iter().filter_map(|(_, score)| score.per_fixture.get(f)).collect();
-            table.row(row(&fixture.name, &spreads));
-        }
-        if fixtures.len() > MOST_FIXTURES {
-            table.row([format!("… and {} more", fixtures.len() - MOST_FIXTURES)]);
+        let spreads = |f: usize| scores.iter().filter_map(|(_, score)| score.per_fixture.get(f)).collect();
+        let each = fixtures.iter().enumerate().map(|(f, fixture)| (fixture, spreads(f)));
+        let touched: Vec<(&Fixture, Vec<&Spread>)> =
+            each.filter(|(_, spreads): &(_, Vec<&Spread>)| spreads.iter().any(|spread| spread.count > 0)).collect();
+        touched.iter().take(MOST_FIXTURES).for_each(|(fixture, spreads)| table.row(row(&fixture.name, spreads)));
+        if touched.len() > MOST_FIXTURES {
+            table.row([format!("… and {} more", touched.len() - MOST_FIXTURES)]);
         }
     }
     format!("{table}\n")

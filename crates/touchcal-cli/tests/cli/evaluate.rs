@@ -73,6 +73,19 @@ fn contacts_that_are_held_out_are_scored() {
     assert_eq!(found["all"], only["all"]);
     assert_eq!(found["scatter"]["all"], only["scatter"]["all"]);
     assert_eq!(found["distances"].as_array().unwrap().len(), 1, "{found}");
+    // The tables are those that `--only` has, and have no rows of fixtures without contacts.
+    let tables = |args: &[&str]| {
+        let args = [&["evaluate", "--urdf", "out/calibrated.urdf"], &ESTIMATE[..], args].concat();
+        stdout(&touchcal(folder.path(), &args).success())
+    };
+    let held_out = tables(&["fit/held_out.toml"]);
+    assert_eq!(held_out, tables(&["fit/problem.toml", "--only", "right"]));
+    assert!(held_out.contains("  right/0") && !held_out.contains("left/0"), "{held_out}");
+    let fitted = stdout(&touchcal(folder.path(), &["calibrate", "fit/held_out.toml", "--out", "again"]).success());
+    let (_, residuals) = fitted.split_once("Distance from contact (mm)\n").unwrap();
+    let residuals = residuals.split("\n\n").next().unwrap();
+    assert!(residuals.contains("left/1") && !residuals.contains("right/"), "{residuals}");
+    assert!(fitted.contains("Next      evaluate it on the contacts that are held out"), "{fitted}");
 }
 
 /// The data of the page that `--report` writes.
@@ -164,19 +177,6 @@ fn errors_against_the_truth_are_told() {
     }
     assert!(rms(&found["truth"]["given"], "aligned_position_mm") < rms(&found["truth"]["given"], "position_mm"));
 
-    touchcal(folder.path(), &["simulate", "--preset", "paper", "--contacts", "60", "--out", "exact"]).success();
-    let args = ["evaluate", "exact/problem.toml", "--urdf", "exact/true.urdf", "--truth", "exact/truth.json"];
-    let text = stdout(&touchcal(folder.path(), &[&args[..], &["--json"]].concat()).success());
-    let found: serde_json::Value = serde_json::from_str(&text).unwrap();
-    for name in ["position_mm", "angle_deg", "aligned_position_mm", "aligned_angle_deg", "distance_mm"] {
-        assert!(found["truth"]["given"][name]["max"].as_f64().unwrap() < 1e-6, "{name}: {text}");
-    }
-    assert!(rms(&found["truth"]["nominal"], "position_mm") > 10.0, "{text}");
-
-    let other = std::fs::read_to_string(folder.path().join("exact/truth.json")).unwrap();
-    std::fs::write(folder.path().join("other.json"), other.replace("joint_a3", "elbow")).unwrap();
-    let args = ["evaluate", "exact/problem.toml", "--urdf", "exact/true.urdf", "--truth", "other.json"];
-    let refused = touchcal(folder.path(), &args).code(1);
     // Parameters beside the true ones: those that contacts determine first, and these alone in
     // standard deviations.
     let entries = found["truth"]["parameters"].as_array().unwrap();
@@ -208,5 +208,18 @@ fn errors_against_the_truth_are_told() {
     let without = stdout(&touchcal(folder.path(), &[&args[..], &truth].concat()).success());
     assert!(!without.contains("Parameters of the calibration"), "{without}");
 
+    touchcal(folder.path(), &["simulate", "--preset", "paper", "--contacts", "60", "--out", "exact"]).success();
+    let args = ["evaluate", "exact/problem.toml", "--urdf", "exact/true.urdf", "--truth", "exact/truth.json"];
+    let text = stdout(&touchcal(folder.path(), &[&args[..], &["--json"]].concat()).success());
+    let found: serde_json::Value = serde_json::from_str(&text).unwrap();
+    for name in ["position_mm", "angle_deg", "aligned_position_mm", "aligned_angle_deg", "distance_mm"] {
+        assert!(found["truth"]["given"][name]["max"].as_f64().unwrap() < 1e-6, "{name}: {text}");
+    }
+    assert!(rms(&found["truth"]["nominal"], "position_mm") > 10.0, "{text}");
+
+    let other = std::fs::read_to_string(folder.path().join("exact/truth.json")).unwrap();
+    std::fs::write(folder.path().join("other.json"), other.replace("joint_a3", "elbow")).unwrap();
+    let args = ["evaluate", "exact/problem.toml", "--urdf", "exact/true.urdf", "--truth", "other.json"];
+    let refused = touchcal(folder.path(), &args).code(1);
     assert!(stderr(&refused).contains("expected a parameter of the robot \"iiwa14\""), "{}", stderr(&refused));
 }

@@ -108,7 +108,7 @@ class ArmView {
     const { q, fixtures } = data.scene;
     const touching = this.points.filter((_, k) => f == null || data.contacts.drawn.fixture[k] === f).map((point) => new three.Vector3(...point));
     const arm = f == null && q.length ? [...frames(this.model, q[this.chosen]).joints.map((joint) => origin(joint.at))] : [];
-    const places = [...touching, ...arm, ...fixtures.filter((_, k) => f == null || k === f).map((part) => origin(matrix(part.base_from_fixture)))];
+    const places = [...touching, ...arm, ...fixtures.filter((part, k) => part && (f == null || k === f)).map((part) => origin(matrix(part.base_from_fixture)))];
     const middle = places.reduce((sum, place) => sum.add(place), new three.Vector3()).divideScalar(Math.max(1, places.length));
     if (f == null) {
       const [low, high] = ["min", "max"].map((side) => places.reduce((end, place) => end[side](place), (places[0] ?? middle).clone()));
@@ -129,7 +129,7 @@ class ArmView {
   build() {
     for (const group of [this.still, this.moved]) group.clear();
     this.addFloor();
-    data.scene.fixtures.forEach((part) => {
+    data.scene.fixtures.filter((part) => part).forEach((part) => {
       const shape = this.shape(part.shape, colour("--part"), 0.16);
       shape.applyMatrix4(matrix(part.base_from_fixture));
       this.still.add(shape);
@@ -262,7 +262,7 @@ class ArmView {
       this.moved.add(part);
     }
     this.moved.add(this.axes(tool, 0.08));
-    this.names = [["base", places[0]], ["tool", origin(tool)], ...(data.fixtures.length <= 6 ? data.fixtures.map(({ name }, f) => [name, origin(matrix(data.scene.fixtures[f].base_from_fixture))]) : [])];
+    this.names = [["base", places[0]], ["tool", origin(tool)], ...(data.fixtures.length <= 6 ? data.fixtures.flatMap(({ name }, f) => (data.scene.fixtures[f] ? [[name, origin(matrix(data.scene.fixtures[f].base_from_fixture))]] : [])) : [])];
     this.tell?.(k);
     this.render();
   }
@@ -346,7 +346,7 @@ function showArm() {
     });
     return el("label", {}, input, words);
   };
-  const turnTo = el("select", {}, el("option", { value: "" }, "everything"), ...data.fixtures.map(({ name }, f) => el("option", { value: f }, name)));
+  const turnTo = el("select", {}, el("option", { value: "" }, "everything"), ...data.fixtures.flatMap(({ name }, f) => (data.scene.fixtures[f] ? [el("option", { value: f }, name)] : [])));
   turnTo.addEventListener("change", () => view.lookAt(turnTo.value === "" ? null : Number(turnTo.value)));
   const slider = el("input", { type: "range", min: 0, max: drawn.index.length - 1, "aria-label": "contact" });
   slider.addEventListener("input", () => view.pose(Number(slider.value)));

@@ -141,7 +141,7 @@ const charts = {
     const [toMm] = UNITS.m, { workspace } = data.uncertainty, limits = quarters();
     const level = (sigma) => limits.filter((limit) => sigma > limit).length;
     const points = workspace.map(({ radius, height, position }) => ({ x: toMm * radius, y: toMm * height, level: level(position), sigma: position }));
-    const parts = data.scene.fixtures.map(({ base_from_fixture: [x, y, z] }, f) => ({ x: toMm * Math.hypot(x, y), y: toMm * z, name: data.fixtures[f].name }));
+    const parts = data.scene.fixtures.flatMap((part, f) => (part ? [{ part, name: data.fixtures[f].name }] : [])).map(({ part: { base_from_fixture: [x, y, z] }, name }) => ({ x: toMm * Math.hypot(x, y), y: toMm * z, name }));
     const [xs, ys] = ["x", "y"].map((axis) => [...points, ...parts].map((point) => point[axis]));
     const span = (values) => Math.max(...values) - Math.min(...values) || 1;
     const wide = Math.min(width, 640), left = 56, tall = Math.min(560, ((wide - left - 20) * span(ys)) / span([0, ...xs]) + 72);

@@ -3,8 +3,8 @@
 
 const SCORES = ["mean", "rms", "max"];
 const millimetres = (metres) => (metres == null ? "–" : (UNITS.m[0] * metres).toFixed(3));
-/** All contacts, then fixture by fixture where there are several. */
-const rows = data.fixtures.length > 1 ? [data.all, ...data.fixtures] : [data.all];
+/** All contacts, then fixture by fixture, of those with contacts, where there are several. */
+const rows = data.fixtures.length > 1 ? [data.all, ...data.fixtures.filter((fixture) => fixture.contacts)] : [data.all];
 
 function verdict() {
   const { robot, evaluated, created, status, agrees, is_calibrated, all, warnings } = data;

@@ -15,7 +15,8 @@ use crate::se3::{self, Pose, Twist};
 pub(super) struct Scene<'a> {
     nominal: Arm<'a>,
     calibrated: Arm<'a>,
-    fixtures: Vec<Part>,
+    /// None of a fixture of unknown place.
+    fixtures: Vec<Option<Part>>,
     tools: Vec<ShapeEntry>,
     /// Joint positions (rad, m) of each contact drawn.
     q: Vec<Vec<f32>>,
@@ -83,7 +84,10 @@ impl<'a> Scene<'a> {
             nominal: arm(&problem.robot, &nominal_tool),
             calibrated: arm(&estimate.robot, &tool),
             fixtures: parts
-                .map(|(sketch, place)| Part { base_from_fixture: numbers(place), shape: (&sketch.fixture).into() })
+                .map(|(sketch, place)| {
+                    let base_from_fixture = place.as_ref().map(numbers)?;
+                    Some(Part { base_from_fixture, shape: (&sketch.fixture).into() })
+                })
                 .collect(),
             tools,
             q: drawn.iter().map(|&i| log.q(i).iter().map(|q| *q as f32).collect()).collect(),
@@ -103,8 +107,8 @@ pub(crate) fn positions(log: &ContactLog, drawn: &[usize], kinematics: &Kinemati
 }
 
 /// Estimated pose of each fixture in base; one without a nominal pose is at the mean tool position
-/// of its contacts.
-pub(crate) fn places(problem: &Problem, estimate: &Estimate, drawn: &[usize], after: &[[f32; 3]]) -> Vec<Pose> {
+/// of its contacts, and without contacts, such as one whose contacts are held out, anywhere: `None`.
+pub(crate) fn places(problem: &Problem, estimate: &Estimate, drawn: &[usize], after: &[[f32; 3]]) -> Vec<Option<Pose>> {
     let Problem { fixtures, contacts, .. } = problem;
     let mut twists = vec![Twist::zeros(); fixtures.len()];
     for entry in &estimate.parameters {
@@ -121,7 +125,7 @@ pub(crate) fn places(problem: &Problem, estimate: &Estimate, drawn: &[usize], af
     let each = fixtures.iter().zip(twists).zip(sums).map(|((fixture, twist), (sum, count))| {
         let mean = || Pose::translation(sum.x / count as f64, sum.y / count as f64, sum.z / count as f64);
         let found = fixture.base_from_fixture.map(|place| place * se3::exp(&twist));
-        found.unwrap_or_else(|| if count > 0 { mean() } else { Pose::identity() })
+        found.or_else(|| (count > 0).then(mean))
     });
     each.collect()
 }

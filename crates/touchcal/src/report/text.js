@@ -54,10 +54,11 @@ function fixtures() {
     [name, contact, `${contacts}`, `${rejected}`, ...[before, after].flatMap(({ mean, rms, max }) => [mean, rms, max].map((v) => (1e3 * v).toFixed(3)))];
   const headings = ["fixture", "contact model", "#contacts", "#rejected", "#before: mean mm", "#rms mm", "#max mm", "#after: mean mm", "#rms mm", "#max mm"];
   const { read, used, rejected } = data.contacts;
-  byId("fixture-table").append(table(headings, [...data.fixtures, { name: "all", contact: "", contacts: used + rejected, rejected, change: data.all }].map(row)));
+  const touched = data.fixtures.filter((fixture) => fixture.contacts);
+  byId("fixture-table").append(table(headings, [...touched, { name: "all", contact: "", contacts: used + rejected, rejected, change: data.all }].map(row)));
   byId("fixture-table").after(csv("fixtures.csv", () => ({
     headings: ["fixture", "contact_model", "contacts", "rejected", ...["before", "after"].flatMap((when) => ["mean", "rms", "max"].map((what) => `${when}_${what}_mm`))],
-    rows: data.fixtures.map((fixture) => [fixture.name, fixture.contact, fixture.contacts, fixture.rejected, ...["before", "after"].flatMap((when) => ["mean", "rms", "max"].map((what) => 1e3 * fixture.change[when][what]))]),
+    rows: touched.map((fixture) => [fixture.name, fixture.contact, fixture.contacts, fixture.rejected, ...["before", "after"].flatMap((when) => ["mean", "rms", "max"].map((what) => 1e3 * fixture.change[when][what]))]),
   })));
 }
 

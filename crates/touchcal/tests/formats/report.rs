@@ -22,7 +22,7 @@ use touchcal::robot::{Kinematics, Robot};
 
 const MOST_BYTES: usize = 6_000_000;
 
-fn sockets() -> Problem {
+pub(super) fn sockets() -> Problem {
     let folder = data().join("mukca");
     let file = urdf::read_file(&folder.join("iiwa14.urdf"), Ends::default()).expect("a URDF");
     mukca::read(&folder.join("kuka_14"), file, &MukcaOptions::default()).expect("contacts").problem
@@ -41,7 +41,7 @@ fn repeated(problem: &mut Problem, times: usize) {
     problem.contacts = longer;
 }
 
-fn solve(problem: &Problem) -> (Estimate, Vec<Progress>) {
+pub(super) fn solve(problem: &Problem) -> (Estimate, Vec<Progress>) {
     let mut steps = Vec::new();
     let estimate = calibrate(problem, &mut |progress| {
         steps.push(*progress);
@@ -50,7 +50,7 @@ fn solve(problem: &Problem) -> (Estimate, Vec<Progress>) {
     (estimate, steps)
 }
 
-fn page(problem: &Problem, estimate: &Estimate, steps: &[Progress]) -> String {
+pub(super) fn page(problem: &Problem, estimate: &Estimate, steps: &[Progress]) -> String {
     let warnings = estimate.warnings.iter();
     let warnings: Vec<WarningText> = warnings
         .map(|w| WarningText { severity: w.severity(), message: w.message(), advice: w.advice().to_owned() })
@@ -79,7 +79,7 @@ fn evaluation_page(problem: &Problem, evaluated: &str) -> String {
 }
 
 /// The data of the page.
-fn content(page: &str) -> Value {
+pub(super) fn content(page: &str) -> Value {
     let data = page.split("id=\"data\">").nth(1).and_then(|rest| rest.split("</script").next()).expect("data");
     serde_json::from_str(data).expect("JSON")
 }

@@ -24,11 +24,18 @@ pub fn evaluation(fixtures: &[Fixture], evaluation: &Evaluation, is_calibrated: 
 
 /// Scatter found and predicted; nothing where none is predicted.
 fn scatter(fixtures: &[Fixture], evaluation: &Evaluation, source: &str) -> String {
-    let Evaluation { scatter, per_fixture, .. } = evaluation;
+    let Evaluation { scatter, per_fixture, score, .. } = evaluation;
     if scatter.is_none() && per_fixture.iter().all(Option::is_none) {
         return String::new();
     }
     let mut table = Table::new(["", "found", "predicted", "found/predicted", "by chance (99.9 %)"]);
+    let touched: Vec<_> = fixtures
+        .iter()
+        .zip(per_fixture)
+        .zip(&score.per_fixture)
+        .filter(|(_, spread)| spread.count > 0)
+        .map(|(fixture, _)| fixture)
+        .collect();
     let mut row = |name: &str, scatter: &Option<Scatter>| {
         let Some(scatter) = scatter else {
             return table.row([name.to_owned()].into_iter().chain((0..4).map(|_| "-".to_owned())));
@@ -40,9 +47,9 @@ fn scatter(fixtures: &[Fixture], evaluation: &Evaluation, source: &str) -> Strin
     };
     row("all", scatter);
     if fixtures.len() > 1 {
-        fixtures.iter().zip(per_fixture).take(MOST_FIXTURES).for_each(|(fixture, scatter)| row(&fixture.name, scatter));
+        touched.iter().take(MOST_FIXTURES).for_each(|(fixture, scatter)| row(&fixture.name, scatter));
     }
-    let more = more(fixtures.len());
+    let more = more(touched.len());
     format!("Scatter found, and predicted from noise and {source} (rms, mm)\n{table}{more}\n")
 }
 

@@ -70,7 +70,8 @@ fn write(problem: &Problem, estimate: &Estimate) -> Result<Vec<u8>, McapError> {
         let mut transforms = links(&estimate.robot, q, time);
         transforms.push(TransformStamped::new(time, base, TOOL, &calibrated.pose_under(q, &log.load(contact))));
         for (fixture, place) in problem.fixtures.iter().zip(&places) {
-            transforms.push(TransformStamped::new(time, base, &frame(&fixture.name), place));
+            let transform = |place| TransformStamped::new(time, base, &frame(&fixture.name), place);
+            transforms.extend(place.as_ref().map(transform));
         }
         bag.add("/tf", time, &TfMessage { transforms })?;
         let (name, position) = (names.clone(), q.to_vec());
