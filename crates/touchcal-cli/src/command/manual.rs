@@ -2,6 +2,7 @@
 //! of the arguments, and `touchcal schema`.
 
 use std::fmt::Write;
+use std::io::IsTerminal;
 
 use clap::{Command, CommandFactory};
 use clap_mangen::Man;
@@ -10,6 +11,10 @@ use touchcal::io::{atomic, problem_file, scenario_file};
 use crate::args::{Args, CompletionsArgs, ManArgs, SchemaArgs, SchemaName};
 use crate::failure::{Failure, Outcome};
 use crate::output;
+
+/// In place of a page on a terminal, which cannot show one.
+const HOW_TO_READ: &str =
+    "The page is for the program man: touchcal man | man -l -   (all pages into a folder: touchcal man --out man1)\n";
 
 /// Columns of the reference's lines.
 const WIDTH: usize = 100;
@@ -25,6 +30,10 @@ pub fn completions(args: &CompletionsArgs) -> Result<Outcome, Failure> {
 /// Prints the page of `touchcal`, or writes the pages of all commands.
 pub fn pages(args: &ManArgs) -> Result<Outcome, Failure> {
     let Some(folder) = &args.out else {
+        if std::io::stdout().is_terminal() {
+            output::print(HOW_TO_READ)?;
+            return Ok(Outcome::Done);
+        }
         output::print(&page(&built())?)?;
         return Ok(Outcome::Done);
     };
