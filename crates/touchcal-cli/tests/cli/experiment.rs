@@ -76,6 +76,26 @@ fn rows_that_are_there_are_not_computed_again() {
     assert_ne!(std::fs::read_to_string(&path).unwrap(), marked);
 }
 
+/// The means include results that must not be used: text, LaTeX and figure say so, with their number.
+#[test]
+fn refused_trials_are_counted() {
+    let folder = tempfile::tempdir().unwrap();
+    let args = ["experiment", "table1", "--trials", "2", "--contacts", "600", "--out", "out"];
+    let said = stdout(&touchcal(folder.path(), &args).success());
+    let read = |name: &str| std::fs::read_to_string(folder.path().join("out").join(name)).unwrap();
+    assert!(![said, read("table1.tex"), read("table1.svg")].iter().any(|text| text.contains("refuses")));
+    let path = folder.path().join("out/rows/seed_2.exact_lm.json");
+    let mut row = json(&path);
+    assert_ne!(row["status"], "not_usable");
+    row["status"] = "not_usable".into();
+    std::fs::write(&path, row.to_string()).unwrap();
+    let said = stdout(&touchcal(folder.path(), &args).success());
+    assert!(said.contains("Means include trials whose result is refused."), "{said}");
+    assert!(read("table1.tex").contains("touchcal refuses (not usable): exact gap + LM: 1 of 2.}"));
+    assert!(read("table1.svg").contains("\n1 of 2 refused\n"), "{}", read("table1.svg"));
+    assert_eq!(json(&folder.path().join("out/table1.json"))["summary"][0]["refused"], 1);
+}
+
 /// Waits until this many rows are kept.
 fn wait_for_rows(folder: &Path, count: usize) {
     let begin = Instant::now();

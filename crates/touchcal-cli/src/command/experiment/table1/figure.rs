@@ -9,7 +9,7 @@ use super::super::figure::{
     write,
 };
 use super::super::row::Row;
-use super::summary::{PUBLISHED_BIAS_DEG, PUBLISHED_STRAIN};
+use super::summary::{PUBLISHED_BIAS_DEG, PUBLISHED_STRAIN, refused};
 
 /// Width of the approaches' names and height of an approach, of what is above and of the axes (px).
 const NAMES: i32 = 24 * MM;
@@ -32,7 +32,8 @@ const PANELS: [Panel; 2] = [
     Panel { title: "link strain error (m/m)", value: |row| row.strain_error, published: PUBLISHED_STRAIN },
 ];
 
-/// SVG of the errors on logarithmic axes, a line for each approach.
+/// SVG of the errors on logarithmic axes, a line for each approach; below its name is how many of its
+/// results are refused, if any are: dots and means include them.
 pub fn figure(labels: &[&str], rows: &[Vec<&Row>]) -> Result<String, String> {
     let height = ABOVE + ROW * labels.len() as i32 + AXIS;
     svg(height, |root| {
@@ -40,11 +41,16 @@ pub fn figure(labels: &[&str], rows: &[Vec<&Row>]) -> Result<String, String> {
         legend(root, 0, &entries)?;
         for (k, label) in labels.iter().enumerate() {
             // A word a line, or names would be wider than their column.
-            let words: Vec<&str> = label.split_inclusive("+ ").collect();
+            let mut words: Vec<&str> = label.split_inclusive("+ ").collect();
+            let refused = refused(&rows[k]);
+            let note = format!("{refused} of {} refused", rows[k].len());
+            if refused > 0 {
+                words.push(&note);
+            }
             let middle = ABOVE + ROW * k as i32 + ROW / 2;
-            for (line, words) in words.iter().enumerate() {
-                let y = middle + LINE * (2 * line as i32 + 1 - words_count(label)) / 2;
-                write(root, words.trim(), (NAMES - MM, y), HPos::Right)?;
+            for (line, text) in words.iter().enumerate() {
+                let y = middle + LINE * (2 * line as i32 + 1 - words.len() as i32) / 2;
+                write(root, text.trim(), (NAMES - MM, y), HPos::Right)?;
             }
         }
         let width = (WIDTH - NAMES) / 2;
@@ -54,10 +60,6 @@ pub fn figure(labels: &[&str], rows: &[Vec<&Row>]) -> Result<String, String> {
         }
         Ok(())
     })
-}
-
-fn words_count(label: &str) -> i32 {
-    label.split("+ ").count() as i32
 }
 
 fn draw(area: &Area<'_>, panel: &Panel, rows: &[Vec<&Row>]) -> DrawingResult {

@@ -14,10 +14,11 @@ const HEAD: &str = r"% Needs \usepackage{booktabs}.
 Method & strain (m/m) & offset ($^\circ$) & strain & offset & (mm) & ($^\circ$) & (mm) & ($^\circ$) \\
 \midrule
 ";
-const FOOT: &str = "\\bottomrule\n\\end{tabular}\n";
+const BOTTOM: &str = "\\bottomrule\n";
+const FOOT: &str = "\\end{tabular}\n";
 
 /// A `tabular` with the lines of the package booktabs: first the row that the paper published, in
-/// italics, then the means over `trials` trials.
+/// italics, then the means over `trials` trials, and a note on those that are refused.
 pub fn table(summaries: &[Summary], trials: usize) -> String {
     let (strain, bias) = PUBLISHED_REDUCTION;
     let published = [
@@ -44,7 +45,24 @@ pub fn table(summaries: &[Summary], trials: usize) -> String {
         ]);
     }
     let version = env!("CARGO_PKG_VERSION");
-    format!("% touchcal {version}, experiment table1: means over {trials} trials.\n{HEAD}{rows}{FOOT}")
+    format!(
+        "% touchcal {version}, experiment table1: means over {trials} trials.\n{HEAD}{rows}{BOTTOM}{}{FOOT}",
+        note(summaries)
+    )
+}
+
+/// A row below the table: that means include results that must not be used, and how many; none where
+/// there are no such results.
+fn note(summaries: &[Summary]) -> String {
+    let with_refused = summaries.iter().filter(|summary| summary.refused > 0);
+    let counts: Vec<String> = with_refused
+        .map(|Summary { label, refused, trials, .. }| format!("{}: {refused} of {trials}", escaped(label)))
+        .collect();
+    if counts.is_empty() {
+        return String::new();
+    }
+    let words = format!("Means include trials whose result touchcal refuses (not usable): {}.", counts.join("; "));
+    format!("\\multicolumn{{9}}{{p{{0.95\\linewidth}}}}{{\\footnotesize {words}}} \\\\\n")
 }
 
 fn line(cells: impl IntoIterator<Item = String>) -> String {
@@ -105,11 +123,17 @@ none & -- & -- & -- & -- & 0.012 & 0.0020 & 0.101 & 0.0300 \\
             hole: tool(0.0123, 0.002),
             workspace: tool(0.1011, 0.03),
             usable: 1.0,
+            refused: 0,
             seconds: 2.0,
         };
         let rows = [row("50 % of a_b & c", [1.2e-5, 0.0012, 4100.0, 2000.49]), row("none", [f64::NAN; 4])];
         let text = table(&rows, 3);
         assert!(text.contains("experiment table1: means over 3 trials.\n") && text.ends_with(EXPECTED), "{text}");
+        let half = Summary { refused: 2, usable: 1.0 / 3.0, ..row("50 % of a_b & c", [0.1; 4]) };
+        let note = table(&[half, row("all", [0.1; 4])], 3);
+        let expected = "\\bottomrule\n\\multicolumn{9}{p{0.95\\linewidth}}{\\footnotesize Means include trials whose result \
+                        touchcal refuses (not usable): 50 \\% of a\\_b \\& c: 2 of 3.} \\\\\n\\end{tabular}\n";
+        assert!(note.ends_with(expected), "{note}");
         // As many cells in each row as the table has columns, two rows of heads.
         assert!(text.contains("{lrrrrrrrr}"));
         let cells: Vec<usize> =

@@ -214,6 +214,7 @@ fn text(args: &Table1Args, trials: usize, summaries: &[Summary]) -> String {
     [
         format!("Mean absolute errors over {trials} trials: parameters, tool at the hole, tool at 1000 other poses\n"),
         summary::table(summaries).to_string(),
+        refused_rows(summaries),
         format!(
             "\nWritten to {}: table1.csv, table1.json, table1.tex, table1.svg, and one file per row in rows/.\n",
             args.out.display()
@@ -221,6 +222,12 @@ fn text(args: &Table1Args, trials: usize, summaries: &[Summary]) -> String {
         missing_rows(args),
     ]
     .concat()
+}
+
+/// That the means include results that are refused.
+fn refused_rows(summaries: &[Summary]) -> String {
+    let has_refused = summaries.iter().any(|summary| summary.refused > 0);
+    if has_refused { "Means include trials whose result is refused.\n".to_owned() } else { String::new() }
 }
 
 /// Rows that are missing in the table, and the options that add them.

@@ -26,6 +26,8 @@ pub struct Summary {
     pub hole: Tool,
     pub workspace: Tool,
     pub usable: f64,
+    /// Number of trials whose result must not be used; the means include them.
+    pub refused: usize,
     pub seconds: f64,
 }
 
@@ -51,10 +53,16 @@ impl Summary {
             bias_reduction: mean(&|row| row.bias_before_deg) / bias_mae_deg,
             hole: tool(|row| row.hole),
             workspace: tool(|row| row.workspace),
+            refused: refused(rows),
             usable: mean(&|row| f64::from(u8::from(row.is_usable()))),
             seconds: mean(&|row| row.seconds),
         }
     }
+}
+
+/// Number of trials whose result must not be used.
+pub fn refused(rows: &[&Row]) -> usize {
+    rows.iter().filter(|row| !row.is_usable()).count()
 }
 
 #[derive(Serialize)]
