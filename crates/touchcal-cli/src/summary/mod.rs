@@ -16,7 +16,7 @@ use touchcal::estimate::{
 use touchcal::io::calibration_folder::{Solved, Written, WrittenExport};
 use touchcal::io::estimate_file::{EstimateFile, HeldOutEntry, ScatterEntry};
 use touchcal::io::{Export, Loaded};
-use touchcal::parameter::Block;
+use touchcal::parameter::{Block, ParameterId};
 use touchcal::report::{fixed, signed};
 use touchcal::solver::{StopReason, Termination};
 
@@ -279,7 +279,9 @@ fn predictive_check(check: Option<&PredictiveCheck>) -> String {
 /// few directions or `detail` is asked for.
 pub fn identifiability(found: &Identifiability, parameters: &[ParameterEstimate], detail: Detail) -> String {
     let (rank, all, null) = (found.rank, found.singular_values.len(), &found.null_space);
-    let head = format!("Identifiable  {rank} of {all} directions (condition number {})\n", fixed(found.condition, 0));
+    let condition = fixed(found.condition, 0);
+    let counted = wrapped(&counted(parameters));
+    let head = format!("Identifiable  {rank} of {all} directions (condition number {condition})\n{INDENT}{counted}\n");
     if null.is_empty() {
         return head + "\n";
     }
@@ -297,6 +299,27 @@ pub fn identifiability(found: &Identifiability, parameters: &[ParameterEstimate]
     };
     let each: String = null.iter().map(line).collect();
     format!("{head}Directions that are not identifiable (the data add less than the prior):\n{each}\n")
+}
+
+/// Which parameters the directions are of, and which they are not, by their blocks.
+fn counted(parameters: &[ParameterEstimate]) -> String {
+    let names = |counts: bool| {
+        let ids = parameters.iter().map(|entry| entry.parameter.id).filter(|id| Identifiability::counts(*id) == counts);
+        let mut blocks: Vec<(&str, usize)> = Vec::new();
+        for name in ids.map(|id| match id {
+            ParameterId::DirectionalGapBias(..) => "gap_bias by direction",
+            id => id.block().name(),
+        }) {
+            match blocks.iter_mut().find(|(known, _)| *known == name) {
+                Some((_, count)) => *count += 1,
+                None => blocks.push((name, 1)),
+            }
+        }
+        blocks.iter().map(|(name, count)| format!("{count} {name}")).collect::<Vec<String>>().join(", ")
+    };
+    let others = names(false);
+    let others = if others.is_empty() { others } else { format!("; not counted are {others}") };
+    format!("of these parameters: {}{others}", names(true))
 }
 
 /// Numbers of directions by the parameters that take part.

@@ -48,6 +48,7 @@ pub fn parameters(lines: &[ParameterRow<'_>], detail: Detail) -> String {
         detail == Detail::Grouped && (place || OF_LOG.iter().any(|(of_log, _)| *of_log == block))
     };
     let is_directional = |line: &&ParameterRow<'_>| matches!(line.parameter.id, ParameterId::DirectionalGapBias(..));
+    let directional = lines.iter().filter(is_directional).count();
     let lines: Vec<&ParameterRow<'_>> =
         lines.iter().filter(|line| detail == Detail::Every || !is_directional(line)).collect();
     let single: Vec<&ParameterRow<'_>> = lines.iter().copied().filter(|line| !apart(line)).collect();
@@ -63,6 +64,9 @@ pub fn parameters(lines: &[ParameterRow<'_>], detail: Detail) -> String {
             let members: Vec<&ParameterRow<'_>> =
                 lines.iter().copied().filter(|l| l.parameter.id.block() == block).collect();
             text.push_str(&root_mean_square(&members, what));
+        }
+        if directional > 0 {
+            text.push_str(&format!("  {directional} gap biases by direction (--all lists them)\n"));
         }
     }
     // Rows of a sum, and those left out of a long list, have no mark.
@@ -105,7 +109,7 @@ fn scalars(all: &[&ParameterRow<'_>], most: usize) -> String {
         0 => String::new(),
         more => {
             let unknown = all.iter().filter(|line| !line.identifiable).count();
-            format!("  … and {more} more, of which {unknown} are not identifiable (--all lists them)\n")
+            format!("  … and {more} more parameters, of which {unknown} are not identifiable (--all lists them)\n")
         }
     };
     format!("{table}{more}")

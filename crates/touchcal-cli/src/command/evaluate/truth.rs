@@ -9,10 +9,8 @@ use touchcal::io::Input;
 use touchcal::io::estimate_file::EstimateFile;
 use touchcal::io::truth_file::{self, TruthFile};
 use touchcal::parameter::Unit;
-use touchcal::report::ToolError;
-use touchcal::report::fixed;
+use touchcal::report::{ToolError, fixed, signed};
 use touchcal::robot::Kinematics;
-use touchcal::report::{fixed, signed};
 use touchcal::se3::Pose;
 
 use crate::failure::Failure;

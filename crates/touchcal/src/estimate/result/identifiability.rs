@@ -2,6 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::parameter::ParameterId;
+
 /// A direction in parameter space that the data do not determine: moving along it by one scale
 /// changes no contact by more than its noise.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -38,7 +40,7 @@ impl NullDirection {
 /// before: it is called unidentifiable.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Identifiability {
-    /// Singular values (1), largest first: one for each parameter but the directional gap biases.
+    /// Singular values (1), largest first: one for each parameter that [counts](Self::counts).
     pub singular_values: Vec<f64>,
     /// Number of identifiable directions: of singular values that are at least
     /// [`min_singular_value`](crate::estimate::IdentifiabilityOptions::min_singular_value) and not
@@ -53,6 +55,15 @@ pub struct Identifiability {
 }
 
 impl Identifiability {
+    /// Whether directions are of this parameter too: of all but directional gap biases, errors of
+    /// the measured wrench, and trends and walks of encoder offsets, by which measurements and
+    /// parts are off and which are no question to the contacts.
+    pub fn counts(id: ParameterId) -> bool {
+        let of_wrench = matches!(id, ParameterId::WrenchBias(_) | ParameterId::WrenchScale);
+        let of_log = matches!(id, ParameterId::JointTrend(_) | ParameterId::JointWalk(..));
+        !(of_wrench || of_log || matches!(id, ParameterId::DirectionalGapBias(..)))
+    }
+
     /// The observability indices O1 to O5 of the `m = rank` identifiable directions with singular
     /// values `s₁ ≥ … ≥ sₘ`, for a number of contacts `n` (0 counts as 1); zeros if `m` is 0.
     ///

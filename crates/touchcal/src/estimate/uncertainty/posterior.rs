@@ -30,17 +30,11 @@ impl Posterior {
     pub fn new(model: &CalibrationModel<'_>, data: &DMatrix<f64>, free: &FreeParameters, fixed: &GaugeFix) -> Self {
         let parameters = &model.layout.parameters;
         let options = &model.problem.options.identifiability;
-        // What measurements and parts are off by is no question to the data.
-        let is_in_question = |id| {
-            let of_wrench = matches!(id, ParameterId::WrenchBias(_) | ParameterId::WrenchScale);
-            let of_log = matches!(id, ParameterId::JointTrend(_) | ParameterId::JointWalk(..));
-            !(of_wrench || of_log || matches!(id, ParameterId::DirectionalGapBias(..)))
-        };
         let without = |scale: DVector<f64>, is_kept: &dyn Fn(ParameterId) -> bool| {
             scale.map_with_location(|k, _, scale| if is_kept(parameters[k].id) { scale } else { 0.0 })
         };
         let scales = without(model.layout.scale(), &|id| !matches!(id, ParameterId::DirectionalGapBias(..)));
-        let in_question = FreeParameters::new(without(scales.clone(), &is_in_question));
+        let in_question = FreeParameters::new(without(scales.clone(), &Identifiability::counts));
         let prior = DMatrix::from_diagonal(&scales.map(|sigma| sigma.powi(-2)));
         let all = FreeParameters::new(scales.clone());
         let covariance_from_scales = all.covariance(&(data + prior));
