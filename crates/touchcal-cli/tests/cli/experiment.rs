@@ -76,7 +76,8 @@ fn rows_that_are_there_are_not_computed_again() {
     assert_ne!(std::fs::read_to_string(&path).unwrap(), marked);
 }
 
-/// The means include results that must not be used: text, LaTeX and figure say so, with their number.
+/// The means include results that must not be used: text, LaTeX and figure say so, with their
+/// number.
 #[test]
 fn refused_trials_are_counted() {
     let folder = tempfile::tempdir().unwrap();

@@ -107,7 +107,8 @@ pub(crate) fn positions(log: &ContactLog, drawn: &[usize], kinematics: &Kinemati
 }
 
 /// Estimated pose of each fixture in base; one without a nominal pose is at the mean tool position
-/// of its contacts, and without contacts, such as one whose contacts are held out, anywhere: `None`.
+/// of its contacts, and without contacts, such as one whose contacts are held out, anywhere:
+/// `None`.
 pub(crate) fn places(problem: &Problem, estimate: &Estimate, drawn: &[usize], after: &[[f32; 3]]) -> Vec<Option<Pose>> {
     let Problem { fixtures, contacts, .. } = problem;
     let mut twists = vec![Twist::zeros(); fixtures.len()];

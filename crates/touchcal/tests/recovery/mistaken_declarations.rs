@@ -149,7 +149,8 @@ fn lengths_in_another_unit() {
     assert_eq!(inspected(&distances), [unit(DeclaredLength::Distances, 1e-3)]);
 }
 
-/// The problem in which contacts with the fixtures of these names are declared as those of the other.
+/// The problem in which contacts with the fixtures of these names are declared as those of the
+/// other.
 fn exchanged(problem: &Problem, names: [&str; 2]) -> Problem {
     let index = |name: &str| problem.fixtures.iter().position(|fixture| fixture.name == name).expect("a fixture");
     let [a, b] = names.map(index);

@@ -32,8 +32,8 @@ const PANELS: [Panel; 2] = [
     Panel { title: "link strain error (m/m)", value: |row| row.strain_error, published: PUBLISHED_STRAIN },
 ];
 
-/// SVG of the errors on logarithmic axes, a line for each approach; below its name is how many of its
-/// results are refused, if any are: dots and means include them.
+/// SVG of the errors on logarithmic axes, a line for each approach; below its name is how many of
+/// its results are refused, if any are: dots and means include them.
 pub fn figure(labels: &[&str], rows: &[Vec<&Row>]) -> Result<String, String> {
     let height = ABOVE + ROW * labels.len() as i32 + AXIS;
     svg(height, |root| {

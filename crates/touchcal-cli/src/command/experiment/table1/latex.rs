@@ -51,8 +51,8 @@ pub fn table(summaries: &[Summary], trials: usize) -> String {
     )
 }
 
-/// A row below the table: that means include results that must not be used, and how many; none where
-/// there are no such results.
+/// A row below the table: that means include results that must not be used, and how many; none
+/// where there are no such results.
 fn note(summaries: &[Summary]) -> String {
     let with_refused = summaries.iter().filter(|summary| summary.refused > 0);
     let counts: Vec<String> = with_refused
