@@ -151,6 +151,39 @@ fn a_calibration_that_is_not_usable_stays_so() {
     assert!(stdout(&done).contains("found/predicted"), "{}", stdout(&done));
 }
 
+/// Parameters beside the true ones: those that contacts determine first, and these alone in
+/// standard deviations.
+fn parameters_are_compared(folder: &Path, found: &serde_json::Value) {
+    let truth = ["--truth", "sim/truth.json"];
+    let entries = found["truth"]["parameters"].as_array().unwrap();
+    let is_identifiable = |entry: &serde_json::Value| entry["identifiable"].as_bool().unwrap();
+    let truth_file = json(&folder.join("sim/truth.json"));
+    let first_unknown = entries.iter().position(|entry| !is_identifiable(entry)).unwrap_or(entries.len());
+    assert!(entries[first_unknown..].iter().all(|entry| !is_identifiable(entry)), "{entries:?}");
+    assert!(entries.iter().filter(|entry| entry["name"].as_str().unwrap().starts_with("joint_offset.")).count() >= 6);
+    for entry in entries {
+        let [truth, estimated, difference] =
+            ["true", "estimated", "difference"].map(|key| entry[key].as_f64().unwrap());
+        assert_eq!(truth_file["parameters"][entry["name"].as_str().unwrap()], truth);
+        assert_eq!(difference, estimated - truth);
+        assert_eq!(entry["deviations"].is_number(), is_identifiable(entry), "{entry}");
+        assert!(entry["deviations"].as_f64().is_none_or(|deviations| deviations.abs() < 5.0), "{entry}");
+    }
+    let args = ["evaluate", "sim/problem.toml", "--urdf", "out/calibrated.urdf"];
+    let text = |more: &[&str]| stdout(&touchcal(folder, &[&args[..], &ESTIMATE, &truth, more].concat()).success());
+    let rows = |text: &str| {
+        let (_, table) = text.split_once("Parameters of the calibration relative to the true ones\n").unwrap();
+        let lines =
+            table.lines().skip(1).take_while(|line| !line.contains("… and") && !line.contains("Where directions"));
+        lines.count()
+    };
+    assert_eq!(rows(&text(&["--all"])), entries.len());
+    assert_eq!(rows(&text(&[])), entries.len().min(10));
+    assert!(text(&[]).contains("single parameters do not compare"));
+    let without = stdout(&touchcal(folder, &[&args[..], &truth].concat()).success());
+    assert!(!without.contains("Parameters of the calibration"), "{without}");
+}
+
 /// Calibrated and nominal arm are off by what the summary expects, and the true arm by nothing. The
 /// truth of another robot is refused.
 #[test]
@@ -177,36 +210,7 @@ fn errors_against_the_truth_are_told() {
     }
     assert!(rms(&found["truth"]["given"], "aligned_position_mm") < rms(&found["truth"]["given"], "position_mm"));
 
-    // Parameters beside the true ones: those that contacts determine first, and these alone in
-    // standard deviations.
-    let entries = found["truth"]["parameters"].as_array().unwrap();
-    let is_identifiable = |entry: &serde_json::Value| entry["identifiable"].as_bool().unwrap();
-    let truth_file = json(&folder.path().join("sim/truth.json"));
-    let first_unknown = entries.iter().position(|entry| !is_identifiable(entry)).unwrap_or(entries.len());
-    assert!(entries[first_unknown..].iter().all(|entry| !is_identifiable(entry)), "{entries:?}");
-    assert!(entries.iter().filter(|entry| entry["name"].as_str().unwrap().starts_with("joint_offset.")).count() >= 6);
-    for entry in entries {
-        let [truth, estimated, difference] =
-            ["true", "estimated", "difference"].map(|key| entry[key].as_f64().unwrap());
-        assert_eq!(truth_file["parameters"][entry["name"].as_str().unwrap()], truth);
-        assert_eq!(difference, estimated - truth);
-        assert_eq!(entry["deviations"].is_number(), is_identifiable(entry), "{entry}");
-        assert!(entry["deviations"].as_f64().is_none_or(|deviations| deviations.abs() < 5.0), "{entry}");
-    }
-    let args = ["evaluate", "sim/problem.toml", "--urdf", "out/calibrated.urdf"];
-    let text =
-        |more: &[&str]| stdout(&touchcal(folder.path(), &[&args[..], &ESTIMATE, &truth, more].concat()).success());
-    let rows = |text: &str| {
-        let (_, table) = text.split_once("Parameters of the calibration relative to the true ones\n").unwrap();
-        let lines =
-            table.lines().skip(1).take_while(|line| !line.contains("… and") && !line.contains("Where directions"));
-        lines.count()
-    };
-    assert_eq!(rows(&text(&["--all"])), entries.len());
-    assert_eq!(rows(&text(&[])), entries.len().min(10));
-    assert!(text(&[]).contains("single parameters do not compare"));
-    let without = stdout(&touchcal(folder.path(), &[&args[..], &truth].concat()).success());
-    assert!(!without.contains("Parameters of the calibration"), "{without}");
+    parameters_are_compared(folder.path(), &found);
 
     touchcal(folder.path(), &["simulate", "--preset", "paper", "--contacts", "60", "--out", "exact"]).success();
     let args = ["evaluate", "exact/problem.toml", "--urdf", "exact/true.urdf", "--truth", "exact/truth.json"];
