@@ -361,8 +361,8 @@ impl Problem {
         self.options.unseen_effects == UnseenEffects::Widen && places.any(|prior| prior != PlacePrior::Fixed)
     }
 
-    /// Frame in which errors of the tool count: as asked for, else in base, or with the base aligned
-    /// where no fixture has a place in base that contacts could locate the base by.
+    /// Frame in which errors of the tool count: as asked for; else base, or base aligned where no
+    /// fixture has a declared place by which contacts would locate it.
     pub fn error_frame(&self) -> ErrorFrame {
         let is_located = self.fixtures.iter().any(|fixture| fixture.prior != PlacePrior::Flat);
         let without_task = if is_located { ErrorFrame::Base } else { ErrorFrame::BaseAligned };

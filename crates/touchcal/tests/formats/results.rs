@@ -137,6 +137,7 @@ fn acceptance() -> AcceptanceEntry {
         worst_pose: 17,
         parameter: "joint_offset.joint_a1".to_owned(),
         share: 0.7,
+        aligned_probability: 0.97,
     };
     AcceptanceEntry {
         decision: Decision::Undecided,
@@ -144,6 +145,7 @@ fn acceptance() -> AcceptanceEntry {
         tolerance_deg: None,
         confidence: 0.95,
         poses: 100,
+        frame: "base".to_owned(),
         errors: Some(errors),
         message: "UNDECIDED".to_owned(),
         advice: "record more".to_owned(),

@@ -16,10 +16,9 @@ pub(crate) use posterior::Posterior;
 pub(crate) use predictive_check::predictive_check;
 pub(crate) use sandwich::{Sandwich, curvature_and_squares, sandwich_covariance};
 pub(crate) use score_test::{Derivatives, ScoreTest, score_test, unseen_changes};
-pub(crate) use tool_motion::ToolMotion;
+pub(crate) use tool_motion::{ToolMotion, tool_jacobians};
 pub(crate) use workspace::{
-    CalibratedTool, SAMPLED_POSITIONS, arm_uncertainty_ratio, tool_distance, tool_jacobians, tool_positions,
-    workspace_uncertainty,
+    CalibratedTool, SAMPLED_POSITIONS, arm_uncertainty_ratio, tool_distance, tool_positions, workspace_uncertainty,
 };
 pub use workspace::{
     ToolUncertainty, configurations_within, distance_uncertainty, tool_uncertainty, workspace_configurations,

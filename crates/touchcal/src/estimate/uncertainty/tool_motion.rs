@@ -2,11 +2,10 @@
 
 use nalgebra::{DMatrix, DVector, Matrix6, Vector3};
 
-use super::workspace::tool_jacobians;
 use crate::estimate::result::ErrorFrame;
 use crate::parameter::ParameterId;
 use crate::robot::Kinematics;
-use crate::se3;
+use crate::se3::{self, Twist};
 
 /// Share of the largest singular value up to which a motion of the base moves no position.
 const ROUNDING: f64 = 1e-9;
@@ -60,6 +59,31 @@ impl ToolMotion {
         let squares: f64 = (0..self.poses()).flat_map(|k| 6 * k..6 * k + 3).map(variance).sum();
         (squares.max(0.0) / self.poses().max(1) as f64).sqrt()
     }
+}
+
+/// Derivative of the tool's pose (its local twist, m and rad) by parameters with these `ids` (SI),
+/// at each of the joint `positions`: 6 rows. The parameters of `kinematics` are among them, in
+/// their order; columns of what moves neither arm nor tool are zero.
+pub(crate) fn tool_jacobians<'q>(
+    kinematics: &Kinematics,
+    ids: &[ParameterId],
+    positions: impl Iterator<Item = &'q [f64]>,
+) -> Vec<DMatrix<f64>> {
+    let mut scratch = kinematics.scratch();
+    let mut jacobian = |q: &[f64]| {
+        kinematics.pose_and_jacobian(q, &mut scratch);
+        let mut of_kinematics = scratch.parameters.iter();
+        let columns = ids.iter().map(|id| match id {
+            ParameterId::Kinematic(_) => of_kinematics.next().copied().unwrap_or_default(),
+            ParameterId::JointHarmonic(i, phase) => {
+                scratch.joints[*i] * -(if *phase == 0 { q[*i].sin() } else { q[*i].cos() })
+            }
+            _ => Twist::zeros(),
+        });
+        let entries: Vec<f64> = columns.flat_map(<[f64; 6]>::from).collect();
+        DMatrix::from_vec(6, ids.len(), entries)
+    };
+    positions.map(&mut jacobian).collect()
 }
 
 /// Motion of a tool at `place` in base (m) by one of base, translation and rotation vector about

@@ -2,12 +2,12 @@
 
 use nalgebra::{DMatrix, DVector, Vector3};
 
-use super::tool_motion::ToolMotion;
+use super::tool_motion::{ToolMotion, tool_jacobians};
 use crate::estimate::problem::Problem;
 use crate::estimate::result::{ErrorFrame, Estimate, ParameterEstimate, WorkspaceUncertainty};
 use crate::parameter::{Parameter, ParameterId, kinematic_part};
 use crate::robot::{JointKind, KinematicParameter, Kinematics, Robot};
-use crate::se3::{self, Pose, Twist};
+use crate::se3::{self, Pose};
 
 /// Pairs of configurations that the mean is taken over.
 const PAIRS: usize = 100;
@@ -214,31 +214,6 @@ impl CalibratedTool {
         };
         DVector::from_iterator(self.parameters.len(), self.parameters.iter().map(value))
     }
-}
-
-/// Derivative of the tool's pose (its local twist, m and rad) by parameters with these `ids` (SI),
-/// at each of the joint `positions`: 6 rows. The parameters of `kinematics` are among them, in
-/// their order; columns of what moves neither arm nor tool are zero.
-pub(crate) fn tool_jacobians<'q>(
-    kinematics: &Kinematics,
-    ids: &[ParameterId],
-    positions: impl Iterator<Item = &'q [f64]>,
-) -> Vec<DMatrix<f64>> {
-    let mut scratch = kinematics.scratch();
-    let mut jacobian = |q: &[f64]| {
-        kinematics.pose_and_jacobian(q, &mut scratch);
-        let mut of_kinematics = scratch.parameters.iter();
-        let columns = ids.iter().map(|id| match id {
-            ParameterId::Kinematic(_) => of_kinematics.next().copied().unwrap_or_default(),
-            ParameterId::JointHarmonic(i, phase) => {
-                scratch.joints[*i] * -(if *phase == 0 { q[*i].sin() } else { q[*i].cos() })
-            }
-            _ => Twist::zeros(),
-        });
-        let entries: Vec<f64> = columns.flat_map(<[f64; 6]>::from).collect();
-        DMatrix::from_vec(6, ids.len(), entries)
-    };
-    positions.map(&mut jacobian).collect()
 }
 
 /// Root mean square distance (m) in [`tool_positions`] between the tool's positions in base of the

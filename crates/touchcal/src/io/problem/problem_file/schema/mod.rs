@@ -64,8 +64,8 @@ pub(crate) struct AcceptToml {
     /// it: 0.95.
     /// Example: `confidence = 0.99`
     pub(crate) confidence: Option<Number>,
-    /// Frame in which errors of the tool count: the arm's base, or the base aligned to the tool's
-    /// true positions. One of: `base`, `base_aligned`. Without it: `base`.
+    /// Frame in which errors of the tool count: the arm's base, or the base after it was moved to
+    /// fit the tool's positions best. Without it: base.
     /// Example: `frame = "base_aligned"`
     pub(crate) frame: Option<ErrorFrameToml>,
     /// The task as joint positions (mm for prismatic joints), at most 1000; alone. Without it:
