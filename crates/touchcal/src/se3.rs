@@ -11,7 +11,7 @@
 //! perturbations, and Solà, Deray & Atchuthan, *A micro Lie theory for state estimation in
 //! robotics* (2018), eqs. 143–182.
 
-use nalgebra::{Isometry3, Matrix3, Matrix6, Translation3, UnitQuaternion, Vector3, Vector6};
+use nalgebra::{Isometry3, Matrix3, Matrix6, Rotation3, Translation3, UnitQuaternion, Vector3, Vector6};
 
 /// A rigid motion `a_from_b`: the pose of frame b in frame a, with `p_a = a_from_b * p_b` for a
 /// point `p` (m).
@@ -169,4 +169,23 @@ fn coupling(v: &Vector3<f64>, w: &Vector3<f64>) -> Matrix3<f64> {
     let ps = p * s;
     let sps = sp * s;
     p * 0.5 + (sp + ps + sps) * c + (s * sp + ps * s - sps * 3.0) * d + (sps * s + s * sps) * e
+}
+/// The rigid motion `T` with the least `Σ ‖toᵢ − T fromᵢ‖²` over pairs of points (m), as many of
+/// both; of points in a line one of many. `None` if a point is not finite.
+///
+/// Source: Arun, Huang & Blostein, *Least-squares fitting of two 3-D point sets* (1987).
+pub fn alignment(to: &[Vector3<f64>], from: &[Vector3<f64>]) -> Option<Pose> {
+    let mean = |points: &[Vector3<f64>]| points.iter().sum::<Vector3<f64>>() / points.len().max(1) as f64;
+    let (mean_to, mean_from) = (mean(to), mean(from));
+    let pairs = to.iter().zip(from);
+    let covariance: Matrix3<f64> = pairs.map(|(a, b)| (a - mean_to) * (b - mean_from).transpose()).sum();
+    if covariance.iter().any(|entry| !entry.is_finite()) {
+        return None;
+    }
+    let svd = covariance.svd(true, true);
+    let (u, v_t) = (svd.u?, svd.v_t?);
+    // A reflection fits points in a plane as well.
+    let hand = Matrix3::from_diagonal(&Vector3::new(1.0, 1.0, (u * v_t).determinant().signum()));
+    let rotation = UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(u * hand * v_t));
+    Some(Pose::from_parts((mean_to - rotation * mean_from).into(), rotation))
 }

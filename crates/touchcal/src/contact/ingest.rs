@@ -3,12 +3,15 @@
 use std::collections::HashSet;
 use std::hash::{DefaultHasher, Hash, Hasher};
 
+use nalgebra::Vector3;
+
 use super::detection::{Detection, Detector};
 use super::load::Load;
 use super::log::{ContactLog, RowsLeftOut, Source};
 use super::repetition::repeated_rows_note;
+use super::target::target_pose;
 use crate::robot::Robot;
-use crate::se3::Wrench;
+use crate::se3::{Pose, Wrench};
 
 /// Largest number of contacts that [`ContactIngest`] puts into one log. A contact of a 7-joint arm
 /// takes about 100 bytes of memory, and 56 for its load.
@@ -29,6 +32,10 @@ pub(crate) struct Row {
     pub(crate) flag: bool,
     /// Temperature of the arm (°C); `None` where the log has none.
     pub(crate) temperature: Option<f64>,
+    /// Place of the target in the frame of the fixture (m); `None` where the log has none.
+    pub(crate) place: Option<Vector3<f64>>,
+    /// Normal of the surface there; `None` where the log has none.
+    pub(crate) normal: Option<Vector3<f64>>,
     /// Hash of all that the file holds of the row; `None` where not all of it is read.
     pub(crate) fingerprint: Option<u64>,
 }
@@ -36,7 +43,27 @@ pub(crate) struct Row {
 impl Row {
     /// A row of an arm with `dof` moving joints.
     pub(crate) fn new(dof: usize) -> Row {
-        Row { q: vec![0.0; dof], wrench: [0.0; 6], flag: true, temperature: None, fingerprint: None }
+        Row {
+            q: vec![0.0; dof],
+            wrench: [0.0; 6],
+            flag: true,
+            temperature: None,
+            place: None,
+            normal: None,
+            fingerprint: None,
+        }
+    }
+}
+
+impl Row {
+    /// The target, with its normal if it has one.
+    pub(crate) fn target(&self) -> Option<Pose> {
+        target_pose(self.place?, self.normal)
+    }
+
+    /// Whether the target's normal, if it has one, has a direction.
+    pub(crate) fn has_proper_target(&self) -> bool {
+        self.place.is_none() || self.target().is_some()
     }
 }
 
@@ -80,6 +107,8 @@ pub struct ContactIngest<'a> {
     first: usize,
     /// Temperature of the next rows (°C).
     temperature: Option<f64>,
+    /// Target of the next rows.
+    target: Option<Pose>,
     /// Measured wrench of the last row, in contact or not.
     wrench_before: Option<Wrench>,
     /// Hash of all that the file holds of the next row.
@@ -111,6 +140,7 @@ impl<'a> ContactIngest<'a> {
             file,
             first,
             temperature: None,
+            target: None,
             wrench_before: None,
             fingerprint: None,
             known,
@@ -129,6 +159,12 @@ impl<'a> ContactIngest<'a> {
     /// not known.
     pub fn set_temperature(&mut self, celsius: Option<f64>) {
         self.temperature = celsius;
+    }
+
+    /// Sets the target of the rows that follow, its pose `fixture_from_target` (m); `None`, as at
+    /// the start: they touch the fixture itself.
+    pub fn set_target(&mut self, target: Option<Pose>) {
+        self.target = target;
     }
 
     /// Sets the hash of all that the file holds of the next row, by which rows that are read twice
@@ -171,13 +207,18 @@ impl<'a> ContactIngest<'a> {
         if let Some(celsius) = self.temperature {
             self.log.set_temperature(celsius);
         }
+        if let Some(target) = self.target {
+            self.log.set_target(target);
+        }
         Ok(())
     }
 
     fn fingerprint_of(&self, number: u64, q: &[f64], wrench: &Wrench) -> u64 {
         let mut hasher = DefaultHasher::new();
         number.hash(&mut hasher);
-        q.iter().chain(wrench).chain(&self.temperature).for_each(|value| value.to_bits().hash(&mut hasher));
+        let target = self.target.iter().flat_map(|t| t.translation.vector.iter().chain(t.rotation.coords.iter()));
+        let values = q.iter().chain(wrench).chain(&self.temperature).chain(target);
+        values.for_each(|value| value.to_bits().hash(&mut hasher));
         hasher.finish()
     }
 

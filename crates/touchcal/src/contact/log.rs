@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::se3::Wrench;
+use crate::se3::{Pose, Wrench};
 
 /// Where a contact was read: the file and the row in it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
@@ -24,6 +24,8 @@ pub struct ContactLog {
     loads: Vec<Option<Wrench>>,
     /// Up to the last contact whose temperature (°C) is known, likewise.
     temperatures: Vec<Option<f64>>,
+    /// Up to the last contact that has a target, likewise.
+    targets: Vec<Option<Pose>>,
     fixture: Vec<u32>,
     source: Vec<Source>,
     files: Vec<String>,
@@ -150,6 +152,9 @@ impl ContactLog {
             if to < self.temperatures.len() {
                 self.temperatures[to] = self.temperature(from);
             }
+            if to < self.targets.len() {
+                self.targets[to] = self.target(from).copied();
+            }
         }
         let left = first + kept.len();
         self.q.truncate(left * self.dof);
@@ -157,6 +162,7 @@ impl ContactLog {
         self.source.truncate(left);
         self.loads.truncate(left);
         self.temperatures.truncate(left);
+        self.targets.truncate(left);
     }
 
     /// Appends a contact: measured joint positions `q` (rad, or m for a prismatic joint; base
@@ -190,8 +196,17 @@ impl ContactLog {
         }
     }
 
+    /// Sets the target of the last contact: its pose `fixture_from_target` (m) in the frame of the
+    /// fixture, in place of a former one. Without effect on an empty log.
+    pub fn set_target(&mut self, fixture_from_target: Pose) {
+        if let Some(last) = self.len().checked_sub(1) {
+            self.targets.resize(last, None);
+            self.targets.push(Some(fixture_from_target));
+        }
+    }
+
     /// Appends the contacts of `other`, all with fixture index `fixture`, with its files, notes,
-    /// loads, temperatures and number of rows read; indices of files follow those of this log.
+    /// loads, temperatures, targets and number of rows read; indices of files follow those of this log.
     /// `other` must be of as many moving joints: surplus positions of an arm with more are ignored,
     /// contacts of one with fewer left out.
     pub fn append(&mut self, other: &ContactLog, fixture: usize) {
@@ -250,6 +265,12 @@ impl ContactLog {
     /// contact `i`.
     pub fn temperature(&self, i: usize) -> Option<f64> {
         self.temperatures.get(i).copied().flatten()
+    }
+
+    /// Target of contact `i`, its pose `fixture_from_target` (m) in the frame of the fixture; `None`
+    /// where it has none, as where the fixture itself is touched, and if there is no contact `i`.
+    pub fn target(&self, i: usize) -> Option<&Pose> {
+        self.targets.get(i).and_then(Option::as_ref)
     }
 
     /// Index of the fixture touched in contact `i`. Panics if `i` is not below [`ContactLog::len`].
@@ -314,6 +335,9 @@ impl ContactLog {
         }
         if let Some(celsius) = other.temperature(i) {
             self.set_temperature(celsius);
+        }
+        if let Some(target) = other.target(i) {
+            self.set_target(*target);
         }
     }
 }

@@ -7,6 +7,7 @@
 //! | `angle_unit` | [`AngleUnit`], and the check of joint positions against the joint limits |
 //! | `load` | [`Load`], a measured wrench as the load on the arm |
 //! | `ingest` | [`ContactIngest`], which makes contacts of the rows of a log |
+//! | `target` | [`target_pose`], places that contacts touch, one for each contact |
 //! | `repetition` | [`repeated_contacts`], stretches of a log that are there twice |
 
 mod angle_unit;
@@ -15,6 +16,7 @@ mod ingest;
 mod load;
 mod log;
 mod repetition;
+mod target;
 
 pub use angle_unit::AngleUnit;
 pub(crate) use angle_unit::{UnitCheck, UnitGuess};
@@ -24,3 +26,4 @@ pub use ingest::{ContactIngest, IngestOptions, KnownRows, LogFull, MAX_CONTACTS}
 pub use load::{Load, LoadFrame, LoadOn};
 pub use log::{ContactLog, RowsLeftOut, Source};
 pub use repetition::{note_repetition, repeated_contacts, repeated_rows_note};
+pub use target::target_pose;

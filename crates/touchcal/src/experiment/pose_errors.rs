@@ -1,8 +1,8 @@
 //! Errors of an arm's poses, in base and apart from where the base is.
 
-use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
+use nalgebra::Vector3;
 
-use crate::se3::Pose;
+use crate::se3::{self, Pose};
 
 /// Root mean square and largest value.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -44,7 +44,7 @@ pub struct PoseErrors {
 /// positions (Arun, Huang & Blostein, *Least-squares fitting of two 3-D point sets* (1987)).
 pub fn pose_errors(truth: &[Pose], model: &[Pose]) -> PoseErrors {
     let position = |poses: &[Pose]| poses.iter().map(|pose| pose.translation.vector).collect::<Vec<Vector3<f64>>>();
-    let motion = alignment(&position(truth), &position(model));
+    let motion = se3::alignment(&position(truth), &position(model)).unwrap_or_default();
     let aligned: Vec<Pose> = model.iter().map(|pose| motion * pose).collect();
     let apart = |model: &[Pose]| {
         let both = || truth.iter().zip(model);
@@ -57,23 +57,6 @@ pub fn pose_errors(truth: &[Pose], model: &[Pose]) -> PoseErrors {
     let (position, angle) = apart(model);
     let (aligned_position, aligned_angle) = apart(&aligned);
     PoseErrors { position, angle, aligned_position, aligned_angle, distance: RmsAndMax::of(distances) }
-}
-
-/// The rigid motion after which the points `model` are closest to the points `truth` in squared
-/// distances; the identity if there is none, as for points that are not finite.
-fn alignment(truth: &[Vector3<f64>], model: &[Vector3<f64>]) -> Pose {
-    let mean = |points: &[Vector3<f64>]| points.iter().sum::<Vector3<f64>>() / points.len().max(1) as f64;
-    let (to, from) = (mean(truth), mean(model));
-    let covariance: Matrix3<f64> = truth.iter().zip(model).map(|(a, b)| (a - to) * (b - from).transpose()).sum();
-    if covariance.iter().any(|entry| !entry.is_finite()) {
-        return Pose::identity();
-    }
-    let svd = covariance.svd(true, true);
-    let (Some(u), Some(v_t)) = (svd.u, svd.v_t) else { return Pose::identity() };
-    // A reflection fits points in a plane as well.
-    let hand = Matrix3::from_diagonal(&Vector3::new(1.0, 1.0, (u * v_t).determinant().signum()));
-    let rotation = UnitQuaternion::from_rotation_matrix(&Rotation3::from_matrix_unchecked(u * hand * v_t));
-    Pose::from_parts((to - rotation * from).into(), rotation)
 }
 
 #[cfg(test)]

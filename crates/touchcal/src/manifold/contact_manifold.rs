@@ -203,6 +203,13 @@ pub trait ContactManifold: Any + Send + Sync + std::fmt::Debug {
     /// no fixture's manifold lists are not estimated.
     fn tool_directions(&self) -> &'static [usize];
 
+    /// Whether each contact has a target of its own
+    /// ([`ContactLog::target`](crate::contact::ContactLog::target)), relative to which poses are;
+    /// false unless overridden.
+    fn needs_targets(&self) -> bool {
+        false
+    }
+
     /// Discrete rotational symmetry of tool and fixture; none unless overridden.
     fn rotational_orders(&self) -> RotationalOrders {
         RotationalOrders { tool: 1, fixture: 1 }

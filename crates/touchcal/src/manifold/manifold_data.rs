@@ -19,6 +19,7 @@ use super::projection::coordinates::{Coordinates, Metric};
 #[cfg(feature = "learned")]
 use super::projection::learned::LearnedProjection;
 use super::projection::{NearestSample, PoseSamples, Projected, Projection};
+use super::target::Target;
 use super::unmodeled::Unmodeled;
 use crate::geometry::{EdgeRadii, MeshPair, Polygon, PrismPair, TriangleMesh};
 
@@ -27,6 +28,7 @@ use crate::geometry::{EdgeRadii, MeshPair, Polygon, PrismPair, TriangleMesh};
 enum ManifoldData {
     BallInSocket,
     Plane(Plane),
+    Target(Target),
     /// Peg and hole as prisms, by outlines and lengths (m), and how deep the tip reaches (m).
     Prisms {
         peg: (Vec<Point2<f64>>, f64),
@@ -73,6 +75,9 @@ impl ManifoldData {
         if let Some(plane) = manifold.downcast_ref::<Plane>() {
             return Some(ManifoldData::Plane(plane.clone()));
         }
+        if let Some(target) = manifold.downcast_ref::<Target>() {
+            return Some(ManifoldData::Target(*target));
+        }
         if let Some(manifold) = manifold.downcast_ref::<PegInHole<PrismPair>>() {
             let (shapes, depth) = (manifold.shapes(), manifold.depth());
             let [peg, hole] = [(shapes.peg(), shapes.length()), (shapes.hole(), shapes.depth())]
@@ -108,6 +113,7 @@ impl ManifoldData {
         Ok(match self {
             ManifoldData::BallInSocket => Arc::new(BallInSocket),
             ManifoldData::Plane(plane) => Arc::new(plane),
+            ManifoldData::Target(target) => Arc::new(target),
             ManifoldData::Prisms { peg, hole, edge_radii, depth } => {
                 let shapes = PrismPair::new(outline(peg.0)?, peg.1, outline(hole.0)?, hole.1);
                 let shapes = shapes.and_then(|shapes| shapes.with_edge_radii(edge_radii));

@@ -6,6 +6,7 @@
 //! | [`PegInHole`] | a peg in a hole, of prisms or of meshes |
 //! | [`BallInSocket`] | a ball in a socket, the centres coincide |
 //! | [`Plane`] | a point, ball or tip face on a plane |
+//! | [`Target`] | a point or ball at places that an instrument measures |
 //! | [`Projected`] | parts known by poses recorded in contact |
 //! | [`Unmodeled`] | parts of unknown shape |
 //!
@@ -22,6 +23,7 @@ mod plane;
 mod projection;
 mod residual;
 mod sketch;
+mod target;
 mod unmodeled;
 
 pub use ball_in_socket::BallInSocket;
@@ -39,4 +41,5 @@ pub use projection::{
 };
 pub use residual::{MAX_ROWS, Residual};
 pub use sketch::{Shape, Sketch};
+pub use target::Target;
 pub use unmodeled::Unmodeled;

@@ -40,6 +40,7 @@ mod ros2_control;
 mod scenario_file;
 mod serialized;
 mod socket_logs;
+mod targets;
 mod ur_kinematics;
 mod urdf;
 mod xacro;

@@ -2,13 +2,15 @@
 
 use std::sync::Arc;
 
-use touchcal::contact::{ContactLog, Source};
+use nalgebra::Vector3;
+use touchcal::contact::{ContactLog, Source, target_pose};
 use touchcal::estimate::{Fixture, PlacePrior, Problem, ShapeTolerance, Tool};
 use touchcal::geometry::{EdgeRadii, Polygon, PrismPair};
 use touchcal::io::urdf::{Ends, read_builtin};
 use touchcal::manifold::coordinates::Metric;
 use touchcal::manifold::{
-    BallInSocket, ContactManifold, NearestSample, PegInHole, Plane, PoseSamples, Projected, ResidualKind, Unmodeled,
+    BallInSocket, ContactManifold, NearestSample, PegInHole, Plane, PoseSamples, Projected, ResidualKind, Target,
+    Unmodeled,
 };
 use touchcal::parameter::{
     Parameter, Prior, joint_compliance, joint_drift, joint_harmonic, joint_offset, joint_origin, joint_trend, strain,
@@ -49,14 +51,16 @@ fn problem() -> Problem {
         fixture("hole", Arc::new(PegInHole::with_depth(shapes, 0.025))),
         fixture("samples", Arc::new(Projected(Arc::new(nearest)))),
         fixture("unknown", Arc::new(Unmodeled)),
+        fixture("target", Arc::new(Target::AlongNormal { radius: 2e-3 })),
     ];
     let robot = robot();
     let mut contacts = ContactLog::new(robot.dof());
     contacts.add_file("log.csv");
-    for k in 0..5_u32 {
+    for k in 0..6_u32 {
         let q: Vec<f64> = (0..robot.dof()).map(|j| (0.37 * f64::from(k) + j as f64).sin()).collect();
         contacts.push(&q, k as usize, Source { file: 0, line: u64::from(k) + 1 });
     }
+    contacts.set_target(target_pose(Vector3::new(0.1, 0.2, 1.0 / 7.0), Some(Vector3::new(1.0, 2.0, 3.0))).unwrap());
     let blocks: [Vec<Parameter>; 7] = [
         vec![strain()],
         joint_offset(&robot),

@@ -26,4 +26,5 @@ mod not_usable;
 mod recorded_logs;
 mod round_parts;
 mod square_parts;
+mod targets;
 mod worn_edges;

@@ -1,16 +1,16 @@
 //! A problem with the parameters in order and what was estimated of its noise and contact modes.
 
-use nalgebra::{DVector, Vector3};
+use nalgebra::{DVector, Translation3, Vector3};
 
 use super::layout::ParameterLayout;
 use super::noise::NoiseModel;
 use super::trend_axis::TrendAxis;
 use crate::estimate::contact_mode::{ContactModePrior, FixedMode};
-use crate::estimate::problem::{Noise, Problem, ShapeTolerance};
+use crate::estimate::problem::{Fixture, Noise, Problem, ShapeTolerance};
 use crate::manifold::{Residual, ResidualKind, SurfaceCounts};
 use crate::parameter::{Parameter, ParameterId};
 use crate::robot::Kinematics;
-use crate::se3::Pose;
+use crate::se3::{self, Pose};
 
 /// A problem with its parameters in order, and the present estimates of noise and contact modes.
 #[derive(Clone)]
@@ -165,22 +165,26 @@ fn kinds_of_contacts(problem: &Problem) -> Vec<usize> {
     has.iter().map(|[without, with]| if *without && *with { 2 } else { 1 }).collect()
 }
 
-/// Declared poses, and for fixtures without one the mean tool position of their contacts by the
-/// nominal arm.
+/// Declared poses, and for fixtures without one those at which the nominal arm's tool is closest to
+/// its targets; without targets the mean of its positions, with the axes of base.
 fn nominal_places(problem: &Problem, kinematics: &Kinematics) -> Vec<Pose> {
-    let mut sums = vec![(Vector3::zeros(), 0usize); problem.fixtures.len()];
-    for i in 0..problem.contacts.len() {
-        let (sum, count) = &mut sums[problem.contacts.fixture(i)];
-        if problem.fixtures[problem.contacts.fixture(i)].base_from_fixture.is_none() {
-            *sum += kinematics.pose_under(problem.contacts.q(i), &problem.contacts.load(i)).translation.vector;
-            *count += 1;
+    let mut pairs = vec![(Vec::new(), Vec::new()); problem.fixtures.len()];
+    let contacts = &problem.contacts;
+    for i in 0..contacts.len() {
+        let f = contacts.fixture(i);
+        if problem.fixtures[f].base_from_fixture.is_none() {
+            let tool = kinematics.pose_under(contacts.q(i), &contacts.load(i)).translation.vector;
+            let target = contacts.target(i).map_or_else(Vector3::zeros, |target| target.translation.vector);
+            pairs[f].0.push(tool);
+            pairs[f].1.push(target);
         }
     }
-    let declared = problem.fixtures.iter().zip(sums);
-    declared
-        .map(|(fixture, (sum, count))| {
-            let mean = || Pose::from_parts((sum / count.max(1) as f64).into(), nalgebra::UnitQuaternion::identity());
-            fixture.base_from_fixture.unwrap_or_else(mean)
-        })
-        .collect()
+    let place = |(fixture, (tools, targets)): (&Fixture, (Vec<Vector3<f64>>, Vec<Vector3<f64>>))| {
+        let searched = || match fixture.manifold.needs_targets() {
+            true => se3::alignment(&tools, &targets).unwrap_or_default(),
+            false => Translation3::from(tools.iter().sum::<Vector3<f64>>() / tools.len().max(1) as f64).into(),
+        };
+        fixture.base_from_fixture.unwrap_or_else(searched)
+    };
+    problem.fixtures.iter().zip(pairs).map(place).collect()
 }

@@ -378,7 +378,7 @@ impl ContactFactor {
     ) {
         let (layout, f) = (&point.model.layout, point.model.problem.contacts.fixture(i));
         let dependencies = &layout.dependencies[f];
-        let fixture_motion = point.fixture_motion(f, fixture_from_tool);
+        let fixture_motion = point.fixture_motion(i, fixture_from_tool);
         let (rows, width) = (self.rows.jacobian(), dependencies.len());
         for (column, &k) in dependencies.iter().enumerate() {
             let id = layout.parameters[k].id;

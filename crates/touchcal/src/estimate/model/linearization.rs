@@ -125,22 +125,28 @@ impl<'m> LinearizationPoint<'m> {
         self.kinematics.scratch()
     }
 
-    /// `fixture_from_tool` of contact `i` without the errors of encoders and wrench that are no
-    /// part of the arm.
+    /// Pose of the tool relative to what contact `i` touches, its target or else the fixture,
+    /// without the errors of encoders and wrench that are no part of the arm.
     pub fn pose_without_drift(&self, i: usize) -> Pose {
         let contacts = &self.model.problem.contacts;
-        self.fixtures[contacts.fixture(i)].fixture_from_base
-            * self.kinematics.pose_under(contacts.q(i), &contacts.load(i))
+        self.touched_from_tool(i, self.kinematics.pose_under(contacts.q(i), &contacts.load(i)))
     }
 
-    /// `fixture_from_tool` of contact `i`; `q` is scratch for joint positions.
+    /// Pose of the tool relative to what contact `i` touches, its target or else the fixture; `q`
+    /// is scratch for joint positions.
     pub fn pose(&self, i: usize, q: &mut [f64]) -> Pose {
-        let contacts = &self.model.problem.contacts;
         self.correct(i, q);
-        self.fixtures[contacts.fixture(i)].fixture_from_base * self.kinematics.pose_under(q, &self.load(i))
+        self.touched_from_tool(i, self.kinematics.pose_under(q, &self.load(i)))
     }
 
-    /// `fixture_from_tool` of contact `i`, with the derivatives of the tool pose written to
+    /// The same of a pose `base_from_tool` in contact `i`.
+    fn touched_from_tool(&self, i: usize, base_from_tool: Pose) -> Pose {
+        let contacts = &self.model.problem.contacts;
+        let fixture_from_tool = self.fixtures[contacts.fixture(i)].fixture_from_base * base_from_tool;
+        contacts.target(i).map_or(fixture_from_tool, |target| target.inv_mul(&fixture_from_tool))
+    }
+
+    /// As [`pose`](LinearizationPoint::pose), with the derivatives of the tool pose written to
     /// `scratch`; `q` is scratch for joint positions.
     pub fn pose_and_jacobian(&self, i: usize, q: &mut [f64], scratch: &mut KinematicsScratch) -> Pose {
         let contacts = &self.model.problem.contacts;
@@ -152,7 +158,7 @@ impl<'m> LinearizationPoint<'m> {
                 None => scratch.load.fill(0.0),
             }
         }
-        self.fixtures[contacts.fixture(i)].fixture_from_base * base_from_tool
+        self.touched_from_tool(i, base_from_tool)
     }
 
     /// Writes the joint positions of contact `i` less drift, trend, walk and harmonics of the
@@ -214,11 +220,15 @@ impl<'m> LinearizationPoint<'m> {
         (0.5 * std::f64::consts::PI * k as f64 * (position_in_log(&self.model.problem.contacts, i) + 1.0)).cos()
     }
 
-    /// `∂ξ/∂ζ` of the tool's twist ξ in its own frame by the twist ζ on fixture `f`'s pose; none if
-    /// that pose is fixed.
+    /// `∂ξ/∂ζ` of the tool's twist ξ in its own frame by the twist ζ on the pose of the fixture of
+    /// contact `i`, with the tool at this [`pose`](LinearizationPoint::pose); none if that pose is
+    /// fixed.
     ///
     /// `T_ft = T_bf⁻¹ T_bt`: moving the fixture by `Exp(ζ)` moves the tool by `−Ad(T_ft⁻¹) ζ`.
-    pub fn fixture_motion(&self, f: usize, fixture_from_tool: &Pose) -> Option<Matrix6<f64>> {
+    pub fn fixture_motion(&self, i: usize, touched_from_tool: &Pose) -> Option<Matrix6<f64>> {
+        let contacts = &self.model.problem.contacts;
+        let f = contacts.fixture(i);
+        let fixture_from_tool = contacts.target(i).map_or(*touched_from_tool, |target| target * touched_from_tool);
         let is_pose = |k: &usize| matches!(self.model.layout.parameters[*k].id, ParameterId::Fixture(..));
         let motion = || -(se3::adjoint(&fixture_from_tool.inverse()) * self.fixtures[f].right_jacobian);
         self.model.layout.dependencies[f].iter().any(is_pose).then(motion)

@@ -163,7 +163,7 @@ fn sum_absolute(
     model.problem.fixtures[f].manifold.pull_back(&poses, model.noise.resolution, &mut cotangent, &mut twists);
     for ((&i, pose), twist) in batch.iter().zip(&poses).zip(&twists) {
         point.pose_and_jacobian(i, q, scratch);
-        let fixture_motion = point.fixture_motion(f, pose);
+        let fixture_motion = point.fixture_motion(i, pose);
         for &k in &model.layout.dependencies[f] {
             gradient[k] += twist.dot(&point.tool_motion((k, i), fixture_motion.as_ref(), scratch));
         }

@@ -109,6 +109,10 @@ impl RowParser<'_> {
                 Holds::Joint(joint) => self.row.q[*joint] = value * self.layout.scale[*joint],
                 Holds::Wrench(k) => self.row.wrench[*k] = value,
                 Holds::Temperature => self.row.temperature = Some(value),
+                Holds::Target(k, unit) => {
+                    self.row.place.get_or_insert_default()[*k] = value * unit.in_metres();
+                }
+                Holds::Normal(k) => self.row.normal.get_or_insert_default()[*k] = value,
                 Holds::Contact => {}
             }
         }
@@ -116,6 +120,10 @@ impl RowParser<'_> {
             let joints = list(self.robot.moving().map(|joint| joint.name.as_str()));
             let expected = format!("{} columns, as in the first line (joints {joints})", self.layout.columns);
             return Err(IoError::unexpected(at(self.file, number), expected, format!("{count}")));
+        }
+        if !self.row.has_proper_target() {
+            let place = self.place(number, "nx");
+            return Err(IoError::unexpected(place, Holds::Normal(0).expected(self.robot, self.options), "zeros"));
         }
         Ok(&self.row)
     }

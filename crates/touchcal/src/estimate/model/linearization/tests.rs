@@ -3,10 +3,10 @@
 use std::sync::Arc;
 
 use super::*;
-use crate::contact::{ContactLog, Source};
+use crate::contact::{ContactLog, Source, target_pose};
 use crate::estimate::problem::{Fixture, PlacePrior, Problem, ShapeTolerance, Tool, WrenchTolerance};
 use crate::io::urdf::{self, Ends};
-use crate::manifold::BallInSocket;
+use crate::manifold::{BallInSocket, Target};
 use crate::parameter::{joint_compliance, joint_harmonic, joint_offset, joint_trend, joint_walk};
 
 /// Five contacts of an arm whose encoders have offsets, trends and harmonics.
@@ -149,4 +149,46 @@ fn the_load_on_the_tool_is_about_its_origin() {
     let at = LinearizationPoint::new(&model, &DVector::zeros(model.layout.len()));
     let found = at.load_on_tool(problem.contacts.len() - 1);
     assert!((found - Twist::from([10.0, 0.0, 0.0, 0.0, -1.0, 2.0])).amax() < 1e-12, "{found}");
+}
+
+/// A fixture of unknown place whose contacts have targets, all but the first.
+#[test]
+fn derivatives_by_the_place_of_targets_are_those_of_differences() {
+    const STEP: f64 = 1e-6;
+    let mut problem = problem();
+    let measured = std::mem::replace(&mut problem.contacts, ContactLog::new(7));
+    for i in 0..measured.len() {
+        problem.contacts.push(measured.q(i), 0, measured.source(i));
+        if i > 0 {
+            let place = Vector3::new(0.3, -0.2 * i as f64, 0.1);
+            problem.contacts.set_target(target_pose(place, Some(Vector3::new(1.0, 0.4, i as f64))).expect("a normal"));
+        }
+    }
+    let fixture = &mut problem.fixtures[0];
+    (fixture.manifold, fixture.prior) = (Arc::new(Target::Point), PlacePrior::Flat);
+    fixture.base_from_fixture = Some(se3::exp(&Twist::new(0.5, 0.1, 0.2, 0.3, -0.4, 1.1)));
+    let problem = problem.with_parameters(Vec::new());
+    let model = CalibrationModel::new(&problem);
+    assert_eq!(model.layout.len(), 6);
+    let theta = DVector::from_fn(6, |k, _| 0.1 * (k as f64).cos());
+    let at = LinearizationPoint::new(&model, &theta);
+    let (mut q, mut scratch) = (vec![0.0; at.dof()], at.scratch());
+    for i in 0..problem.contacts.len() {
+        let pose = at.pose_and_jacobian(i, &mut q, &mut scratch);
+        let target = problem.contacts.target(i).copied().unwrap_or_default();
+        let base_from_tool = at.kinematics.pose_under(&q, &problem.contacts.load(i));
+        let expected = target.inverse() * at.fixtures[0].fixture_from_base * base_from_tool;
+        assert!(se3::log(&(pose.inverse() * expected)).amax() < 1e-12);
+        let motion = at.fixture_motion(i, &pose).expect("an estimated place");
+        for k in 0..theta.len() {
+            let moved = |by: f64| {
+                let mut theta = theta.clone();
+                theta[k] += by;
+                let point = LinearizationPoint::new(&model, &theta);
+                se3::log(&(pose.inverse() * point.pose(i, &mut [0.0; 7])))
+            };
+            let difference = (moved(STEP) - moved(-STEP)) / (2.0 * STEP);
+            assert!((motion.column(k) - difference).amax() < 1e-8, "contact {i}: {} {difference}", motion.column(k));
+        }
+    }
 }

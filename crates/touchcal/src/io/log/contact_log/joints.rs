@@ -12,6 +12,10 @@ use crate::robot::{JointKind, Robot};
 /// Usual names of a wrench's components.
 pub(crate) const WRENCH: [&str; 6] = ["fx", "fy", "fz", "tx", "ty", "tz"];
 
+/// Usual names of a target's coordinates, in m and in mm, and of its normal.
+pub(crate) const TARGET: [[&str; 2]; 3] = [["x_m", "x_mm"], ["y_m", "y_mm"], ["z_m", "z_mm"]];
+pub(crate) const NORMAL: [&str; 3] = ["nx", "ny", "nz"];
+
 /// For each moving joint, what to multiply its column with to get rad or m.
 pub(crate) fn scale(robot: &Robot, options: &Options) -> Vec<f64> {
     let degree = |kind| options.unit == AngleUnit::Degree && kind != JointKind::Prismatic;
@@ -62,7 +66,9 @@ pub(crate) fn joint_names(file: &str, robot: &Robot, options: &Options) -> Resul
 pub(crate) fn check_renames(file: &str, robot: &Robot, options: &Options) -> Result<(), IoError> {
     let numbered: Vec<String> = (1..=robot.dof()).map(|number| format!("q{number}")).collect();
     let joints = robot.moving().map(|joint| joint.name.as_str());
-    let known: Vec<&str> = joints.chain(numbered.iter().map(String::as_str)).chain(WRENCH).chain(["contact"]).collect();
+    let of_target = TARGET.iter().flatten().chain(&NORMAL).copied().filter(|_| options.targets.is_some());
+    let known = joints.chain(numbered.iter().map(String::as_str)).chain(WRENCH).chain(["contact"]).chain(of_target);
+    let known: Vec<&str> = known.collect();
     match options.columns.keys().find(|key| !known.iter().any(|name| same(key, name))) {
         None => Ok(()),
         Some(key) => {

@@ -1,8 +1,8 @@
 //! Which column of a log holds what.
 
-use super::joints::{WRENCH, check_renames, joint_order, scale};
+use super::joints::{NORMAL, TARGET, WRENCH, check_renames, joint_order, scale};
 use super::kuka;
-use super::options::Options;
+use super::options::{Options, TargetColumns};
 use crate::contact::AngleUnit;
 use crate::io::base::csv::{Separator, hint, names, same, shown_names};
 use crate::io::base::error::{IoError, Place, quoted};
@@ -20,6 +20,27 @@ pub(crate) enum Holds {
     Contact,
     /// Temperature of the arm.
     Temperature,
+    /// Coordinate 0…2 of the target, in mm or in m.
+    Target(usize, LengthUnit),
+    /// Component 0…2 of the normal at the target.
+    Normal(usize),
+}
+
+/// Unit of a target's coordinate.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum LengthUnit {
+    Metre,
+    Millimetre,
+}
+
+impl LengthUnit {
+    /// The unit in metres.
+    pub(crate) fn in_metres(self) -> f64 {
+        match self {
+            LengthUnit::Metre => 1.0,
+            LengthUnit::Millimetre => 1e-3,
+        }
+    }
 }
 
 impl Holds {
@@ -34,6 +55,9 @@ impl Holds {
             Holds::Wrench(_) => "a number in Nm",
             Holds::Contact => "0, 1, true or false",
             Holds::Temperature => "a number in degrees Celsius",
+            Holds::Target(_, LengthUnit::Metre) => "a number in metres",
+            Holds::Target(_, LengthUnit::Millimetre) => "a number in millimetres",
+            Holds::Normal(_) => "a component of a normal that has a direction",
         }
     }
 }
@@ -72,7 +96,11 @@ impl Layout {
         }
         let order = joint_order(&place.file, robot, options)?;
         let used = in_order(&cells, &place, robot, &order)?;
-        check_wrench(&used, options, place, || "no header".to_owned())?;
+        check_wrench(&used, options, place.clone(), || "no header".to_owned())?;
+        if options.targets.is_some() {
+            let expected = "a header, or `header`, with the columns of targets";
+            return Err(IoError::unexpected(place, expected, "no header"));
+        }
         Ok(Layout {
             columns: cells.len(),
             scale: scale(robot, options),
@@ -182,6 +210,7 @@ fn by_name(
         used.extend(search.column(name)?.map(|column| (column, Holds::Wrench(k), (*name).to_owned())));
     }
     used.extend(search.column("contact")?.map(|column| (column, Holds::Contact, "contact".to_owned())));
+    used.extend(search.targets()?);
     if let Some(name) = &options.temperature {
         let found = || format!("{}{}", shown_names(&header), did_you_mean(name, header.iter().copied()));
         // The time may be `t`.
@@ -237,6 +266,30 @@ struct Search<'a> {
 }
 
 impl Search<'_> {
+    /// The columns of targets, as far as the options ask for them.
+    fn targets(&self) -> Result<Vec<(usize, Holds, String)>, IoError> {
+        let mut used = Vec::new();
+        let Some(asked) = self.options.targets else { return Ok(used) };
+        let missing = |expected: String| IoError::unexpected(self.place.clone(), expected, shown_names(self.header));
+        for (k, [metres, millimetres]) in TARGET.into_iter().enumerate() {
+            let column = match self.column(millimetres)? {
+                Some(column) => Some((column, LengthUnit::Millimetre)),
+                None => self.column(metres)?.map(|column| (column, LengthUnit::Metre)),
+            };
+            let expected = || format!("a column `{millimetres}` or `{metres}` of the target, or its name in `columns`");
+            let (column, unit) = column.ok_or_else(|| missing(expected()))?;
+            used.push((column, Holds::Target(k, unit), self.header[column].to_owned()));
+        }
+        if asked == TargetColumns::WithNormal {
+            for (k, name) in NORMAL.into_iter().enumerate() {
+                let expected = || format!("a column `{name}` of the surface's normal, or its name in `columns`");
+                let column = self.column(name)?.ok_or_else(|| missing(expected()))?;
+                used.push((column, Holds::Normal(k), self.header[column].to_owned()));
+            }
+        }
+        Ok(used)
+    }
+
     /// The only column of that usual name, or of the name it goes by in this file.
     fn column(&self, usual: &str) -> Result<Option<usize>, IoError> {
         let renamed = self.options.columns.iter().find(|(key, _)| same(key, usual)).map(|(_, name)| name.as_str());

@@ -27,6 +27,6 @@ pub(super) mod rows;
 mod table;
 
 pub use columns::{Columns, read_columns};
-pub use options::Options;
+pub use options::{Options, TargetColumns};
 pub use reader::{read_file, read_new};
 pub use table::LogTable;

@@ -45,6 +45,10 @@ impl<'a> NumberRows<'a> {
                 Holds::Joint(joint) if value.is_finite() => self.row.q[*joint] = value * self.layout.scale[*joint],
                 Holds::Wrench(k) if value.is_finite() => self.row.wrench[*k] = value,
                 Holds::Temperature if value.is_finite() => self.row.temperature = Some(value),
+                Holds::Target(k, unit) if value.is_finite() => {
+                    self.row.place.get_or_insert_default()[*k] = value * unit.in_metres();
+                }
+                Holds::Normal(k) if value.is_finite() => self.row.normal.get_or_insert_default()[*k] = value,
                 Holds::Contact if value == 0.0 || value == 1.0 => self.row.flag = value == 1.0,
                 _ => {
                     let place = (self.place)(self.file, number).field(format!("column {name}"));
@@ -52,6 +56,10 @@ impl<'a> NumberRows<'a> {
                     return Err(IoError::unexpected(place, expected, shown_number(value)));
                 }
             }
+        }
+        if !self.row.has_proper_target() {
+            let place = (self.place)(self.file, number).field("column nx");
+            return Err(IoError::unexpected(place, Holds::Normal(0).expected(self.robot, self.options), "zeros"));
         }
         self.rows.take(number, &self.row)
     }

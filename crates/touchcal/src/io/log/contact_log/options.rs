@@ -43,9 +43,23 @@ pub struct Options {
     /// Least motion (rad, or m for a prismatic joint; > 0) of some joint since the last contact for
     /// a row to be another contact; `None`: every row is one.
     pub apart: Option<f64>,
+    /// Whether each row is a measurement of a target, and of what in it; `None`: rows touch the
+    /// fixture itself, and columns of targets are not read. For a bag, which has none, an error.
+    pub targets: Option<TargetColumns>,
     /// How the wrench, about the tip's origin, loads the arm and bends its joints; `None`: it is
     /// not taken into account. Needs columns `fx` to `tz` (N, N m), or wrenches in a bag.
     pub load: Option<Load>,
+}
+
+/// The columns of targets: a place in the frame of the fixture, `x_m`, `y_m`, `z_m` or `x_mm`,
+/// `y_mm`, `z_mm`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum TargetColumns {
+    /// The place alone.
+    Point,
+    /// The place and the surface's normal there, of any length, `nx`, `ny`, `nz`, on the side of
+    /// the tool.
+    WithNormal,
 }
 
 impl Options {

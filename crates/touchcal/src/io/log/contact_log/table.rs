@@ -8,7 +8,7 @@ use std::path::Path;
 use flate2::Compression;
 use flate2::write::GzEncoder;
 
-use super::joints::WRENCH;
+use super::joints::{NORMAL, TARGET, WRENCH};
 use super::layout::Holds;
 use super::options::Options;
 use super::reader::{log_in, read_into};
@@ -76,7 +76,9 @@ impl LogTable {
         let extra = |holds: &Holds| match holds {
             Holds::Wrench(k) => WRENCH[*k],
             Holds::Temperature => "temperature_c",
-            _ => "contact",
+            Holds::Target(k, _) => TARGET[*k][0],
+            Holds::Normal(k) => NORMAL[*k],
+            Holds::Contact | Holds::Joint(_) => "contact",
         };
         self.joints.iter().map(String::as_str).chain(self.extras.iter().map(extra)).collect()
     }
@@ -136,7 +138,9 @@ impl RowSink for LogTable {
         let extra = |holds: &Holds| match holds {
             Holds::Wrench(k) => row.wrench[*k],
             Holds::Temperature => row.temperature.unwrap_or(f64::NAN),
-            _ => f64::from(u8::from(row.flag)),
+            Holds::Target(k, _) => row.place.map_or(f64::NAN, |place| place[*k]),
+            Holds::Normal(k) => row.normal.map_or(f64::NAN, |normal| normal[*k]),
+            Holds::Contact | Holds::Joint(_) => f64::from(u8::from(row.flag)),
         };
         self.values.extend(self.extras.iter().map(extra));
         Ok(())

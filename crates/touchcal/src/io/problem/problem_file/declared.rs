@@ -97,10 +97,13 @@ pub(super) fn fixture(
 }
 
 /// Names the keys that a fixture lacks for its place to be known or searched, as a phrase for
-/// messages; `None` if it lacks none. Only a socket, which is a point, can be found without a
-/// nominal place, with [`PlacePrior::Flat`].
+/// messages; `None` if it lacks none. Only a socket, which is a point, and the frame of
+/// targets, whose coordinates each contact has, can be found without a nominal place, with
+/// [`PlacePrior::Flat`].
 pub fn missing_place(fixture: &Fixture) -> Option<&'static str> {
-    match (fixture.base_from_fixture, fixture.manifold.residual_kind() == ResidualKind::PointOffset, fixture.prior) {
+    let manifold = fixture.manifold.as_ref();
+    let can_be_found = manifold.residual_kind() == ResidualKind::PointOffset || manifold.needs_targets();
+    match (fixture.base_from_fixture, can_be_found, fixture.prior) {
         (Some(_), _, _) | (None, true, PlacePrior::Flat) => None,
         (None, true, _) => Some("`base_from_fixture`, or `free = true`"),
         (None, false, _) => Some("`base_from_fixture`, from where its place is looked for"),

@@ -36,9 +36,9 @@ use crate::robot::Robot;
 use accept::acceptance;
 use context::Context;
 use declared::{distance, fixture, tool};
-use schema::{ContactsToml, FixtureToml, ProblemToml, RobotToml};
+use schema::{ContactsToml, FixtureKind, FixtureToml, ProblemToml, RobotToml};
 use selection::{fixture_index, selected};
-use touch::Shape;
+use touch::{Shape, target_columns};
 
 pub use accept::read_acceptance;
 pub use assumptions::Assumptions;
@@ -145,8 +145,10 @@ fn build(toml: &ProblemToml, selection: &Selection, context: &Context<'_>) -> Re
         let joints = joints.map(|joints| joints.get_ref().clone());
         let fixture = fixture_index(&table.get_ref().fixture, &names, context, "contacts, fixture")?;
         let options = log::options(table.get_ref(), &toml.log, context)?;
+        let touched = toml.fixture[fixture].get_ref();
+        let targets = (touched.kind == FixtureKind::Target).then(|| target_columns(touched));
         let Some(fixture) = selected[fixture] else { continue };
-        let options = Options { joints, fixture, ..options };
+        let options = Options { joints, fixture, targets, ..options };
         let log = if table.get_ref().held_out { &mut held_out } else { &mut contacts };
         inputs.push(read_contacts(table, &robot, &options, context, (log, &mut known))?);
     }

@@ -74,7 +74,7 @@ pub(crate) const TOOL_PARTS: &[&str] = &["place", "outline"];
 pub(crate) fn fixture_parts(kind: FixtureKind) -> &'static [&'static str] {
     match kind {
         FixtureKind::Hole => &["place", "outline", "clearance", "depth", "edge_radius"],
-        FixtureKind::Socket | FixtureKind::Plane => &["place"],
+        FixtureKind::Socket | FixtureKind::Plane | FixtureKind::Target => &["place"],
     }
 }
 

@@ -14,7 +14,8 @@ use super::source::{Outline, Sources};
 use crate::geometry::{EdgeRadii, MeshPair, Parts, PrismPair, PrismPairError, TriangleMesh};
 use crate::io::base::bytes::Input;
 use crate::io::base::error::{IoError, Place};
-use crate::manifold::{self, ContactManifold, FITTING, Misfit, Unmodeled, check_fit, exact_manifold};
+use crate::io::log::contact_log::TargetColumns;
+use crate::manifold::{self, ContactManifold, FITTING, Misfit, Target, Unmodeled, check_fit, exact_manifold};
 
 /// Name of the key of a peg's edges.
 const PEG_EDGE: &str = "tool, edge_radius_mm";
@@ -95,7 +96,26 @@ impl Shape {
                 Err(misfit) => Err(unfitting(misfit, context.place(fixture.span(), name))),
             };
         }
+        if fixture.get_ref().kind == FixtureKind::Target && self.kind != ToolKind::Peg {
+            return Ok(Box::new(self.at_target(fixture, context)?));
+        }
         Ok(exact_manifold(&self.parts(fixture, context, inputs)?))
+    }
+
+    /// How a point or ball touches targets.
+    fn at_target(&self, fixture: &Spanned<FixtureToml>, context: &Context<'_>) -> Result<Target, IoError> {
+        check_keys(fixture.get_ref(), &format!("fixture `{}`", fixture.get_ref().name.get_ref()), context)?;
+        match (target_columns(fixture.get_ref()), self.kind, self.radius) {
+            (TargetColumns::Point, ..) => Ok(Target::Point),
+            (TargetColumns::WithNormal, ToolKind::Ball, None) => Err(self.no_radius("a surface", context)),
+            (TargetColumns::WithNormal, _, radius) => Ok(Target::AlongNormal { radius: radius.unwrap_or(0.0) }),
+        }
+    }
+
+    /// That the ball has no radius, which `what` needs.
+    fn no_radius(&self, what: &str, context: &Context<'_>) -> IoError {
+        let place = context.place(self.span.clone(), "tool, radius_mm");
+        IoError::unexpected(place, format!("the ball's radius, which {what} needs"), "none")
     }
 
     /// This tool and a fixture.
@@ -118,18 +138,19 @@ impl Shape {
             }
             (ToolKind::Ball, FixtureKind::Plane) => match self.radius {
                 Some(radius) => on_plane(vec![Point3::origin()], radius),
-                None => {
-                    let place = context.place(self.span.clone(), "tool, radius_mm");
-                    Err(IoError::unexpected(place, "the ball's radius, which a plane needs", "none"))
-                }
+                None => Err(self.no_radius("a plane", context)),
             },
             (ToolKind::Point, FixtureKind::Plane) => on_plane(vec![Point3::origin()], 0.0),
             (ToolKind::Ball | ToolKind::Point, FixtureKind::Socket) => Ok(Parts::BallInSocket),
+            (ToolKind::Ball | ToolKind::Point, FixtureKind::Target) => {
+                let expected = "a socket or plane, which can be simulated";
+                Err(IoError::unexpected(context.place(fixture.span(), name), expected, "a target"))
+            }
             (kind, _) => {
                 let expected = match kind {
                     ToolKind::Peg => "a hole or plane, which a peg can touch",
-                    ToolKind::Ball => "a socket or plane, which a ball can touch",
-                    ToolKind::Point => "a socket or plane, which a point can touch",
+                    ToolKind::Ball => "a socket, plane or target, which a ball can touch",
+                    ToolKind::Point => "a socket, plane or target, which a point can touch",
                 };
                 let found = format!("a {}", fixture_name(fixture.get_ref().kind));
                 Err(IoError::unexpected(context.place(fixture.span(), name), expected, found))
@@ -258,6 +279,7 @@ fn check_keys(fixture: &FixtureToml, name: &str, context: &Context<'_>) -> Resul
     }
     let number = |value: &Option<Number>, key| value.as_ref().map(|value| (value.span(), key));
     let text = |value: &Option<Text>, key| value.as_ref().map(|value| (value.span(), key));
+    let normal = fixture.along_normal.as_ref().filter(|_| fixture.kind != FixtureKind::Target);
     let foreign = number(&fixture.depth_mm, "depth_mm")
         .or(number(&fixture.outline_offset_mm, "outline_offset_mm"))
         .or(number(&fixture.edge_radius_mm, "edge_radius_mm"))
@@ -269,13 +291,22 @@ fn check_keys(fixture: &FixtureToml, name: &str, context: &Context<'_>) -> Resul
         .or(text(&fixture.samples, "samples"))
         .or(text(&fixture.weights, "weights"))
         .or(number(&fixture.neighbours, "neighbours"))
-        .or(number(&fixture.mm_per_deg, "mm_per_deg"));
+        .or(number(&fixture.mm_per_deg, "mm_per_deg"))
+        .or(normal.map(|normal| (normal.span(), "along_normal")));
     match foreign {
         None => Ok(()),
         Some((span, key)) => {
             let expected = format!("what belongs to a {}", fixture_name(fixture.kind));
             Err(IoError::unexpected(context.place(span, name), expected, format!("`{key}`")))
         }
+    }
+}
+
+/// Which columns of targets the logs of a fixture of that kind have.
+pub(super) fn target_columns(fixture: &FixtureToml) -> TargetColumns {
+    match fixture.along_normal.as_ref().is_some_and(|normal| *normal.get_ref()) {
+        true => TargetColumns::WithNormal,
+        false => TargetColumns::Point,
     }
 }
 
@@ -292,5 +323,6 @@ fn fixture_name(kind: FixtureKind) -> &'static str {
         FixtureKind::Hole => "hole",
         FixtureKind::Socket => "socket",
         FixtureKind::Plane => "plane",
+        FixtureKind::Target => "target",
     }
 }

@@ -179,6 +179,7 @@ impl TouchToml {
         let fixture = FixtureToml {
             name: touch.name.clone(),
             kind: touch.kind,
+            along_normal: None,
             placement: None,
             base_from_fixture: None,
             outline: touch.outline.clone(),

@@ -66,6 +66,10 @@ pub(super) fn read(
     options: &Options,
     sink: &mut dyn RowSink,
 ) -> Result<(), IoError> {
+    if options.targets.is_some() {
+        let expected = "a table (CSV or Parquet), which has columns of targets";
+        return Err(IoError::unexpected(Place::file(file), expected, "a bag"));
+    }
     if options.temperature.is_some() {
         let expected = "a table (CSV or Parquet), which has a column of the temperature";
         return Err(IoError::unexpected(Place::file(file).field("temperature"), expected, "a bag"));

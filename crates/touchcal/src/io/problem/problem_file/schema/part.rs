@@ -120,6 +120,7 @@ pub(crate) enum FixtureKind {
     Hole,
     Socket,
     Plane,
+    Target,
 }
 
 /// How the contact manifold of a hole is known.
@@ -142,12 +143,16 @@ pub(crate) struct FixtureToml {
     /// Kind of fixture.
     /// Example: `kind = "hole"`
     pub(crate) kind: FixtureKind,
+    /// Whether rows of a target give a surface's normal too, `nx`, `ny`, `nz`, of which only the
+    /// distance along it counts. Without it: false.
+    /// Example: `along_normal = true`
+    pub(crate) along_normal: Option<Spanned<bool>>,
     /// The placement to which the fixture belongs, for `--only` and `--except` and for
     /// `joint_drift`. Without it: the name up to its first `/`.
     /// Example: `placement = "left"`
     pub(crate) placement: Option<String>,
-    /// Nominal pose of the fixture in the base frame. Without it: unknown, for a socket whose pose
-    /// has no prior; required for others.
+    /// Nominal pose of the fixture in the base frame. Without it: unknown, for a socket or a
+    /// target's frame whose pose has no prior; required for others.
     /// Example: `base_from_fixture = { xyz_mm = [600, 100, 150], rpy_deg = [0, 0, 20] }`
     pub(crate) base_from_fixture: Option<Spanned<PoseToml>>,
     /// Drawing of a hole's section, as that of the tool. Without it: that of the peg, larger by

@@ -1,0 +1,139 @@
+//! Targets that an instrument measures: a tracker that follows a point of the tool, and a probe on
+//! surfaces.
+
+use std::sync::Arc;
+
+use nalgebra::Vector3;
+use touchcal::contact::{ContactLog, Source, target_pose};
+use touchcal::estimate::{Estimate, Fixture, Noise, PlacePrior, Problem, ShapeTolerance, Status, Tool};
+use touchcal::experiment::{pose_errors, random_positions};
+use touchcal::io::problem_file;
+use touchcal::io::urdf::{self, Ends};
+use touchcal::manifold::Target;
+use touchcal::parameter::joint_origin;
+use touchcal::robot::{Kinematics, Robot, calibrated};
+use touchcal::se3::{self, Pose, Twist};
+
+use crate::support::{data, report, solve, uniform};
+
+const INSTRUMENT: f64 = 1e-5;
+
+/// A panda with errors of 0.3 mm and 0.1° in each joint origin, whose tool's point is seen by an
+/// instrument of which nothing is known, and the true arm with its tool.
+fn tracked(target: Target, rows: usize, seed: u64) -> (Problem, Kinematics) {
+    let robot = urdf::read_builtin("panda", Ends::default()).expect("built in").robot;
+    let parameters = joint_origin(&robot);
+    let draws = uniform(parameters.len() + 6 * rows, seed);
+    let errors = parameters.iter().zip(&draws).map(|(parameter, draw)| {
+        (
+            parameter.id.kinematic().expect("of the arm"),
+            draw * if parameter.unit == touchcal::parameter::Unit::Meter { 3e-4 } else { 2e-3 },
+        )
+    });
+    let (columns, values): (Vec<_>, Vec<f64>) = errors.unzip();
+    let tip_from_tool = Pose::translation(0.03, -0.02, 0.11);
+    let truth = Kinematics::new(&calibrated(&robot, &columns, &values), &[], tip_from_tool);
+    let tracker = se3::exp(&Twist::new(2.1, -1.3, 0.8, 0.4, 1.9, -0.7));
+    let mut contacts = ContactLog::new(robot.dof());
+    for (row, q) in random_positions(&robot, rows, seed).iter().enumerate() {
+        let draw = &draws[parameters.len() + 6 * row..][..6];
+        let noise = 3f64.sqrt() * INSTRUMENT * Vector3::new(draw[0], draw[1], draw[2]);
+        let place = (tracker.inverse() * truth.pose(q)).translation.vector + noise;
+        let target = match target {
+            Target::Point => target_pose(place, None),
+            Target::AlongNormal { radius } => {
+                let normal = Vector3::new(draw[3], draw[4], draw[5]).normalize();
+                target_pose(place - radius * normal, Some(normal))
+            }
+        };
+        contacts.push(q, 0, Source { file: 0, line: row as u64 + 1 });
+        contacts.set_target(target.expect("a direction"));
+    }
+    let fixture = Fixture {
+        name: "tracker".to_owned(),
+        manifold: Arc::new(target),
+        base_from_fixture: None,
+        prior: PlacePrior::Flat,
+        tolerance: ShapeTolerance::EXACT,
+        placement: String::new(),
+    };
+    let tool = Tool { tip_from_tool: Pose::translation(0.0, 0.0, 0.1), prior: PlacePrior::Flat };
+    let noise = Noise { encoder: 1e-6, contact: INSTRUMENT, is_estimated: true };
+    let problem = Problem::new(robot, tool, vec![fixture], contacts).with_parameters(parameters).with_noise(noise);
+    (problem, truth)
+}
+
+/// Largest distance (m) of the calibrated tool from the true one over other joint positions, with
+/// the base aligned.
+fn largest_error(problem: &Problem, estimate: &Estimate, truth: &Kinematics) -> f64 {
+    let tip_from_tool = problem.tool.tip_from_tool * estimate.tool_motion().unwrap_or_default();
+    let found = Kinematics::new(&estimate.robot, &[], tip_from_tool);
+    let positions = random_positions(&problem.robot, 300, 99);
+    let poses = |kinematics: &Kinematics| positions.iter().map(|q| kinematics.pose(q)).collect::<Vec<Pose>>();
+    pose_errors(&poses(truth), &poses(&found)).aligned_position.max
+}
+
+#[test]
+fn a_tracker_of_unknown_place_calibrates_the_whole_arm() {
+    for (target, rows, most) in [(Target::Point, 100, 6e-5), (Target::AlongNormal { radius: 2e-3 }, 300, 6e-5)] {
+        let mut largest = Vec::new();
+        for seed in 1..=4 {
+            let (problem, truth) = tracked(target, rows, seed);
+            let estimate = solve(&problem);
+            assert_eq!(estimate.status, Status::Usable, "{:#?}", estimate.warnings);
+            largest.push(largest_error(&problem, &estimate, &truth));
+        }
+        report(&format!("{target:?}"), &[("largest error (mm)", 1e3 * largest.iter().copied().fold(0.0, f64::max))]);
+        assert!(largest.iter().all(|error| *error < most), "{target:?}: {largest:?}");
+    }
+}
+
+/// A series of measurements of the UR10, with the tracker's frame and the tool's point unknown.
+fn ur10(series: &str, estimate: &str, keep: impl Fn(u64) -> bool) -> Problem {
+    let text = format!(
+        "[robot]\nurdf = \"ur10.urdf\"\n[tool]\nkind = \"point\"\nfree = true\n\
+         [[fixture]]\nname = \"tracker\"\nkind = \"target\"\nfree = true\n\
+         [[contacts]]\nfile = \"{series}.csv\"\nfixture = \"tracker\"\nunit = \"rad\"\n\
+         [estimate]\n{estimate}\n"
+    );
+    let mut problem = problem_file::read(&text, "problem.toml", &data().join("ur10")).expect("a problem").problem;
+    // Line 1 is the header.
+    problem.contacts = problem.contacts.filtered(|i| keep(problem.contacts.source(i).line - 2));
+    problem
+}
+
+/// Mean distances (mm) of `robot`'s tool from the targets of series B but for the rows `is_fitted`,
+/// and of series A, with the frame and the tool's point fitted to each.
+fn mean_distances(robot: &Robot, is_fitted: &dyn Fn(u64) -> bool) -> [f64; 2] {
+    let mean = |series: &str, keep: &dyn Fn(u64) -> bool| {
+        let mut problem = ur10(series, "parameters = []\nloss = \"squared\"", keep);
+        problem.robot = robot.clone();
+        1e3 * solve(&problem).postfit.all.mean
+    };
+    [mean("series_b", &|row| !is_fitted(row)), mean("series_a", &|_| true)]
+}
+
+/// The reference of `data/ur10`, scipy with a robust loss: mean distances on rows that were not
+/// fitted.
+#[test]
+fn a_ur10_against_a_laser_tracker_is_as_accurate_as_by_scipy() {
+    let rows = std::fs::read_to_string(data().join("ur10/series_b_training_rows.txt")).expect("rows");
+    let rows: Vec<u64> = rows.lines().map(|row| row.trim().parse().expect("a number")).collect();
+    let is_fitted = |row: u64| rows.binary_search(&row).is_ok();
+    let with = |blocks: &str| {
+        let estimate = format!("parameters = [{blocks}]\nloss = \"huber\"");
+        let estimate = solve(&ur10("series_b", &estimate, is_fitted));
+        let found = mean_distances(&estimate.robot, &is_fitted);
+        report(&format!("ur10, {blocks}"), &[("rest of B (mm)", found[0]), ("A (mm)", found[1])]);
+        (found, estimate)
+    };
+    let nominal = mean_distances(&ur10("series_b", "parameters = []", is_fitted).robot, &is_fitted);
+    report("ur10, nominal", &[("rest of B (mm)", nominal[0]), ("A (mm)", nominal[1])]);
+    assert!((nominal[0] - 1.026).abs() < 0.005 && (nominal[1] - 0.753).abs() < 0.005, "{nominal:?}");
+    let (rigid, estimate) = with("\"joint_origin\"");
+    assert!(rigid[0] < 1.03 * 0.397 && rigid[1] < 0.588, "{rigid:?}");
+    // Compliance is missing, and the tracker shows it.
+    assert_ne!(estimate.status, Status::Usable, "{:?}", estimate.warnings);
+    let (compliant, _) = with("\"joint_origin\", \"joint_compliance\"");
+    assert!(compliant[0] < 0.364 && compliant[1] < 0.425, "{compliant:?}");
+}
