@@ -190,7 +190,7 @@ fn what_does_not_fit_together_is_refused() {
     refused(
         "kind = \"socket\"\nfree = true",
         "kind = \"hole\"\nfree = true",
-        &["a socket or plane, which a ball can touch", "a hole"],
+        &["a socket, plane or target, which a ball can touch", "a hole"],
     );
     refused(
         "kind = \"socket\"\nfree = true",

@@ -94,7 +94,7 @@ fn ur10(series: &str, estimate: &str, keep: impl Fn(u64) -> bool) -> Problem {
         "[robot]\nurdf = \"ur10.urdf\"\n[tool]\nkind = \"point\"\nfree = true\n\
          [[fixture]]\nname = \"tracker\"\nkind = \"target\"\nfree = true\n\
          [[contacts]]\nfile = \"{series}.csv\"\nfixture = \"tracker\"\nunit = \"rad\"\n\
-         [estimate]\n{estimate}\n"
+         [noise]\nencoder_deg = 0\n[estimate]\n{estimate}\n"
     );
     let mut problem = problem_file::read(&text, "problem.toml", &data().join("ur10")).expect("a problem").problem;
     // Line 1 is the header.

@@ -168,18 +168,18 @@ fn kinds_of_contacts(problem: &Problem) -> Vec<usize> {
 /// Declared poses, and for fixtures without one those at which the nominal arm's tool is closest to
 /// its targets; without targets the mean of its positions, with the axes of base.
 fn nominal_places(problem: &Problem, kinematics: &Kinematics) -> Vec<Pose> {
-    let mut pairs = vec![(Vec::new(), Vec::new()); problem.fixtures.len()];
+    let mut pairs = vec![Vec::new(); problem.fixtures.len()];
     let contacts = &problem.contacts;
     for i in 0..contacts.len() {
         let f = contacts.fixture(i);
         if problem.fixtures[f].base_from_fixture.is_none() {
             let tool = kinematics.pose_under(contacts.q(i), &contacts.load(i)).translation.vector;
             let target = contacts.target(i).map_or_else(Vector3::zeros, |target| target.translation.vector);
-            pairs[f].0.push(tool);
-            pairs[f].1.push(target);
+            pairs[f].push((tool, target));
         }
     }
-    let place = |(fixture, (tools, targets)): (&Fixture, (Vec<Vector3<f64>>, Vec<Vector3<f64>>))| {
+    let place = |(fixture, pairs): (&Fixture, Vec<(Vector3<f64>, Vector3<f64>)>)| {
+        let (tools, targets): (Vec<Vector3<f64>>, Vec<Vector3<f64>>) = pairs.into_iter().unzip();
         let searched = || match fixture.manifold.needs_targets() {
             true => se3::alignment(&tools, &targets).unwrap_or_default(),
             false => Translation3::from(tools.iter().sum::<Vector3<f64>>() / tools.len().max(1) as f64).into(),

@@ -95,5 +95,5 @@ fn defaults_are_those_of_the_reader() {
             tested += 1;
         }
     }
-    assert_eq!(tested, 37);
+    assert_eq!(tested, 38);
 }

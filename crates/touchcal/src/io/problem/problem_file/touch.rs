@@ -272,15 +272,18 @@ fn fixture_sources(fixture: &FixtureToml) -> Sources<'_> {
     }
 }
 
-/// Only a hole has a depth, an outline and a choice of manifolds.
+/// Only a hole has a depth, an outline and a choice of manifolds, and only targets have normals.
 fn check_keys(fixture: &FixtureToml, name: &str, context: &Context<'_>) -> Result<(), IoError> {
-    if fixture.kind == FixtureKind::Hole {
+    let normal =
+        fixture.along_normal.as_ref().filter(|normal| *normal.get_ref() && fixture.kind != FixtureKind::Target);
+    if fixture.kind == FixtureKind::Hole && normal.is_none() {
         return Ok(());
     }
     let number = |value: &Option<Number>, key| value.as_ref().map(|value| (value.span(), key));
     let text = |value: &Option<Text>, key| value.as_ref().map(|value| (value.span(), key));
-    let normal = fixture.along_normal.as_ref().filter(|_| fixture.kind != FixtureKind::Target);
-    let foreign = number(&fixture.depth_mm, "depth_mm")
+    let of_normal = normal.map(|normal| (normal.span(), "along_normal"));
+    let foreign = of_normal
+        .or(number(&fixture.depth_mm, "depth_mm"))
         .or(number(&fixture.outline_offset_mm, "outline_offset_mm"))
         .or(number(&fixture.edge_radius_mm, "edge_radius_mm"))
         .or(number(&fixture.clearance_sigma_mm, "clearance_sigma_mm"))
@@ -291,8 +294,7 @@ fn check_keys(fixture: &FixtureToml, name: &str, context: &Context<'_>) -> Resul
         .or(text(&fixture.samples, "samples"))
         .or(text(&fixture.weights, "weights"))
         .or(number(&fixture.neighbours, "neighbours"))
-        .or(number(&fixture.mm_per_deg, "mm_per_deg"))
-        .or(normal.map(|normal| (normal.span(), "along_normal")));
+        .or(number(&fixture.mm_per_deg, "mm_per_deg"));
     match foreign {
         None => Ok(()),
         Some((span, key)) => {
