@@ -11,6 +11,7 @@ use touchcal::io::calibration_folder::Solved;
 use crate::calibration::Calibration;
 use crate::problem::Problem;
 use crate::progress::Observer;
+use crate::threads::detached;
 
 /// Estimates an arm's errors, as `touchcal calibrate` does. The same input gives the same bits.
 ///
@@ -36,7 +37,7 @@ pub fn calibrate(
     let loaded = &problem.get().loaded;
     let mut steps = Vec::new();
     let start = Instant::now();
-    let (freed, estimate) = py.detach(|| {
+    let (freed, estimate) = detached(py, || {
         let mut observe = |progress: &estimate::Progress| {
             steps.push(*progress);
             observer.step(progress)
@@ -53,7 +54,7 @@ pub fn calibrate(
     observer.finish()?;
     let problem = freed.map_or(Ok(problem), |loaded| Py::new(py, Problem::of(loaded)?))?;
     let loaded = &problem.get().loaded;
-    let prefit = py.detach(|| estimate::evaluate(&loaded.problem));
+    let prefit = detached(py, || estimate::evaluate(&loaded.problem));
     let solved = Solved { estimate, prefit, steps, ended: Timestamp::now(), seconds };
     Ok(Calibration::new(problem, solved))
 }

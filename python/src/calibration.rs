@@ -30,6 +30,7 @@ use crate::result::{
 use crate::robot::Robot;
 use crate::score::Score;
 use crate::summary::Summary;
+use crate::threads::detached;
 
 /// The result of a calibration. Check `usable` first.
 ///
@@ -272,7 +273,7 @@ impl Calibration {
     fn contacts_to_pandas<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let problem = &self.problem.get().loaded.problem;
         let values = self.solved.estimate.values();
-        let (before, after) = py.detach(|| {
+        let (before, after) = detached(py, || {
             (contact_distances(problem, &DVector::zeros(values.len())), contact_distances(problem, &values))
         });
         let log = &problem.contacts;
@@ -300,7 +301,7 @@ impl Calibration {
     /// The text of report.html, a page that loads nothing.
     fn to_html(&self, py: Python<'_>) -> PyResult<String> {
         let loaded = &self.problem.get().loaded;
-        py.detach(|| calibration_folder::page(loaded, &self.solved, &self.file)).map_err(io)
+        detached(py, || calibration_folder::page(loaded, &self.solved, &self.file)).map_err(io)
     }
 
     /// Writes calibrated.urdf, estimate.json and report.html into a folder, as `touchcal calibrate
@@ -326,7 +327,7 @@ impl Calibration {
             export.iter().flat_map(|names| &names.0).map(|name| export_named(name)).collect::<PyResult<_>>()?;
         let wanted = Wanted { exports, ..Wanted::default() };
         let write = || calibration_folder::write(&folder, loaded, &self.solved, &self.file, &wanted);
-        let written = py.detach(write).map_err(io)?;
+        let written = detached(py, write).map_err(io)?;
         Ok((written.urdf, written.estimate, written.report))
     }
 

@@ -15,6 +15,7 @@ use touchcal::io::scenario_file::{self, TextFile};
 
 use crate::error::{Error, SimulationError, io, refused, unexpected, unpicklable};
 use crate::simulation::scenario_of;
+use crate::threads::detached;
 
 /// How often Ctrl-C is looked for.
 const LOOK: Duration = Duration::from_millis(50);
@@ -92,7 +93,7 @@ impl Campaign {
     /// Whether a part is in the folder, whole and of this campaign.
     fn has(&self, py: Python<'_>, part: u64) -> PyResult<bool> {
         self.check(part)?;
-        Ok(py.detach(|| self.parts.kept(part).is_some()))
+        Ok(detached(py, || self.parts.kept(part).is_some()))
     }
 
     /// Simulates and calibrates the trials of a part. Nothing is written.
@@ -110,7 +111,7 @@ impl Campaign {
     fn compute<'py>(&self, py: Python<'py>, part: u64, threads: usize) -> PyResult<Bound<'py, PyBytes>> {
         self.check(part)?;
         let start = Instant::now();
-        let rows = py.detach(|| self.watched(part, threads))?;
+        let rows = detached(py, || self.watched(part, threads))?;
         let part = self.parts.part(rows, start.elapsed().as_secs_f64() * threads as f64);
         Ok(PyBytes::new(py, &campaign_parquet::to_bytes(&part).map_err(io)?))
     }
@@ -135,7 +136,7 @@ impl Campaign {
     /// Raises:
     ///     InputError: if a part is not there.
     fn write_rows(&self, py: Python<'_>, path: PathBuf) -> PyResult<()> {
-        py.detach(|| self.parts.write_rows(&path)).map_err(io)
+        detached(py, || self.parts.write_rows(&path)).map_err(io)
     }
 
     fn __reduce__(&self) -> PyResult<()> {

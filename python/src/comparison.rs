@@ -10,6 +10,7 @@ use crate::calibration::Calibration;
 use crate::error::{argument, io as io_error, unexpected, wrong_type};
 use crate::repr::{length, number};
 use crate::saved::SavedCalibration;
+use crate::threads::detached;
 
 /// A parameter in two calibrations.
 ///
@@ -161,7 +162,7 @@ pub fn compare(py: Python<'_>, earlier: &Bound<'_, PyAny>, later: &Bound<'_, PyA
         found.ok_or_else(|| unexpected(&calibration.name, "estimates with uncertainty", "those of projections"))
     };
     let posteriors = [posterior(&both[0])?, posterior(&both[1])?];
-    let changes = py.detach(|| CalibrationChanges::new([&both[0], &both[1]], &posteriors)).map_err(io_error)?;
+    let changes = detached(py, || CalibrationChanges::new([&both[0], &both[1]], &posteriors)).map_err(io_error)?;
     if changes.arm.parameters.is_empty() {
         return Err(unexpected("compare", "parameters of the arm that both calibrations estimate", "none"));
     }

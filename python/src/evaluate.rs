@@ -13,6 +13,7 @@ use crate::comparison::AnyCalibration;
 use crate::error::{io, optional_argument, unexpected};
 use crate::evaluation::Evaluation;
 use crate::problem::Problem;
+use crate::threads::detached;
 
 /// Evaluates an arm on a problem's contacts, without estimation, as `touchcal evaluate` does.
 ///
@@ -76,6 +77,6 @@ pub fn evaluate(
     if let Some(other) = other {
         evaluated.robot = other.robot;
     }
-    let evaluation = py.detach(|| evaluate_held_out(nominal, &evaluated, posterior.as_ref()));
+    let evaluation = detached(py, || evaluate_held_out(nominal, &evaluated, posterior.as_ref()));
     Ok(Evaluation::new(evaluation, &nominal.fixtures))
 }

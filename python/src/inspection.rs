@@ -19,6 +19,7 @@ use crate::progress::Observer;
 use crate::repr::{number, quantity};
 use crate::result::{CalibrationWarning, NullDirection};
 use crate::score::Score;
+use crate::threads::detached;
 
 /// Expected standard deviation of a parameter.
 ///
@@ -216,7 +217,7 @@ impl Inspection {
 pub fn inspect(py: Python<'_>, problem: Py<Problem>, progress: Option<Py<PyAny>>) -> PyResult<Inspection> {
     let mut observer = Observer::new(progress);
     let solved = &problem.get().loaded.problem;
-    let inspection = py.detach(|| estimate::inspect(solved, &mut |step| observer.step(step)));
+    let inspection = detached(py, || estimate::inspect(solved, &mut |step| observer.step(step)));
     observer.finish()?;
     Ok(Inspection { problem, inspection })
 }

@@ -34,6 +34,7 @@ mod saved;
 mod score;
 mod simulation;
 mod summary;
+mod threads;
 mod toml_value;
 
 /// Calibrate a robot arm by touch.
@@ -85,6 +86,7 @@ mod _touchcal {
 
     #[pymodule_init]
     fn finish(module: &Bound<'_, PyModule>) -> PyResult<()> {
+        crate::threads::imported();
         crate::restore::register(module)?;
         module.add("__version__", env!("CARGO_PKG_VERSION"))
     }

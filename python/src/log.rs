@@ -16,6 +16,7 @@ use crate::array::{Numbers, fixed, fixed_rows};
 use crate::error::{io, optional_argument, unexpected};
 use crate::list_of::ListOf;
 use crate::robot::Robot;
+use crate::threads::detached;
 
 const WRENCH: [&str; 6] = ["fx", "fy", "fz", "tx", "ty", "tz"];
 
@@ -326,7 +327,7 @@ impl ContactLog {
         let options = Options { header, temperature, joint_topic, wrench_topic, ..options };
         let robot = &robot.file.robot;
         let mut log = touchcal::contact::ContactLog::new(robot.dof());
-        let input = py.detach(|| contact_log::read_file(&path, robot, &options, &mut log)).map_err(io)?;
+        let input = detached(py, || contact_log::read_file(&path, robot, &options, &mut log)).map_err(io)?;
         ContactLog { log, input }.with_warnings(py)
     }
 

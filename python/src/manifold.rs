@@ -27,6 +27,7 @@ use crate::array::{Numbers, fixed, fixed_rows, many_poses, poses_array};
 use crate::error::{io, refused, unexpected};
 use crate::log::warn;
 use crate::plausible;
+use crate::threads::detached;
 
 /// How a tool touches a fixture: the set of poses `fixture_from_tool` in which it does.
 #[pyclass(frozen, module = "touchcal")]
@@ -191,7 +192,7 @@ impl Manifold {
     ///     poses: `fixture_from_tool`, shape (N, 7) or (N, 4, 4).
     fn distance<'py>(&self, py: Python<'py>, poses: Numbers<'py>) -> PyResult<Bound<'py, PyArray1<f64>>> {
         let poses = many_poses(&poses, "poses")?;
-        let distances = py.detach(|| {
+        let distances = detached(py, || {
             let mut rows = vec![Residual::new(); poses.len()];
             self.shape.residuals(&poses, 0.0, &mut rows);
             let size = |rows: &Residual| rows.values().iter().map(|value| value * value).sum::<f64>().sqrt();
@@ -214,7 +215,7 @@ impl Manifold {
             return Err(unexpected("project", "a manifold made by `nearest` or `learned`", found));
         };
         let poses = many_poses(&poses, "poses")?;
-        let projected: Vec<Pose> = py.detach(|| {
+        let projected: Vec<Pose> = detached(py, || {
             let at: Vec<Coordinates> = poses.iter().map(coordinates::coordinates).collect();
             let mut onto = Vec::new();
             projection.project(&at, &mut onto);

@@ -20,6 +20,7 @@ use crate::plausible;
 use crate::problem_arguments::{self, Arguments, KnownDistance};
 use crate::problem_changes;
 use crate::robot::Robot;
+use crate::threads::detached;
 
 /// A calibration problem: robot, tool, fixtures and contacts. What is assumed where no standard
 /// deviations are declared is issued as a `UserWarning`.
@@ -40,8 +41,8 @@ use crate::robot::Robot;
 ///         force_noise_n, torque_noise_nm, wrench_scale; default: learned from the data.
 ///     estimate: other keys of the table [estimate] of problem.toml: loss, loss_scale, freeze,
 ///         prior, method, descent, unseen_effects.
-///     accept: the table [accept] of problem.toml: tolerance_mm, tolerance_deg, confidence, and the
-///         task as postures_deg, joints_deg or region (center_mm, size_mm); default: nothing is
+///     accept: the table [accept] of problem.toml: tolerance_mm, tolerance_deg, confidence, frame,
+///         and the task as postures_deg, joints_deg or region (center_mm, size_mm); default: nothing is
 ///         asked for.
 ///     held_out: as contacts; these are not fitted, but test the result (`Calibration.held_out`). A
 ///         row that `contacts` has too is not held out.
@@ -96,7 +97,7 @@ impl Problem {
     ///     FileError, InputError: with the text that the command line prints.
     #[staticmethod]
     fn from_toml(py: Python<'_>, path: PathBuf) -> PyResult<Problem> {
-        Problem::of(py.detach(|| problem_file::read_file(&path)).map_err(io)?)?.with_warnings(py)
+        Problem::of(detached(py, || problem_file::read_file(&path)).map_err(io)?)?.with_warnings(py)
     }
 
     /// Reads a folder PLACEMENT/hole_N.csv of ball-in-socket logs, joint angles in radians, as
@@ -126,7 +127,7 @@ impl Problem {
         let (only, except) = (names(only, "only")?, names(leave_out, "leave_out")?);
         let options = MukcaOptions { only, except, spacing, joint_compliance, ..MukcaOptions::default() };
         let urdf = robot.file.clone();
-        Problem::of(py.detach(|| mukca::read(&folder, urdf, &options)).map_err(io)?)?.with_warnings(py)
+        Problem::of(detached(py, || mukca::read(&folder, urdf, &options)).map_err(io)?)?.with_warnings(py)
     }
 
     /// The nominal arm.
@@ -169,7 +170,7 @@ impl Problem {
         let names = self.fixtures();
         let index = names.iter().position(|name| *name == fixture);
         let index = index.ok_or_else(|| unknown_fixture("contact_poses", &names, fixture))?;
-        poses_array(py, &py.detach(|| contact_poses(&self.loaded.problem, index)))
+        poses_array(py, &detached(py, || contact_poses(&self.loaded.problem, index)))
     }
 
     /// Number of contacts.

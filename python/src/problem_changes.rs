@@ -4,7 +4,7 @@ use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use touchcal::contact::{ContactLog, note_repetition};
-use touchcal::estimate::{self, Problem};
+use touchcal::estimate::{self, Fixture, Problem};
 use touchcal::io::problem_file::{self, Assumptions};
 use touchcal::io::{Input, Loaded};
 
@@ -29,11 +29,17 @@ pub fn changed(loaded: &Loaded, changes: &Bound<'_, PyDict>) -> PyResult<(Loaded
     let tool = changes.get_item("tool")?.map(a_tool).transpose()?;
     let text = settings_text(loaded, changes, tool.is_some())?;
     let mut assumptions = loaded.assumptions.clone();
+    let tool_is_new = tool.is_some();
     let tool = match &tool {
         None => old.tool.clone(),
         Some(tool) => new_tool(tool.get(), old, &text, &mut assumptions)?,
     };
     let Logs { mut contacts, held_out, inputs } = logs(loaded, changes)?;
+    check_targets(&old.fixtures, [&contacts, &held_out])?;
+    if tool_is_new && old.acceptance.is_some() && !changes.contains("accept")? {
+        let expected = "accept too, or None: its task may be a region, which another tool reaches otherwise";
+        return Err(unexpected("with_", expected, "tool alone"));
+    }
     if changes.contains("tool")? || changes.contains("contacts")? {
         assumptions.notes(KEYS).iter().for_each(|note| contacts.note(note));
     }
@@ -96,6 +102,7 @@ fn settings_text(loaded: &Loaded, changes: &Bound<'_, PyDict>, has_new_tool: boo
     let Some(toml::Value::Table(before)) = tables.remove("estimate") else { return Ok(tables.to_string()) };
     let mut after = estimate.map_or_else(|| Ok(before.clone()), |estimate| table(&estimate, "estimate"))?;
     let parameters = match parameters {
+        None if after.contains_key("parameters") => after.get("parameters").cloned(),
         Some(parameters) => Some(toml::Value::from(argument::<ListOf<String>>(&parameters, "parameters")?.0)),
         None => before.get("parameters").cloned(),
     };
@@ -111,6 +118,21 @@ fn settings_text(loaded: &Loaded, changes: &Bound<'_, PyDict>, has_new_tool: boo
     }
     tables.insert("estimate".to_owned(), after.into());
     Ok(tables.to_string())
+}
+
+/// Refuses contacts of fixtures that have targets, without theirs: only files are read with them.
+fn check_targets(fixtures: &[Fixture], logs: [&ContactLog; 2]) -> PyResult<()> {
+    let is_without = |log: &ContactLog, i: usize| {
+        fixtures[log.fixture(i)].manifold.tool_at_target().is_some() && log.target(i).is_none()
+    };
+    let without = |log: &&ContactLog| (0..log.len()).any(|i| is_without(log, i));
+    match logs.iter().any(without) {
+        false => Ok(()),
+        true => {
+            let expected = "logs with targets for a fixture of kind \"target\": name them in its problem.toml";
+            Err(unexpected("with_", expected, "a ContactLog, which has none"))
+        }
+    }
 }
 
 /// Whether a table `[estimate]` lists a block of parameters.

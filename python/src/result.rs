@@ -267,7 +267,7 @@ impl Acceptance {
             worst_pose: errors.map(|errors| errors.worst_pose),
             parameter: errors.map(|errors| errors.parameter.clone()),
             share: errors.map(|errors| errors.share),
-            aligned_probability: errors.map(|errors| errors.aligned_probability),
+            aligned_probability: errors.and_then(|errors| errors.aligned_probability),
             message: result.message(asked),
             advice: result.advice(asked),
         }

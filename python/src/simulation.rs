@@ -16,6 +16,7 @@ use crate::error::{Error, SimulationError, io, unexpected, unknown_fixture, unpi
 use crate::frame::Frame;
 use crate::problem::Problem;
 use crate::progress::Observer;
+use crate::threads::detached;
 
 /// Logs of a simulated arm, and its true errors.
 ///
@@ -147,7 +148,7 @@ pub fn simulate(
     let seeds = Seeds { errors: seed, noise: noise_seed.unwrap_or(seed) };
     let truth = sim::draw_truth(&file.scenario, seeds.errors);
     let scenario = &file.scenario;
-    let logs = py.detach(|| sim::run(scenario, &truth, seeds.noise, &mut |contacts| observer.contacts(contacts)));
+    let logs = detached(py, || sim::run(scenario, &truth, seeds.noise, &mut |contacts| observer.contacts(contacts)));
     observer.finish()?;
     let logs = logs.map_err(|error| match error {
         Failure::Interrupted => Error::new_err("interrupted"),

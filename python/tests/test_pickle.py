@@ -65,10 +65,14 @@ def test_processes_give_the_bits_of_a_loop() -> None:
     problems = [touchcal.simulate(PRESETS[seed % 3], seed, contacts=60).problem() for seed in range(20)]
     alone = [touchcal.calibrate(problem) for problem in problems]
     by_joblib = joblib.Parallel(n_jobs=2)(joblib.delayed(touchcal.calibrate)(problem) for problem in problems)
+    # A process that was forked from one that has calibrated has none of its threads.
+    with ProcessPoolExecutor(2, mp_context=get_context("fork")) as processes:
+        by_fork = list(processes.map(touchcal.calibrate, problems[:3], timeout=60))
     with ProcessPoolExecutor(2, mp_context=get_context("spawn")) as processes:
         by_futures = list(processes.map(touchcal.calibrate, problems[:3]))
     assert len(by_joblib) == 20 and len(by_futures) == 3
     assert all(map(same, alone, by_joblib)) and all(map(same, alone, by_futures))
+    assert len(by_fork) == 3 and all(map(same, alone, by_fork))
     # Results that are all alike would be the same whatever is sent.
     assert len({calibration.covariance.tobytes() for calibration in alone}) == 20
 

@@ -46,6 +46,13 @@ TESTS = [
     ("intervals of 40 simulated insertions", "truth", "coverage 92 to 98 %, NEES 6.1 to 9.9 of 8", CHANCE, "--test consistency coverage"),
     ("estimates from the MuJoCo logs", "truth", "as above", "as above", "--test recovery recorded_logs"),
     ("real arms, held-out placements", "sockets' means", "as above", "as above", "--test validation mukca_arms"),
+    (
+        "a real arm against a laser tracker; targets of simulated arms",
+        "scipy on the same rows; truth",
+        "3 % above, or below; 0.06 mm",
+        "another loss; noise",
+        "--test recovery targets",
+    ),
     ("what cannot be determined is named", "constructed cases", "exact", "words", "--test recovery not_identifiable"),
     (
         "what is not usable is refused",

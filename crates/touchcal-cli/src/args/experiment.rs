@@ -257,14 +257,14 @@ pub struct Table1Args {
 /// Arguments of `experiment paper`.
 #[derive(Debug, clap::Args)]
 #[command(after_help = examples(&[
-    ("Two minutes", "touchcal experiment paper --quick --out paper"),
+    ("Minutes", "touchcal experiment paper --quick --out paper"),
     ("Half an hour", "touchcal experiment paper --out paper"),
 ]))]
 pub struct PaperArgs {
     /// Folder to write all results into; what is found there is not computed again
     #[arg(long, value_name = "DIR")]
     pub out: PathBuf,
-    /// Two minutes on two cores instead of half an hour: fewer poses, steps and trials
+    /// Two to five minutes on two cores instead of half an hour: fewer poses, steps and trials
     #[arg(long)]
     pub quick: bool,
 }

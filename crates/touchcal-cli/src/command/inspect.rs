@@ -80,7 +80,8 @@ fn heading(inspection: &Inspection) -> String {
 
 fn warnings(inspection: &Inspection) -> String {
     let warnings = inspection.warnings.iter();
-    let text: String = warnings.map(|warning| summary::warning(&warning.message(), warning.advice())).collect();
+    let text: String =
+        warnings.map(|warning| summary::warning(warning.severity(), &warning.message(), warning.advice())).collect();
     if text.is_empty() { text } else { format!("\n{text}") }
 }
 

@@ -10,8 +10,8 @@ pub use parameters::{Detail, ParameterRow, parameters};
 
 use touchcal::contact::{ContactLog, RowsLeftOut};
 use touchcal::estimate::{
-    Estimate, Fixture, Identifiability, NullDirection, ParameterEstimate, PredictiveCheck, Score, Spread, Status,
-    WorkspaceUncertainty,
+    Estimate, Fixture, Identifiability, NullDirection, ParameterEstimate, PredictiveCheck, Score, Severity, Spread,
+    Status, WorkspaceUncertainty,
 };
 use touchcal::io::calibration_folder::{Solved, Written, WrittenExport};
 use touchcal::io::estimate_file::{EstimateFile, HeldOutEntry, ScatterEntry};
@@ -147,7 +147,7 @@ impl Calibration<'_> {
 
     fn warnings(&self) -> String {
         let each = self.file.warnings.iter();
-        let text: String = each.map(|entry| warning(&entry.message, &entry.advice)).collect();
+        let text: String = each.map(|entry| warning(entry.severity.into(), &entry.message, &entry.advice)).collect();
         if text.is_empty() { text } else { text + "\n" }
     }
 
@@ -202,8 +202,12 @@ pub fn left_out(contacts: &ContactLog) -> String {
     rows.iter().filter(|(rows, _)| *rows > 0).map(|(rows, why)| format!(", {rows} {why}")).collect()
 }
 
-/// A warning with its advice.
-pub fn warning(words: &str, advice: &str) -> String {
+/// A warning with its advice; one that forbids the use of the result says so.
+pub fn warning(severity: Severity, words: &str, advice: &str) -> String {
+    let words = match severity {
+        Severity::Unusable => &format!("(not usable) {words}"),
+        Severity::Doubtful | Severity::Caution => words,
+    };
     format!("Warning   {}\n{}", wrapped(words), layout::advice(INDENT, advice))
 }
 

@@ -34,6 +34,29 @@ fn offsets_go_to_the_driver_and_leave_the_urdf_as_it_was() {
     assert_eq!((compared, lines.len()), (7, 7));
 }
 
+/// Files that go to a robot are seen apart from the report.
+#[test]
+fn files_of_a_result_that_is_not_usable_say_so() {
+    const WORDS: &str = "NOT USABLE: do not use this calibration";
+    let folder = tempfile::tempdir().unwrap();
+    touchcal(folder.path(), &["demo", "--contacts", "25", "--out", "demo"]).success();
+    let calibrate = ["calibrate", "demo/problem.toml", "--out", "out", "--driver-offsets", "--export", "xacro"];
+    let refused = touchcal(folder.path(), &calibrate).code(3);
+    assert!(stdout(&refused).contains("Warning   (not usable) "), "{}", stdout(&refused));
+    let read = |name: &str| std::fs::read_to_string(folder.path().join("out").join(name)).unwrap();
+    for name in ["calibrated.urdf", "driver/robot.urdf", "calibrated.xacro"] {
+        assert_eq!(read(name).matches(&format!("<!-- {WORDS}")).count(), 1, "{name}");
+    }
+    let urdf = folder.path().join("out/calibrated.urdf");
+    assert!(touchcal::io::urdf::read_file(&urdf, touchcal::io::urdf::Ends::default()).is_ok());
+    assert!(read("driver/joint_offsets.yaml").starts_with(&format!("# {WORDS}")));
+
+    touchcal(folder.path(), &["demo", "--contacts", "600", "--out", "more"]).success();
+    touchcal(folder.path(), &["calibrate", "more/problem.toml", "--out", "usable"]).success();
+    let urdf = std::fs::read_to_string(folder.path().join("usable/calibrated.urdf")).unwrap();
+    assert!(!urdf.contains(WORDS));
+}
+
 #[test]
 fn joint_origins_go_to_the_driver_of_universal_robots() {
     const PROBLEM: &str = r#"

@@ -207,8 +207,8 @@ impl ContactLog {
 
     /// Appends the contacts of `other`, all with fixture index `fixture`, with its files, notes,
     /// loads, temperatures, targets and number of rows read; indices of files follow those of this
-    /// log. `other` must be of as many moving joints: surplus positions of an arm with more are ignored,
-    /// contacts of one with fewer left out.
+    /// log. `other` must be of as many moving joints: surplus positions of an arm with more are
+    /// ignored, contacts of one with fewer left out.
     pub fn append(&mut self, other: &ContactLog, fixture: usize) {
         let first = self.files.len() as u32;
         self.files.extend_from_slice(&other.files);

@@ -39,10 +39,11 @@ pub fn acceptance(asked: &Acceptance, problem: &Problem, estimate: &Estimate) ->
     let largest = task.largest_errors();
     let probability = within(asked, &largest, ratio);
     let aligned_probability = match asked.frame {
-        ErrorFrame::BaseAligned => probability,
+        ErrorFrame::BaseAligned => Some(probability),
+        ErrorFrame::Base if asked.positions.len() < Acceptance::MIN_ALIGNED => None,
         ErrorFrame::Base => {
             let aligned = TaskErrorDistribution::new(asked, &tool, ErrorFrame::BaseAligned);
-            within(asked, &aligned.largest_errors(), ratio)
+            Some(within(asked, &aligned.largest_errors(), ratio))
         }
     };
     // Contacts that were held out may show errors that the covariance lacks.

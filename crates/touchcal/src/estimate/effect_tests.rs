@@ -8,7 +8,7 @@ use super::model::{
     with_unestimated_errors,
 };
 use super::options::WarningThresholds;
-use super::result::{EffectTest, EffectValue, Estimate, OmittedEffect, Warning};
+use super::result::{EffectTest, EffectValue, Estimate, OmittedEffect, ParameterEstimate, Warning};
 use super::search::{SearchState, uses_contact_modes};
 use super::uncertainty::{
     CalibratedTool, Derivatives, SAMPLED_POSITIONS, ScoreTest, ToolMotion, curvature_and_squares, score_test,
@@ -32,6 +32,9 @@ const MOTIONLESS: f64 = 1e-6;
 /// Radius of the ball that holds 95 % of a Gaussian with equal variances, over the square root of
 /// the trace of its covariance: `√(χ²₃(0.95) / 3)`.
 const RADIUS: f64 = 1.614;
+
+/// Ratio of variances from which they differ by more than rounding.
+const ROUNDING: f64 = 1.0 + 1e-9;
 
 /// A test, and what its effect would do to the model's parameters.
 pub(super) struct ModelTest {
@@ -72,7 +75,7 @@ pub(super) fn effect_tests(search: &mut SearchState<'_>, estimate: &Estimate) ->
     let (model, omitted) = with_omitted_effects(own);
     let effects: Vec<OmittedEffect> = omitted.iter().map(|omitted| omitted.effect.clone()).collect();
     let is_applicable = has_likelihood
-        && !problem.has_projection()
+        && problem.has_uncertainty()
         && !problem.contacts.is_empty()
         && model.layout.len() <= MAX_PARAMETERS;
     let found = is_applicable.then(|| score_tests(search, estimate, (&model, omitted), errors)).flatten();
@@ -148,6 +151,17 @@ pub(super) fn apply_effect_tests(
 ) -> Vec<Warning> {
     let mut warnings = Vec::new();
     let parameters = estimate.parameters.len();
+    let variance = |covariance: &DMatrix<f64>, k: usize| covariance[(k, k)].max(0.0);
+    // What parameters may be off beside their covariance, as by what is fixed.
+    let beside = |(k, entry): (usize, &ParameterEstimate)| {
+        let own = variance(&estimate.covariance, k);
+        entry
+            .sigma
+            .map(|sigma| sigma * sigma)
+            .filter(|square| *square > ROUNDING * own)
+            .map_or(0.0, |square| square - own)
+    };
+    let beside: Vec<f64> = estimate.parameters.iter().enumerate().map(beside).collect();
     unseen.iter().for_each(|unseen| estimate.covariance += unseen);
     for ModelTest { test, change } in tests {
         if test.p_value < thresholds.effect_p_value {
@@ -162,7 +176,8 @@ pub(super) fn apply_effect_tests(
     }
     estimate.untested.extend(untested.iter().map(OmittedEffect::name));
     for (k, entry) in estimate.parameters.iter_mut().enumerate() {
-        entry.sigma = entry.sigma.map(|sigma| sigma.max(estimate.covariance[(k, k)].max(0.0).sqrt()));
+        let square = variance(&estimate.covariance, k) + beside[k];
+        entry.sigma = entry.sigma.map(|sigma| sigma.max(square.sqrt()));
     }
     warnings
 }

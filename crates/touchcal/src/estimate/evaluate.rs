@@ -50,7 +50,11 @@ pub fn contact_poses(problem: &Problem, fixture: usize) -> Vec<Pose> {
     let model = CalibrationModel::new(problem);
     let point = LinearizationPoint::new(&model, &DVector::zeros(model.layout.len()));
     let contacts = (0..problem.contacts.len()).filter(|&i| problem.contacts.fixture(i) == fixture);
-    contacts.map(|i| point.pose_without_drift(i)).collect()
+    let fixture_from_tool = |i: usize| {
+        let pose = point.pose_without_drift(i);
+        problem.contacts.target(i).map_or(pose, |target| target * pose)
+    };
+    contacts.map(fixture_from_tool).collect()
 }
 
 /// Moves tool and fixtures of `problem` to the poses that a calibration found, and fixes them

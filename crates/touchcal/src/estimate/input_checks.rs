@@ -54,8 +54,7 @@ fn mean_tool_positions(point: &LinearizationPoint<'_>) -> Vec<Vector3<f64>> {
     let mut sums = vec![(Vector3::zeros(), 0usize); model.problem.fixtures.len()];
     for i in 0..contacts.len() {
         let (sum, count) = &mut sums[contacts.fixture(i)];
-        let base_from_tool = model.base_from_fixture[contacts.fixture(i)] * point.pose_without_drift(i);
-        *sum += base_from_tool.translation.vector;
+        *sum += point.base_from_tool(i).translation.vector;
         *count += 1;
     }
     sums.into_iter().map(|(sum, count)| sum / count.max(1) as f64).collect()

@@ -86,7 +86,7 @@ pub fn inspect(problem: &Problem, observe: Observer<'_>) -> Inspection {
     let remaining =
         arm_uncertainty_ratio(problem, &layout.parameters, &posterior.covariance_from_scales, &layout.scale());
     warnings.extend(data_warnings(&search, rows, remaining));
-    let has_uncertainty = !problem.has_projection();
+    let has_uncertainty = problem.has_uncertainty();
     if !has_uncertainty {
         warnings.push(Warning::NoUncertainty);
     }

@@ -361,12 +361,9 @@ impl Problem {
         self.options.unseen_effects == UnseenEffects::Widen && places.any(|prior| prior != PlacePrior::Fixed)
     }
 
-    /// Frame in which errors of the tool count: as asked for; else base, or base aligned where no
-    /// fixture has a declared place by which contacts would locate it.
+    /// Frame in which errors of the tool count: that of the task that is asked for, else the base.
     pub fn error_frame(&self) -> ErrorFrame {
-        let is_located = self.fixtures.iter().any(|fixture| fixture.prior != PlacePrior::Flat);
-        let without_task = if is_located { ErrorFrame::Base } else { ErrorFrame::BaseAligned };
-        self.acceptance.as_ref().map_or(without_task, |asked| asked.frame)
+        self.acceptance.as_ref().map_or(ErrorFrame::Base, |asked| asked.frame)
     }
 
     /// The same problem with `parameters` of the arm to estimate, in place of the former ones.
@@ -392,9 +389,11 @@ impl Problem {
         self.contacts.has_loads() && (self.robot.is_compliant() || self.parameters.iter().any(is_compliance))
     }
 
-    /// Whether any contact is measured by the distance from a projection, from which no uncertainty
-    /// follows.
-    pub(crate) fn has_projection(&self) -> bool {
-        self.fixtures.iter().any(|fixture| fixture.manifold.residual_kind() == ResidualKind::ProjectionError)
+    /// Whether standard deviations follow from the contacts: not where any is measured by the
+    /// distance from a projection, nor where gradient descent ends, which is at no minimum of the
+    /// likelihood.
+    pub(crate) fn has_uncertainty(&self) -> bool {
+        let is_projection = |fixture: &Fixture| fixture.manifold.residual_kind() == ResidualKind::ProjectionError;
+        self.method == Method::LevenbergMarquardt && !self.fixtures.iter().any(is_projection)
     }
 }

@@ -62,7 +62,7 @@ pub(super) fn result_warnings(
             parameter: estimate.parameters[other.parameter].parameter.name.clone(),
         });
     }
-    if problem.has_projection() {
+    if !problem.has_uncertainty() {
         warnings.push(Warning::NoUncertainty);
     }
     warnings.extend(joint_warnings(problem));

@@ -123,7 +123,7 @@ pub(super) fn summarize(mut search: SearchState<'_>, declared: &Problem) -> Esti
     let (model, theta, problem) = (&search.model, &search.theta, search.model.problem);
     // The least of several gaps scatters otherwise than each of them.
     let noise_factor = if uses_contact_modes(&search) { model.noise.mode_factor } else { postfit.noise_factor };
-    let has_uncertainty = !problem.has_projection();
+    let has_uncertainty = problem.has_uncertainty();
     let parameters = model.layout.parameters.iter().enumerate().map(|(k, parameter)| ParameterEstimate {
         parameter: parameter.clone(),
         value: theta[k],

@@ -74,7 +74,8 @@ pub struct RotationalOrders {
 
 /// Poses at which a tool and a fixture can touch, as a residual and its derivatives.
 ///
-/// Poses are `fixture_from_tool`, the tool's pose in the fixture's frame (m). Derivatives are by
+/// Poses are `fixture_from_tool`, the tool's pose in the fixture's frame (m), or with
+/// [`tool_at_target`](Self::tool_at_target) in that of the contact's target. Derivatives are by
 /// the right perturbation `fixture_from_tool · Exp(ξ)` with `ξ = [v; ω]` in the tool's frame.
 pub trait ContactManifold: Any + Send + Sync + std::fmt::Debug {
     /// Names of tool and fixture for messages and reports, such as "ball in socket".
@@ -203,11 +204,12 @@ pub trait ContactManifold: Any + Send + Sync + std::fmt::Debug {
     /// no fixture's manifold lists are not estimated.
     fn tool_directions(&self) -> &'static [usize];
 
-    /// Whether each contact has a target of its own
-    /// ([`ContactLog::target`](crate::contact::ContactLog::target)), relative to which poses are;
-    /// false unless overridden.
-    fn needs_targets(&self) -> bool {
-        false
+    /// Position (m) of the tool's origin in the frame of a contact's target
+    /// ([`ContactLog::target`](crate::contact::ContactLog::target)) where the tool touches it, for
+    /// a manifold of which each contact has a target of its own; poses are then
+    /// `target_from_tool`. `None`, as unless overridden: contacts touch the fixture itself.
+    fn tool_at_target(&self) -> Option<Vector3<f64>> {
+        None
     }
 
     /// Discrete rotational symmetry of tool and fixture; none unless overridden.

@@ -71,8 +71,11 @@ impl ContactManifold for Target {
         &[0, 1, 2]
     }
 
-    fn needs_targets(&self) -> bool {
-        true
+    fn tool_at_target(&self) -> Option<Vector3<f64>> {
+        match *self {
+            Target::Point => Some(Vector3::zeros()),
+            Target::AlongNormal { radius } => Some(radius * Vector3::z()),
+        }
     }
 
     fn sketch(&self) -> Sketch {

@@ -1,6 +1,6 @@
 //! The arm, the parts and the tool's positions, for the three-dimensional view.
 
-use nalgebra::Vector3;
+use nalgebra::{Point3, Translation3, Vector3};
 use serde::Serialize;
 
 use crate::contact::ContactLog;
@@ -106,9 +106,9 @@ pub(crate) fn positions(log: &ContactLog, drawn: &[usize], kinematics: &Kinemati
     drawn.iter().map(position).collect()
 }
 
-/// Estimated pose of each fixture in base; one without a nominal pose is at the mean tool position
-/// of its contacts, and without contacts, such as one whose contacts are held out, anywhere:
-/// `None`.
+/// Estimated pose of each fixture in base; one without a nominal pose is where the calibrated tool
+/// is closest to its targets, or at the mean tool position of its contacts, and without contacts,
+/// such as one whose contacts are held out, anywhere: `None`.
 pub(crate) fn places(problem: &Problem, estimate: &Estimate, drawn: &[usize], after: &[[f32; 3]]) -> Vec<Option<Pose>> {
     let Problem { fixtures, contacts, .. } = problem;
     let mut twists = vec![Twist::zeros(); fixtures.len()];
@@ -117,16 +117,21 @@ pub(crate) fn places(problem: &Problem, estimate: &Estimate, drawn: &[usize], af
             twists[f][k] = entry.value;
         }
     }
-    let mut sums = vec![(Vector3::zeros(), 0usize); fixtures.len()];
+    let mut touched = vec![(Vec::new(), Vec::new()); fixtures.len()];
     for (&i, place) in drawn.iter().zip(after) {
-        let (sum, count) = &mut sums[contacts.fixture(i)];
-        *sum += Vector3::from(place.map(f64::from));
-        *count += 1;
+        let f = contacts.fixture(i);
+        touched[f].0.push(Vector3::from(place.map(f64::from)));
+        let at_target = fixtures[f].manifold.tool_at_target().zip(contacts.target(i));
+        touched[f].1.extend(at_target.map(|(tool, target)| (target * Point3::from(tool)).coords));
     }
-    let each = fixtures.iter().zip(twists).zip(sums).map(|((fixture, twist), (sum, count))| {
-        let mean = || Pose::translation(sum.x / count as f64, sum.y / count as f64, sum.z / count as f64);
+    let each = fixtures.iter().zip(twists).zip(touched).map(|((fixture, twist), (tools, targets))| {
+        let mean = || Pose::from(Translation3::from(tools.iter().sum::<Vector3<f64>>() / tools.len() as f64));
         let found = fixture.base_from_fixture.map(|place| place * se3::exp(&twist));
-        found.or_else(|| (count > 0).then(mean))
+        found.or_else(|| match fixture.manifold.tool_at_target() {
+            Some(_) if targets.len() > 2 => se3::alignment(&tools, &targets),
+            Some(_) => None,
+            None => (!tools.is_empty()).then(mean),
+        })
     });
     each.collect()
 }

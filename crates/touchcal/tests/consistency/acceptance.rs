@@ -111,24 +111,21 @@ fn in_sockets_of_unknown_place_the_base_is_aligned() {
     let robot = urdf::read_builtin("iiwa14", Ends::default()).expect("built in").robot;
     let mut scenario = Preset::Mukca.scenario(robot).expect("a scenario");
     scenario.contacts = 30;
-    let (mut within, mut passes, mut count) = (0, 0, 0);
-    for seed in 0..12 {
+    let (mut within, mut passes, mut wrong) = (0, 0, 0);
+    for seed in 0..6 {
         let simulated = sim::simulate(&scenario, seed).expect("contacts");
-        let mut problem = problem(&scenario, &simulated);
+        let problem = problem(&scenario, &simulated);
         let task = workspace_configurations(&scenario.robot, 30);
         let asked =
             |frame| Acceptance { distance: 6e-3, angle: None, confidence: 0.95, frame, positions: task.clone() };
-        assert_eq!(problem.error_frame(), ErrorFrame::BaseAligned);
         let estimate = solve(&problem);
         let [in_base, aligned] =
             [ErrorFrame::Base, ErrorFrame::BaseAligned].map(|frame| acceptance(&asked(frame), &problem, &estimate));
         let advice = in_base.advice(&asked(ErrorFrame::Base));
         assert_ne!(in_base.decision, Decision::Pass);
         let (of_base, of_aligned) = (in_base.errors.expect("errors"), aligned.errors.expect("errors"));
-        assert_eq!(of_base.aligned_probability, of_aligned.probability);
+        assert_eq!(of_base.aligned_probability, Some(of_aligned.probability));
         assert_eq!(advice.contains("frame = \"base_aligned\""), of_aligned.probability >= 0.95, "{advice}");
-        problem.acceptance = Some(asked(ErrorFrame::Base));
-        assert_eq!(problem.error_frame(), ErrorFrame::Base);
 
         let (columns, values) = simulated.truth.of_kinematics();
         let truth = calibrated(&scenario.robot, &columns, &values);
@@ -139,16 +136,15 @@ fn in_sockets_of_unknown_place_the_base_is_aligned() {
         };
         let errors =
             pose_errors(&pose(&truth, simulated.truth.tip_from_tool(&scenario)), &pose(&estimate.robot, tip_from_tool));
-        passes += usize::from(aligned.decision == Decision::Pass);
-        within += usize::from(errors.aligned_position.max <= of_aligned.distance);
-        count += 1;
+        let error = errors.aligned_position.max;
+        passes += u32::from(aligned.decision == Decision::Pass);
+        wrong += u32::from(aligned.decision == Decision::Pass && error > 6e-3);
+        within += u32::from(error <= of_aligned.distance);
     }
-    report(
-        "sockets, base aligned",
-        &[("passes", f64::from(passes as u32)), ("within the bound", f64::from(within as u32))],
-    );
-    // 95 % of 12, and three standard errors.
-    assert!(within >= 9, "{within} of {count}");
+    let shares = [("passes", passes), ("wrong", wrong), ("within the bound", within)];
+    report("six arms in sockets, base aligned", &shares.map(|(name, count)| (name, f64::from(count))));
+    // 95 % of six, and three standard errors.
+    assert!(within >= 4 && passes > 0 && wrong == 0, "{shares:?}");
 }
 
 #[test]

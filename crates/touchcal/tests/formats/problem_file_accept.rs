@@ -69,3 +69,19 @@ fn what_is_no_task_is_refused() {
     );
     refused("tolerance_mm = 1\ntolerance_degrees = 1", &["did you mean `tolerance_deg`?"]);
 }
+
+/// One or two poses can be moved to where they should be.
+#[test]
+fn few_postures_are_no_task_with_the_base_aligned() {
+    use touchcal::estimate::ErrorFrame;
+    let postures = |count: usize| {
+        let postures: Vec<String> = (0..count).map(|k| format!("[{k}, 40, 0, -90, 0, 50, 0]")).collect();
+        format!("tolerance_mm = 0.2\nframe = \"base_aligned\"\npostures_deg = [{}]", postures.join(", "))
+    };
+    assert_eq!(asked(&postures(3)).frame, ErrorFrame::BaseAligned);
+    assert_eq!(asked("tolerance_mm = 0.2\npostures_deg = [[0, 40, 0, -90, 0, 50, 0]]").frame, ErrorFrame::Base);
+    support::refused(
+        with(&postures(2)).map(drop),
+        &["accept", "at least 3 postures with frame = \"base_aligned\"", "found 2"],
+    );
+}

@@ -137,7 +137,7 @@ fn acceptance() -> AcceptanceEntry {
         worst_pose: 17,
         parameter: "joint_offset.joint_a1".to_owned(),
         share: 0.7,
-        aligned_probability: 0.97,
+        aligned_probability: Some(0.97),
     };
     AcceptanceEntry {
         decision: Decision::Undecided,

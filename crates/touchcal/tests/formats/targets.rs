@@ -56,5 +56,9 @@ fn what_targets_lack_is_said() {
     refused(read("along_normal = true", "", &points), &["log.csv", "column `nx`"]);
     refused(read("", "", &points.replace("-20", "nan")), &["log.csv:2", "y_mm", "millimetres"]);
     refused(read("depth_mm = 3", "", &points), &["problem.toml", "what belongs to a target", "`depth_mm`"]);
+    refused(
+        read("", "held_out = true\n[[contacts]]\nfile = \"log.csv\"\nfixture = \"part\"", &points),
+        &["held_out", "base_from_fixture"],
+    );
     refused(read("", "columns = { x_cm = \"X\" }", &points), &["columns", "x_cm"]);
 }

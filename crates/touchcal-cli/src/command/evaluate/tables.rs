@@ -1,6 +1,6 @@
 //! What is found by an evaluation, beside what is predicted.
 
-use touchcal::estimate::{CommonStrain, DistanceSource, Evaluation, Fixture, FixtureDistance, Scatter};
+use touchcal::estimate::{CommonStrain, DistanceSource, Evaluation, Fixture, FixtureDistance, Scatter, Severity};
 use touchcal::report::signed;
 
 use crate::summary::{MOST_FIXTURES, millimetres, warning};
@@ -14,7 +14,8 @@ pub fn evaluation(fixtures: &[Fixture], evaluation: &Evaluation, is_calibrated: 
         false => "declared tolerances, with an exact arm",
     };
     let contradictions = &evaluation.contradictions;
-    let warnings: String = contradictions.iter().map(|each| warning(&each.message(), each.advice())).collect();
+    let warnings: String =
+        contradictions.iter().map(|each| warning(Severity::Doubtful, &each.message(), each.advice())).collect();
     let agreement = match is_calibrated && evaluation.agrees() == Some(true) {
         true => "Nothing here contradicts the calibration's covariance beyond chance.\n",
         false => "",

@@ -144,7 +144,7 @@ pub fn parameter_table(errors: &[ParameterError], all: bool) -> String {
     };
     format!(
         "Parameters of the calibration relative to the true ones\n{table}{more}  \
-         Where directions are not identifiable, single parameters do not compare: only the tool's errors above do.\n\n"
+         Where directions are not identifiable, or errors of the true arm are not estimated and others make up for\n  them, single parameters do not compare: only the tool's errors above do.\n\n"
     )
 }
 

@@ -1,6 +1,6 @@
 //! A problem with the parameters in order and what was estimated of its noise and contact modes.
 
-use nalgebra::{DVector, Translation3, Vector3};
+use nalgebra::{DVector, Point3, Vector3};
 
 use super::layout::ParameterLayout;
 use super::noise::NoiseModel;
@@ -168,23 +168,31 @@ fn kinds_of_contacts(problem: &Problem) -> Vec<usize> {
 /// Declared poses, and for fixtures without one those at which the nominal arm's tool is closest to
 /// its targets; without targets the mean of its positions, with the axes of base.
 fn nominal_places(problem: &Problem, kinematics: &Kinematics) -> Vec<Pose> {
-    let mut pairs = vec![Vec::new(); problem.fixtures.len()];
     let contacts = &problem.contacts;
+    let mut sums = vec![(Vector3::zeros(), 0usize); problem.fixtures.len()];
+    let mut pairs = vec![(Vec::new(), Vec::new()); problem.fixtures.len()];
     for i in 0..contacts.len() {
         let f = contacts.fixture(i);
-        if problem.fixtures[f].base_from_fixture.is_none() {
-            let tool = kinematics.pose_under(contacts.q(i), &contacts.load(i)).translation.vector;
-            let target = contacts.target(i).map_or_else(Vector3::zeros, |target| target.translation.vector);
-            pairs[f].push((tool, target));
+        if problem.fixtures[f].base_from_fixture.is_some() {
+            continue;
+        }
+        let tool = kinematics.pose_under(contacts.q(i), &contacts.load(i)).translation.vector;
+        sums[f].0 += tool;
+        sums[f].1 += 1;
+        if let (Some(at_target), Some(target)) = (problem.fixtures[f].manifold.tool_at_target(), contacts.target(i)) {
+            pairs[f].0.push(tool);
+            pairs[f].1.push(target * Point3::from(at_target));
         }
     }
-    let place = |(fixture, pairs): (&Fixture, Vec<(Vector3<f64>, Vector3<f64>)>)| {
-        let (tools, targets): (Vec<Vector3<f64>>, Vec<Vector3<f64>>) = pairs.into_iter().unzip();
-        let searched = || match fixture.manifold.needs_targets() {
-            true => se3::alignment(&tools, &targets).unwrap_or_default(),
-            false => Translation3::from(tools.iter().sum::<Vector3<f64>>() / tools.len().max(1) as f64).into(),
+    let place = |(f, fixture): (usize, &Fixture)| {
+        let (tools, targets) = &pairs[f];
+        let targets: Vec<Vector3<f64>> = targets.iter().map(|target| target.coords).collect();
+        let (sum, count) = sums[f];
+        let searched = || match fixture.manifold.tool_at_target() {
+            Some(_) => se3::alignment(tools, &targets).unwrap_or_default(),
+            None => Pose::from_parts((sum / count.max(1) as f64).into(), nalgebra::UnitQuaternion::identity()),
         };
         fixture.base_from_fixture.unwrap_or_else(searched)
     };
-    problem.fixtures.iter().zip(pairs).map(place).collect()
+    problem.fixtures.iter().enumerate().map(place).collect()
 }

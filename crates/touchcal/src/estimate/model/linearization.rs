@@ -125,11 +125,17 @@ impl<'m> LinearizationPoint<'m> {
         self.kinematics.scratch()
     }
 
+    /// `base_from_tool` of contact `i` without the errors of encoders and wrench that are no part of
+    /// the arm.
+    pub fn base_from_tool(&self, i: usize) -> Pose {
+        let contacts = &self.model.problem.contacts;
+        self.kinematics.pose_under(contacts.q(i), &contacts.load(i))
+    }
+
     /// Pose of the tool relative to what contact `i` touches, its target or else the fixture,
     /// without the errors of encoders and wrench that are no part of the arm.
     pub fn pose_without_drift(&self, i: usize) -> Pose {
-        let contacts = &self.model.problem.contacts;
-        self.touched_from_tool(i, self.kinematics.pose_under(contacts.q(i), &contacts.load(i)))
+        self.touched_from_tool(i, self.base_from_tool(i))
     }
 
     /// Pose of the tool relative to what contact `i` touches, its target or else the fixture; `q`

@@ -68,10 +68,7 @@ impl<'p> PredictionModel<'p> {
         let points = points.map(|(model, theta)| LinearizationPoint::new(model, theta));
         let contacts = &self.model.problem.contacts;
         (0..contacts.len()).all(|i| {
-            let place = |point: &LinearizationPoint<'_>| {
-                let fixture = &point.fixtures[contacts.fixture(i)];
-                (fixture.base_from_fixture * point.pose_without_drift(i)).translation.vector
-            };
+            let place = |point: &LinearizationPoint<'_>| point.base_from_tool(i).translation.vector;
             (place(&points[0]) - place(&points[1])).norm() < SAME_PLACE
         })
     }

@@ -19,6 +19,11 @@ pub struct Acceptance {
     pub positions: Vec<Vec<f64>>,
 }
 
+impl Acceptance {
+    /// Fewest poses with the base aligned: one or two can be moved to where they should be.
+    pub const MIN_ALIGNED: usize = 3;
+}
+
 /// Frame in which errors of the tool's pose count.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum ErrorFrame {
@@ -94,8 +99,8 @@ pub struct TaskErrors {
     /// The share (0 to 1) of the variance that it would take away.
     pub share: f64,
     /// Probability (0 to 1), as [`probability`](TaskErrors::probability), with the base aligned
-    /// ([`ErrorFrame::BaseAligned`]).
-    pub aligned_probability: f64,
+    /// ([`ErrorFrame::BaseAligned`]); `None` of fewer than [`Acceptance::MIN_ALIGNED`] poses.
+    pub aligned_probability: Option<f64>,
 }
 
 impl AcceptanceResult {
@@ -136,10 +141,12 @@ impl AcceptanceResult {
                 "confirm it with contacts that were not used: held_out = true in [[contacts]]".to_owned()
             }
             (Decision::Undecided, _) if self.held_out_agrees == Some(false) => of_warnings(),
-            (_, Some(errors)) if asked.frame == ErrorFrame::Base && errors.aligned_probability >= asked.confidence => {
+            (_, Some(TaskErrors { aligned_probability: Some(aligned), .. }))
+                if asked.frame == ErrorFrame::Base && *aligned >= asked.confidence =>
+            {
                 format!(
                     "measure the place of a fixture in base (base_from_fixture and its sigma_mm), or ask for frame = \"base_aligned\" if only poses relative to each other count: with the base aligned the probability is {:.1} %",
-                    100.0 * errors.aligned_probability
+                    100.0 * aligned
                 )
             }
             (_, Some(errors)) => format!(

@@ -162,8 +162,8 @@ pub enum Warning {
         /// The angle (rad).
         angle: f64,
     },
-    /// Contacts were measured by their distance from a projection, from which no uncertainty
-    /// follows.
+    /// Contacts were measured by their distance from a projection, or the search was a gradient
+    /// descent, from which no uncertainty follows.
     NoUncertainty,
     /// A parameter or a declared distance ended far from what was declared.
     FarFromPrior {
@@ -376,7 +376,9 @@ impl Warning {
             Warning::LittleJointMotion { .. } => "move it more, to separate its errors from its neighbours'",
             Warning::Implausible { .. } | Warning::ContradictedDeclarations { .. } => IMPLAUSIBLE_ADVICE,
             Warning::SymmetricPart { .. } => "if the choice matters, declare a standard deviation of this rotation",
-            Warning::NoUncertainty => "use the exact shapes of the parts to get standard deviations",
+            Warning::NoUncertainty => {
+                "use the exact shapes of the parts and method = \"levenberg_marquardt\" to get standard deviations"
+            }
             Warning::FarFromPrior { name, .. } => far_from_prior_advice(name),
             Warning::CommonScale { .. } => COMMON_SCALE_ADVICE,
             Warning::OmittedEffect { effect, .. } => effect.remedy(),

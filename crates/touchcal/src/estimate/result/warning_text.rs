@@ -192,7 +192,7 @@ pub(super) fn far_from_prior_advice(name: &str) -> &'static str {
 
 /// Message on contacts that were measured by their distance from a projection.
 pub(super) fn no_uncertainty_message() -> String {
-    "the distance from a projection has no known distribution: there are no standard deviations".to_owned()
+    "neither distances from a projection nor the end of a gradient descent have a known distribution: there are no standard deviations".to_owned()
 }
 
 /// Message on an effect that the model leaves out, with the corrected p-value and how far (m) it

@@ -154,7 +154,7 @@ fn iterate(search: &mut SearchState<'_>, expectation: Expectation<'_>, iteration
 pub(crate) fn residual_prediction(search: &mut SearchState<'_>) -> Option<PredictiveCheck> {
     // A gradient descent, or a search that has not converged, is at no minimum of least gaps.
     let is_unconverged = search.model.has_one_sided_contacts() && search.informative_share.is_none();
-    if is_unconverged || search.model.problem.has_projection() || search.is_interrupted() {
+    if is_unconverged || !search.model.problem.has_uncertainty() || search.is_interrupted() {
         return None;
     }
     let extended = with_unestimated_errors(&search.model);

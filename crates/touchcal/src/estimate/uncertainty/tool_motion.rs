@@ -5,7 +5,7 @@ use nalgebra::{DMatrix, DVector, Matrix6, Vector3};
 use crate::estimate::result::ErrorFrame;
 use crate::parameter::ParameterId;
 use crate::robot::Kinematics;
-use crate::se3::{self, Twist};
+use crate::se3::{self, Pose, Twist};
 
 /// Share of the largest singular value up to which a motion of the base moves no position.
 const ROUNDING: f64 = 1e-9;
@@ -24,13 +24,14 @@ impl ToolMotion {
         let jacobians = tool_jacobians(kinematics, ids, positions.iter().map(Vec::as_slice));
         let mut derivatives = DMatrix::zeros(6 * positions.len(), ids.len());
         let mut by_base = DMatrix::zeros(6 * positions.len(), 6);
-        for (k, (jacobian, q)) in jacobians.iter().zip(positions).enumerate() {
-            let pose = kinematics.pose(q);
+        let poses: Vec<Pose> = positions.iter().map(|q| kinematics.pose(q)).collect();
+        let middle = poses.iter().map(|pose| pose.translation.vector).sum::<Vector3<f64>>() / poses.len().max(1) as f64;
+        for (k, (jacobian, pose)) in jacobians.iter().zip(&poses).enumerate() {
             let rotation = pose.rotation.to_rotation_matrix();
             for from in [0, 3] {
                 derivatives.rows_mut(6 * k + from, 3).copy_from(&(rotation.matrix() * jacobian.rows(from, 3)));
             }
-            by_base.rows_mut(6 * k, 6).copy_from(&motion_by_base(&pose.translation.vector));
+            by_base.rows_mut(6 * k, 6).copy_from(&motion_by_base(&(pose.translation.vector - middle)));
         }
         match frame {
             ErrorFrame::Base => {}
@@ -86,8 +87,8 @@ pub(crate) fn tool_jacobians<'q>(
     positions.map(&mut jacobian).collect()
 }
 
-/// Motion of a tool at `place` in base (m) by one of base, translation and rotation vector about
-/// its origin.
+/// Motion of a tool at `place` (m) by one of base, translation and rotation vector about the origin
+/// of `place`.
 fn motion_by_base(place: &Vector3<f64>) -> Matrix6<f64> {
     let mut motion = Matrix6::identity();
     motion.fixed_view_mut::<3, 3>(0, 3).copy_from(&-se3::skew(place));
@@ -108,7 +109,6 @@ mod tests {
     use super::*;
     use crate::parameter::joint_offset;
     use crate::robot::{Joint, JointKind, Robot};
-    use crate::se3::Pose;
 
     /// Three joints about z and y, links of 0.5 m, over a grid of positions.
     fn motion(frame: ErrorFrame) -> ToolMotion {
@@ -148,13 +148,19 @@ mod tests {
         assert!((aligned.deviation(&covariance) - left).abs() < 1e-12);
     }
 
-    /// A single pose can always be aligned.
+    /// Of a common translation nothing is left, and it is not taken for a rotation.
     #[test]
-    fn one_pose_is_aligned_exactly() {
-        let robot_motion = motion(ErrorFrame::Base).derivatives.rows(0, 6).into_owned();
-        let by_base =
-            DMatrix::from_row_slice(6, 6, motion_by_base(&Vector3::new(1.0, 0.2, 0.1)).transpose().as_slice());
-        let left = &robot_motion - &by_base * alignment(&by_base, &robot_motion);
-        assert!(left.rows(0, 3).amax() < 1e-12, "{left}");
+    fn a_translation_of_base_is_aligned_without_rotation() {
+        let places = [Vector3::new(1.0, 0.2, 0.1), Vector3::new(1.1, -0.3, 0.4), Vector3::new(0.9, 0.1, -0.2)];
+        let middle = places.iter().sum::<Vector3<f64>>() / 3.0;
+        let mut by_base = DMatrix::zeros(18, 6);
+        let mut moved = DMatrix::zeros(18, 1);
+        for (k, place) in places.iter().enumerate() {
+            by_base.rows_mut(6 * k, 6).copy_from(&motion_by_base(&(place - middle)));
+            moved[(6 * k + 1, 0)] = 1e-3;
+        }
+        let base = alignment(&by_base, &moved);
+        let expected = DMatrix::from_column_slice(6, 1, &[0.0, 1e-3, 0.0, 0.0, 0.0, 0.0]);
+        assert!((&base - expected).amax() < 1e-12, "{base}");
     }
 }

@@ -173,7 +173,7 @@ pub(crate) struct CalibratedTool {
 impl CalibratedTool {
     /// None if the estimate has no uncertainty.
     pub fn new(problem: &Problem, estimate: &Estimate) -> Option<Self> {
-        if problem.has_projection() {
+        if !problem.has_uncertainty() {
             return None;
         }
         let moves_tool = |id| matches!(id, ParameterId::Kinematic(_) | ParameterId::JointHarmonic(..));

@@ -163,6 +163,7 @@ pub fn problem_text(
     line(LOG_HEAD, "\"deg\"                    # if joint angles are not in radians");
     line("# apart_deg", "1                   # rows count once some joint has moved so far, if the arm rests");
     line("# force_threshold_n", "3.0         # if the logs have forces, and rows where nothing touches");
+    line("# columns", "{ joint_a1 = \"axis_1\" }   # if the logs call a joint otherwise than the URDF");
     for log in logs {
         line("\n[[contacts]]\nfile", &path(&log.path)?);
         line("fixture", &toml_quoted(&log.socket));

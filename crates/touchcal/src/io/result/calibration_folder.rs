@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use jiff::{Timestamp, Unit};
 use serde::{Deserialize, Serialize};
 
-use crate::estimate::{Estimate, Fixture, Problem, Progress, Score, Spread, Warning, apply_estimated_places};
+use crate::estimate::{Estimate, Fixture, Problem, Progress, Score, Spread, Status, Warning, apply_estimated_places};
 use crate::io::base::bytes::Input;
 use crate::io::base::error::{IoError, Place};
 use crate::io::base::manifest::MANIFEST;
@@ -141,7 +141,7 @@ pub fn write(
     wanted: &Wanted,
 ) -> Result<Written, IoError> {
     let mut files = vec![
-        ResultFile::new(CALIBRATED, calibrated_urdf(loaded, &solved.estimate)?),
+        for_robots(CALIBRATED, calibrated_urdf(loaded, &solved.estimate)?, solved.estimate.status),
         ResultFile::new(ESTIMATE, file.to_json()?),
         ResultFile::new(REPORT, page(loaded, solved, file)?),
     ];
@@ -161,12 +161,30 @@ pub fn write(
     for export in Export::ALL.into_iter().filter(|export| wanted.exports.contains(export)) {
         let name = export.file_name();
         let made = export.of(&robot, loaded)?;
-        files.push(ResultFile::new(name, made.text));
+        files.push(for_robots(name, made.text, solved.estimate.status));
         exports.push(WrittenExport { export, path: folder.join(name), left_out: made.left_out });
     }
     result_folder::write(folder, ResultKind::Calibration, &files, former_names(folder))?;
     let [urdf, estimate, report] = [CALIBRATED, ESTIMATE, REPORT].map(|name| folder.join(name));
     Ok(Written { urdf, estimate, report, driver, mcap, exports })
+}
+
+/// A file that robots and their programs read. That of a result that must not be used says so in a
+/// comment at its beginning, if its format has comments.
+fn for_robots(name: &'static str, text: String, status: Status) -> ResultFile {
+    const WORDS: &str = "NOT USABLE: do not use this calibration, see report.html";
+    let declaration = match text.find("?>") {
+        Some(end) if text.starts_with("<?xml") => end + "?>".len(),
+        _ => 0,
+    };
+    let (head, rest) = text.split_at(declaration);
+    let text = match name.rsplit('.').next() {
+        _ if status != Status::NotUsable => text,
+        Some("yaml") => format!("# {WORDS}\n{text}"),
+        Some("urdf" | "xacro") => format!("{head}\n<!-- {WORDS} -->\n{}", rest.trim_start()),
+        _ => text,
+    };
+    ResultFile::new(name, text)
 }
 
 /// The files that a calibration of a version without manifest has, if `folder` holds a calibration.
@@ -184,7 +202,8 @@ fn driver_files(loaded: &Loaded, estimate: &Estimate) -> Result<Option<[ResultFi
     };
     let [urdf, yaml] = DRIVER;
     let text = urdf::rewrite(&loaded.urdf, &robot)?;
-    Ok(Some([ResultFile::new(urdf, text), ResultFile::new(yaml, offsets_yaml::text(&robot, &offsets))]))
+    let offsets = offsets_yaml::text(&robot, &offsets);
+    Ok(Some([for_robots(urdf, text, estimate.status), for_robots(yaml, offsets, estimate.status)]))
 }
 
 /// The text of `calibrated.urdf`: that of the URDF that was read, with the calibrated joint origins

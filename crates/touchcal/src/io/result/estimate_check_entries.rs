@@ -125,19 +125,18 @@ pub struct TaskErrorsEntry {
     pub parameter: String,
     /// The share (0 to 1) of that variance that it would take away.
     pub share: f64,
-    /// Probability that the tool is within the tolerance in all poses with the base aligned.
-    pub aligned_probability: f64,
+    /// Probability that the tool is within the tolerance in all poses with the base aligned;
+    /// `None` of fewer than three poses.
+    pub aligned_probability: Option<f64>,
 }
 
 impl AcceptanceEntry {
     /// All numbers of the entry.
     pub(super) fn numbers(&self) -> impl Iterator<Item = f64> {
         let asked = [Some(self.tolerance_mm), self.tolerance_deg, Some(self.confidence)];
-        let found = self
-            .errors
-            .iter()
-            .flat_map(|e| [e.probability, e.distance_mm, e.angle_deg, e.share, e.aligned_probability]);
-        asked.into_iter().flatten().chain(found)
+        let found = self.errors.iter().flat_map(|e| [e.probability, e.distance_mm, e.angle_deg, e.share]);
+        let aligned = self.errors.iter().filter_map(|e| e.aligned_probability);
+        asked.into_iter().flatten().chain(found).chain(aligned)
     }
 
     /// What `asked` asks for, and the answer.

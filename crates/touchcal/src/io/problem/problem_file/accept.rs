@@ -51,16 +51,17 @@ pub(super) fn acceptance(
     let toml = table.get_ref();
     let distance = context.required(toml.tolerance_mm.as_ref(), MM, table.span(), "accept, tolerance_mm")?;
     let angle = context.number(toml.tolerance_deg.as_ref(), DEG, Allowed::Positive, "accept, tolerance_deg")?;
-    Ok(Acceptance {
-        distance,
-        angle,
-        confidence: confidence(toml, context)?,
-        frame: match toml.frame {
-            None | Some(ErrorFrameToml::Base) => ErrorFrame::Base,
-            Some(ErrorFrameToml::BaseAligned) => ErrorFrame::BaseAligned,
-        },
-        positions: positions(table, (robot, tool), context)?,
-    })
+    let frame = match toml.frame {
+        None | Some(ErrorFrameToml::Base) => ErrorFrame::Base,
+        Some(ErrorFrameToml::BaseAligned) => ErrorFrame::BaseAligned,
+    };
+    let positions = positions(table, (robot, tool), context)?;
+    if frame == ErrorFrame::BaseAligned && positions.len() < Acceptance::MIN_ALIGNED {
+        let expected = format!("at least {} postures with frame = \"base_aligned\"", Acceptance::MIN_ALIGNED);
+        let place = context.place(table.span(), "accept");
+        return Err(IoError::unexpected(place, expected, format!("{}", positions.len())));
+    }
+    Ok(Acceptance { distance, angle, confidence: confidence(toml, context)?, frame, positions })
 }
 
 fn confidence(toml: &AcceptToml, context: &Context<'_>) -> Result<f64, IoError> {

@@ -102,7 +102,7 @@ pub(super) fn fixture(
 /// [`PlacePrior::Flat`].
 pub fn missing_place(fixture: &Fixture) -> Option<&'static str> {
     let manifold = fixture.manifold.as_ref();
-    let can_be_found = manifold.residual_kind() == ResidualKind::PointOffset || manifold.needs_targets();
+    let can_be_found = manifold.residual_kind() == ResidualKind::PointOffset || manifold.tool_at_target().is_some();
     match (fixture.base_from_fixture, can_be_found, fixture.prior) {
         (Some(_), _, _) | (None, true, PlacePrior::Flat) => None,
         (None, true, _) => Some("`base_from_fixture`, or `free = true`"),

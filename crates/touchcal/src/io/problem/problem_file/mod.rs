@@ -147,6 +147,11 @@ fn build(toml: &ProblemToml, selection: &Selection, context: &Context<'_>) -> Re
         let options = log::options(table.get_ref(), &toml.log, context)?;
         let touched = toml.fixture[fixture].get_ref();
         let targets = (touched.kind == FixtureKind::Target).then(|| target_columns(touched));
+        if targets.is_some() && table.get_ref().held_out && touched.base_from_fixture.is_none() {
+            let expected = "`base_from_fixture` of their frame, by which contacts with targets can be predicted, \
+                            or another [[fixture]] with logs of its own and `--except`";
+            return Err(IoError::unexpected(context.place(table.span(), "contacts, held_out"), expected, "none"));
+        }
         let Some(fixture) = selected[fixture] else { continue };
         let options = Options { joints, fixture, targets, ..options };
         let log = if table.get_ref().held_out { &mut held_out } else { &mut contacts };
