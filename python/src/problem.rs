@@ -42,8 +42,8 @@ use crate::threads::detached;
 ///     estimate: other keys of the table [estimate] of problem.toml: loss, loss_scale, freeze,
 ///         prior, method, descent, unseen_effects.
 ///     accept: the table [accept] of problem.toml: tolerance_mm, tolerance_deg, confidence, frame,
-///         and the task as postures_deg, joints_deg or region (center_mm, size_mm); default: nothing is
-///         asked for.
+///         and the task as postures_deg, joints_deg or region (center_mm, size_mm); default:
+///         nothing is asked for.
 ///     held_out: as contacts; these are not fitted, but test the result (`Calibration.held_out`). A
 ///         row that `contacts` has too is not held out.
 ///

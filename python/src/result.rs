@@ -238,7 +238,8 @@ impl CompetingMinimum {
 ///     worst_pose: index of the pose with the largest variance.
 ///     parameter: the parameter whose exact value would take away most of that variance.
 ///     share: the share that it would take away.
-///     aligned_probability: probability that the tool is within the tolerance with the base aligned.
+///     aligned_probability: probability that the tool is within the tolerance, with the base
+///         aligned.
 ///     message: the decision as a sentence.
 ///     advice: what to do next.
 #[pyclass(frozen, get_all, eq, module = "touchcal")]

@@ -147,7 +147,7 @@ pub struct EvaluateArgs {
     #[arg(long, value_name = "FILE", hide = true, requires = "mukca", conflicts_with = "problem")]
     pub nominal: Option<PathBuf>,
     /// Print every parameter that is compared with the truth
-    #[arg(long, help_heading = OUTPUT)]
+    #[arg(long, requires = "truth", help_heading = OUTPUT)]
     pub all: bool,
     /// Print JSON instead of a table
     #[arg(long, help_heading = OUTPUT)]

@@ -267,8 +267,8 @@ impl ContactLog {
         self.temperatures.get(i).copied().flatten()
     }
 
-    /// Target of contact `i`, its pose `fixture_from_target` (m) in the frame of the fixture; `None`
-    /// where it has none, as where the fixture itself is touched, and if there is no contact `i`.
+    /// Target of contact `i`, its pose `fixture_from_target` (m) in the frame of the fixture;
+    /// `None` where it has none, as where the fixture itself is touched, and if there is no contact `i`.
     pub fn target(&self, i: usize) -> Option<&Pose> {
         self.targets.get(i).and_then(Option::as_ref)
     }

@@ -196,8 +196,8 @@ fn ur10_in_sockets(seed: u64) -> (Problem, Vec<f64>) {
     (problem.with_parameters(parameters), truth)
 }
 
-/// The shoulder's offset compensates the sockets' places. A small part of that is the elbow's, which
-/// contacts determine all the same: it has a standard deviation, which allows for that part.
+/// The shoulder's offset compensates the sockets' places. A small part of that is the elbow's,
+/// which contacts determine all the same: it has a standard deviation, which allows for that part.
 #[test]
 fn a_small_part_of_what_is_fixed_widens_a_parameter() {
     let mut squares = Vec::new();

@@ -125,8 +125,8 @@ impl<'m> LinearizationPoint<'m> {
         self.kinematics.scratch()
     }
 
-    /// `base_from_tool` of contact `i` without the errors of encoders and wrench that are no part of
-    /// the arm.
+    /// `base_from_tool` of contact `i` without the errors of encoders and wrench that are no part
+    /// of the arm.
     pub fn base_from_tool(&self, i: usize) -> Pose {
         let contacts = &self.model.problem.contacts;
         self.kinematics.pose_under(contacts.q(i), &contacts.load(i))

@@ -12,8 +12,8 @@ const ROUNDING: f64 = 1e-9;
 
 /// Derivatives of the tool's pose by parameters, over some poses.
 pub(crate) struct ToolMotion {
-    /// Six rows for each pose: motion of the tool's origin (m) and rotation vector (rad), both along
-    /// the axes of base, by each parameter (SI).
+    /// Six rows for each pose: motion of the tool's origin (m) and rotation vector (rad), both
+    /// along the axes of base, by each parameter (SI).
     pub derivatives: DMatrix<f64>,
 }
 
@@ -132,8 +132,8 @@ mod tests {
         ToolMotion::new(&kinematics, &ids, &positions, frame)
     }
 
-    /// An offset of the first joint moves the tool with the whole arm, which locating the base takes
-    /// away; one of the last joint moves it by its 0.5 m in base, and locating takes some of that
+    /// An offset of the first joint moves the tool with the whole arm, which locating the base
+    /// takes away; one of the last joint moves it by its 0.5 m in base, and locating takes some of that
     /// away.
     #[test]
     fn motion_of_the_whole_arm_counts_in_base_alone() {

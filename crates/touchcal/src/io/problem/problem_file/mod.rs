@@ -29,7 +29,7 @@ use crate::estimate::{DEFAULT_DISTANCE_SIGMA, Distance, Problem, parameter_count
 use crate::io::base::bytes::{self, Input};
 use crate::io::base::error::{IoError, Place, quoted};
 use crate::io::base::suggest::{did_you_mean, list};
-use crate::io::log::contact_log::{self, Options};
+use crate::io::log::contact_log::{self, Options, TargetColumns};
 use crate::io::problem::loaded::Loaded;
 use crate::io::robot::urdf::{self, Ends, UrdfFile};
 use crate::robot::Robot;
@@ -145,13 +145,7 @@ fn build(toml: &ProblemToml, selection: &Selection, context: &Context<'_>) -> Re
         let joints = joints.map(|joints| joints.get_ref().clone());
         let fixture = fixture_index(&table.get_ref().fixture, &names, context, "contacts, fixture")?;
         let options = log::options(table.get_ref(), &toml.log, context)?;
-        let touched = toml.fixture[fixture].get_ref();
-        let targets = (touched.kind == FixtureKind::Target).then(|| target_columns(touched));
-        if targets.is_some() && table.get_ref().held_out && touched.base_from_fixture.is_none() {
-            let expected = "`base_from_fixture` of their frame, by which contacts with targets can be predicted, \
-                            or another [[fixture]] with logs of its own and `--except`";
-            return Err(IoError::unexpected(context.place(table.span(), "contacts, held_out"), expected, "none"));
-        }
+        let targets = targets(table, toml.fixture[fixture].get_ref(), context)?;
         let Some(fixture) = selected[fixture] else { continue };
         let options = Options { joints, fixture, targets, ..options };
         let log = if table.get_ref().held_out { &mut held_out } else { &mut contacts };
@@ -173,6 +167,23 @@ fn settings_text(context: &Context<'_>) -> Result<String, IoError> {
     let mut tables: toml::Table = toml::from_str(context.text).map_err(|error| context.syntax(&error))?;
     tables.retain(|name, _| ["noise", "estimate"].contains(&name));
     Ok(tables.to_string())
+}
+
+/// Which columns of targets a log has that `touched` the fixture; `None` if it has none.
+fn targets(
+    table: &Spanned<ContactsToml>,
+    touched: &FixtureToml,
+    context: &Context<'_>,
+) -> Result<Option<TargetColumns>, IoError> {
+    if touched.kind != FixtureKind::Target {
+        return Ok(None);
+    }
+    if table.get_ref().held_out && touched.base_from_fixture.is_none() {
+        let expected = "`base_from_fixture` of their frame, by which contacts with targets can be predicted, \
+                        or another [[fixture]] with logs of its own and `--except`";
+        return Err(IoError::unexpected(context.place(table.span(), "contacts, held_out"), expected, "none"));
+    }
+    Ok(Some(target_columns(touched)))
 }
 
 /// Refuses more parameters than can be estimated.
