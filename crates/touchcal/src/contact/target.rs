@@ -1,6 +1,6 @@
 //! Targets: places in a fixture's frame that contacts touch, one for each contact.
 
-use nalgebra::{UnitQuaternion, UnitVector3, Vector3};
+use nalgebra::{Rotation3, UnitQuaternion, UnitVector3, Vector3};
 
 use crate::se3::Pose;
 
@@ -11,10 +11,11 @@ pub fn target_pose(place: Vector3<f64>, normal: Option<Vector3<f64>>) -> Option<
     let rotation = match normal {
         None => UnitQuaternion::identity(),
         Some(normal) => {
-            let normal = UnitVector3::try_new(normal, f64::MIN_POSITIVE)?;
-            // Opposite vectors have no shortest rotation between them.
-            UnitQuaternion::rotation_between_axis(&Vector3::z_axis(), &normal)
-                .unwrap_or_else(|| UnitQuaternion::from_axis_angle(&Vector3::x_axis(), std::f64::consts::PI))
+            let z = UnitVector3::try_new(normal, f64::MIN_POSITIVE)?.into_inner();
+            // The axis farthest from the normal has the longest part across it.
+            let across = Vector3::ith(z.iamin(), 1.0);
+            let x = (across - z * z.dot(&across)).normalize();
+            UnitQuaternion::from_rotation_matrix(&Rotation3::from_basis_unchecked(&[x, z.cross(&x), z]))
         }
     };
     Some(Pose::from_parts(place.into(), rotation))
