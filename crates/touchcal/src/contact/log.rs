@@ -268,7 +268,8 @@ impl ContactLog {
     }
 
     /// Target of contact `i`, its pose `fixture_from_target` (m) in the frame of the fixture;
-    /// `None` where it has none, as where the fixture itself is touched, and if there is no contact `i`.
+    /// `None` where it has none, as where the fixture itself is touched, and if there is no contact
+    /// `i`.
     pub fn target(&self, i: usize) -> Option<&Pose> {
         self.targets.get(i).and_then(Option::as_ref)
     }
