@@ -133,8 +133,8 @@ mod tests {
     }
 
     /// An offset of the first joint moves the tool with the whole arm, which locating the base
-    /// takes away; one of the last joint moves it by its 0.5 m in base, and locating takes some of that
-    /// away.
+    /// takes away; one of the last joint moves it by its 0.5 m in base, and locating takes some of
+    /// that away.
     #[test]
     fn motion_of_the_whole_arm_counts_in_base_alone() {
         let [base, aligned] = [ErrorFrame::Base, ErrorFrame::BaseAligned].map(motion);

@@ -55,13 +55,14 @@ pub(super) fn acceptance(
         None | Some(ErrorFrameToml::Base) => ErrorFrame::Base,
         Some(ErrorFrameToml::BaseAligned) => ErrorFrame::BaseAligned,
     };
+    let confidence = confidence(toml, context)?;
     let positions = positions(table, (robot, tool), context)?;
     if frame == ErrorFrame::BaseAligned && positions.len() < Acceptance::MIN_ALIGNED {
         let expected = format!("at least {} postures with frame = \"base_aligned\"", Acceptance::MIN_ALIGNED);
         let place = context.place(table.span(), "accept");
         return Err(IoError::unexpected(place, expected, format!("{}", positions.len())));
     }
-    Ok(Acceptance { distance, angle, confidence: confidence(toml, context)?, frame, positions })
+    Ok(Acceptance { distance, angle, confidence, frame, positions })
 }
 
 fn confidence(toml: &AcceptToml, context: &Context<'_>) -> Result<f64, IoError> {
