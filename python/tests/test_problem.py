@@ -102,7 +102,7 @@ def test_arguments_of_another_type_are_named(robot: touchcal.Robot, log: touchca
     assert len(Problem(**{**usual, "parameters": ("strain",), "fixtures": iter(sockets)})) == 30  # type: ignore[arg-type]
 
 
-def test_unknown_names_are_told_the_nearest(robot: touchcal.Robot, log: touchcal.ContactLog) -> None:
+def test_messages_on_unknown_names_have_the_nearest(robot: touchcal.Robot, log: touchcal.ContactLog) -> None:
     simulation = touchcal.simulate("workcell", 1, contacts=20)
     found = "expected the name of a fixture .hole., found \"hle\"; did you mean `hole`\\?$"
     with pytest.raises(touchcal.InputError, match=f"contact_poses: {found}"):

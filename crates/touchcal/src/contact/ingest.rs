@@ -60,11 +60,6 @@ impl Row {
     pub(crate) fn target(&self) -> Option<Pose> {
         target_pose(self.place?, self.normal)
     }
-
-    /// Whether the target's normal, if it has one, has a direction.
-    pub(crate) fn has_proper_target(&self) -> bool {
-        self.place.is_none() || self.target().is_some()
-    }
 }
 
 /// Which rows of a file are contacts, and what becomes of their wrenches.

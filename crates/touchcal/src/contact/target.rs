@@ -1,6 +1,6 @@
 //! Targets: places in a fixture's frame that contacts touch, one for each contact.
 
-use nalgebra::{Rotation3, UnitQuaternion, UnitVector3, Vector3};
+use nalgebra::{UnitQuaternion, UnitVector3, Vector3};
 
 use crate::se3::Pose;
 
@@ -11,11 +11,9 @@ pub fn target_pose(place: Vector3<f64>, normal: Option<Vector3<f64>>) -> Option<
     let rotation = match normal {
         None => UnitQuaternion::identity(),
         Some(normal) => {
-            let z = UnitVector3::try_new(normal, f64::MIN_POSITIVE)?.into_inner();
+            let normal = UnitVector3::try_new(normal, f64::MIN_POSITIVE)?;
             // The axis farthest from the normal has the longest part across it.
-            let across = Vector3::ith(z.iamin(), 1.0);
-            let x = (across - z * z.dot(&across)).normalize();
-            UnitQuaternion::from_rotation_matrix(&Rotation3::from_basis_unchecked(&[x, z.cross(&x), z]))
+            UnitQuaternion::face_towards(&normal, &Vector3::ith(normal.iamin(), 1.0))
         }
     };
     Some(Pose::from_parts(place.into(), rotation))

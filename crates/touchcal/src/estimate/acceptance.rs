@@ -36,14 +36,15 @@ pub fn acceptance(asked: &Acceptance, problem: &Problem, estimate: &Estimate) ->
     let missing = |check: &PredictiveCheck| (check.ratio / check.widening).max(1.0);
     let ratio = estimate.predictive_check.as_ref().map_or(1.0, missing);
     let task = TaskErrorDistribution::new(asked, &tool, asked.frame);
-    let largest = task.largest_errors();
+    let root = root(&tool.covariance);
+    let largest = task.largest_errors(&root);
     let probability = within(asked, &largest, ratio);
     let aligned_probability = match asked.frame {
         ErrorFrame::BaseAligned => Some(probability),
         ErrorFrame::Base if asked.positions.len() < Acceptance::MIN_ALIGNED => None,
         ErrorFrame::Base => {
             let aligned = TaskErrorDistribution::new(asked, &tool, ErrorFrame::BaseAligned);
-            Some(within(asked, &aligned.largest_errors(), ratio))
+            Some(within(asked, &aligned.largest_errors(&root), ratio))
         }
     };
     // Contacts that were held out may show errors that the covariance lacks.
@@ -97,9 +98,10 @@ impl TaskErrorDistribution {
         TaskErrorDistribution { motion, mean: tool.harmonics(), covariance: tool.covariance.clone() }
     }
 
-    /// Largest distance (m) and largest angle (rad) over the poses in each draw of the parameters.
-    fn largest_errors(&self) -> Vec<(f64, f64)> {
-        let motions = &self.motion.derivatives * root(&self.covariance);
+    /// Largest distance (m) and largest angle (rad) over the poses in each draw of the parameters,
+    /// with a square `root` of their covariance.
+    fn largest_errors(&self, root: &DMatrix<f64>) -> Vec<(f64, f64)> {
+        let motions = &self.motion.derivatives * root;
         let mean = &self.motion.derivatives * &self.mean;
         let mut random = Pcg64::seed_from_u64(SEED);
         let mut draw = || {

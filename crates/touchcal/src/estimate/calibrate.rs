@@ -21,12 +21,12 @@ const MIN_NOISE_RATIO: f64 = 1.25;
 /// `σₖ`, and `dᵢⱼ` the distances (m) of fixtures `i` and `j`, declared as `d̂ᵢⱼ` with standard
 /// deviation `σᵢⱼ`. One-sided contacts finally contribute `−2 ln L` instead, the marginal
 /// likelihood over their contact modes. Parameters without prior that nothing determines are fixed
-/// at zero; places of fixtures of which neither contacts nor anything declared says where they are
-/// are no parameters, and distances to them are not used. `observe` is
-/// called at each step and may end the estimation: the result is then that of the parameters
-/// reached. [`Method::GradientDescent`] has its own search; [`Method`] names the sources. With
-/// one-sided contacts, noise that is estimated and ends more than a quarter above its start is the
-/// start of another search, at most three times: too small a noise leads to another minimum.
+/// at zero. The place of a fixture without contacts and without a declared place is no parameter,
+/// and distances to it are not used. `observe` is called at each step and may end the estimation:
+/// the result is then that of the parameters reached. [`Method::GradientDescent`] has its own
+/// search; [`Method`] names the sources. With one-sided contacts, noise that is estimated and ends
+/// more than a quarter above its start is the start of another search, at most three times: too
+/// small a noise leads to another minimum.
 ///
 /// The covariance of two-sided contacts is that of an M-estimator, `(A²/B · Σ JᵀJ + Λ)⁻¹`, with `J`
 /// the derivative of the whitened residual by the parameters, `A` the mean of ψ′ (at least 0.05)

@@ -167,8 +167,8 @@ fn exchanged(problem: &Problem, names: [&str; 2]) -> Problem {
     Problem { contacts, ..problem.clone() }
 }
 
-/// Of two blocks with two sockets each, which one socket of both are exchanged cannot be told from
-/// that the other ones are.
+/// Of two blocks with two sockets each, exchanged contacts of one socket of each block cannot be
+/// distinguished from exchanged contacts of the other two sockets.
 #[test]
 fn exchanged_fixtures_are_named() {
     for (names, others) in

@@ -238,16 +238,11 @@ pub(super) fn without_mistake(problem: &Problem, mistake: &DeclarationMistake) -
         DeclarationMistake::FixturesExchanged { fixtures: [a, b], .. } => {
             let index = |name: &String| problem.fixtures.iter().position(|fixture| fixture.name == *name);
             if let (Some(a), Some(b)) = (index(a), index(b)) {
-                let other = |f| {
-                    if f == a {
-                        b
-                    } else if f == b {
-                        a
-                    } else {
-                        f
-                    }
-                };
-                corrected.contacts = problem.contacts.with_fixtures(other);
+                corrected.contacts = problem.contacts.with_fixtures(|f| match f {
+                    _ if f == a => b,
+                    _ if f == b => a,
+                    _ => f,
+                });
             }
         }
         DeclarationMistake::FixturesInverted => places(&mut corrected).for_each(|(_, place)| *place = place.inverse()),

@@ -121,10 +121,6 @@ impl RowParser<'_> {
             let expected = format!("{} columns, as in the first line (joints {joints})", self.layout.columns);
             return Err(IoError::unexpected(at(self.file, number), expected, format!("{count}")));
         }
-        if !self.row.has_proper_target() {
-            let place = self.place(number, "nx");
-            return Err(IoError::unexpected(place, Holds::Normal(0).expected(self.robot, self.options), "zeros"));
-        }
         Ok(&self.row)
     }
 

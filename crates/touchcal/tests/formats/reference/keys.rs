@@ -95,7 +95,7 @@ impl Keys {
     }
 }
 
-/// A key of a log without a comment of its own: what it means is said in `[log]`.
+/// A key of a log without a comment of its own: its meaning is that of the key in `[log]`.
 fn as_in_log(key: &Key, of_log: &[Key]) -> Key {
     match of_log.iter().find(|found| found.name == key.name && found.value == key.value) {
         Some(found) if key.meaning.is_empty() => Key { default: Some("that of `[log]`".to_owned()), ..found.clone() },

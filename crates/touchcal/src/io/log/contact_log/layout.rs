@@ -57,7 +57,7 @@ impl Holds {
             Holds::Temperature => "a number in degrees Celsius",
             Holds::Target(_, LengthUnit::Metre) => "a number in metres",
             Holds::Target(_, LengthUnit::Millimetre) => "a number in millimetres",
-            Holds::Normal(_) => "a component of a normal that has a direction",
+            Holds::Normal(_) => "a number",
         }
     }
 }

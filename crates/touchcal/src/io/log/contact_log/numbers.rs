@@ -57,10 +57,6 @@ impl<'a> NumberRows<'a> {
                 }
             }
         }
-        if !self.row.has_proper_target() {
-            let place = (self.place)(self.file, number).field("column nx");
-            return Err(IoError::unexpected(place, Holds::Normal(0).expected(self.robot, self.options), "zeros"));
-        }
         self.rows.take(number, &self.row)
     }
 

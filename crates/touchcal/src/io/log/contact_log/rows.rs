@@ -117,6 +117,10 @@ impl<'a> LogRows<'a> {
             let place = place().field(format!("column {}", self.names[joint]));
             return Err(IoError::unexpected(place, "a joint position", shown_number(row.q[joint])));
         }
+        if row.place.is_some() && row.target().is_none() {
+            let place = place().field("columns nx, ny, nz");
+            return Err(IoError::unexpected(place, "a normal that has a direction", "zeros"));
+        }
         if let Some(guess) = &mut self.guess {
             guess.row(number, &row.q);
         }
