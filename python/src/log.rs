@@ -18,6 +18,9 @@ use crate::list_of::ListOf;
 use crate::robot::Robot;
 use crate::threads::detached;
 
+/// Largest motion (rad, or m) between two contacts that is taken for one in these units: contacts of
+/// one log rarely lie 20° apart, and 1 is meant in degrees.
+const MOST_APART: f64 = 0.35;
 const WRENCH: [&str; 6] = ["fx", "fy", "fz", "tx", "ty", "tz"];
 
 /// Joint positions of an arm whose tool touched one fixture, a row a contact.
@@ -55,6 +58,10 @@ fn options(
     positive("force_threshold", threshold)?;
     positive("release", release)?;
     positive("apart", apart)?;
+    if let Some(apart) = apart.filter(|apart| *apart > MOST_APART) {
+        let expected = format!("at most {MOST_APART} rad or m; of degrees, math.radians(degrees)");
+        return Err(unexpected("apart", &expected, format!("{apart}")));
+    }
     if threshold.is_none() && (release.is_some() || debounce != 1) {
         return Err(unexpected("contacts", "`force_threshold`", "`release` or `debounce` without it"));
     }

@@ -1,7 +1,7 @@
 //! A calibration in some lines: as text, and as HTML for a notebook.
 
 use touchcal::estimate::StopReason;
-use touchcal::io::estimate_file::{EstimateFile, ParameterEntry, Status, WorkspaceUncertaintyEntry};
+use touchcal::io::estimate_file::{EstimateFile, ParameterEntry, Status};
 use touchcal::parameter::{Block, DIRECTION_NAMES, Unit};
 use touchcal::report::{DeclarationTests, signed};
 
@@ -143,8 +143,7 @@ fn verdict(status: Status) -> &'static str {
 
 /// The expected error of the tool, or why the result must not be used.
 fn verdict_text(file: &EstimateFile) -> String {
-    let error =
-        file.workspace_uncertainty.as_ref().map_or_else(|| "expected tool error not known".to_owned(), tool_error);
+    let error = file.tool_error();
     match file.status {
         Status::Usable => error,
         Status::Doubtful => format!("{error}; see the warnings"),
@@ -153,17 +152,6 @@ fn verdict_text(file: &EstimateFile) -> String {
         }
         Status::NotUsable => "do not use this result, the search did not converge".to_owned(),
     }
-}
-
-fn tool_error(tool: &WorkspaceUncertaintyEntry) -> String {
-    let pose = |mm: f64, degrees: f64| format!("{mm:.3} mm, {degrees:.3}°");
-    let before = pose(tool.nominal_position_mm, tool.nominal_angle_deg);
-    format!(
-        "expected tool error in base {} (before: {before}), between two positions {:.3} mm (before: {:.3} mm)",
-        pose(tool.position_mm, tool.angle_deg),
-        tool.distance_mm,
-        tool.nominal_distance_mm
-    )
 }
 
 fn row(entry: &ParameterEntry) -> [String; 5] {

@@ -228,9 +228,12 @@ pub struct Table1Args {
     /// Trials to simulate
     #[arg(long, default_value_t = 20, value_parser = clap::value_parser!(u32).range(1..=100_000), conflicts_with = "logs", help_heading = TRIALS)]
     pub trials: u32,
-    /// Contacts to simulate per trial
-    #[arg(long, default_value_t = 3000, value_parser = clap::value_parser!(u32).range(20..=1_000_000), conflicts_with = "logs", help_heading = TRIALS)]
-    pub contacts: u32,
+    /// Simulate this scenario, whose first fixture is a hole, instead of the paper's
+    #[arg(long, value_name = "FILE", conflicts_with = "logs", help_heading = TRIALS)]
+    pub scenario: Option<PathBuf>,
+    /// Contacts to simulate per trial, instead of the scenario's (the paper's has 3000)
+    #[arg(long, value_parser = clap::value_parser!(u32).range(20..=1_000_000), conflicts_with = "logs", help_heading = TRIALS)]
+    pub contacts: Option<u32>,
     /// Seed of the first simulated trial; later trials use the following numbers
     #[arg(long, default_value_t = 1, conflicts_with = "logs", help_heading = TRIALS)]
     pub seed: u64,

@@ -10,8 +10,8 @@ pub use parameters::{Detail, ParameterRow, parameters};
 
 use touchcal::contact::{ContactLog, RowsLeftOut};
 use touchcal::estimate::{
-    Estimate, Fixture, Identifiability, NullDirection, ParameterEstimate, PredictiveCheck, Score, Severity, Spread,
-    Status, WorkspaceUncertainty,
+    Estimate, Fixture, Identifiability, Method, NullDirection, ParameterEstimate, PredictiveCheck, Score, Severity,
+    Spread, Status,
 };
 use touchcal::io::calibration_folder::{Solved, Written, WrittenExport};
 use touchcal::io::estimate_file::{EstimateFile, HeldOutEntry, ScatterEntry};
@@ -87,9 +87,8 @@ impl Calibration<'_> {
     /// What follows the verdict: the expected error of the tool, or that the result must not be
     /// used.
     fn headline(&self) -> String {
-        let Estimate { status, termination, workspace_uncertainty, .. } = &self.solved.estimate;
-        let error =
-            workspace_uncertainty.map_or_else(|| "the tool's expected error is not known".to_owned(), tool_error);
+        let Estimate { status, termination, .. } = &self.solved.estimate;
+        let error = self.file.tool_error();
         let blanks = " ".repeat(INDENT.len().saturating_sub(verdict(*status).len()));
         match status {
             Status::Usable => blanks + &wrapped(&error),
@@ -157,6 +156,9 @@ impl Calibration<'_> {
             Status::NotUsable if self.file.warnings.is_empty() => {
                 "Next      estimate fewer parameters or record more contacts, and calibrate again\n".to_owned()
             }
+            _ if matches!(self.loaded.problem.method, Method::GradientDescent(_)) => {
+                "Next      compare with the default method, whose search depends less on where it starts\n".to_owned()
+            }
             _ => "Next      follow the advice above, record more contacts, and calibrate again\n".to_owned(),
         }
     }
@@ -181,18 +183,6 @@ pub fn verdict(status: Status) -> &'static str {
         Status::Doubtful => "DOUBTFUL",
         Status::NotUsable => "NOT USABLE",
     }
-}
-
-/// The expected error (root mean square) of the tool, after and before the calibration.
-fn tool_error(tool: WorkspaceUncertainty) -> String {
-    let pose = |position, angle: f64| format!("{} mm, {}°", millimetres(position), fixed(angle.to_degrees(), 3));
-    format!(
-        "expected tool error in base {} (before: {}), between two positions {} mm (before: {} mm)",
-        pose(tool.position, tool.angle),
-        pose(tool.nominal_position, tool.nominal_angle),
-        millimetres(tool.distance),
-        millimetres(tool.nominal_distance)
-    )
 }
 
 /// Which rows of a log are no contacts, and why, each after a comma.

@@ -10,7 +10,7 @@ use super::problem::Problem;
 use super::result::{Identifiability, Observer, ParameterEstimate, Score, Warning};
 use super::result_checks::data_warnings;
 use super::search::{SearchState, approach_contact_modes, coarse, sandwich};
-use super::uncertainty::{Posterior, arm_uncertainty_ratio};
+use super::uncertainty::{Posterior, arm_uncertainty};
 use super::untouched::without_distances_to_unknown_places;
 use crate::solver::StopReason;
 
@@ -83,9 +83,8 @@ pub fn inspect(problem: &Problem, observe: Observer<'_>) -> Inspection {
     let data = contacts + distance_information(&search.model, &search.theta);
     let mut posterior = Posterior::new(&search.model, &data, &search.free, &search.fixed);
     let layout = &search.model.layout;
-    let remaining =
-        arm_uncertainty_ratio(problem, &layout.parameters, &posterior.covariance_from_scales, &layout.scale());
-    warnings.extend(data_warnings(&search, rows, remaining));
+    let arm = arm_uncertainty(problem, &layout.parameters, &posterior.covariance_from_scales, &layout.scale());
+    warnings.extend(data_warnings(&search, rows, arm));
     let has_uncertainty = problem.has_uncertainty();
     if !has_uncertainty {
         warnings.push(Warning::NoUncertainty);

@@ -8,7 +8,7 @@ use super::options::WarningThresholds;
 use super::problem::{Fixture, Problem};
 use super::result::{EffectTest, Estimate, OmittedEffect, ParameterEstimate, Warning};
 use super::search::{SearchState, uses_contact_modes};
-use super::uncertainty::{CalibratedTool, tool_positions};
+use super::uncertainty::{ArmUncertainty, CalibratedTool, tool_positions};
 use crate::parameter::{Parameter, ParameterId};
 use crate::robot::{JointKind, KinematicParameter};
 use crate::se3::Pose;
@@ -36,8 +36,7 @@ pub(super) struct FitStatistics {
     pub design_effect: Option<f64>,
     /// Whether the covariance is that of least gaps, inflated.
     pub has_least_gap_inflation: bool,
-    /// Uncertainty of distances between tool positions after over before the calibration (1).
-    pub arm_uncertainty: f64,
+    pub arm_uncertainty: ArmUncertainty,
 }
 
 /// Warnings about the problem and the result, those that forbid its use first.
@@ -83,8 +82,8 @@ pub(super) fn result_warnings(
 }
 
 /// Whether the data determine the parameters: `rows` residual rows and known distances, which leave
-/// distances between tool positions the share `arm_uncertainty` (1) of their uncertainty.
-pub(super) fn data_warnings(search: &SearchState<'_>, rows: usize, arm_uncertainty: f64) -> Vec<Warning> {
+/// distances between tool positions as uncertain as `arm` says.
+pub(super) fn data_warnings(search: &SearchState<'_>, rows: usize, arm: ArmUncertainty) -> Vec<Warning> {
     let (parameters, problem) = (&search.model.layout.parameters, search.model.problem);
     let thresholds = &problem.options.thresholds;
     let mut warnings = Vec::new();
@@ -92,8 +91,8 @@ pub(super) fn data_warnings(search: &SearchState<'_>, rows: usize, arm_uncertain
     if problem.contacts.is_empty() || rows < without_prior {
         warnings.push(Warning::TooFewContacts { rows, parameters: without_prior });
     }
-    if arm_uncertainty > thresholds.arm_uncertainty {
-        warnings.push(Warning::ArmUndetermined { remaining: arm_uncertainty });
+    if arm.remaining() > thresholds.arm_uncertainty {
+        warnings.push(Warning::ArmUndetermined { before: arm.before, after: arm.after });
     }
     let pivots = search.fixed.pivots.iter().map(|&k| &parameters[k]);
     let names: Vec<String> = pivots.map(|pivot| pivot.name.clone()).collect();

@@ -12,11 +12,11 @@ use super::prior_tests::prior_tests;
 use super::problem::Problem;
 use super::result::{
     CompetingMinimum, ContactCount, Estimate, NoiseSigma, ParameterEstimate, PredictiveCheck, Severity, Status,
-    Verdict, Warning,
+    Verdict, Warning, WorkspaceUncertainty,
 };
 use super::result_checks::{FitStatistics, result_warnings};
 use super::search::{SearchState, residual_prediction, sandwich, uses_contact_modes};
-use super::uncertainty::{Posterior, Sandwich, arm_uncertainty_ratio, tool_distance, workspace_uncertainty};
+use super::uncertainty::{Posterior, Sandwich, arm_uncertainty, tool_distance, workspace_uncertainty};
 use crate::manifold::ContactCache;
 use crate::parameter::kinematic_part;
 use crate::robot;
@@ -25,6 +25,9 @@ use crate::solver::{StopReason, Termination};
 /// Smallest mean of ψ′: the loss is then concave for most contacts, and no longer a measure of
 /// information.
 const MIN_MEAN_SLOPE: f64 = 0.05;
+/// Share of the nominal arm's expected error of distances (1) above which the calibrated arm is
+/// hardly better.
+const LITTLE_IMPROVEMENT: f64 = 0.9;
 
 /// Statistics of the residuals of all contacts at a minimum.
 struct PostfitStatistics {
@@ -131,8 +134,8 @@ pub(super) fn summarize(mut search: SearchState<'_>, declared: &Problem) -> Esti
         identifiable: posterior.identifiable[k],
     });
     let scales = model.layout.scale();
-    let remaining =
-        arm_uncertainty_ratio(problem, &model.layout.parameters, &posterior.covariance_from_scales, &scales);
+    let arm_uncertainty =
+        arm_uncertainty(problem, &model.layout.parameters, &posterior.covariance_from_scales, &scales);
     let statistics = FitStatistics {
         rows: postfit.rows + problem.distances.len(),
         rejected_share: postfit.rejected() as f64 / postfit.verdicts.len().max(1) as f64,
@@ -140,7 +143,7 @@ pub(super) fn summarize(mut search: SearchState<'_>, declared: &Problem) -> Esti
         noise_factor,
         design_effect,
         has_least_gap_inflation,
-        arm_uncertainty: remaining,
+        arm_uncertainty,
     };
     let parameters: Vec<ParameterEstimate> = parameters.collect();
     let (columns, values) = kinematic_part(parameters.iter().map(|entry| (entry.parameter.id, entry.value)));
@@ -173,6 +176,7 @@ pub(super) fn summarize(mut search: SearchState<'_>, declared: &Problem) -> Esti
     };
     check(&mut estimate, &mut search, &statistics, declared);
     estimate.workspace_uncertainty = workspace_uncertainty(problem, &estimate);
+    estimate.warnings.extend(little_improvement(&estimate));
     estimate.status = status(&estimate.termination, &estimate.warnings);
     estimate.acceptance = problem.acceptance.as_ref().map(|asked| acceptance(asked, problem, &estimate));
     estimate
@@ -196,6 +200,13 @@ fn check(estimate: &mut Estimate, search: &mut SearchState<'_>, statistics: &Fit
     let contradictions = estimate.held_out.iter().flat_map(|found| found.contradictions.clone());
     estimate.warnings.extend(contradictions.map(Warning::HeldOutContradicted));
     estimate.warnings.sort_by_key(Warning::severity);
+}
+
+/// A warning if the calibrated arm is expected to be hardly better than the nominal one.
+fn little_improvement(estimate: &Estimate) -> Option<Warning> {
+    let WorkspaceUncertainty { distance, nominal_distance, .. } = estimate.workspace_uncertainty?;
+    let is_little = nominal_distance > 0.0 && distance > LITTLE_IMPROVEMENT * nominal_distance;
+    is_little.then_some(Warning::LittleImprovement { distance, nominal_distance })
 }
 
 /// Whether some one-sided contacts have no load that is used: contacts cannot tell then what the

@@ -84,9 +84,9 @@ impl TrueArm {
     /// are relative to where the nominal arm has them.
     pub fn parameters(&self, problem: &Problem, estimate: &EstimateFile) -> Vec<ParameterError> {
         let unplaced = problem.fixtures.iter().filter(|fixture| fixture.base_from_fixture.is_none());
-        let unplaced: Vec<String> = unplaced.map(|fixture| format!("fixture.{}.", fixture.name)).collect();
+        let unplaced: Vec<String> = unplaced.map(|fixture| format!("fixture.{}", fixture.name)).collect();
         let known = estimate.parameters.iter().filter_map(|entry| {
-            let is_relative = unplaced.iter().any(|prefix| entry.name.starts_with(prefix));
+            let is_relative = entry.name.rsplit_once('.').is_some_and(|(of, _)| unplaced.iter().any(|name| name == of));
             let truth = self.by_name.get(&entry.name).filter(|_| !is_relative)?;
             Some(ParameterError {
                 name: entry.name.clone(),

@@ -6,17 +6,7 @@ use super::declaration_mistake::{Agreement, DeclarationMistake};
 use super::effect_test::OmittedEffect;
 use super::evaluation::Contradiction;
 use super::status::Severity;
-use super::warning_text::{
-    COMMON_SCALE_ADVICE, COMPETING_MINIMUM_ADVICE, COMPLIANCE_ADVICE, COMPLIANCE_MESSAGE, CORRELATED_ERRORS_ADVICE,
-    DISTANCE_ADVICE, HARMONICS_ADVICE, IMPLAUSIBLE_ADVICE, LOAD_NOT_BORNE_ADVICE, MANY_REJECTED_ADVICE,
-    NO_LIKELIHOOD_ADVICE, NOISE_CONTRADICTED_ADVICE, NOISE_EXCEEDED_ADVICE, NOT_TOUCHING_ADVICE, ORIGIN_ADVICE,
-    PREDICTION_ADVICE, TOOL_ADVICE, TOOL_MESSAGE, UNDETERMINED_ADVICE, arm_undetermined_message,
-    competing_minimum_message, contradiction_message, design_effect_message, distance_message, far_from_prior_advice,
-    far_from_prior_message, few_informative_message, harmonics_message, implausible_message, little_motion_message,
-    load_not_borne_message, many_rejected_message, no_uncertainty_message, noise_contradicted_message, noise_message,
-    not_touching_message, omitted_effect_message, origin_message, prediction_message, scale_message,
-    symmetric_part_message, too_few_contacts_message, unobservable_message,
-};
+use super::warning_text as text;
 use crate::parameter::Unit;
 use crate::se3::Pose;
 
@@ -58,11 +48,20 @@ pub enum Warning {
         /// Names of the parameters, in the order in which they were fixed.
         names: Vec<String>,
     },
-    /// Data and priors together leave the arm's geometry about as uncertain as it was before the
-    /// calibration.
+    /// Data and priors together leave the arm's geometry about as uncertain as it was.
     ArmUndetermined {
-        /// Uncertainty of distances between tool positions after over before the calibration (1).
-        remaining: f64,
+        /// Standard deviation (m) of distances between tool positions before the calibration: by
+        /// priors, and plausible sizes of what has none.
+        before: f64,
+        /// Standard deviation (m) of these distances by contacts and priors.
+        after: f64,
+    },
+    /// The calibrated arm is expected to be hardly better than the nominal one.
+    LittleImprovement {
+        /// Expected error (m) of distances between two positions of the tool.
+        distance: f64,
+        /// That of the nominal arm (m).
+        nominal_distance: f64,
     },
     /// Contacts scatter more than the declared, assumed or estimated noise; intervals allow for it.
     NoiseExceeded {
@@ -224,8 +223,7 @@ pub enum Warning {
         /// over the workspace.
         displacement: f64,
     },
-    /// A declaration is wrong in kind: contacts contradict it, and agree with it but for that
-    /// mistake.
+    /// A declaration is wrong in kind: contacts agree with it but for that mistake.
     MistakenDeclaration {
         /// The mistake.
         mistake: DeclarationMistake,
@@ -259,13 +257,10 @@ impl Warning {
             | Warning::FewInformativeContacts { usable, .. }
             | Warning::CommonScale { usable, .. }
             | Warning::OmittedEffect { usable, .. }
-            | Warning::PredictionContradicted { usable, .. } => {
-                if *usable {
-                    Severity::Doubtful
-                } else {
-                    Severity::Unusable
-                }
-            }
+            | Warning::PredictionContradicted { usable, .. } => match usable {
+                true => Severity::Doubtful,
+                false => Severity::Unusable,
+            },
             Warning::NoiseExceeded { .. } | Warning::NoUncertainty | Warning::HeldOutContradicted(_) => {
                 Severity::Doubtful
             }
@@ -283,6 +278,7 @@ impl Warning {
             Warning::DistanceContradicted { .. } => "distance_contradicted",
             Warning::Unobservable { .. } => "unobservable",
             Warning::ArmUndetermined { .. } => "arm_undetermined",
+            Warning::LittleImprovement { .. } => "little_improvement",
             Warning::NoiseExceeded { .. } => "noise_exceeded",
             Warning::NoiseContradicted { .. } => "noise_contradicted",
             Warning::CorrelatedErrors { .. } => "correlated_errors",
@@ -312,45 +308,48 @@ impl Warning {
     pub fn message(&self) -> String {
         let mm = |metres: &f64| 1e3 * metres;
         match self {
-            Warning::TooFewContacts { rows, parameters } => too_few_contacts_message(*rows, *parameters),
+            Warning::TooFewContacts { rows, parameters } => text::too_few_contacts_message(*rows, *parameters),
             Warning::FixtureWithoutContacts { fixture } => format!("fixture `{fixture}` has no contacts"),
-            Warning::OriginOutsideTool { middle } => origin_message(middle.map(|x| mm(&x))),
+            Warning::OriginOutsideTool { middle } => text::origin_message(middle.map(|x| mm(&x))),
             Warning::DistanceContradicted { between, declared, measured } => {
-                distance_message(between, mm(declared), mm(measured))
+                text::distance_message(between, mm(declared), mm(measured))
             }
-            Warning::Unobservable { names } => unobservable_message(names),
-            Warning::ArmUndetermined { remaining } => arm_undetermined_message(*remaining),
-            Warning::NoiseExceeded { factor, declared } => noise_message(*factor, *declared),
-            Warning::NoiseContradicted { factor, declared } => noise_contradicted_message(*factor, *declared),
-            Warning::CorrelatedErrors { design_effect, .. } => design_effect_message(*design_effect),
-            Warning::NotTouching { name, gap } => not_touching_message(name, *gap),
+            Warning::Unobservable { names } => text::unobservable_message(names),
+            Warning::ArmUndetermined { before, after } => text::arm_undetermined_message(mm(before), mm(after)),
+            Warning::LittleImprovement { distance, nominal_distance } => {
+                text::little_improvement_message(mm(distance), mm(nominal_distance))
+            }
+            Warning::NoiseExceeded { factor, declared } => text::noise_message(*factor, *declared),
+            Warning::NoiseContradicted { factor, declared } => text::noise_contradicted_message(*factor, *declared),
+            Warning::CorrelatedErrors { design_effect, .. } => text::design_effect_message(*design_effect),
+            Warning::NotTouching { name, gap } => text::not_touching_message(name, *gap),
             Warning::FewInformativeContacts { informative_fraction, inflation, .. } => {
-                few_informative_message(*informative_fraction, *inflation)
+                text::few_informative_message(*informative_fraction, *inflation)
             }
-            Warning::LoadNotBorne { share } => load_not_borne_message(*share),
+            Warning::LoadNotBorne { share } => text::load_not_borne_message(*share),
             Warning::CompetingMinimum { minima, tool_distance, parameter } => {
-                competing_minimum_message(*minima, *tool_distance, parameter)
+                text::competing_minimum_message(*minima, *tool_distance, parameter)
             }
-            Warning::ManyRejected { fixture, share, .. } => many_rejected_message(fixture.as_deref(), *share),
-            Warning::LittleJointMotion { joint, range } => little_motion_message(joint, *range),
-            Warning::Implausible { name, value, unit } => implausible_message(name, *value, *unit),
+            Warning::ManyRejected { fixture, share, .. } => text::many_rejected_message(fixture.as_deref(), *share),
+            Warning::LittleJointMotion { joint, range } => text::little_motion_message(joint, *range),
+            Warning::Implausible { name, value, unit } => text::implausible_message(name, *value, *unit),
             Warning::ContradictedDeclarations { name, deviations, has_prior } => {
-                contradiction_message(name, *deviations, *has_prior)
+                text::contradiction_message(name, *deviations, *has_prior)
             }
-            Warning::SymmetricPart { name, angle } => symmetric_part_message(name, *angle),
-            Warning::NoUncertainty => no_uncertainty_message(),
-            Warning::FarFromPrior { name, deviations, .. } => far_from_prior_message(name, *deviations),
-            Warning::CommonScale { strain, deviations, .. } => scale_message(*strain, *deviations),
+            Warning::SymmetricPart { name, angle } => text::symmetric_part_message(name, *angle),
+            Warning::NoUncertainty => text::no_uncertainty_message(),
+            Warning::FarFromPrior { name, deviations, .. } => text::far_from_prior_message(name, *deviations),
+            Warning::CommonScale { strain, deviations, .. } => text::scale_message(*strain, *deviations),
             Warning::OmittedEffect { effect, p_value, displacement, usable } => {
-                omitted_effect_message(effect, (*p_value, *displacement), *usable)
+                text::omitted_effect_message(effect, (*p_value, *displacement), *usable)
             }
-            Warning::PredictionContradicted { ratio, widening, .. } => prediction_message(*ratio, *widening),
+            Warning::PredictionContradicted { ratio, widening, .. } => text::prediction_message(*ratio, *widening),
             Warning::HeldOutContradicted(contradiction) => {
                 format!("contacts that were held out contradict this calibration: {}", contradiction.message())
             }
-            Warning::ToolNotInRobot { .. } => TOOL_MESSAGE.to_owned(),
-            Warning::ComplianceInRobot => COMPLIANCE_MESSAGE.to_owned(),
-            Warning::HarmonicsNotInRobot { displacement } => harmonics_message(*displacement),
+            Warning::ToolNotInRobot { .. } => text::TOOL_MESSAGE.to_owned(),
+            Warning::ComplianceInRobot => text::COMPLIANCE_MESSAGE.to_owned(),
+            Warning::HarmonicsNotInRobot { displacement } => text::harmonics_message(*displacement),
             Warning::MistakenDeclaration { mistake, declared, corrected } => mistake.message(declared, corrected),
         }
     }
@@ -360,33 +359,34 @@ impl Warning {
         match self {
             Warning::TooFewContacts { .. } => "record more contacts, or estimate fewer parameters",
             Warning::FixtureWithoutContacts { .. } => "check the force threshold, and which fixture the logs belong to",
-            Warning::OriginOutsideTool { .. } => ORIGIN_ADVICE,
-            Warning::DistanceContradicted { .. } => DISTANCE_ADVICE,
+            Warning::OriginOutsideTool { .. } => text::ORIGIN_ADVICE,
+            Warning::DistanceContradicted { .. } => text::DISTANCE_ADVICE,
             Warning::Unobservable { .. } => "touch more fixtures or from other elbow positions, or give a prior",
-            Warning::ArmUndetermined { .. } => UNDETERMINED_ADVICE,
-            Warning::NoiseExceeded { .. } => NOISE_EXCEEDED_ADVICE,
-            Warning::NoiseContradicted { .. } => NOISE_CONTRADICTED_ADVICE,
-            Warning::CorrelatedErrors { .. } => CORRELATED_ERRORS_ADVICE,
-            Warning::NotTouching { .. } => NOT_TOUCHING_ADVICE,
-            Warning::FewInformativeContacts { usable: false, .. } => NO_LIKELIHOOD_ADVICE,
+            Warning::ArmUndetermined { .. } => text::UNDETERMINED_ADVICE,
+            Warning::LittleImprovement { .. } => text::LITTLE_IMPROVEMENT_ADVICE,
+            Warning::NoiseExceeded { .. } => text::NOISE_EXCEEDED_ADVICE,
+            Warning::NoiseContradicted { .. } => text::NOISE_CONTRADICTED_ADVICE,
+            Warning::CorrelatedErrors { .. } => text::CORRELATED_ERRORS_ADVICE,
+            Warning::NotTouching { .. } => text::NOT_TOUCHING_ADVICE,
+            Warning::FewInformativeContacts { usable: false, .. } => text::NO_LIKELIHOOD_ADVICE,
             Warning::FewInformativeContacts { .. } => "record longer with the tool inside the hole, not at its rim",
-            Warning::LoadNotBorne { .. } => LOAD_NOT_BORNE_ADVICE,
-            Warning::CompetingMinimum { .. } => COMPETING_MINIMUM_ADVICE,
-            Warning::ManyRejected { .. } => MANY_REJECTED_ADVICE,
+            Warning::LoadNotBorne { .. } => text::LOAD_NOT_BORNE_ADVICE,
+            Warning::CompetingMinimum { .. } => text::COMPETING_MINIMUM_ADVICE,
+            Warning::ManyRejected { .. } => text::MANY_REJECTED_ADVICE,
             Warning::LittleJointMotion { .. } => "move it more, to separate its errors from its neighbours'",
-            Warning::Implausible { .. } | Warning::ContradictedDeclarations { .. } => IMPLAUSIBLE_ADVICE,
+            Warning::Implausible { .. } | Warning::ContradictedDeclarations { .. } => text::IMPLAUSIBLE_ADVICE,
             Warning::SymmetricPart { .. } => "if the choice matters, declare a standard deviation of this rotation",
             Warning::NoUncertainty => {
                 "use the exact shapes of the parts and method = \"levenberg_marquardt\" to get standard deviations"
             }
-            Warning::FarFromPrior { name, .. } => far_from_prior_advice(name),
-            Warning::CommonScale { .. } => COMMON_SCALE_ADVICE,
+            Warning::FarFromPrior { name, .. } => text::far_from_prior_advice(name),
+            Warning::CommonScale { .. } => text::COMMON_SCALE_ADVICE,
             Warning::OmittedEffect { effect, .. } => effect.remedy(),
-            Warning::PredictionContradicted { .. } => PREDICTION_ADVICE,
+            Warning::PredictionContradicted { .. } => text::PREDICTION_ADVICE,
             Warning::HeldOutContradicted(contradiction) => contradiction.advice(),
-            Warning::ToolNotInRobot { .. } => TOOL_ADVICE,
-            Warning::ComplianceInRobot => COMPLIANCE_ADVICE,
-            Warning::HarmonicsNotInRobot { .. } => HARMONICS_ADVICE,
+            Warning::ToolNotInRobot { .. } => text::TOOL_ADVICE,
+            Warning::ComplianceInRobot => text::COMPLIANCE_ADVICE,
+            Warning::HarmonicsNotInRobot { .. } => text::HARMONICS_ADVICE,
             Warning::MistakenDeclaration { mistake, .. } => mistake.remedy(),
         }
     }

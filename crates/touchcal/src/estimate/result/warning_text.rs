@@ -19,6 +19,8 @@ pub(super) const LOAD_NOT_BORNE_ADVICE: &str =
 pub(super) const DISTANCE_ADVICE: &str = "check the unit of the distance, and which log belongs to which fixture";
 pub(super) const UNDETERMINED_ADVICE: &str =
     "touch more places, other kinds of fixtures, or fixtures whose place or spacing is known";
+pub(super) const LITTLE_IMPROVEMENT_ADVICE: &str = "keep the nominal arm if such errors are small enough for the task; \
+    else touch more places, give parameters priors of plausible width, or estimate fewer";
 pub(super) const NOISE_EXCEEDED_ADVICE: &str =
     "check the noise values, the shapes of the parts, and whether more parameters should be free";
 pub(super) const NOISE_CONTRADICTED_ADVICE: &str =
@@ -73,10 +75,22 @@ pub(super) fn too_few_contacts_message(rows: usize, parameters: usize) -> String
     format!("{rows} measured rows cannot determine {parameters} parameters")
 }
 
-/// Message on a share (0 to 1) of the arm's uncertainty that the calibration leaves.
-pub(super) fn arm_undetermined_message(remaining: f64) -> String {
-    let percent = 100.0 * remaining;
-    format!("distances between positions of the tool remain {percent:.0} % as uncertain as before the calibration")
+/// Message on the standard deviations (mm) of distances between positions of the tool before and
+/// after the calibration.
+pub(super) fn arm_undetermined_message(before: f64, after: f64) -> String {
+    let percent = if before > 0.0 { 100.0 * after / before } else { 0.0 };
+    format!(
+        "distances between positions of the tool remain {percent:.0} % as uncertain as before the calibration: \
+         {after:.3} mm, without contacts {before:.3} mm"
+    )
+}
+
+/// Message on the expected errors (mm) of distances with the calibrated and the nominal arm.
+pub(super) fn little_improvement_message(distance: f64, nominal_distance: f64) -> String {
+    format!(
+        "the calibrated arm is expected to be hardly better than the nominal one: distances between two positions of \
+         the tool are off by {distance:.3} mm, with the nominal arm by {nominal_distance:.3} mm"
+    )
 }
 
 /// Message on a share (0 to 1) of the contacts with a fixture, or with all, that were rejected.

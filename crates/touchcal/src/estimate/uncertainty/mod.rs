@@ -18,7 +18,8 @@ pub(crate) use sandwich::{Sandwich, curvature_and_squares, sandwich_covariance};
 pub(crate) use score_test::{Derivatives, ScoreTest, score_test, unseen_changes};
 pub(crate) use tool_motion::{ToolMotion, tool_jacobians};
 pub(crate) use workspace::{
-    CalibratedTool, SAMPLED_POSITIONS, arm_uncertainty_ratio, tool_distance, tool_positions, workspace_uncertainty,
+    ArmUncertainty, CalibratedTool, SAMPLED_POSITIONS, arm_uncertainty, tool_distance, tool_positions,
+    workspace_uncertainty,
 };
 pub use workspace::{
     ToolUncertainty, configurations_within, distance_uncertainty, tool_uncertainty, workspace_configurations,

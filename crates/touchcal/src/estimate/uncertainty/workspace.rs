@@ -16,19 +16,35 @@ pub(crate) const SAMPLED_POSITIONS: usize = 100;
 /// Positions of a prismatic joint without limits are within ± this (m).
 const PRISMATIC_RANGE: f64 = 0.5;
 
-/// Root mean square uncertainty of distances between tool positions across the workspace, after
-/// over before the calibration (1).
+/// Root mean square standard deviations (m) of distances between tool positions across the
+/// workspace.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct ArmUncertainty {
+    /// By the scales of the parameters alone.
+    pub before: f64,
+    /// By contacts and scales.
+    pub after: f64,
+}
+
+impl ArmUncertainty {
+    /// After over before (1); 0 if nothing moves the tool.
+    pub fn remaining(self) -> f64 {
+        if self.before > 0.0 { self.after / self.before } else { 0.0 }
+    }
+}
+
+/// How uncertain distances between tool positions are.
 ///
 /// Distances need neither base nor fixtures, so motion of the whole arm does not count: `d = ‖p(q₁)
 /// − p(q₂)‖` at pairs of configurations spread over the joint limits, its variance `∂d/∂θ Σ
 /// (∂d/∂θ)ᵀ` with `Σ` the `covariance` after, and diag(`scale`²) before. Only parameters of the
 /// kinematics take part; 0 if there are none.
-pub(crate) fn arm_uncertainty_ratio(
+pub(crate) fn arm_uncertainty(
     problem: &Problem,
     parameters: &[Parameter],
     covariance: &DMatrix<f64>,
     scale: &DVector<f64>,
-) -> f64 {
+) -> ArmUncertainty {
     let of_kinematics = |k: usize| parameters[k].id.kinematic().map(|parameter| (k, parameter));
     let (indices, columns): (Vec<usize>, Vec<KinematicParameter>) =
         (0..parameters.len()).filter_map(of_kinematics).unzip();
@@ -49,7 +65,8 @@ pub(crate) fn arm_uncertainty_ratio(
             }
         }
     }
-    if before > 0.0 { (after.max(0.0) / before).sqrt() } else { 0.0 }
+    let of_pairs = |variance: f64| (variance.max(0.0) / PAIRS as f64).sqrt();
+    ArmUncertainty { before: of_pairs(before), after: of_pairs(after) }
 }
 
 /// Position of the tool in base (m), and its derivative by each parameter of the kinematics.

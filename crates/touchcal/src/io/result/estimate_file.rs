@@ -10,6 +10,7 @@ use super::estimate_schema_1;
 use crate::estimate::{NoiseSigma, ParameterPosterior, PosteriorEntry};
 use crate::io::base::bytes::{self, Input};
 use crate::io::base::error::{IoError, Place};
+use crate::parameter::Block;
 
 pub use super::estimate_check_entries::{
     AcceptanceEntry, Decision, HeldOutEntry, PredictiveCheckEntry, ScatterEntry, TaskErrorsEntry,
@@ -155,6 +156,14 @@ impl From<estimate_schema_1::EstimateFile1> for EstimateFile {
 }
 
 impl EstimateFile {
+    /// The expected error (root mean square) of the tool after and before the calibration, or that
+    /// it is not known, as a phrase.
+    pub fn tool_error(&self) -> String {
+        let has_tool = self.parameters.iter().any(|entry| entry.block == Block::Tool.name());
+        let known = self.workspace_uncertainty.as_ref();
+        known.map_or_else(|| "the tool's expected error is not known".to_owned(), |tool| tool.message(has_tool))
+    }
+
     /// The file's text, indented, with a final line break.
     ///
     /// # Errors

@@ -4,6 +4,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::estimate;
+use crate::report::fixed;
 
 /// How well the tool is known: [`estimate::WorkspaceUncertainty`] in the file.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -24,6 +25,20 @@ pub struct WorkspaceUncertaintyEntry {
 }
 
 impl WorkspaceUncertaintyEntry {
+    /// The expected errors as a phrase; the nominal tool's are with its declared pose, where that
+    /// is estimated (`has_tool`).
+    pub(super) fn message(&self, has_tool: bool) -> String {
+        let pose = |mm, degrees| format!("{} mm, {}°", fixed(mm, 3), fixed(degrees, 3));
+        let before = if has_tool { "before, with the tool as declared" } else { "before" };
+        format!(
+            "expected tool error in base {} ({before}: {}), between two positions {} mm (before: {} mm)",
+            pose(self.position_mm, self.angle_deg),
+            pose(self.nominal_position_mm, self.nominal_angle_deg),
+            fixed(self.distance_mm, 3),
+            fixed(self.nominal_distance_mm, 3)
+        )
+    }
+
     /// All numbers of the entry with their names.
     pub(super) fn numbers(&self) -> [(&'static str, f64); 6] {
         [

@@ -17,7 +17,7 @@ use touchcal::geometry::Parts;
 use touchcal::io::result_folder::{self, ResultFile, ResultKind};
 use touchcal::io::urdf::{self, Ends};
 use touchcal::io::weights_file::WeightsFile;
-use touchcal::io::{Input, atomic, manifold_file, trial_folder};
+use touchcal::io::{Input, atomic, manifold_file, scenario_file, trial_folder};
 use touchcal::manifold::coordinates::Metric;
 use touchcal::manifold::{NearestSample, Projection};
 use touchcal::sim::{Preset, Scenario};
@@ -34,8 +34,7 @@ use summary::Summary;
 const JSON: &str = "table1.json";
 const CSV: &str = "table1.csv";
 const LATEX: &str = "table1.tex";
-/// Name of the figure, the last file that is written.
-pub const FIGURE: &str = "table1.svg";
+const FIGURE: &str = "table1.svg";
 
 /// The source of a trial.
 enum Source {
@@ -48,10 +47,15 @@ enum Source {
 pub fn run(args: &Table1Args) -> Result<Outcome, Failure> {
     result_folder::check(&args.out, ResultKind::Table1, &[JSON, CSV, LATEX, FIGURE], &[])?;
     atomic::remove_left_over(&args.out.join(saved::ROWS));
-    let robot = urdf::read_builtin("iiwa14", Ends::default())?.robot;
-    let scenario = Scenario { contacts: args.contacts as usize, ..Preset::Paper.scenario(robot.clone())? };
+    let mut scenario = match &args.scenario {
+        Some(path) => scenario_file::read_file(path)?.scenario,
+        None => Preset::Paper.scenario(urdf::read_builtin("iiwa14", Ends::default())?.robot)?,
+    };
+    if let Some(contacts) = args.contacts {
+        scenario.contacts = contacts as usize;
+    }
     let Some(Parts::PegInHole(parts)) = scenario.touches.first().map(|touch| touch.parts.clone()) else {
-        return Err(Failure::Setup("the paper's experiment has no hole".to_owned()));
+        return Err(Failure::Setup("the first fixture of the scenario is no hole with a peg".to_owned()));
     };
     let mut inputs = Vec::new();
     let nearest = args.manifold.as_ref().map(|path| nearest(args, path, &mut inputs)).transpose()?;
@@ -59,7 +63,7 @@ pub fn run(args: &Table1Args) -> Result<Outcome, Failure> {
     let manifolds = Manifolds { parts: *parts, nearest, learned, inputs };
     let sources: Vec<Source> = match &args.logs {
         Some(folder) => {
-            let trials = trial_folder::read(folder, &robot)?;
+            let trials = trial_folder::read(folder, &scenario.robot)?;
             trials.into_iter().map(|trial| Source::Recorded(Box::new(trial))).collect()
         }
         None => {

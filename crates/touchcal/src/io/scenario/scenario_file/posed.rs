@@ -104,18 +104,19 @@ pub fn problem_text(file: &ScenarioFile, truth: &Truth) -> Vec<TextFile> {
             line.raw("exact", "true");
         }
     }
+    line.table("[log]");
+    line.number("force_threshold_n", scenario.recorder.force_threshold);
+    if experiment::uses_loads(scenario) {
+        line.text("load_on", "tool");
+        line.number("load_lag_rows", scenario.recorder.lag());
+    }
+    if scenario.recorder.warm_up > 0.0 {
+        line.text("temperature", ARM_TEMPERATURE);
+    }
     for touch in &scenario.touches {
         line.table("[[contacts]]");
         line.text("file", &log_name(scenario, touch));
         line.text("fixture", &touch.name);
-        line.number("force_threshold_n", scenario.recorder.force_threshold);
-        if experiment::uses_loads(scenario) {
-            line.text("load_on", "tool");
-            line.number("load_lag_rows", scenario.recorder.lag());
-        }
-        if scenario.recorder.warm_up > 0.0 {
-            line.text("temperature", ARM_TEMPERATURE);
-        }
     }
     text.push_str(&settings_text(scenario));
     files.push(TextFile::new(PROBLEM, text));
