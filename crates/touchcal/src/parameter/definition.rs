@@ -196,7 +196,7 @@ impl Parameter {
             ParameterId::JointDrift(..) => format!("the encoder drift of {rest}"),
             ParameterId::JointTrend(_) => format!("the encoder trend of {rest}"),
             ParameterId::JointWalk(..) => format!("the encoder walk of {owner}"),
-            ParameterId::JointHarmonic(..) => format!("the encoder harmonic of {owner}"),
+            ParameterId::EncoderError(..) => format!("the encoder harmonic of {owner}"),
             ParameterId::Fixture(_, k) => format!("the {} of fixture {owner}", TWIST_NAMES[k.min(5)]),
             ParameterId::GapBias(_) => format!("the gap bias of fixture {rest}"),
             ParameterId::DirectionalGapBias(_, k) => {

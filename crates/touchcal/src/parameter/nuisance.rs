@@ -5,7 +5,7 @@ use super::definition::{DRIFT_GROUP, Parameter, Prior, TREND_ANGLE_GROUP, TREND_
 use super::parameter_id::{DIRECTION_NAMES, ParameterId, WRENCH_NAMES};
 use std::ops::RangeInclusive;
 
-use crate::robot::{JointKind, Robot};
+use crate::robot::{EncoderTerm, JointKind, Robot};
 
 /// Standard deviation (rad) of the change over a log of an encoder that walks at random, where it
 /// is estimated and none is declared: 0.02°.
@@ -105,13 +105,13 @@ fn half_waves(robot: &Robot, sigma: f64, numbers: RangeInclusive<usize>) -> Vec<
 
 /// Two amplitudes (rad) of a harmonic of once a turn for the encoder of each revolute or continuous
 /// joint, base first, named `joint_harmonic.{joint}.{sin|cos}`, with a prior standard deviation of
-/// 0.05°, see [`ParameterId::JointHarmonic`].
+/// 0.05°, see [`ParameterId::EncoderError`].
 pub fn joint_harmonic(robot: &Robot) -> Vec<Parameter> {
     let revolute = robot.moving().enumerate().filter(|(_, joint)| joint.kind != JointKind::Prismatic);
     let each = revolute.flat_map(|(i, joint)| {
-        ["sin", "cos"].into_iter().enumerate().map(move |(k, phase)| {
+        [("sin", EncoderTerm::Sine), ("cos", EncoderTerm::Cosine)].map(|(phase, term)| {
             let name = format!("joint_harmonic.{}.{phase}", joint.name);
-            Parameter::angle(name, ParameterId::JointHarmonic(i, k)).with_sigma(HARMONIC_SIGMA)
+            Parameter::angle(name, ParameterId::EncoderError(i, term)).with_sigma(HARMONIC_SIGMA)
         })
     });
     each.collect()

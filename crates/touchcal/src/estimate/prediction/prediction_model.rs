@@ -166,7 +166,7 @@ impl<'a, 'p> Knowledge<'a, 'p> {
     fn left_out(&self, k: usize) -> f64 {
         let parameter = self.parameter(k);
         let estimate = || self.posterior?.value(&parameter.name);
-        if matches!(parameter.id, ParameterId::JointHarmonic(..)) { estimate().unwrap_or(0.0) } else { 0.0 }
+        if matches!(parameter.id, ParameterId::EncoderError(..)) { estimate().unwrap_or(0.0) } else { 0.0 }
     }
 
     /// Standard deviation (SI) of a parameter that the calibration does not know in this log: that

@@ -11,7 +11,7 @@ pub(super) const NO_LIKELIHOOD_ADVICE: &str =
 pub(super) const COMMON_SCALE_ADVICE: &str =
     "measure the distances of fixtures again and check their unit, and that the robot description is of this arm";
 pub(super) const HARMONICS_ADVICE: &str =
-    "subtract sin(q) and cos(q) times `joint_harmonic` from each measured position q before using it";
+    "correct measured positions by `correction.json`, beside `calibrated.urdf`, before using them";
 pub(super) const PREDICTION_ADVICE: &str =
     "record again with parts clamped and the arm at one temperature, or estimate what the model leaves out";
 pub(super) const LOAD_NOT_BORNE_ADVICE: &str =

@@ -176,7 +176,7 @@ impl CalibratedTool {
         if !problem.has_uncertainty() {
             return None;
         }
-        let moves_tool = |id| matches!(id, ParameterId::Kinematic(_) | ParameterId::JointHarmonic(..));
+        let moves_tool = |id| matches!(id, ParameterId::Kinematic(_) | ParameterId::EncoderError(..));
         let indices: Vec<usize> =
             (0..estimate.parameters.len()).filter(|&k| moves_tool(estimate.parameters[k].parameter.id)).collect();
         let parameters: Vec<ParameterEstimate> = indices.iter().map(|&k| estimate.parameters[k].clone()).collect();
@@ -209,7 +209,7 @@ impl CalibratedTool {
     /// contain them.
     pub fn harmonics(&self) -> DVector<f64> {
         let value = |entry: &ParameterEstimate| match entry.parameter.id {
-            ParameterId::JointHarmonic(..) => entry.value,
+            ParameterId::EncoderError(..) => entry.value,
             _ => 0.0,
         };
         DVector::from_iterator(self.parameters.len(), self.parameters.iter().map(value))
