@@ -97,6 +97,7 @@ struct Joint {
     std::string name;
     bool turns = true;
     double offset = 0.0;
+    double gear_ratio = 0.0;
     std::vector<Harmonic> harmonics;
     double compliance = 0.0;
     Vector axis{};
@@ -109,6 +110,7 @@ struct Joint {
         if (kind != "revolute" && kind != "prismatic") throw CorrectionError("expected revolute or prismatic, found " + kind);
         joint.turns = kind == "revolute";
         joint.offset = entry.at("offset_in_urdf").as_number();
+        joint.gear_ratio = entry.at("gear_ratio").as_number();
         for (const Json& harmonic : entry.at("harmonics").as_list()) joint.harmonics.push_back(Harmonic::read(harmonic));
         joint.compliance = entry.at("compliance_rad_per_nm").as_number();
         joint.axis = entry.at("axis").as_numbers<3>();
@@ -119,14 +121,14 @@ struct Joint {
 
     // Measured less true position where the encoder measures q.
     double error(double q) const {
-        double error = 0.0;
+        double error = -gear_ratio * q;
         for (const auto& [n, sine, cosine] : harmonics) error += sine * std::sin(n * q) + cosine * std::cos(n * q);
         return error;
     }
 
     // Derivative of the error by q.
     double slope(double q) const {
-        double slope = 0.0;
+        double slope = -gear_ratio;
         for (const auto& [n, sine, cosine] : harmonics) slope += n * (sine * std::cos(n * q) - cosine * std::sin(n * q));
         return slope;
     }

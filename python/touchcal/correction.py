@@ -50,6 +50,7 @@ class _Link:
 @dataclass(frozen=True)
 class _Joint:
     turns: bool
+    gear_ratio: float
     harmonics: tuple[tuple[int, float, float], ...]
     compliance: float
     axis: _Floats
@@ -57,11 +58,13 @@ class _Joint:
 
     def error(self, q: float) -> float:
         """Measured less true position where the encoder measures ``q``."""
-        return sum(a * math.sin(n * q) + b * math.cos(n * q) for n, a, b in self.harmonics)
+        harmonics = sum(a * math.sin(n * q) + b * math.cos(n * q) for n, a, b in self.harmonics)
+        return harmonics - self.gear_ratio * q
 
     def slope(self, q: float) -> float:
         """Derivative of the error by ``q``."""
-        return sum(n * (a * math.cos(n * q) - b * math.sin(n * q)) for n, a, b in self.harmonics)
+        harmonics = sum(n * (a * math.cos(n * q) - b * math.sin(n * q)) for n, a, b in self.harmonics)
+        return harmonics - self.gear_ratio
 
     def measured(self, q: float) -> float:
         """The position that the encoder measures at ``q``, by Newton's method."""
@@ -207,6 +210,7 @@ def _joint(entry: dict[str, Any]) -> _Joint:
     _expect(abs(float(axis @ axis) - 1.0) < 1e-9, f"a unit vector as axis, found {axis}")
     return _Joint(
         turns=entry["kind"] == "revolute",
+        gear_ratio=_number(entry["gear_ratio"]),
         harmonics=tuple(_harmonic(harmonic) for harmonic in entry["harmonics"]),
         compliance=_number(entry["compliance_rad_per_nm"]),
         axis=axis,

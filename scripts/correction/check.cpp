@@ -85,7 +85,7 @@ void check_refusals(const std::string& text) {
     const std::vector<std::pair<std::string, std::string>> mistakes = {
         {"\"schema\": 1", "\"schema\": 2"},         {"\"schema\": 1,", "\"schema\": 1, \"schema\": 1,"},
         {"\"usable\"", "\"not_usable\""},           {"\"usable\"", "\"fine\""},
-        {"\"order\":1", "\"order\":1.5"},           {"\"mass_kg\":", "\"mass\":"},
+        {"\"order\":2", "\"order\":1.5"},           {"\"mass_kg\":", "\"mass\":"},
         {"\"sin\":", "\"sin\":0"},                  {"\"sin\":", "\"sin\":1e999,\"was\":"},
         {"\"xyz_m\":[", "\"xyz_m\":[1,"},           {"\"quat_wxyz\":[", "\"quat_wxyz\":[3,0,0,0],\"was\":["},
         {"\"axis\":[", "\"axis\":[0,0,2],\"was\":["}, {"{", "[[[[[[[[[[[[[[[[[[[[{"},

@@ -35,8 +35,8 @@ pub enum ParameterId {
     /// of joint `i`, revolute or continuous, on top of its trend: this at the first contact, and
     /// `cos kπ` times this at the last; no part of the calibrated arm.
     JointWalk(usize, usize),
-    /// `(i, term)`: amplitude of a term of the error of joint `i`'s encoder (rad): the measured
-    /// position `q` is too large by `amplitude · term.error(q)`.
+    /// `(i, term)`: amplitude of a term of the error of joint `i`'s encoder (rad, or 1 for a gear
+    /// ratio): the measured position `q` is too large by `amplitude · term.error(q)`.
     EncoderError(usize, EncoderTerm),
     /// `(f, k)`: component `k` of the local twist `ξ` on fixture `f`'s pose in base (m, rad):
     /// `base_from_fixture · Exp(ξ)`.
@@ -83,6 +83,8 @@ impl ParameterId {
             ParameterId::JointWalk(..) => Block::JointWalk,
             ParameterId::EncoderError(_, term) => match term {
                 EncoderTerm::Sine | EncoderTerm::Cosine => Block::JointHarmonic,
+                EncoderTerm::SecondSine | EncoderTerm::SecondCosine => Block::JointHarmonic2,
+                EncoderTerm::GearRatio => Block::JointGearRatio,
             },
             ParameterId::Fixture(..) => Block::Fixture,
             ParameterId::GapBias(_) | ParameterId::DirectionalGapBias(..) => Block::GapBias,

@@ -4,18 +4,11 @@
 use nalgebra::Vector3;
 
 use super::chain::Robot;
-use super::encoder_term::EncoderTerm;
+use super::encoder_term::{EncoderTerm, encoder_error, measured_position};
 use super::gravity_torque::{Gravity, JointTorques};
 use super::joint_stage::{JointStage, stages};
 use super::rest::come_to_rest;
 use crate::se3::{Pose, Wrench};
-
-/// Largest number of Newton steps for the position of an encoder; a few are enough where its error
-/// changes by much less than the position does.
-const STEPS: usize = 50;
-/// Step (rad, m) from which the position of an encoder has converged, of positions up to 1; a share
-/// of larger ones.
-const CONVERGED: f64 = 1e-14;
 
 /// Converts measured joint positions into those of an arm's description, and back.
 ///
@@ -29,7 +22,8 @@ pub struct JointCorrection {
     stages: Vec<JointStage>,
     tip: JointStage,
     gravity: Gravity,
-    errors: Vec<(usize, EncoderTerm, f64)>,
+    /// Terms of the error of each joint's encoder, with their amplitudes.
+    errors: Vec<Vec<(EncoderTerm, f64)>>,
 }
 
 /// A part of the chain from which the torques of gravity follow: a moving joint with the fixed
@@ -51,18 +45,18 @@ impl JointCorrection {
     /// out.
     pub fn new(robot: &Robot, errors: impl IntoIterator<Item = (usize, EncoderTerm, f64)>) -> Self {
         let (stages, tip) = stages(robot);
-        let errors = errors.into_iter().filter(|(joint, ..)| *joint < stages.len()).collect();
-        JointCorrection { stages, tip, gravity: Gravity::of(robot), errors }
-    }
-
-    /// The errors of the encoders, as they were given.
-    pub fn errors(&self) -> &[(usize, EncoderTerm, f64)] {
-        &self.errors
+        let mut of_joints = vec![Vec::new(); stages.len()];
+        for (joint, term, amplitude) in errors {
+            if let Some(terms) = of_joints.get_mut(joint).filter(|_| amplitude != 0.0) {
+                terms.push((term, amplitude));
+            }
+        }
+        JointCorrection { stages, tip, gravity: Gravity::of(robot), errors: of_joints }
     }
 
     /// Whether true positions are the measured ones, whatever they are.
     pub fn is_identity(&self) -> bool {
-        self.errors.iter().all(|(.., amplitude)| *amplitude == 0.0) && !self.is_compliant()
+        self.errors.iter().all(Vec::is_empty) && !self.is_compliant()
     }
 
     /// The chain and its masses: an entry for each moving joint, base first, and one for the tip.
@@ -80,8 +74,8 @@ impl JointCorrection {
     /// joint, base first) under `load`: the wrench `[f; τ]` (N, N m) exerted on the tip about its
     /// origin, in its frame. Surplus positions are ignored; with fewer the result has no meaning.
     pub fn true_positions(&self, measured: &[f64], load: &Wrench) -> Vec<f64> {
-        let stiff = measured.iter().enumerate().map(|(i, q)| q - self.error(i, *q));
-        let stiff: Vec<f64> = stiff.take(self.stages.len()).collect();
+        let stiff: Vec<f64> =
+            measured.iter().zip(&self.errors).map(|(q, terms)| q - encoder_error(terms, *q)).collect();
         let mut positions = stiff.clone();
         if self.is_compliant() {
             let mut torques = JointTorques::new(self.stages.len());
@@ -98,38 +92,12 @@ impl JointCorrection {
         if self.is_compliant() {
             torques.update(&self.gravity, load, (&self.stages, &self.tip), wanted);
         }
-        let each = self.stages.iter().zip(wanted).enumerate();
-        each.map(|(i, (stage, wanted))| self.measured(i, wanted - stage.compliance * torques.torque(i))).collect()
+        let each = self.stages.iter().zip(wanted).zip(&self.errors).enumerate();
+        let stiff = |i: usize, stage: &JointStage, wanted: f64| wanted - stage.compliance * torques.torque(i);
+        each.map(|(i, ((stage, wanted), terms))| measured_position(terms, stiff(i, stage, *wanted))).collect()
     }
 
     fn is_compliant(&self) -> bool {
         self.stages.iter().any(|stage| stage.compliance != 0.0)
-    }
-
-    /// Error of the encoder of joint `i` where it measures `q`.
-    fn error(&self, i: usize, q: f64) -> f64 {
-        self.terms(i).map(|(term, amplitude)| amplitude * term.error(q)).sum()
-    }
-
-    fn terms(&self, i: usize) -> impl Iterator<Item = (EncoderTerm, f64)> {
-        self.errors.iter().filter(move |(joint, ..)| *joint == i).map(|(_, term, amplitude)| (*term, *amplitude))
-    }
-
-    /// The position that joint `i`'s encoder measures at a position `q` of its own, by Newton's
-    /// method.
-    fn measured(&self, i: usize, q: f64) -> Option<f64> {
-        let mut measured = q;
-        for _ in 0..STEPS {
-            let slope: f64 = self.terms(i).map(|(term, amplitude)| amplitude * term.slope(measured)).sum();
-            if slope.is_nan() || slope >= 1.0 {
-                return None;
-            }
-            let step = (measured - self.error(i, measured) - q) / (1.0 - slope);
-            measured -= step;
-            if step.abs() <= CONVERGED * measured.abs().max(1.0) {
-                return Some(measured);
-            }
-        }
-        None
     }
 }

@@ -8,7 +8,7 @@ use serde_json::Value;
 use touchcal::estimate::Status;
 use touchcal::io::correction_file;
 use touchcal::io::urdf::{self, Ends};
-use touchcal::robot::{EncoderTerm, JointCorrection, KinematicParameter, Kinematics, Robot, calibrated};
+use touchcal::robot::{EncoderTerm, JointCorrection, JointKind, KinematicParameter, Kinematics, Robot, calibrated};
 use touchcal::se3::{Pose, Wrench};
 
 use crate::support::{data, uniform};
@@ -42,9 +42,10 @@ impl Case {
         let compliances = (0..dof).map(|i| (KinematicParameter::JointCompliance(i), 2e-4));
         let origins = (0..dof).flat_map(|i| (0..6).map(move |k| (KinematicParameter::JointOrigin(i, k), 2e-3)));
         let sizes: Vec<_> = offsets.chain(compliances).chain(origins).collect();
-        let turning =
-            nominal.moving().enumerate().filter(|(_, joint)| joint.kind != touchcal::robot::JointKind::Prismatic);
-        let terms: Vec<_> = turning.flat_map(|(i, _)| EncoderTerm::ALL.map(|term| (i, term))).collect();
+        let turns = |i: usize| nominal.moving().nth(i).is_some_and(|joint| joint.kind != JointKind::Prismatic);
+        let is_of = |i: usize, term: EncoderTerm| term == EncoderTerm::GearRatio || turns(i);
+        let terms = (0..dof).flat_map(|i| EncoderTerm::ALL.map(|term| (i, term)));
+        let terms: Vec<_> = terms.filter(|(i, term)| is_of(*i, *term)).collect();
         let draws = uniform(sizes.len() + terms.len(), seed);
         let (of_arm, of_encoders) = draws.split_at(sizes.len());
         Case {
@@ -192,7 +193,11 @@ fn the_file_says_what_it_is_of_and_whether_it_may_be_used() {
     // Offsets are those that the calibrated description contains: nearly those that were put in.
     let offset = content["joints"][2]["offset_in_urdf"].as_f64().unwrap();
     assert!((offset - case.theta[2]).abs() < 4e-3 && offset != 0.0, "{offset} {}", case.theta[2]);
-    assert_eq!(content["joints"][2]["harmonics"][0]["sin"], case.errors[2 * EncoderTerm::ALL.len()].2);
+    let joint = &content["joints"][2];
+    let numbers = [0, 1].map(|k| &joint["harmonics"][k]).map(|harmonic| [&harmonic["sin"], &harmonic["cos"]]).concat();
+    let found: Vec<f64> = numbers.into_iter().chain([&joint["gear_ratio"]]).map(|x| x.as_f64().unwrap()).collect();
+    let errors: Vec<f64> = case.errors.iter().filter(|(i, ..)| *i == 2).map(|(.., amplitude)| *amplitude).collect();
+    assert_eq!(found, errors);
     // Nothing is to be said of an arm with offsets and origins alone.
     let stiff = calibrated(&case.nominal, &[KinematicParameter::JointOffset(1)], &[0.01]);
     assert_eq!(correction_file::text([&stiff, &case.nominal], &[], Status::Usable).unwrap(), None);

@@ -30,7 +30,7 @@ pub(super) const IMPLAUSIBLE_ADVICE: &str = "check units, the robot description,
 pub(super) const TOOL_ADVICE: &str =
     "declare the tool at its estimated pose where the calibrated robot is used (TCP, cell description)";
 pub(super) const COMPLIANCE_ADVICE: &str =
-    "apply the compliance in the arm's driver, or calibrate without joint compliance";
+    "apply it in the arm's driver by `correction.json`, or calibrate without joint compliance";
 pub(super) const ORIGIN_ADVICE: &str = "draw outlines about the origin; ignore this if the frame is meant to be there";
 
 /// Messages.
@@ -165,10 +165,10 @@ pub(super) fn prediction_message(ratio: f64, widening: f64) -> String {
     )
 }
 
-/// Message on harmonics of encoders that move the tool by `displacement` (m).
+/// Message on harmonics and gear ratios of encoders that move the tool by `displacement` (m).
 pub(super) fn harmonics_message(displacement: f64) -> String {
     format!(
-        "the calibrated robot description does not contain the encoders' harmonics, which move the tool by {:.3} mm",
+        "the calibrated robot description does not contain the encoders' harmonics and gear ratios, which move the tool by {:.3} mm",
         1e3 * displacement
     )
 }

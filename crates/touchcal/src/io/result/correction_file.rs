@@ -18,7 +18,7 @@ const TEXTS: [(&str, &str); 4] = [
     ),
     (
         "model",
-        "true = measured - error(measured) + compliance_rad_per_nm * torque(true); error = the sum over harmonics of sin * sin(order * measured) + cos * cos(order * measured); torque (N m) about the joint's axis, of gravity on the masses that the joint carries and of a load on the tip",
+        "true = measured - error(measured) + compliance_rad_per_nm * torque(true); error = -gear_ratio * measured + the sum over harmonics of sin * sin(order * measured) + cos * cos(order * measured); torque (N m) about the joint's axis, of gravity on the masses that the joint carries and of a load on the tip",
     ),
     (
         "offsets",
@@ -35,6 +35,7 @@ struct JointEntry<'a> {
     name: &'a str,
     kind: &'static str,
     offset_in_urdf: f64,
+    gear_ratio: f64,
     harmonics: Vec<HarmonicEntry>,
     compliance_rad_per_nm: f64,
     axis: [f64; 3],
@@ -117,14 +118,15 @@ fn joint_entry<'a>(
     let amplitude = |term: EncoderTerm| -> f64 {
         errors.iter().filter(|(of, of_term, _)| (*of, *of_term) == (i, term)).map(|(.., amplitude)| *amplitude).sum()
     };
-    let harmonics = [(1, EncoderTerm::Sine, EncoderTerm::Cosine)];
+    let harmonics = EncoderTerm::HARMONICS;
     let harmonics =
-        harmonics.map(|(order, sine, cosine)| HarmonicEntry { order, sin: amplitude(sine), cos: amplitude(cosine) });
+        harmonics.map(|(order, [sine, cosine])| HarmonicEntry { order, sin: amplitude(sine), cos: amplitude(cosine) });
     let turns = joint.kind != JointKind::Prismatic;
     JointEntry {
         name: &joint.name,
         kind: if turns { "revolute" } else { "prismatic" },
         offset_in_urdf: offset,
+        gear_ratio: amplitude(EncoderTerm::GearRatio),
         harmonics: harmonics.into_iter().filter(|entry| (entry.sin, entry.cos) != (0.0, 0.0)).collect(),
         compliance_rad_per_nm: if turns { joint.compliance } else { 0.0 },
         axis: joint.axis.into_inner().into(),
