@@ -69,14 +69,10 @@ impl Case {
     fn rows(&self) -> Vec<(Vec<f64>, Wrench)> {
         let dof = self.nominal.dof();
         let row = |draws: &[f64], k: usize| {
-            let size = |j: usize| {
-                if k % 2 == 0 {
-                    0.0
-                } else if j < 3 {
-                    50.0
-                } else {
-                    5.0
-                }
+            let size = |j: usize| match j {
+                _ if k.is_multiple_of(2) => 0.0,
+                0..3 => 50.0,
+                _ => 5.0,
             };
             (draws[..dof].iter().map(|q| 2.9 * q).collect(), std::array::from_fn(|j| size(j) * draws[dof + j]))
         };
