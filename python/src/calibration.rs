@@ -305,7 +305,7 @@ impl Calibration {
     }
 
     /// Writes calibrated.urdf, estimate.json and report.html into a folder, as `touchcal calibrate
-    /// --out` does.
+    /// --out` does, and correction.json where joints need corrections that no URDF can say.
     ///
     /// Args:
     ///     folder: where to write; it is made if missing.

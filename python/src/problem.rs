@@ -33,7 +33,7 @@ use crate::threads::detached;
 ///         twice, of the same file or array, counts once.
 ///     parameters: blocks to estimate: "strain", "segment_strain", "joint_offset", "joint_origin",
 ///         "joint_compliance", "joint_drift", "joint_trend", "joint_walk", "joint_harmonic",
-///         "tool", "fixture".
+///         "joint_harmonic_2", "joint_gear_ratio", "tool", "fixture".
 ///     distances: known distances between origins of fixtures: (name, name, metres) or (name, name,
 ///         metres, sigma); default of sigma: 0.1 mm. A sigma of 0 is exact.
 ///     noise: the table [noise] of problem.toml: encoder_deg, contact_mm, encoder_trend_deg,

@@ -9,7 +9,7 @@ from pathlib import Path
 from types import ModuleType
 
 import touchcal
-from touchcal import _bar, _touchcal, distributed, plots
+from touchcal import _bar, _touchcal, correction, distributed, plots
 
 ROOT = Path(__file__).parents[2]
 PAGE = ROOT / "guide/src/python.md"
@@ -96,7 +96,7 @@ def page() -> str:
         ["# Python reference\n", markdown(touchcal.__doc__), ""],
         described(_touchcal, ast.parse(stubs.read_text())),
         described(touchcal, ast.parse(Path(_bar.__file__).read_text())),
-        *(part for module in (plots, distributed) for part in submodule(module)),
+        *(part for module in (correction, plots, distributed) for part in submodule(module)),
     ]
     text = "\n".join(line for part in parts for line in part)
     return one_sentence_a_line(re.sub(r"\n{3,}", "\n\n", text)).strip() + "\n"

@@ -132,8 +132,11 @@ impl Calibration<'_> {
     }
 
     fn paths(&self) -> String {
-        let Written { urdf, estimate, report, driver, mcap, exports } = self.written;
+        let Written { urdf, correction, estimate, report, driver, mcap, exports } = self.written;
         let [urdf, estimate, report] = [urdf, estimate, report].map(|path| path.display());
+        let correction = correction.as_ref().map_or(String::new(), |path| {
+            format!("{INDENT}{}, which corrects joint positions where a URDF cannot\n", path.display())
+        });
         let driver = driver.as_ref().map_or(String::new(), |[urdf, offsets]| {
             let [urdf, offsets] = [urdf, offsets].map(|path| path.display());
             format!("{INDENT}{urdf} and {offsets}, for drivers that apply encoder offsets: use both or neither\n")
@@ -141,7 +144,7 @@ impl Calibration<'_> {
         let mcap =
             mcap.as_ref().map_or(String::new(), |path| format!("{INDENT}{}, for Foxglove or Rerun\n", path.display()));
         let exports: String = exports.iter().map(written_export).collect();
-        format!("Written   {urdf}\n{INDENT}{estimate}\n{INDENT}{report}\n{driver}{mcap}{exports}")
+        format!("Written   {urdf}\n{correction}{INDENT}{estimate}\n{INDENT}{report}\n{driver}{mcap}{exports}")
     }
 
     fn warnings(&self) -> String {

@@ -38,6 +38,7 @@ fn demo_finds_the_truth_and_its_example_gives_the_same_again() {
     let mean = ((1..8).map(|k| (value(k) - truth(k)).abs()).sum::<f64>() / 7.0).to_degrees();
     assert!(mean < 0.02, "mean offset error {mean} deg");
 
+    assert!(!at("correction.json").exists(), "the URDF says all about joint positions");
     let first = FILES.map(|name| timeless(&at(name)));
     touchcal(folder.path(), &["demo"]).success();
     assert_eq!(first, FILES.map(|name| timeless(&at(name))), "the same bytes again");

@@ -111,6 +111,20 @@ fn calibrated_urdf_carries_the_compliance() {
     assert_eq!(estimate["parameters"].as_array().unwrap().iter().find(entry).unwrap()["unit"], "rad/(N m)");
     let kinds = estimate["warnings"].as_array().unwrap();
     assert!(kinds.iter().any(|warning| warning["kind"] == "compliance_in_robot"), "{kinds:?}");
+    // What other programs need to apply it lies beside.
+    assert!(stdout(&done).contains("correction.json, which corrects joint positions"), "{}", stdout(&done));
+    let correction = json(&folder.path().join("correction.json"));
+    assert_eq!(correction["status"], estimate["status"]);
+    let found = &correction["joints"][1];
+    let value = |name: &str| {
+        let entries = estimate["parameters"].as_array().unwrap();
+        entries.iter().find(|entry| entry["name"] == name).unwrap()["value"].as_f64().unwrap()
+    };
+    let compliance = found["compliance_rad_per_nm"].as_f64().unwrap();
+    assert!((compliance - value("joint_compliance.joint_a2")).abs() < 1e-15, "{found}");
+    assert_eq!((&found["name"], &found["harmonics"]), (&"joint_a2".into(), &serde_json::json!([])));
+    let listed = json(&folder.path().join("touchcal.json"));
+    assert!(listed["results"]["calibration"]["files"]["correction.json"].is_string(), "{listed}");
 
     let score = |placement: &str, urdf: &str| {
         let args = ["evaluate", problem, "--only", placement, "--urdf", urdf, "--json"];

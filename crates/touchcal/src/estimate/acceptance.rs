@@ -95,7 +95,7 @@ struct TaskErrorDistribution {
 impl TaskErrorDistribution {
     fn new(asked: &Acceptance, tool: &CalibratedTool, frame: ErrorFrame) -> Self {
         let motion = tool.motion(&asked.positions, frame);
-        TaskErrorDistribution { motion, mean: tool.harmonics(), covariance: tool.covariance.clone() }
+        TaskErrorDistribution { motion, mean: tool.encoder_errors(), covariance: tool.covariance.clone() }
     }
 
     /// Largest distance (m) and largest angle (rad) over the poses in each draw of the parameters,

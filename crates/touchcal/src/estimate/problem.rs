@@ -293,7 +293,7 @@ pub struct Problem {
     pub noise: Noise,
     /// Parameters of the arm ([`ParameterId::Kinematic`](crate::parameter::ParameterId::Kinematic))
     /// and of its encoders ([`joint_trend`](crate::parameter::joint_trend), `joint_walk`,
-    /// `joint_harmonic`) to estimate, each once, with their priors; those of tool and fixtures
+    /// `joint_harmonic`, …) to estimate, each once, with their priors; those of tool and fixtures
     /// follow from their [`PlacePrior`]s. May be empty.
     pub parameters: Vec<Parameter>,
     /// Whether each placement ([`Fixture::placement`]) has encoder offsets of its own

@@ -76,7 +76,7 @@ pub(super) fn result_warnings(
     if estimate.robot.is_compliant() {
         warnings.push(Warning::ComplianceInRobot);
     }
-    warnings.extend(harmonics(problem, estimate));
+    warnings.extend(encoder_errors(problem, estimate));
     warnings.sort_by_key(Warning::severity);
     warnings
 }
@@ -260,10 +260,10 @@ fn symmetric_parts(problem: &Problem, estimate: &Estimate) -> impl Iterator<Item
     })
 }
 
-/// How far estimated harmonics of the encoders move the tool.
-fn harmonics(problem: &Problem, estimate: &Estimate) -> Option<Warning> {
+/// How far estimated harmonics and gear ratios of the encoders move the tool.
+fn encoder_errors(problem: &Problem, estimate: &Estimate) -> Option<Warning> {
     let tool = CalibratedTool::new(problem, estimate)?;
-    let change = tool.harmonics();
+    let change = tool.encoder_errors();
     let displacement = tool.motion(&tool_positions(problem), problem.error_frame()).displacement(&change);
     (displacement > 0.0).then_some(Warning::HarmonicsNotInRobot { displacement })
 }

@@ -8,8 +8,8 @@ use crate::estimate::{
 use crate::geometry::Parts;
 use crate::manifold::exact_manifold;
 use crate::parameter::{
-    Block, Parameter, joint_compliance, joint_offset, joint_origin, joint_trend_with_sigma, joint_walk, segment_strain,
-    strain,
+    Block, Parameter, joint_compliance, joint_gear_ratio, joint_harmonic, joint_harmonic_2, joint_offset, joint_origin,
+    joint_trend_with_sigma, joint_walk, segment_strain, strain,
 };
 use crate::robot::Robot;
 use crate::sim::{PlaceError, Recorder, Scenario, SimulatedTrial, Touch, Truth};
@@ -104,6 +104,9 @@ pub(crate) fn blocks(scenario: &Scenario) -> Vec<Block> {
         (errors.joint_offset > 0.0, Block::JointOffset),
         (origin, Block::JointOrigin),
         (errors.joint_compliance > 0.0, Block::JointCompliance),
+        (errors.joint_harmonic > 0.0, Block::JointHarmonic),
+        (errors.joint_harmonic_2 > 0.0, Block::JointHarmonic2),
+        (errors.joint_gear_ratio > 0.0, Block::JointGearRatio),
     ];
     let mut blocks: Vec<Block> = wanted.into_iter().filter(|(wanted, _)| *wanted).map(|(_, block)| block).collect();
     if blocks.is_empty() {
@@ -118,6 +121,9 @@ fn parameters(block: Block, robot: &Robot) -> Vec<Parameter> {
         Block::SegmentStrain => segment_strain(robot),
         Block::JointOrigin => joint_origin(robot),
         Block::JointCompliance => joint_compliance(robot),
+        Block::JointHarmonic => joint_harmonic(robot),
+        Block::JointHarmonic2 => joint_harmonic_2(robot),
+        Block::JointGearRatio => joint_gear_ratio(robot),
         _ => joint_offset(robot),
     }
 }

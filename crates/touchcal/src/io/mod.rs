@@ -62,7 +62,7 @@ pub use result::calibration_mcap;
 pub use result::export::Export;
 pub use result::export_text::ExportText;
 pub use result::saved_calibration::SavedCalibration;
-pub use result::{calibration_folder, dh_file, estimate_file, offsets_yaml, ur_kinematics};
+pub use result::{calibration_folder, correction_file, dh_file, estimate_file, offsets_yaml, ur_kinematics};
 pub use robot::urdf;
 pub use scenario::{scenario_file, truth_file};
 pub use shape::{mesh, outline};

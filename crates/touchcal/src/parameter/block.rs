@@ -23,6 +23,11 @@ pub enum Block {
     /// Two amplitudes of a harmonic of once a turn for the encoder of each revolute or continuous
     /// joint (rad).
     JointHarmonic,
+    /// Two amplitudes of a harmonic of twice a turn for the encoder of each revolute or continuous
+    /// joint (rad).
+    JointHarmonic2,
+    /// One relative error of the ratio between encoder and joint for each moving joint (1).
+    JointGearRatio,
     /// Six components of a local twist `[v; ω]` on each moving joint's origin, in the joint's frame
     /// (m, rad): the full geometric model.
     JointOrigin,
@@ -50,8 +55,9 @@ pub enum Block {
 
 impl Block {
     /// Name in files and reports: `strain`, `segment_strain`, `joint_offset`, `joint_drift`,
-    /// `joint_trend`, `joint_walk`, `joint_harmonic`, `joint_origin`, `joint_compliance`, `tool`,
-    /// `fixture`, `gap_bias`, `edge_radius`, `wrench_bias`, `wrench_scale`, `distance`.
+    /// `joint_trend`, `joint_walk`, `joint_harmonic`, `joint_harmonic_2`, `joint_gear_ratio`,
+    /// `joint_origin`, `joint_compliance`, `tool`, `fixture`, `gap_bias`, `edge_radius`,
+    /// `wrench_bias`, `wrench_scale`, `distance`.
     pub fn name(self) -> &'static str {
         match self {
             Block::Strain => "strain",
@@ -61,6 +67,8 @@ impl Block {
             Block::JointTrend => "joint_trend",
             Block::JointWalk => "joint_walk",
             Block::JointHarmonic => "joint_harmonic",
+            Block::JointHarmonic2 => "joint_harmonic_2",
+            Block::JointGearRatio => "joint_gear_ratio",
             Block::JointOrigin => "joint_origin",
             Block::JointCompliance => "joint_compliance",
             Block::Tool => "tool",
@@ -73,13 +81,14 @@ impl Block {
         }
     }
 
-    /// Whether the block is not part of the arm: true for tool, fixtures, drifts,
-    /// trends, walks, gap biases, edges, bias and scale of the wrench, and distances.
+    /// Whether the block is not part of the arm's description: true for tool, fixtures, drifts,
+    /// trends, walks, harmonics, gear ratios, gap biases, edges, bias and scale of the wrench, and
+    /// distances.
     pub fn is_nuisance(self) -> bool {
-        let of_encoders =
-            matches!(self, Block::JointDrift | Block::JointTrend | Block::JointWalk | Block::JointHarmonic);
+        let of_log = matches!(self, Block::JointDrift | Block::JointTrend | Block::JointWalk);
+        let of_encoders = matches!(self, Block::JointHarmonic | Block::JointHarmonic2 | Block::JointGearRatio);
         let of_wrench = matches!(self, Block::WrenchBias | Block::WrenchScale);
         let of_parts = matches!(self, Block::GapBias | Block::EdgeRadius);
-        of_encoders || of_wrench || of_parts || matches!(self, Block::Tool | Block::Fixture | Block::Distance)
+        of_log || of_encoders || of_wrench || of_parts || matches!(self, Block::Tool | Block::Fixture | Block::Distance)
     }
 }

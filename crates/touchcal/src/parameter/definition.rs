@@ -4,7 +4,7 @@ use serde::de::Error;
 use serde::{Deserialize, Deserializer, Serialize};
 
 use super::parameter_id::{DIRECTION_NAMES, ParameterId, TWIST_NAMES};
-use crate::robot::KinematicParameter;
+use crate::robot::{EncoderTerm, KinematicParameter};
 
 /// Plausible sizes of lengths (m) and angles (rad): 10 mm and 5°.
 pub(super) const LENGTH_SCALE: f64 = 0.01;
@@ -196,7 +196,13 @@ impl Parameter {
             ParameterId::JointDrift(..) => format!("the encoder drift of {rest}"),
             ParameterId::JointTrend(_) => format!("the encoder trend of {rest}"),
             ParameterId::JointWalk(..) => format!("the encoder walk of {owner}"),
-            ParameterId::JointHarmonic(..) => format!("the encoder harmonic of {owner}"),
+            ParameterId::EncoderError(_, term) => match term {
+                EncoderTerm::Sine | EncoderTerm::Cosine => format!("the encoder harmonic of {owner}"),
+                EncoderTerm::SecondSine | EncoderTerm::SecondCosine => {
+                    format!("the second encoder harmonic of {owner}")
+                }
+                EncoderTerm::GearRatio => format!("the gear ratio of {rest}"),
+            },
             ParameterId::Fixture(_, k) => format!("the {} of fixture {owner}", TWIST_NAMES[k.min(5)]),
             ParameterId::GapBias(_) => format!("the gap bias of fixture {rest}"),
             ParameterId::DirectionalGapBias(_, k) => {

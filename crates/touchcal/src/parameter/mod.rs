@@ -12,7 +12,7 @@ pub use block::Block;
 pub use definition::{Parameter, Prior, Unit};
 pub(crate) use nuisance::joint_walk_rest;
 pub use nuisance::{
-    DEFAULT_WALK_SIGMA, directional_gap_bias, distance_error, edge_radius, gap_bias, joint_drift, joint_harmonic,
-    joint_trend, joint_trend_with_sigma, joint_walk, wrench_bias, wrench_scale,
+    DEFAULT_WALK_SIGMA, directional_gap_bias, distance_error, edge_radius, gap_bias, joint_drift, joint_gear_ratio,
+    joint_harmonic, joint_harmonic_2, joint_trend, joint_trend_with_sigma, joint_walk, wrench_bias, wrench_scale,
 };
 pub use parameter_id::{DIRECTION_NAMES, ParameterId, TWIST_NAMES, kinematic_part};

@@ -5,13 +5,18 @@ use super::definition::{DRIFT_GROUP, Parameter, Prior, TREND_ANGLE_GROUP, TREND_
 use super::parameter_id::{DIRECTION_NAMES, ParameterId, WRENCH_NAMES};
 use std::ops::RangeInclusive;
 
-use crate::robot::{JointKind, Robot};
+use crate::robot::{EncoderTerm, JointKind, Robot};
 
 /// Standard deviation (rad) of the change over a log of an encoder that walks at random, where it
 /// is estimated and none is declared: 0.02°.
 pub const DEFAULT_WALK_SIGMA: f64 = 0.02 * std::f64::consts::PI / 180.0;
-/// Prior standard deviation (rad) of each amplitude of an encoder's harmonic.
+/// Prior standard deviations (rad) of each amplitude of an encoder's harmonics of once and twice a
+/// turn.
 const HARMONIC_SIGMA: f64 = 0.05 * std::f64::consts::PI / 180.0;
+const HARMONIC_2_SIGMA: f64 = 0.02 * std::f64::consts::PI / 180.0;
+/// Prior standard deviation of an error of a gear ratio, and a plausible size (1).
+const GEAR_RATIO_SIGMA: f64 = 1e-4;
+const GEAR_RATIO_SCALE: f64 = 1e-3;
 /// Start of the drifts' variance component.
 const DRIFT_SIGMA: f64 = 0.05 * std::f64::consts::PI / 180.0;
 /// Start of the trends' variance component: half of 0.01° over a log.
@@ -105,14 +110,45 @@ fn half_waves(robot: &Robot, sigma: f64, numbers: RangeInclusive<usize>) -> Vec<
 
 /// Two amplitudes (rad) of a harmonic of once a turn for the encoder of each revolute or continuous
 /// joint, base first, named `joint_harmonic.{joint}.{sin|cos}`, with a prior standard deviation of
-/// 0.05°, see [`ParameterId::JointHarmonic`].
+/// 0.05°, see [`ParameterId::EncoderError`]: a ring of 120 mm that is 0.05 mm off its axis.
 pub fn joint_harmonic(robot: &Robot) -> Vec<Parameter> {
+    harmonic(robot, "joint_harmonic", [EncoderTerm::Sine, EncoderTerm::Cosine], HARMONIC_SIGMA)
+}
+
+/// Two amplitudes (rad) of a harmonic of twice a turn, as of an oval ring, named
+/// `joint_harmonic_2.{joint}.{sin|cos}`, with a prior standard deviation of 0.02°; otherwise as
+/// [`joint_harmonic`].
+pub fn joint_harmonic_2(robot: &Robot) -> Vec<Parameter> {
+    harmonic(robot, "joint_harmonic_2", [EncoderTerm::SecondSine, EncoderTerm::SecondCosine], HARMONIC_2_SIGMA)
+}
+
+fn harmonic(robot: &Robot, block: &str, terms: [EncoderTerm; 2], sigma: f64) -> Vec<Parameter> {
     let revolute = robot.moving().enumerate().filter(|(_, joint)| joint.kind != JointKind::Prismatic);
     let each = revolute.flat_map(|(i, joint)| {
-        ["sin", "cos"].into_iter().enumerate().map(move |(k, phase)| {
-            let name = format!("joint_harmonic.{}.{phase}", joint.name);
-            Parameter::angle(name, ParameterId::JointHarmonic(i, k)).with_sigma(HARMONIC_SIGMA)
-        })
+        let name = |phase: &str| format!("{block}.{}.{phase}", joint.name);
+        let amplitude =
+            |phase: &str, term| Parameter::angle(name(phase), ParameterId::EncoderError(i, term)).with_sigma(sigma);
+        [amplitude("sin", terms[0]), amplitude("cos", terms[1])]
+    });
+    each.collect()
+}
+
+/// The relative error `r` (1) of the ratio between encoder and joint for each moving joint, base
+/// first, named `joint_gear_ratio.{joint}`: the true position is `(1 + r)` times the measured one,
+/// about its zero. Its prior standard deviation of 1e-4 is 0.018° over half a turn: teeth give an
+/// exact ratio, what remains is that of belts, of screws (0.05 mm in 0.3 m would be 1.7e-4), and of
+/// errors of slow change within the range of a joint.
+pub fn joint_gear_ratio(robot: &Robot) -> Vec<Parameter> {
+    let each = robot.moving().enumerate().map(|(i, joint)| {
+        let (name, id) =
+            (format!("joint_gear_ratio.{}", joint.name), ParameterId::EncoderError(i, EncoderTerm::GearRatio));
+        Parameter {
+            name,
+            id,
+            unit: Unit::One,
+            prior: Prior::Gaussian { sigma: GEAR_RATIO_SIGMA },
+            scale: GEAR_RATIO_SCALE,
+        }
     });
     each.collect()
 }

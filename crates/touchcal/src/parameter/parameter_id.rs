@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::block::Block;
-use crate::robot::KinematicParameter;
+use crate::robot::{EncoderTerm, KinematicParameter};
 
 /// Names of the components of a twist `[v; ω]` in its order: `x`, `y`, `z` (m), then `rx`, `ry`,
 /// `rz` (rad), as they end parameter names.
@@ -35,10 +35,9 @@ pub enum ParameterId {
     /// of joint `i`, revolute or continuous, on top of its trend: this at the first contact, and
     /// `cos kπ` times this at the last; no part of the calibrated arm.
     JointWalk(usize, usize),
-    /// `(i, k)`: amplitude of a harmonic of once a turn in the encoder of joint `i` (rad): the
-    /// measured position `q` is too large by `amplitude · sin q` for `k` = 0 and by
-    /// `amplitude · cos q` for `k` = 1.
-    JointHarmonic(usize, usize),
+    /// `(i, term)`: amplitude of a term of the error of joint `i`'s encoder (rad, or 1 for a gear
+    /// ratio): the measured position `q` is too large by `amplitude · term.error(q)`.
+    EncoderError(usize, EncoderTerm),
     /// `(f, k)`: component `k` of the local twist `ξ` on fixture `f`'s pose in base (m, rad):
     /// `base_from_fixture · Exp(ξ)`.
     Fixture(usize, usize),
@@ -82,7 +81,11 @@ impl ParameterId {
             ParameterId::JointDrift(..) => Block::JointDrift,
             ParameterId::JointTrend(_) => Block::JointTrend,
             ParameterId::JointWalk(..) => Block::JointWalk,
-            ParameterId::JointHarmonic(..) => Block::JointHarmonic,
+            ParameterId::EncoderError(_, term) => match term {
+                EncoderTerm::Sine | EncoderTerm::Cosine => Block::JointHarmonic,
+                EncoderTerm::SecondSine | EncoderTerm::SecondCosine => Block::JointHarmonic2,
+                EncoderTerm::GearRatio => Block::JointGearRatio,
+            },
             ParameterId::Fixture(..) => Block::Fixture,
             ParameterId::GapBias(_) | ParameterId::DirectionalGapBias(..) => Block::GapBias,
             ParameterId::EdgeRadius(_) => Block::EdgeRadius,
@@ -93,7 +96,7 @@ impl ParameterId {
     }
 
     /// The parameter of the kinematics of arm and tool; `None` for drifts, trends,
-    /// walks, harmonics, fixtures, gap biases, edges, bias and scale of the wrench, and distances.
+    /// walks, errors of encoders, fixtures, gap biases, edges, bias and scale of the wrench, and distances.
     pub fn kinematic(self) -> Option<KinematicParameter> {
         match self {
             ParameterId::Kinematic(parameter) => Some(parameter),

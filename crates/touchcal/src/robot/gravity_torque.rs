@@ -52,6 +52,13 @@ impl Gravity {
         let masses = if robot.has_masses() { link_masses(robot) } else { default_masses(robot.dof()) };
         Gravity { acceleration: *robot.gravity(), masses }
     }
+
+    /// Mass (kg) and its centre (m) in the frame of each moving link, the tip's last; the centre of
+    /// no mass is zero.
+    pub fn masses(&self) -> impl Iterator<Item = (f64, Vector3<f64>)> {
+        let center = |masses: &Masses| if masses.mass > 0.0 { masses.moment / masses.mass } else { Vector3::zeros() };
+        self.masses.iter().map(move |masses| (masses.mass, center(masses)))
+    }
 }
 
 /// Masses by the links' inertias.

@@ -3,7 +3,8 @@
 
 use nalgebra::{Matrix3, Matrix6, Vector3};
 
-use super::chain::{Joint, JointKind};
+use super::chain::{Joint, JointKind, Robot};
+use super::segments::segment_of_each_joint;
 use crate::se3::{self, Pose, Twist};
 
 /// One moving joint with the fixed joints before it, the current parameters applied.
@@ -75,6 +76,26 @@ impl JointStage {
         self.origin_translation = origin.translation.vector;
         self.right_jacobian = se3::right_jacobian(&self.twist);
     }
+}
+
+/// The stages of the moving joints of `robot`, base first, and that of its tip; all parameters are
+/// at zero.
+pub(super) fn stages(robot: &Robot) -> (Vec<JointStage>, JointStage) {
+    let segment_of = segment_of_each_joint(robot);
+    let mut stages = Vec::with_capacity(robot.dof());
+    let mut origin = Pose::identity();
+    let mut shares: Vec<(usize, Vector3<f64>)> = Vec::new();
+    for (index, joint) in robot.joints().iter().enumerate() {
+        if let Some(segment) = segment_of[index] {
+            shares.push((segment, origin.rotation * joint.parent_from_joint.translation.vector));
+        }
+        origin *= joint.parent_from_joint;
+        if joint.kind != JointKind::Fixed {
+            stages.push(JointStage::moving(origin, joint, std::mem::take(&mut shares)));
+            origin = Pose::identity();
+        }
+    }
+    (stages, JointStage::tip(origin, shares))
 }
 
 /// Pose of a frame along the chain in base.

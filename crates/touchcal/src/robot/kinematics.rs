@@ -3,20 +3,14 @@
 
 use nalgebra::{Matrix3, Matrix6, Rotation3, UnitQuaternion, Vector3};
 
-use super::chain::{JointKind, Robot};
+use super::chain::Robot;
 use super::gravity_torque::{Gravity, JointTorques};
-use super::joint_stage::{JointStage, LinkPose};
+use super::joint_stage::{JointStage, LinkPose, stages};
 use super::kinematic_parameter::KinematicParameter;
-use super::segments::segment_of_each_joint;
+use super::rest::{CONVERGED, DEFLECTION_ITERATIONS, come_to_rest};
 use crate::se3::{self, Pose, Twist, Wrench};
 
 const NO_LOAD: Wrench = [0.0; 6];
-
-/// Largest number of fixed-point iterations for the positions of deflected joints. Each reduces
-/// the error by the factor `c ∂τ/∂q`, 1 % for compliances of 1e-4 rad/(N m); they diverge above 1.
-const DEFLECTION_ITERATIONS: usize = 50;
-/// Change of a position (rad, m) or a derivative from which an iteration has converged.
-const CONVERGED: f64 = 1e-13;
 
 /// Forward kinematics of one arm with its tool at one value of its parameters.
 ///
@@ -94,26 +88,13 @@ impl Kinematics {
     /// If the index of a joint in `parameters` is not below [`Robot::dof`], or that of a component
     /// of a twist not below 6.
     pub fn new(robot: &Robot, parameters: &[KinematicParameter], tip_from_tool: Pose) -> Self {
-        let segment_of = segment_of_each_joint(robot);
-        let mut stages = Vec::with_capacity(robot.dof());
-        let mut origin = Pose::identity();
-        let mut shares: Vec<(usize, Vector3<f64>)> = Vec::new();
-        for (index, joint) in robot.joints().iter().enumerate() {
-            if let Some(segment) = segment_of[index] {
-                shares.push((segment, origin.rotation * joint.parent_from_joint.translation.vector));
-            }
-            origin *= joint.parent_from_joint;
-            if joint.kind != JointKind::Fixed {
-                stages.push(JointStage::moving(origin, joint, std::mem::take(&mut shares)));
-                origin = Pose::identity();
-            }
-        }
+        let (stages, tip) = stages(robot);
         let is_compliant =
             robot.is_compliant() || parameters.iter().any(|p| matches!(p, KinematicParameter::JointCompliance(_)));
         let mut kinematics = Kinematics {
             parameters: parameters.to_vec(),
             stages,
-            tip: JointStage::tip(origin, shares),
+            tip,
             gravity: is_compliant.then(|| Gravity::of(robot)),
             tip_from_tool,
             tool_rotation: Matrix3::identity(),
@@ -195,7 +176,8 @@ impl Kinematics {
             None => self.forward(stiff, |_, _, _| {}),
             Some(gravity) => {
                 let mut positions = vec![0.0; self.stages.len()];
-                self.come_to_rest(gravity, (q, load), &mut positions, &mut JointTorques::new(self.stages.len()));
+                let mut torques = JointTorques::new(self.stages.len());
+                come_to_rest(gravity, (&self.stages, &self.tip), (q, load), &mut positions, &mut torques);
                 self.forward(positions.iter().copied(), |_, _, _| {})
             }
         };
@@ -220,7 +202,8 @@ impl Kinematics {
                 scratch.positions.iter_mut().zip(stiff).for_each(|(position, stiff)| *position = stiff);
             }
             Some(gravity) => {
-                self.come_to_rest(gravity, (q, load), &mut scratch.positions, &mut scratch.at_rest);
+                let KinematicsScratch { positions, at_rest, .. } = scratch;
+                come_to_rest(gravity, (&self.stages, &self.tip), (q, load), positions, at_rest);
                 scratch.torques.iter_mut().enumerate().for_each(|(i, torque)| *torque = scratch.at_rest.torque(i));
             }
         }
@@ -256,31 +239,6 @@ impl Kinematics {
         if self.gravity.is_some() {
             for (i, stage) in self.stages.iter().enumerate() {
                 scratch.load += scratch.joints[i] * stage.compliance * scratch.at_rest.by_load(i).transpose();
-            }
-        }
-    }
-
-    /// Joint positions of the arm at rest, `θᵢ = qᵢ − bᵢ + cᵢ τᵢ(θ)`, and the torques there.
-    fn come_to_rest(
-        &self,
-        gravity: &Gravity,
-        (q, load): (&[f64], &Wrench),
-        positions: &mut [f64],
-        torques: &mut JointTorques,
-    ) {
-        for ((position, stage), q) in positions.iter_mut().zip(&self.stages).zip(q) {
-            *position = q - stage.offset;
-        }
-        for _ in 0..DEFLECTION_ITERATIONS {
-            torques.update(gravity, load, (&self.stages, &self.tip), positions);
-            let mut change = 0.0f64;
-            for (i, (stage, q)) in self.stages.iter().zip(q).enumerate() {
-                let at_rest = q - stage.offset + stage.compliance * torques.torque(i);
-                change = change.max((at_rest - positions[i]).abs());
-                positions[i] = at_rest;
-            }
-            if change <= CONVERGED {
-                break;
             }
         }
     }

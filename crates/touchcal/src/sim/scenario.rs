@@ -189,6 +189,13 @@ pub struct ArmErrors {
     /// Compliance of each revolute or continuous joint (rad/(N m)) under gravity and the contact's
     /// load; the same for all and not drawn.
     pub joint_compliance: f64,
+    /// Size of each amplitude, of sine and cosine, of a harmonic of once a turn in the encoder of
+    /// each revolute or continuous joint (rad).
+    pub joint_harmonic: f64,
+    /// The same of twice a turn (rad).
+    pub joint_harmonic_2: f64,
+    /// Size of the relative error of the ratio between encoder and joint of each moving joint (1).
+    pub joint_gear_ratio: f64,
 }
 
 impl ArmErrors {
@@ -202,5 +209,8 @@ impl ArmErrors {
         origin_angle: 0.0,
         origin_zero: 0.0,
         joint_compliance: 0.0,
+        joint_harmonic: 0.0,
+        joint_harmonic_2: 0.0,
+        joint_gear_ratio: 0.0,
     };
 }

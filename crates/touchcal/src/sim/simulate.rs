@@ -15,7 +15,7 @@ use super::scenario::{Scenario, Thermal, Touch};
 use super::simulation_error::SimulationError;
 use super::truth::Truth;
 use crate::geometry::{GapQuery, Parts};
-use crate::robot::{Kinematics, segments};
+use crate::robot::{EncoderTerm, Kinematics, measured_position, segments};
 use crate::se3::{self, Pose, Twist};
 
 /// One simulated trial: true errors and logs.
@@ -202,6 +202,7 @@ pub fn run(
             wrench_errors: truth.wrench_errors(),
             filtered_wrench: [0.0; 6],
             encoder_changes: &encoder_changes,
+            encoder_terms: truth.encoder_terms(scenario.robot.dof()),
             before,
             log: Log { dof: scenario.robot.dof(), ..Log::default() },
         };
@@ -239,6 +240,8 @@ struct Run<'a> {
     /// Low-pass filtered true wrench at the tip (N, N m), before bias, scale and noise.
     filtered_wrench: [f64; 6],
     encoder_changes: &'a EncoderChanges,
+    /// Terms of the error of each joint's encoder that depend on the position, with amplitudes.
+    encoder_terms: Vec<Vec<(EncoderTerm, f64)>>,
     /// Contacts with earlier fixtures.
     before: usize,
     log: Log,
@@ -321,7 +324,8 @@ impl Run<'_> {
         }
         for (i, &q) in joints.iter().enumerate() {
             let change = self.encoder_changes.at(self.before + found, i);
-            self.log.q.push(recorder.encoder(q + change, &mut self.chance));
+            let Some(measured) = measured_position(&self.encoder_terms[i], q + change) else { return false };
+            self.log.q.push(recorder.encoder(measured, &mut self.chance));
         }
         if let Some(thermal) = self.scenario.thermal {
             let noise = |_: &f64| thermal.sensor_sigma * normal(&mut self.chance);

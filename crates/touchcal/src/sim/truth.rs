@@ -8,9 +8,10 @@ use super::recorder::{Recorder, WrenchErrors, normal};
 use super::scenario::{ArmErrors, Distribution, PlaceError, Scenario, Touch};
 use crate::geometry::{EdgeRadii, Parts};
 use crate::parameter::{
-    Parameter, ParameterId, edge_radius, joint_trend, kinematic_part, of_arm_and_tool, wrench_bias, wrench_scale,
+    Parameter, ParameterId, edge_radius, joint_gear_ratio, joint_harmonic, joint_harmonic_2, joint_trend,
+    kinematic_part, of_arm_and_tool, wrench_bias, wrench_scale,
 };
-use crate::robot::{JointKind, KinematicParameter, Robot, segments};
+use crate::robot::{EncoderTerm, JointKind, KinematicParameter, Robot, segments};
 use crate::se3::{self, Pose, Twist};
 
 /// True errors of an arm, its tool, the fixtures and the force sensor, the numbers that a
@@ -72,6 +73,7 @@ impl Truth {
         for (f, touch) in scenario.touches.iter().enumerate().filter(|(_, touch)| touch.edge_radius_sigma > 0.0) {
             errors.push((ParameterId::EdgeRadius(f), (touch.edge_radius_sigma * normal(chance)).abs()));
         }
+        errors.extend(encoder_errors(&scenario.robot, &scenario.errors, chance));
         Truth { errors, clearance, depth, unequal_clearance, distance_error }
     }
 
@@ -136,6 +138,16 @@ impl Truth {
         changes
     }
 
+    /// Terms of the error of each moving joint's encoder that depend on the position, with their
+    /// amplitudes (rad, or 1 for a gear ratio).
+    pub(super) fn encoder_terms(&self, dof: usize) -> Vec<Vec<(EncoderTerm, f64)>> {
+        let of_joint = |i: usize| {
+            let each = EncoderTerm::ALL.map(|term| (term, self.value(ParameterId::EncoderError(i, term))));
+            each.into_iter().filter(|(_, amplitude)| *amplitude != 0.0).collect()
+        };
+        (0..dof).map(of_joint).collect()
+    }
+
     /// How much wider (m per side) and deeper (m) the hole of touch `f` is than it is nominally.
     pub(super) fn shape_errors(&self, f: usize) -> [f64; 2] {
         [&self.clearance, &self.depth].map(|errors| errors.get(f).copied().unwrap_or(0.0))
@@ -167,7 +179,7 @@ impl Truth {
 
     /// The erroneous parameters with names and units, and their values (SI), in the order: strain,
     /// segment strains, encoder offsets, joint origins, compliances, tool, fixtures, edges, wrench,
-    /// trends of encoder offsets. Their priors are those of the parameters' constructors and say
+    /// trends of encoder offsets, harmonics, gear ratios. Their priors are those of the parameters' constructors and say
     /// nothing about the truth. Drifts of placements and gap biases are left out.
     pub fn named(&self, scenario: &Scenario) -> Vec<(Parameter, f64)> {
         let robot = &scenario.robot;
@@ -180,6 +192,7 @@ impl Truth {
         known.extend((0..6).map(wrench_bias));
         known.push(wrench_scale());
         known.extend(joint_trend(robot));
+        known.extend([joint_harmonic(robot), joint_harmonic_2(robot), joint_gear_ratio(robot)].concat());
         let given = |parameter: &Parameter| self.errors.iter().any(|(column, _)| *column == parameter.id);
         let value = |parameter: Parameter| {
             let value = self.value(parameter.id);
@@ -237,6 +250,20 @@ fn arm_errors(robot: &Robot, sizes: &ArmErrors, chance: &mut Pcg64) -> Vec<(Para
         errors.push((KinematicParameter::JointCompliance(i).into(), compliance));
     }
     errors
+}
+
+/// Harmonics and gear ratios of encoders; sizes of 0 draw nothing.
+fn encoder_errors(robot: &Robot, sizes: &ArmErrors, chance: &mut Pcg64) -> Vec<(ParameterId, f64)> {
+    let blocks = [
+        (joint_harmonic(robot), sizes.joint_harmonic),
+        (joint_harmonic_2(robot), sizes.joint_harmonic_2),
+        (joint_gear_ratio(robot), sizes.joint_gear_ratio),
+    ];
+    let drawn = blocks
+        .into_iter()
+        .filter(|(_, size)| *size > 0.0)
+        .flat_map(|(block, size)| block.into_iter().map(move |parameter| (parameter.id, size)));
+    drawn.map(|(id, size)| (id, draw(sizes.distribution, size, chance))).collect()
 }
 
 /// Bias and relative error of the scale of the measured wrench.

@@ -17,6 +17,7 @@ mod contact_csv;
 mod contact_mcap;
 #[cfg(feature = "parquet")]
 mod contact_parquet;
+mod correction_file;
 mod data;
 mod dh_file;
 mod folders;

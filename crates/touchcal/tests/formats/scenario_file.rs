@@ -31,6 +31,9 @@ origin_mm = 0.1
 origin_deg = 0.05
 origin_zero_deg = 0.2
 joint_compliance_rad_per_nm = 1e-5
+joint_harmonic_deg = 0.03
+joint_harmonic_2_deg = 0.02
+joint_gear_ratio = 2e-4
 [tool]
 kind = "peg"
 outline = "mine.csv"
@@ -107,6 +110,9 @@ fn every_key_is_read() {
     assert_eq!((scenario.contacts, scenario.errors.distribution), (40, Distribution::Normal));
     near(scenario.errors.origin_zero, 0.2f64.to_radians());
     near(scenario.errors.joint_compliance, 1e-5);
+    near(scenario.errors.joint_harmonic, 0.03f64.to_radians());
+    near(scenario.errors.joint_harmonic_2, 0.02f64.to_radians());
+    near(scenario.errors.joint_gear_ratio, 2e-4);
     near(scenario.tool_error.angle, 0.1f64.to_radians());
     near(scenario.robot.gravity().z, -1.62);
     near(scenario.stiffness.rotation, 40.0);

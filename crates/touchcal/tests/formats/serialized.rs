@@ -13,7 +13,8 @@ use touchcal::manifold::{
     Unmodeled,
 };
 use touchcal::parameter::{
-    Parameter, Prior, joint_compliance, joint_drift, joint_harmonic, joint_offset, joint_origin, joint_trend, strain,
+    Parameter, Prior, joint_compliance, joint_drift, joint_gear_ratio, joint_harmonic, joint_harmonic_2, joint_offset,
+    joint_origin, joint_trend, strain,
 };
 use touchcal::robot::{JointKind, Robot};
 use touchcal::se3::Pose;
@@ -61,12 +62,14 @@ fn problem() -> Problem {
         contacts.push(&q, k as usize, Source { file: 0, line: u64::from(k) + 1 });
     }
     contacts.set_target(target_pose(Vector3::new(0.1, 0.2, 1.0 / 7.0), Some(Vector3::new(1.0, 2.0, 3.0))).unwrap());
-    let blocks: [Vec<Parameter>; 7] = [
+    let blocks: [Vec<Parameter>; 9] = [
         vec![strain()],
         joint_offset(&robot),
         joint_drift(&robot, 0, "here"),
         joint_trend(&robot),
         joint_harmonic(&robot),
+        joint_harmonic_2(&robot),
+        joint_gear_ratio(&robot),
         joint_origin(&robot),
         joint_compliance(&robot),
     ];

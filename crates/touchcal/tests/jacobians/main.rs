@@ -7,5 +7,6 @@
     reason = "a test fails by panicking and reports by printing"
 )]
 
+mod encoder_terms;
 mod kinematics;
 mod peg_in_hole;

@@ -104,6 +104,9 @@ fn joint_positions_reach_the_true_pose() {
         origin_length: 5e-4,
         origin_angle: 2e-3,
         origin_zero: 1e-2,
+        joint_harmonic: 1e-3,
+        joint_harmonic_2: 5e-4,
+        joint_gear_ratio: 1e-3,
         ..ArmErrors::NONE
     };
     scenario.recorder.encoder_sigma = 0.0;
@@ -119,11 +122,20 @@ fn joint_positions_reach_the_true_pose() {
     let log = &simulated.logs[0];
     for row in 0..log.len() {
         let pose = base_from_fixture * log.truth[row].fixture_from_tool;
-        let apart = se3::log(&(arm.pose(log.q(row)).inverse() * pose)).amax();
+        // An encoder's error is a function of what it measures.
+        let mut q = log.q(row).to_vec();
+        for (column, amplitude) in &truth.errors {
+            if let ParameterId::EncoderError(joint, term) = column {
+                q[*joint] -= amplitude * term.error(log.q(row)[*joint]);
+            }
+        }
+        let apart = se3::log(&(arm.pose(&q).inverse() * pose)).amax();
         assert!(apart < 1e-10, "{apart:e}");
     }
     let blocks = |block| truth.errors.iter().filter(|(column, _)| column.block() == block).count();
     assert_eq!((blocks(Block::Fixture), blocks(Block::Tool), blocks(Block::JointOrigin)), (6, 6, 42));
+    let of_encoders = [Block::JointHarmonic, Block::JointHarmonic2, Block::JointGearRatio].map(blocks);
+    assert_eq!(of_encoders, [14, 14, 7]);
 }
 
 /// Without weight, an encoder on the motor's side reads less than the true angle by compliance

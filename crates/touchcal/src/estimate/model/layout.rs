@@ -226,7 +226,7 @@ fn dependencies(parameters: &[Parameter], fixture: usize, placement: usize) -> V
         ParameterId::EdgeRadius(f) => f == fixture,
         ParameterId::JointDrift(p, _) => p == placement,
         ParameterId::Kinematic(_) | ParameterId::JointTrend(_) => true,
-        ParameterId::JointWalk(..) | ParameterId::JointHarmonic(..) => true,
+        ParameterId::JointWalk(..) | ParameterId::EncoderError(..) => true,
         ParameterId::WrenchBias(_) | ParameterId::WrenchScale => true,
         ParameterId::Distance(_) => false,
     };

@@ -7,7 +7,7 @@ use super::trend_axis::position_in_log;
 use crate::estimate::problem::WrenchTolerance;
 use crate::manifold::{AXIS_DIRECTIONS, Residual};
 use crate::parameter::ParameterId;
-use crate::robot::{Kinematics, KinematicsScratch};
+use crate::robot::{EncoderTerm, Kinematics, KinematicsScratch};
 use crate::se3::{self, Pose, Twist, Wrench};
 
 /// A model at given parameters.
@@ -23,8 +23,8 @@ pub(crate) struct LinearizationPoint<'m> {
     /// Joint, number of half-waves over the log, and amplitude (rad) of each cosine in an encoder's
     /// offset.
     walk: Vec<(usize, usize, f64)>,
-    /// Amplitudes of the sine and the cosine of each joint's encoder (rad).
-    harmonic: Vec<[f64; 2]>,
+    /// Joint, and amplitude (rad) of a term of its encoder's error.
+    encoder_errors: Vec<(usize, EncoderTerm, f64)>,
     /// Bias (N, N m) of the measured wrench, and relative error of its scale (1).
     wrench_bias: Wrench,
     wrench_scale: f64,
@@ -66,7 +66,7 @@ impl<'m> LinearizationPoint<'m> {
         let dof = kinematics.dof();
         let placements = 1 + model.layout.placement.iter().max().copied().unwrap_or(0);
         let (mut drift, mut trend) = (vec![0.0; dof * placements], vec![0.0; dof]);
-        let (mut walk, mut harmonic) = (Vec::new(), vec![[0.0; 2]; dof]);
+        let (mut walk, mut encoder_errors) = (Vec::new(), Vec::new());
         let (mut wrench_bias, mut wrench_scale) = ([0.0; 6], 0.0);
         for (parameter, &value) in model.layout.parameters.iter().zip(theta.iter()) {
             match parameter.id {
@@ -75,7 +75,8 @@ impl<'m> LinearizationPoint<'m> {
                 ParameterId::JointTrend(i) => trend[i] = value,
                 ParameterId::JointWalk(i, k) if value != 0.0 => walk.push((i, k, value)),
                 ParameterId::JointWalk(..) => {}
-                ParameterId::JointHarmonic(i, k) => harmonic[i][k] = value,
+                ParameterId::EncoderError(i, term) if value != 0.0 => encoder_errors.push((i, term, value)),
+                ParameterId::EncoderError(..) => {}
                 ParameterId::Fixture(f, k) => twists[f][k] = value,
                 ParameterId::GapBias(f) => biases[f].0 = value,
                 ParameterId::DirectionalGapBias(f, k) => biases[f].1[k] = value,
@@ -108,7 +109,7 @@ impl<'m> LinearizationPoint<'m> {
             drift,
             trend,
             walk,
-            harmonic,
+            encoder_errors,
             wrench_bias,
             wrench_scale,
             has_wrench_errors: has_noise || model.layout.has_wrench(),
@@ -167,7 +168,7 @@ impl<'m> LinearizationPoint<'m> {
         self.touched_from_tool(i, base_from_tool)
     }
 
-    /// Writes the joint positions of contact `i` less drift, trend, walk and harmonics of the
+    /// Writes the joint positions of contact `i` less drift, trend, walk and errors of the
     /// encoders to `q`.
     fn correct(&self, i: usize, q: &mut [f64]) {
         let contacts = &self.model.problem.contacts;
@@ -175,12 +176,9 @@ impl<'m> LinearizationPoint<'m> {
         let drift = &self.drift[self.model.layout.placement[f] * measured.len()..];
         let position = self.trend_position(i);
         for (joint, (q, &measured)) in q.iter_mut().zip(measured).enumerate() {
-            let [sine, cosine] = self.harmonic[joint];
             *q = measured - drift[joint] - self.trend[joint] * position;
-            if sine != 0.0 || cosine != 0.0 {
-                *q -= sine * measured.sin() + cosine * measured.cos();
-            }
         }
+        self.encoder_errors.iter().for_each(|&(joint, term, size)| q[joint] -= size * term.error(measured[joint]));
         self.walk.iter().for_each(|&(joint, k, amplitude)| q[joint] -= amplitude * self.half_waves(k, i));
     }
 
@@ -256,9 +254,8 @@ impl<'m> LinearizationPoint<'m> {
             ParameterId::JointDrift(_, joint) => -scratch.joints[joint],
             ParameterId::JointTrend(joint) => scratch.joints[joint] * -self.trend_position(i),
             ParameterId::JointWalk(joint, k) => scratch.joints[joint] * -self.half_waves(k, i),
-            ParameterId::JointHarmonic(joint, phase) => {
-                let measured = self.model.problem.contacts.q(i)[joint];
-                scratch.joints[joint] * if phase == 0 { -measured.sin() } else { -measured.cos() }
+            ParameterId::EncoderError(joint, term) => {
+                scratch.joints[joint] * -term.error(self.model.problem.contacts.q(i)[joint])
             }
             ParameterId::GapBias(_) | ParameterId::DirectionalGapBias(..) => Twist::zeros(),
             ParameterId::EdgeRadius(_) | ParameterId::Distance(_) => Twist::zeros(),

@@ -15,7 +15,7 @@ use super::status::Status;
 use super::warning::Warning;
 use super::workspace_uncertainty::WorkspaceUncertainty;
 use crate::parameter::{Parameter, ParameterId};
-use crate::robot::{KinematicParameter, Robot};
+use crate::robot::{EncoderTerm, KinematicParameter, Robot};
 use crate::se3::{self, Pose, Twist};
 use crate::solver::Termination;
 
@@ -170,6 +170,15 @@ impl Estimate {
             }
         }
         is_estimated.then(|| se3::exp(&twist))
+    }
+
+    /// Estimated errors of the encoders that depend on the measured position: index of the moving
+    /// joint, base first, term, and amplitude (SI), in the order of [`Estimate::parameters`].
+    pub fn encoder_errors(&self) -> impl Iterator<Item = (usize, EncoderTerm, f64)> {
+        self.parameters.iter().filter_map(|entry| match entry.parameter.id {
+            ParameterId::EncoderError(joint, term) => Some((joint, term, entry.value)),
+            _ => None,
+        })
     }
 
     /// The parameter of this exact name, such as `joint_offset.joint_a1`; `None` if there is none.

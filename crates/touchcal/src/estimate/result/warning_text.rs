@@ -11,7 +11,7 @@ pub(super) const NO_LIKELIHOOD_ADVICE: &str =
 pub(super) const COMMON_SCALE_ADVICE: &str =
     "measure the distances of fixtures again and check their unit, and that the robot description is of this arm";
 pub(super) const HARMONICS_ADVICE: &str =
-    "subtract sin(q) and cos(q) times `joint_harmonic` from each measured position q before using it";
+    "correct measured positions by `correction.json`, beside `calibrated.urdf`, before using them";
 pub(super) const PREDICTION_ADVICE: &str =
     "record again with parts clamped and the arm at one temperature, or estimate what the model leaves out";
 pub(super) const LOAD_NOT_BORNE_ADVICE: &str =
@@ -32,7 +32,7 @@ pub(super) const IMPLAUSIBLE_ADVICE: &str = "check units, the robot description,
 pub(super) const TOOL_ADVICE: &str =
     "declare the tool at its estimated pose where the calibrated robot is used (TCP, cell description)";
 pub(super) const COMPLIANCE_ADVICE: &str =
-    "apply the compliance in the arm's driver, or calibrate without joint compliance";
+    "apply it in the arm's driver by `correction.json`, or calibrate without joint compliance";
 pub(super) const ORIGIN_ADVICE: &str = "draw outlines about the origin; ignore this if the frame is meant to be there";
 
 /// Messages.
@@ -179,10 +179,10 @@ pub(super) fn prediction_message(ratio: f64, widening: f64) -> String {
     )
 }
 
-/// Message on harmonics of encoders that move the tool by `displacement` (m).
+/// Message on harmonics and gear ratios of encoders that move the tool by `displacement` (m).
 pub(super) fn harmonics_message(displacement: f64) -> String {
     format!(
-        "the calibrated robot description does not contain the encoders' harmonics, which move the tool by {:.3} mm",
+        "the calibrated robot description does not contain the encoders' harmonics and gear ratios, which move the tool by {:.3} mm",
         1e3 * displacement
     )
 }

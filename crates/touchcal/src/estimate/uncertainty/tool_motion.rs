@@ -76,9 +76,7 @@ pub(crate) fn tool_jacobians<'q>(
         let mut of_kinematics = scratch.parameters.iter();
         let columns = ids.iter().map(|id| match id {
             ParameterId::Kinematic(_) => of_kinematics.next().copied().unwrap_or_default(),
-            ParameterId::JointHarmonic(i, phase) => {
-                scratch.joints[*i] * -(if *phase == 0 { q[*i].sin() } else { q[*i].cos() })
-            }
+            ParameterId::EncoderError(i, term) => scratch.joints[*i] * -term.error(q[*i]),
             _ => Twist::zeros(),
         });
         let entries: Vec<f64> = columns.flat_map(<[f64; 6]>::from).collect();

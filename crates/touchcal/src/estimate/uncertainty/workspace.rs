@@ -101,9 +101,9 @@ pub struct ToolUncertainty {
 
 /// Uncertainty of the calibrated arm's tool, without load, at each of the joint `positions` (rad,
 /// or m for a prismatic joint; one for each moving joint, base first), in their order: of `J Σ Jᵀ`,
-/// with `J` the derivative of the pose `base_from_tool` by the parameters of arm, tool and encoder
-/// harmonics, and `Σ` their part of the estimate's covariance. The harmonics themselves count as
-/// corrected. `estimate` must be one of `problem`. Fixed parameters
+/// with `J` the derivative of the pose `base_from_tool` by the parameters of arm, tool, encoder
+/// harmonics and gear ratios, and `Σ` their part of the estimate's covariance. The errors of encoders
+/// themselves count as corrected. `estimate` must be one of `problem`. Fixed parameters
 /// have their scale as standard deviation: no datum makes them zero. `None` if the contacts of any
 /// fixture are measured by a projection, from which no uncertainty follows.
 pub fn tool_uncertainty<'q>(
@@ -179,7 +179,7 @@ pub fn distance_uncertainty(problem: &Problem, estimate: &Estimate, positions: &
 pub(crate) struct CalibratedTool {
     kinematics: Kinematics,
     /// Indices in [`Estimate::parameters`] of the parameters that move the tool: those of the
-    /// kinematics, and harmonics of the encoders.
+    /// kinematics, harmonics of the encoders and gear ratios.
     pub indices: Vec<usize>,
     /// These parameters.
     pub parameters: Vec<ParameterEstimate>,
@@ -193,7 +193,7 @@ impl CalibratedTool {
         if !problem.has_uncertainty() {
             return None;
         }
-        let moves_tool = |id| matches!(id, ParameterId::Kinematic(_) | ParameterId::JointHarmonic(..));
+        let moves_tool = |id| matches!(id, ParameterId::Kinematic(_) | ParameterId::EncoderError(..));
         let indices: Vec<usize> =
             (0..estimate.parameters.len()).filter(|&k| moves_tool(estimate.parameters[k].parameter.id)).collect();
         let parameters: Vec<ParameterEstimate> = indices.iter().map(|&k| estimate.parameters[k].clone()).collect();
@@ -222,11 +222,11 @@ impl CalibratedTool {
         ToolMotion::new(&self.kinematics, &ids, positions, frame)
     }
 
-    /// Harmonics of the encoders (rad), 0 for other parameters: a robot description does not
-    /// contain them.
-    pub fn harmonics(&self) -> DVector<f64> {
+    /// Errors of the encoders that depend on the position (SI), 0 for other parameters: a robot
+    /// description does not contain them.
+    pub fn encoder_errors(&self) -> DVector<f64> {
         let value = |entry: &ParameterEstimate| match entry.parameter.id {
-            ParameterId::JointHarmonic(..) => entry.value,
+            ParameterId::EncoderError(..) => entry.value,
             _ => 0.0,
         };
         DVector::from_iterator(self.parameters.len(), self.parameters.iter().map(value))

@@ -10,11 +10,13 @@ use crate::robot::Kinematics;
 use crate::se3::Pose;
 
 /// Blocks of the arm's own parameters: not those of one log.
-const ARM: [Block; 6] = [
+const ARM: [Block; 8] = [
     Block::Strain,
     Block::SegmentStrain,
     Block::JointOffset,
     Block::JointHarmonic,
+    Block::JointHarmonic2,
+    Block::JointGearRatio,
     Block::JointOrigin,
     Block::JointCompliance,
 ];

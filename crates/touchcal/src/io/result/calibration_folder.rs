@@ -1,4 +1,4 @@
-//! A calibration's folder: `calibrated.urdf`, `estimate.json` and `report.html`.
+//! A calibration's folder: `calibrated.urdf`, `correction.json`, `estimate.json` and `report.html`.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -12,6 +12,7 @@ use crate::io::base::error::{IoError, Place};
 use crate::io::base::manifest::MANIFEST;
 use crate::io::base::result_folder::{self, ResultFile, ResultKind};
 use crate::io::problem::loaded::Loaded;
+use crate::io::result::correction_file;
 use crate::io::result::estimate_file::{
     self, AcceptanceEntry, CompetingMinimumEntry, ContactCounts, EffectTestEntry, EstimateFile, FixtureResidual,
     FreedEffectEntry, HeldOutEntry, NoiseEntry, NullDirection, ParameterEntry, PredictiveCheckEntry, PriorTestEntry,
@@ -28,6 +29,8 @@ use crate::se3::Pose;
 pub const CALIBRATED: &str = "calibrated.urdf";
 /// Name of the file of the estimate.
 pub const ESTIMATE: &str = "estimate.json";
+/// Name of the file of what a URDF cannot say about joint positions.
+pub const CORRECTION: &str = "correction.json";
 /// Name of the report, an HTML page.
 pub const REPORT: &str = "report.html";
 /// The file for Foxglove and Rerun.
@@ -35,8 +38,9 @@ const MCAP: &str = "calibration.mcap";
 /// The files for a driver that takes encoder offsets.
 const DRIVER: [&str; 2] = ["driver/robot.urdf", "driver/joint_offsets.yaml"];
 /// All of them.
-const NAMES: [&str; 10] = [
+const NAMES: [&str; 11] = [
     CALIBRATED,
+    CORRECTION,
     ESTIMATE,
     REPORT,
     MCAP,
@@ -68,6 +72,8 @@ pub struct Solved {
 pub struct Written {
     /// Path of the calibrated URDF.
     pub urdf: PathBuf,
+    /// Path of `correction.json`; `None` if the URDF says all about joint positions.
+    pub correction: Option<PathBuf>,
     /// Path of `estimate.json`.
     pub estimate: PathBuf,
     /// Path of `report.html`.
@@ -121,8 +127,8 @@ pub fn check_folder(folder: &Path) -> Result<(), IoError> {
     result_folder::check(folder, ResultKind::Calibration, &NAMES, former_names(folder))
 }
 
-/// Writes `calibrated.urdf`, `estimate.json`, `report.html` and what else is `wanted` into
-/// `folder`, in place of a former calibration; `file` is what [`estimate_file()`] made of `solved`.
+/// Writes `calibrated.urdf`, `estimate.json`, `report.html`, `correction.json` if joints need
+/// corrections that no URDF can say ([`correction_file`]), and what else is `wanted` into `folder`, in place of a former calibration; `file` is what [`estimate_file()`] made of `solved`.
 /// Missing folders are made. `touchcal.json` lists the files and says whether all are written: if
 /// writing is interrupted, the folder may hold files of two calibrations, which
 /// [`urdf::read_file`] and [`EstimateFile::read_file`] refuse.
@@ -157,6 +163,10 @@ pub fn write(
     }
     let mcap = (wanted.mcap && cfg!(feature = "mcap")).then(|| folder.join(MCAP));
     let robot = calibrated(loaded, &solved.estimate);
+    let errors: Vec<_> = solved.estimate.encoder_errors().collect();
+    let of_joints = correction_file::text([&robot, &loaded.problem.robot], &errors, solved.estimate.status)?;
+    let correction = of_joints.is_some().then(|| folder.join(CORRECTION));
+    files.extend(of_joints.map(|text| ResultFile::new(CORRECTION, text)));
     let mut exports = Vec::new();
     for export in Export::ALL.into_iter().filter(|export| wanted.exports.contains(export)) {
         let name = export.file_name();
@@ -166,7 +176,7 @@ pub fn write(
     }
     result_folder::write(folder, ResultKind::Calibration, &files, former_names(folder))?;
     let [urdf, estimate, report] = [CALIBRATED, ESTIMATE, REPORT].map(|name| folder.join(name));
-    Ok(Written { urdf, estimate, report, driver, mcap, exports })
+    Ok(Written { urdf, correction, estimate, report, driver, mcap, exports })
 }
 
 /// A file that robots and their programs read. That of a result that must not be used says so in a

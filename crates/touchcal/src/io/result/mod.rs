@@ -4,6 +4,7 @@ pub mod calibration_changes;
 pub mod calibration_folder;
 #[cfg(feature = "mcap")]
 pub mod calibration_mcap;
+pub mod correction_file;
 pub mod dh_file;
 mod estimate_check_entries;
 mod estimate_entries;

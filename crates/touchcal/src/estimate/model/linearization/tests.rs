@@ -7,9 +7,11 @@ use crate::contact::{ContactLog, Source, target_pose};
 use crate::estimate::problem::{Fixture, PlacePrior, Problem, ShapeTolerance, Tool, WrenchTolerance};
 use crate::io::urdf::{self, Ends};
 use crate::manifold::{BallInSocket, Target};
-use crate::parameter::{joint_compliance, joint_harmonic, joint_offset, joint_trend, joint_walk};
+use crate::parameter::{
+    joint_compliance, joint_gear_ratio, joint_harmonic, joint_harmonic_2, joint_offset, joint_trend, joint_walk,
+};
 
-/// Five contacts of an arm whose encoders have offsets, trends and harmonics.
+/// Five contacts of an arm whose encoders have offsets, trends, harmonics and gear ratios.
 fn problem() -> Problem {
     let robot = urdf::read_builtin("iiwa14", Ends::default()).expect("built in").robot;
     let mut contacts = ContactLog::new(robot.dof());
@@ -25,8 +27,9 @@ fn problem() -> Problem {
         tolerance: ShapeTolerance::EXACT,
         placement: String::new(),
     };
-    let of_encoders = [joint_trend(&robot), joint_walk(&robot, 1e-3), joint_harmonic(&robot)].concat();
-    let parameters = [joint_offset(&robot), of_encoders].concat();
+    let of_log = [joint_trend(&robot), joint_walk(&robot, 1e-3)].concat();
+    let of_encoders = [joint_harmonic(&robot), joint_harmonic_2(&robot), joint_gear_ratio(&robot)].concat();
+    let parameters = [joint_offset(&robot), of_log, of_encoders].concat();
     let tool = Tool { tip_from_tool: Pose::translation(0.0, 0.0, 0.1), prior: PlacePrior::Fixed };
     Problem::new(robot, tool, vec![socket], contacts).with_parameters(parameters)
 }
@@ -129,7 +132,7 @@ fn derivatives_by_errors_of_encoders_are_those_of_differences() {
             let motion = at.tool_motion((k, i), None, &scratch);
             for (row, derivative) in motion.iter().enumerate() {
                 let name = &model.layout.parameters[k].name;
-                // A harmonic is that of the measured position, so that derivatives are exact.
+                // Harmonics and gear ratios are of the measured position, so that derivatives are exact.
                 assert!(
                     (derivative - difference[row]).abs() < 1e-7,
                     "{name}, contact {i}: {derivative} {}",

@@ -8,13 +8,13 @@ use crate::estimate::{GradientDescent, Loss, Method, Optimizer, UnseenEffects};
 use crate::io::base::error::{IoError, Place, quoted};
 use crate::io::base::suggest::{did_you_mean, list};
 use crate::parameter::{
-    Block, DEFAULT_WALK_SIGMA, Parameter, Unit, joint_compliance, joint_harmonic, joint_offset, joint_origin,
-    joint_trend, joint_trend_with_sigma, joint_walk, segment_strain, strain,
+    Block, DEFAULT_WALK_SIGMA, Parameter, Unit, joint_compliance, joint_gear_ratio, joint_harmonic, joint_harmonic_2,
+    joint_offset, joint_origin, joint_trend, joint_trend_with_sigma, joint_walk, segment_strain, strain,
 };
 use crate::robot::Robot;
 
 /// Blocks that may be listed.
-const BLOCKS: [Block; 11] = [
+const BLOCKS: [Block; 13] = [
     Block::Strain,
     Block::SegmentStrain,
     Block::JointOffset,
@@ -24,6 +24,8 @@ const BLOCKS: [Block; 11] = [
     Block::JointTrend,
     Block::JointWalk,
     Block::JointHarmonic,
+    Block::JointHarmonic2,
+    Block::JointGearRatio,
     Block::Tool,
     Block::Fixture,
 ];
@@ -113,6 +115,8 @@ pub(super) fn wanted(
             Block::JointTrend => joint_trend(robot),
             Block::JointWalk => joint_walk(robot, drift.walk.unwrap_or(DEFAULT_WALK_SIGMA)),
             Block::JointHarmonic => joint_harmonic(robot),
+            Block::JointHarmonic2 => joint_harmonic_2(robot),
+            Block::JointGearRatio => joint_gear_ratio(robot),
             Block::JointDrift | Block::Tool | Block::Fixture | Block::GapBias => Vec::new(),
             Block::EdgeRadius | Block::WrenchBias | Block::WrenchScale | Block::Distance => Vec::new(),
         };
@@ -245,6 +249,9 @@ struct Priors {
     origin_length: Option<f64>,
     origin_angle: Option<f64>,
     compliance: Option<f64>,
+    harmonic: Option<f64>,
+    harmonic_2: Option<f64>,
+    gear_ratio: Option<f64>,
 }
 
 impl Priors {
@@ -260,6 +267,9 @@ impl Priors {
             origin_length: sigma(&prior.joint_origin_mm, MM, "joint_origin_mm")?,
             origin_angle: sigma(&prior.joint_origin_deg, DEG, "joint_origin_deg")?,
             compliance: sigma(&prior.joint_compliance_rad_per_nm, 1.0, "joint_compliance_rad_per_nm")?,
+            harmonic: sigma(&prior.joint_harmonic_deg, DEG, "joint_harmonic_deg")?,
+            harmonic_2: sigma(&prior.joint_harmonic_2_deg, DEG, "joint_harmonic_2_deg")?,
+            gear_ratio: sigma(&prior.joint_gear_ratio, 1.0, "joint_gear_ratio")?,
         })
     }
 
@@ -272,6 +282,9 @@ impl Priors {
             (Block::JointOrigin, Unit::Meter) => self.origin_length,
             (Block::JointOrigin, _) => self.origin_angle,
             (Block::JointCompliance, _) => self.compliance,
+            (Block::JointHarmonic, _) => self.harmonic,
+            (Block::JointHarmonic2, _) => self.harmonic_2,
+            (Block::JointGearRatio, _) => self.gear_ratio,
             _ => None,
         };
         match sigma {

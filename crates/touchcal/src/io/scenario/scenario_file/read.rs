@@ -183,7 +183,10 @@ fn errors(errors: &mut ArmErrors, toml: &ErrorsToml, context: &Context<'_>) -> R
     set(&mut errors.origin_angle, &toml.origin_deg, DEG, "errors, origin_deg", context)?;
     set(&mut errors.origin_zero, &toml.origin_zero_deg, DEG, "errors, origin_zero_deg", context)?;
     let compliance = &toml.joint_compliance_rad_per_nm;
-    set(&mut errors.joint_compliance, compliance, 1.0, "errors, joint_compliance_rad_per_nm", context)
+    set(&mut errors.joint_compliance, compliance, 1.0, "errors, joint_compliance_rad_per_nm", context)?;
+    set(&mut errors.joint_harmonic, &toml.joint_harmonic_deg, DEG, "errors, joint_harmonic_deg", context)?;
+    set(&mut errors.joint_harmonic_2, &toml.joint_harmonic_2_deg, DEG, "errors, joint_harmonic_2_deg", context)?;
+    set(&mut errors.joint_gear_ratio, &toml.joint_gear_ratio, 1.0, "errors, joint_gear_ratio", context)
 }
 
 fn stiffness(stiffness: &mut Stiffness, toml: &StiffnessToml, context: &Context<'_>) -> Result<(), IoError> {

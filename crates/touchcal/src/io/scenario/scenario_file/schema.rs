@@ -91,6 +91,17 @@ pub(super) struct ErrorsToml {
     /// preset, 0 without one.
     /// Example: `joint_compliance_rad_per_nm = 1e-5`
     pub(super) joint_compliance_rad_per_nm: Option<Number>,
+    /// Size of each amplitude of a harmonic of once a turn in the encoder of each turning joint.
+    /// Without it: as in the preset, 0 without one.
+    /// Example: `joint_harmonic_deg = 0.01`
+    pub(super) joint_harmonic_deg: Option<Number>,
+    /// The same of twice a turn. Without it: as in the preset, 0 without one.
+    /// Example: `joint_harmonic_2_deg = 0.01`
+    pub(super) joint_harmonic_2_deg: Option<Number>,
+    /// Size of the relative error of the ratio between encoder and joint. Without it: as in the
+    /// preset, 0 without one.
+    /// Example: `joint_gear_ratio = 1e-4`
+    pub(super) joint_gear_ratio: Option<Number>,
 }
 
 #[derive(Debug, Deserialize)]

@@ -56,6 +56,9 @@ pub fn scenario_text(file: &ScenarioFile) -> Vec<TextFile> {
     line.number("origin_deg", errors.origin_angle.to_degrees());
     line.number("origin_zero_deg", errors.origin_zero.to_degrees());
     line.number("joint_compliance_rad_per_nm", errors.joint_compliance);
+    line.number("joint_harmonic_deg", errors.joint_harmonic.to_degrees());
+    line.number("joint_harmonic_2_deg", errors.joint_harmonic_2.to_degrees());
+    line.number("joint_gear_ratio", errors.joint_gear_ratio);
     let tool = tool_text(scenario, &mut files);
     line.0.push_str(&tool);
     line.sigmas(scenario.tool_error);

@@ -83,6 +83,15 @@ pub(crate) struct PriorToml {
     /// Of each `joint_compliance`. Without it: estimated.
     /// Example: `joint_compliance_rad_per_nm = 1e-5`
     pub(crate) joint_compliance_rad_per_nm: Option<Number>,
+    /// Of each amplitude of a `joint_harmonic`. Without it: 0.05.
+    /// Example: `joint_harmonic_deg = 0.02`
+    pub(crate) joint_harmonic_deg: Option<Number>,
+    /// Of each amplitude of a `joint_harmonic_2`. Without it: 0.02.
+    /// Example: `joint_harmonic_2_deg = 0.01`
+    pub(crate) joint_harmonic_2_deg: Option<Number>,
+    /// Of each `joint_gear_ratio`. Without it: 0.0001.
+    /// Example: `joint_gear_ratio = 1e-3`
+    pub(crate) joint_gear_ratio: Option<Number>,
 }
 
 #[derive(Clone, Copy, Debug, Default, Deserialize)]
@@ -136,7 +145,7 @@ pub(crate) enum UnseenEffectsToml {
 pub(crate) struct EstimateToml {
     /// Blocks of parameters to estimate. One of: `strain`, `segment_strain`, `joint_offset`,
     /// `joint_origin`, `joint_compliance`, `joint_drift`, `joint_trend`, `joint_walk`,
-    /// `joint_harmonic`, `tool`, `fixture`.
+    /// `joint_harmonic`, `joint_harmonic_2`, `joint_gear_ratio`, `tool`, `fixture`.
     /// Example: `parameters = ["strain", "joint_offset"]`
     pub(crate) parameters: Vec<Text>,
     /// Robust loss of a contact. Without it: geman_mcclure.

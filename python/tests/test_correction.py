@@ -1,0 +1,75 @@
+"""touchcal.correction against positions that the library computed, without the compiled part of the package."""
+
+import importlib.util
+import re
+import sys
+from pathlib import Path
+from types import ModuleType
+
+import numpy as np
+import pytest
+
+import touchcal
+
+CASES = Path(__file__).parents[2] / "crates/touchcal/tests/formats/correction"
+
+
+@pytest.fixture(scope="module")
+def correction() -> ModuleType:
+    """The file on its own, as it is copied."""
+    path = Path(touchcal.__file__).parent / "correction.py"
+    spec = importlib.util.spec_from_file_location("copied_correction", path)
+    assert spec is not None and spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[spec.name] = module
+    spec.loader.exec_module(module)
+    assert not re.search(r"^\s*(from|import) touchcal", path.read_text(), re.MULTILINE)
+    return module
+
+
+@pytest.mark.parametrize("arm", ["ur10", "iiwa14", "sliding"])
+def test_positions_are_those_of_the_library(correction: ModuleType, arm: str) -> None:
+    reader = correction.Correction.read(CASES / f"{arm}.json")
+    rows = np.loadtxt(CASES / f"{arm}.csv", delimiter=",")
+    n = len(reader.names)
+    assert rows.shape == (40, 2 * n + 6)
+    for row in rows:
+        measured, load, expected = row[:n], row[n : n + 6], row[n + 6 :]
+        found = reader.true_positions(measured, load)
+        np.testing.assert_allclose(found, expected, rtol=0, atol=1e-12)
+        np.testing.assert_allclose(reader.commanded_positions(expected, load), measured, rtol=0, atol=1e-12)
+        np.testing.assert_allclose(reader.commanded_positions(found, load), measured, rtol=0, atol=1e-12)
+    unloaded = reader.true_positions(rows[0, :n])
+    np.testing.assert_allclose(unloaded, rows[0, n + 6 :], rtol=0, atol=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("found", "instead", "message"),
+    [
+        ('"schema": 1', '"schema": 2', "schema 1"),
+        ('"usable"', '"not_usable"', "a calibration that may be used"),
+        ('"usable"', '"fine"', "a status"),
+        ('"order":1', '"order":3', "order 1 or 2"),
+        ('"mass_kg":', '"mass":', "mass_kg"),
+        ('"sin":', '"sin":NaN,"was":', "a finite number"),
+        ('"sin":', '"sin":1e999,"was":', "a finite number"),
+        ('"xyz_m":[', '"xyz_m":[1,', "3 numbers"),
+        ('"axis":[', '"axis":[0,0,2],"was":[', "a unit vector"),
+        ('"quat_wxyz":[', '"quat_wxyz":[3,0,0,0],"was":[', "a unit quaternion"),
+        ('"joints": [', '"joints": 3, "was": [', "not a correction.json"),
+        ("{", "", "not a correction.json"),
+    ],
+)
+def test_other_files_are_refused(correction: ModuleType, found: str, instead: str, message: str) -> None:
+    text = (CASES / "ur10.json").read_text()
+    assert found in text
+    with pytest.raises(correction.CorrectionError, match=message):
+        correction.Correction(text.replace(found, instead, 1))
+
+
+def test_a_result_that_is_not_usable_is_read_on_request(correction: ModuleType) -> None:
+    text = (CASES / "ur10.json").read_text().replace('"usable"', '"not_usable"', 1)
+    reader = correction.Correction(text, not_usable=True)
+    assert reader.status == "not_usable"
+    with pytest.raises(correction.CorrectionError, match="6 numbers"):
+        reader.true_positions([0.0] * 7)
