@@ -1,5 +1,6 @@
 //! How a command ends, and why it fails.
 
+use touchcal::estimate::SelectionError;
 use touchcal::io::IoError;
 use touchcal::manifold::SamplesError;
 use touchcal::manifold::learned::TrainingError;
@@ -63,6 +64,9 @@ pub enum Failure {
         /// What was expected, and what was found.
         evidence: String,
     },
+    /// A choice of a model.
+    #[error(transparent)]
+    Selection(#[from] SelectionError),
     /// A training.
     #[error("could not train: {0}")]
     Training(#[from] TrainingError),

@@ -9,6 +9,7 @@ mod manual;
 mod new;
 mod number;
 mod problem;
+mod select;
 mod simulation;
 
 use clap::{Parser, Subcommand};
@@ -22,6 +23,7 @@ pub use manifold::{ManifoldArgs, TrainArgs};
 pub use manual::{CompletionsArgs, ManArgs, SchemaArgs, SchemaName};
 pub use new::{NewArgs, Start};
 pub use problem::{Arm, CalibrateArgs, EvaluateArgs, InspectArgs, Source};
+pub use select::SelectArgs;
 pub use simulation::{DemoArgs, ScenarioSource, SimulateArgs};
 
 /// The section of exit codes at the end of the help.
@@ -58,6 +60,8 @@ pub enum Command {
     Demo(DemoArgs),
     /// Summarize logs and predict which parameters they determine, before calibration
     Inspect(InspectArgs),
+    /// Compare models of the arm by how well they predict contacts that are left out
+    Select(SelectArgs),
     /// Estimate an arm's errors; write calibrated.urdf, estimate.json and report.html
     Calibrate(CalibrateArgs),
     /// Evaluate a URDF on contacts, without estimation

@@ -11,6 +11,7 @@ mod manifold;
 mod manual;
 mod new;
 mod rms_and_max;
+mod select;
 mod simulate;
 mod train;
 
@@ -40,6 +41,7 @@ pub fn run(command: &Command) -> Result<Outcome, Failure> {
         Command::Manifold(args) => manifold::run(args),
         Command::Train(args) => train::run(args),
         Command::Experiment(args) => experiment::run(args),
+        Command::Select(args) => select::run(args),
         Command::Simulate(args) => simulate::run(args),
         Command::Demo(args) => demo::run(args),
         Command::Completions(args) => manual::completions(args),

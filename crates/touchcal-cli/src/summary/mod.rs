@@ -4,8 +4,8 @@ mod declarations;
 mod layout;
 mod parameters;
 
-pub use layout::{INDENT, millimetres, wrapped};
-use layout::{advice, hanging};
+use layout::hanging;
+pub use layout::{INDENT, advice, millimetres, wrapped};
 pub use parameters::{Detail, ParameterRow, parameters};
 
 use touchcal::contact::{ContactLog, RowsLeftOut};

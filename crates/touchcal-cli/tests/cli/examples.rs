@@ -7,11 +7,12 @@ use super::manifold::demonstration;
 use super::{data, stdout, touchcal};
 
 /// Commands in an order in which each finds what it reads; `train` and `experiment` take minutes.
-const ORDER: [&str; 12] = [
+const ORDER: [&str; 13] = [
     "new",
     "demo",
     "simulate",
     "inspect",
+    "select",
     "calibrate",
     "evaluate",
     "compare",

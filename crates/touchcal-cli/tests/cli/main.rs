@@ -27,6 +27,7 @@ mod manifold;
 mod manual;
 mod new;
 mod real;
+mod select;
 mod simulate;
 mod train;
 

@@ -42,7 +42,13 @@ const MIN_NOISE_RATIO: f64 = 1.25;
 /// Panics if a contact or distance has a fixture that is not in [`Problem::fixtures`].
 pub fn calibrate(problem: &Problem, observe: Observer<'_>) -> Estimate {
     let fitted = without_distances_to_unknown_places(problem);
-    let mut search = SearchState::new(&fitted);
+    summarize(fit(&fitted, observe), problem)
+}
+
+/// The search that [`calibrate`] makes, at its end: a minimum, unless it was interrupted or did not
+/// converge. `problem` has no distances to unknown places.
+pub(super) fn fit<'p>(problem: &'p Problem, observe: Observer<'_>) -> SearchState<'p> {
+    let mut search = SearchState::new(problem);
     minimize(&mut search, observe);
     let mut start = 1.0;
     for _ in 0..MAX_NOISE_RESTARTS {
@@ -52,12 +58,12 @@ pub fn calibrate(problem: &Problem, observe: Observer<'_>) -> Estimate {
             break;
         }
         let iterations = search.termination.iterations;
-        search = SearchState::new(&fitted);
+        search = SearchState::new(problem);
         (search.model.noise.factor, search.termination.iterations) = (factor, iterations);
         minimize(&mut search, observe);
         start = factor;
     }
-    summarize(search, problem)
+    search
 }
 
 /// Leaves the parameters of the minimum in `search`.

@@ -19,6 +19,7 @@ mod problem;
 mod result;
 mod result_checks;
 mod search;
+mod selection;
 mod summarize;
 mod uncertainty;
 mod untouched;
@@ -47,6 +48,10 @@ pub use result::{
     ErrorFrame, Estimate, Evaluation, FixtureDisplacement, FixtureDistance, FreedEffect, Identifiability, NoiseSigma,
     NullDirection, OmittedEffect, ParameterEstimate, ParameterPosterior, PosteriorEntry, PredictiveCheck, PriorTest,
     Progress, Scatter, Score, Severity, Spread, Stage, Status, TaskErrors, Verdict, Warning, WorkspaceUncertainty,
+};
+pub use selection::{
+    BlockGain, ComparedModel, GroupKind, GroupMean, ModelChoice, SelectionError, SelectionObserver, SelectionProgress,
+    select,
 };
 pub use uncertainty::{
     ToolUncertainty, configurations_within, cramer_rao, distance_uncertainty, tool_uncertainty,

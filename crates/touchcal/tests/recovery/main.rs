@@ -25,6 +25,7 @@ mod not_identifiable;
 mod not_usable;
 mod recorded_logs;
 mod round_parts;
+mod selection;
 mod square_parts;
 mod targets;
 mod worn_edges;

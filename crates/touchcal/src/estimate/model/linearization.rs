@@ -170,7 +170,7 @@ impl<'m> LinearizationPoint<'m> {
 
     /// Writes the joint positions of contact `i` less drift, trend, walk and errors of the
     /// encoders to `q`.
-    fn correct(&self, i: usize, q: &mut [f64]) {
+    pub fn correct(&self, i: usize, q: &mut [f64]) {
         let contacts = &self.model.problem.contacts;
         let (f, measured) = (contacts.fixture(i), contacts.q(i));
         let drift = &self.drift[self.model.layout.placement[f] * measured.len()..];

@@ -41,20 +41,9 @@ impl PlaceFit {
         let parameters = &model.layout.parameters;
         let mut free = FreeParameters::new(model.layout.scale());
         (0..parameters.len()).filter(|&k| !is_place(parameters[k].id)).for_each(|k| free.fix(k));
-        let mut caches = contact_caches(&model);
-        let stride = model.stride(CONTACTS);
-        let options = alone.options.search.coarse;
-        let mut fit = |theta: DVector<f64>, objective: Objective| {
-            let linearize = |theta: &DVector<f64>| normal_equations(&model, theta, (objective, stride), &mut caches);
-            minimize(linearize, theta, &free, options, &mut |_, _| ControlFlow::Continue(()))
-        };
+        let theta = fitted(&model, &free)?;
+        let (mut caches, stride) = (contact_caches(&model), model.stride(CONTACTS));
         let objective = Objective::Residual(Loss::Squared);
-        let start = fit(DVector::zeros(parameters.len()), Objective::Envelope).theta;
-        let minimum = fit(start, objective);
-        if minimum.termination.reason == StopReason::NotFinite {
-            return None;
-        }
-        let theta = minimum.theta;
         let covariance =
             free.covariance(&normal_equations(&model, &theta, (objective, stride), &mut caches).information);
         let p_value = places_p_value(parameters, &free, (&theta, &covariance));
@@ -66,6 +55,39 @@ impl PlaceFit {
         let [distance, angle] = between(&contact_poses(&alone, f), &contact_poses(&placed, f));
         Some(PlaceFit { placed, displacement: FixtureDisplacement { fixture: f, distance, angle, p_value } })
     }
+}
+
+/// The problem with those fixtures whose places are not fixed where contacts put them, within what
+/// is declared of them, and fixed there, with the arm and the tool as they are. `None` if the cost
+/// is not finite.
+pub(crate) fn with_fitted_places(mut problem: Problem) -> Option<Problem> {
+    let model = CalibrationModel::new(&problem);
+    let mut free = FreeParameters::new(model.layout.scale());
+    let parameters = &model.layout.parameters;
+    let is_place = |k: &usize| matches!(parameters[*k].id, ParameterId::Fixture(..));
+    (0..parameters.len()).filter(|k| !is_place(k)).for_each(|k| free.fix(k));
+    let theta = fitted(&model, &free)?;
+    let names: Vec<String> = parameters.iter().map(|parameter| parameter.name.clone()).collect();
+    let places = model.base_from_fixture.clone();
+    for (fixture, place) in problem.fixtures.iter_mut().zip(places) {
+        fixture.base_from_fixture = Some(place);
+    }
+    apply_estimated_places(&mut problem, |name| Some(theta[names.iter().position(|known| known == name)?]));
+    Some(problem)
+}
+
+/// Parameters (SI) that contacts and priors give those that are `free`, from zero; for an arm that
+/// is far off they need not be a minimum. `None` if the cost is not finite.
+fn fitted(model: &CalibrationModel<'_>, free: &FreeParameters) -> Option<DVector<f64>> {
+    let (mut caches, stride) = (contact_caches(model), model.stride(CONTACTS));
+    let options = model.problem.options.search.coarse;
+    let mut fit = |theta: DVector<f64>, objective: Objective| {
+        let linearize = |theta: &DVector<f64>| normal_equations(model, theta, (objective, stride), &mut caches);
+        minimize(linearize, theta, free, options, &mut |_, _| ControlFlow::Continue(()))
+    };
+    let start = fit(DVector::zeros(model.layout.len()), Objective::Envelope).theta;
+    let minimum = fit(start, Objective::Residual(Loss::Squared));
+    (minimum.termination.reason != StopReason::NotFinite).then_some(minimum.theta)
 }
 
 /// Probability (0 to 1) that a position or a rotation of tool or fixture is as far from zero as it

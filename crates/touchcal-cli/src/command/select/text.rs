@@ -1,0 +1,128 @@
+//! What `select` prints.
+
+use touchcal::estimate::{GroupKind, GroupMean, ModelChoice};
+use touchcal::report::signed;
+
+use crate::summary::{self, INDENT, advice, millimetres, wrapped};
+use crate::table::Table;
+
+/// Fewer groups than this say little about their scatter.
+const FEW_GROUPS: usize = 6;
+
+/// The choice as text.
+pub fn of(choice: &ModelChoice) -> String {
+    [chosen(choice), few_groups(choice), models(choice), gains(choice), alarms(choice), incompleteness(choice)].concat()
+        + &next(choice)
+}
+
+fn chosen(choice: &ModelChoice) -> String {
+    let model = &choice.models[choice.chosen];
+    let groups = match choice.group_kind {
+        GroupKind::Placements => "placements",
+        GroupKind::Fixtures => "fixtures",
+        GroupKind::Regions => "regions of the workspace",
+    };
+    let words = format!(
+        "{} {groups}, each left out of the fit once, are predicted to {} mm rms",
+        choice.groups.len(),
+        with_error(&model.held_out)
+    );
+    format!("Model     {}\n{INDENT}{}\n", wrapped(&model.name()), wrapped(&words))
+}
+
+fn few_groups(choice: &ModelChoice) -> String {
+    let count = choice.groups.len();
+    let mut notes = String::new();
+    if count < FEW_GROUPS {
+        let words =
+            format!("{count} groups: standard errors are rough, and the choice proves little about other places");
+        notes += &format!("Note      {}\n", wrapped(&words));
+    }
+    if choice.outliers > 0 {
+        let words = format!("{} contacts that all models reject are left out of the errors", choice.outliers);
+        notes += &format!("Note      {}\n", wrapped(&words));
+    }
+    notes
+}
+
+fn models(choice: &ModelChoice) -> String {
+    let mut table = Table::new(["model", "parameters", "held out: rms mm", "above the best: mm", "in sample: rms mm"]);
+    let best = &choice.models[choice.best];
+    for (m, model) in choice.models.iter().enumerate() {
+        let mark = if m == choice.chosen { "*" } else { "" };
+        let above = match m == choice.best {
+            true => "-".to_owned(),
+            false => with_error(&model.difference(best)),
+        };
+        table.row([
+            model.name() + mark,
+            model.parameters.to_string(),
+            with_error(&model.held_out),
+            above,
+            millimetres(model.in_sample),
+        ]);
+    }
+    format!(
+        "\n{table}  * chosen: the fewest parameters that predict no worse than the best by more than a standard error\n"
+    )
+}
+
+fn gains(choice: &ModelChoice) -> String {
+    let mut table = Table::new(["block", "chosen", "held-out error without it less with it: mm"]);
+    for gain in &choice.gains {
+        let is_chosen = if gain.is_chosen { "yes" } else { "no" };
+        table.row([gain.block.name().to_owned(), is_chosen.to_owned(), signed_with_error(&gain.gain)]);
+    }
+    format!("\nWhat each block is worth beside the others of the chosen model\n{table}")
+}
+
+fn alarms(choice: &ModelChoice) -> String {
+    let chosen = &choice.models[choice.chosen];
+    let each = choice.extrapolate_worse.iter().map(|&m| {
+        let model = &choice.models[m];
+        let words = format!(
+            "{} fits better ({} mm in place of {} mm rms) but predicts worse, by {} mm: do not estimate it from these contacts",
+            model.name(),
+            millimetres(model.in_sample),
+            millimetres(chosen.in_sample),
+            with_error(&model.difference(chosen))
+        );
+        format!("\nAlarm     {}\n", wrapped(&words))
+    });
+    each.collect()
+}
+
+fn incompleteness(choice: &ModelChoice) -> String {
+    let reasons = choice.incompleteness();
+    if reasons.is_empty() {
+        return String::new();
+    }
+    let words = "the chosen model is incomplete: with all contacts it leaves more than chance";
+    let each = reasons.iter().map(|reason| summary::warning(reason.severity(), &reason.message(), reason.advice()));
+    format!("\nWarning   {}\n{}", wrapped(words), each.collect::<String>())
+}
+
+fn next(choice: &ModelChoice) -> String {
+    let names = choice.models[choice.chosen].blocks.iter().map(|block| format!("{:?}", block.name()));
+    let names = names.collect::<Vec<_>>().join(", ");
+    let line = format!("in [estimate]: parameters = [{names}], beside those blocks that are not compared above");
+    format!("\nNext      calibrate with the chosen model\n{}", advice(INDENT, &line))
+}
+
+/// A mean in mm, with its standard error.
+fn with_error(mean: &GroupMean) -> String {
+    around(mean, millimetres(mean.mean))
+}
+
+/// The same with its sign.
+fn signed_with_error(mean: &GroupMean) -> String {
+    around(mean, signed(1e3 * mean.mean, 3))
+}
+
+fn around(mean: &GroupMean, text: String) -> String {
+    if mean.mean.is_finite() {
+        format!("{text} ± {}", millimetres(mean.standard_error))
+    } else {
+        "no prediction".to_owned()
+    }
+}

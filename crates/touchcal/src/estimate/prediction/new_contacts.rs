@@ -1,0 +1,49 @@
+//! Contacts that a fit was not made with, by what it found.
+
+use nalgebra::DVector;
+
+use crate::contact::ContactLog;
+use crate::estimate::evaluate::apply_estimated_places;
+use crate::estimate::model::{CalibrationModel, LinearizationPoint};
+use crate::estimate::problem::{Problem, WrenchTolerance};
+use crate::estimate::untouched::are_touched;
+use crate::parameter::{Block, Parameter, kinematic_part};
+use crate::robot;
+
+/// The problem of `contacts` by the arm, the tool and the places that a fit of `model` found, its
+/// parameters `theta` (SI); nothing of them is estimated. Joint positions are without the errors of
+/// the encoders that last, such as harmonics; those of the fit's own log (drifts, trends, walks)
+/// and of its measured wrench are left out. Fixtures that no contact of the fit touches are as they
+/// are declared.
+pub(crate) fn new_contacts(model: &CalibrationModel<'_>, theta: &DVector<f64>, contacts: ContactLog) -> Problem {
+    let fit = model.problem;
+    let mut new = Problem { contacts, held_out: ContactLog::default(), ..fit.clone() };
+    let known = &model.layout.parameters;
+    new.contacts = {
+        let own = CalibrationModel::new(&new);
+        let lasting = |parameter: &Parameter| {
+            let is_of_log = matches!(parameter.id.block(), Block::JointDrift | Block::JointTrend | Block::JointWalk);
+            let k = known.iter().position(|other| other.id == parameter.id).filter(|_| !is_of_log);
+            k.map_or(0.0, |k| theta[k])
+        };
+        let values = DVector::from_iterator(own.layout.len(), own.layout.parameters.iter().map(lasting));
+        let point = LinearizationPoint::new(&own, &values);
+        new.contacts.with_positions(|i, q| point.correct(i, q))
+    };
+    let (columns, values) = kinematic_part(known.iter().map(|parameter| parameter.id).zip(theta.iter().copied()));
+    new.robot = robot::calibrated(&fit.robot, &columns, &values);
+    (new.parameters, new.distances, new.joint_drift) = (Vec::new(), Vec::new(), false);
+    new.wrench = WrenchTolerance::EXACT.with_noise_of(&fit.wrench);
+    let are_touched = are_touched(fit.fixtures.len(), &fit.contacts);
+    for (f, fixture) in new.fixtures.iter_mut().enumerate().filter(|(f, _)| are_touched[*f]) {
+        fixture.base_from_fixture = Some(model.base_from_fixture[f]);
+    }
+    apply_estimated_places(&mut new, |name| {
+        let k = known.iter().position(|parameter| parameter.name == name)?;
+        Some(theta[k])
+    });
+    for (f, declared) in fit.fixtures.iter().enumerate().filter(|(f, _)| !are_touched[*f]) {
+        new.fixtures[f] = declared.clone();
+    }
+    new
+}

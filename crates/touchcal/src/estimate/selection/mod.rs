@@ -1,0 +1,304 @@
+//! The choice of a model by how well it predicts contacts that it was not fitted to.
+//!
+//! Each model, a set of blocks of parameters, is fitted without one group of contacts after the
+//! other, and predicts the group that is left out. Groups are placements, fixtures or regions of
+//! the workspace, never single contacts: neighbours of a contact that is left out would show
+//! errors of the model around it.
+//!
+//! Chosen is the model with the fewest parameters whose mean error over the groups is not above
+//! that of the best model by more than a standard error. Groups differ in difficulty more than
+//! models do, so that is the standard error of the difference, group by group.
+//!
+//! Source: Hastie, Tibshirani & Friedman, *The elements of statistical learning*, 2nd edition
+//! (2009), section 7.10: cross-validation, and the one-standard-error rule.
+
+mod candidates;
+mod fits;
+mod groups;
+mod paired;
+
+use std::ops::ControlFlow;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use rayon::prelude::*;
+
+use super::calibrate::calibrate;
+use super::problem::Problem;
+use super::result::{Estimate, Warning};
+use crate::parameter::Block;
+use crate::solver::StopReason;
+use candidates::{neighbours, nested, with_blocks};
+use fits::{FitToAll, fit_to_all, held_out_error};
+pub use groups::GroupKind;
+use groups::{Groups, LEAST_CONTACTS};
+pub use paired::GroupMean;
+
+/// Share (1) of the chosen model's error by which a richer one must predict worse for an alarm: less
+/// is of no consequence.
+const ALARMING: f64 = 0.01;
+
+/// A model that was compared.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ComparedModel {
+    /// Blocks of parameters that it has beside those that all models have; empty for the nominal
+    /// arm.
+    pub blocks: Vec<Block>,
+    /// Number of parameters of the arm and its encoders.
+    pub parameters: usize,
+    /// Error (m) on each group, that was left out of the fit: root mean square distance of its
+    /// contacts from their manifolds; infinite where the fit predicts none.
+    pub errors: Vec<f64>,
+    /// Mean of these errors.
+    pub held_out: GroupMean,
+    /// Root mean square distance (m) of all contacts by a fit to all.
+    pub in_sample: f64,
+}
+
+impl ComparedModel {
+    /// The names of the blocks with pluses between them, or `nominal`.
+    pub fn name(&self) -> String {
+        let names: Vec<&str> = self.blocks.iter().map(|block| block.name()).collect();
+        if names.is_empty() { "nominal".to_owned() } else { names.join(" + ") }
+    }
+
+    /// Its errors (m) less those of `other`, group by group.
+    pub fn difference(&self, other: &ComparedModel) -> GroupMean {
+        GroupMean::of_difference(&self.errors, &other.errors)
+    }
+
+    /// Whether it has all blocks of `other`, and more.
+    fn is_richer_than(&self, other: &ComparedModel) -> bool {
+        self.blocks.len() > other.blocks.len() && other.blocks.iter().all(|block| self.blocks.contains(block))
+    }
+}
+
+/// What a block of parameters is worth beside the others of the chosen model.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct BlockGain {
+    /// The block.
+    pub block: Block,
+    /// Whether the chosen model has it.
+    pub is_chosen: bool,
+    /// Errors (m) without the block less those with it.
+    pub gain: GroupMean,
+}
+
+/// The choice of a model: the result of [`select`].
+#[derive(Clone, Debug)]
+pub struct ModelChoice {
+    /// What the groups are.
+    pub group_kind: GroupKind,
+    /// Name of each group, of a region its number from 1.
+    pub groups: Vec<String>,
+    /// Contacts that all nested models reject as outliers: no error counts them.
+    pub outliers: usize,
+    /// The models, those with fewer parameters first.
+    pub models: Vec<ComparedModel>,
+    /// Index of the chosen model.
+    pub chosen: usize,
+    /// Index of the model with the least mean error.
+    pub best: usize,
+    /// What each block is worth beside the others of the chosen model.
+    pub gains: Vec<BlockGain>,
+    /// Indices of models that have all blocks of the chosen one and more, fit all contacts better,
+    /// and predict groups worse, by more than the standard error and 1 % of the error.
+    pub extrapolate_worse: Vec<usize>,
+    /// The problem with the chosen blocks.
+    pub problem: Problem,
+    /// Its calibration with all contacts.
+    pub estimate: Estimate,
+}
+
+impl ModelChoice {
+    /// What says that even the chosen model leaves out something: contacts scatter, deviate from
+    /// predictions, or depend on an effect that it lacks, by far more than chance. Empty if nothing
+    /// does.
+    pub fn incompleteness(&self) -> Vec<&Warning> {
+        let says_so = |warning: &&Warning| {
+            matches!(
+                warning,
+                Warning::NoiseExceeded { .. }
+                    | Warning::NoiseContradicted { .. }
+                    | Warning::PredictionContradicted { .. }
+                    | Warning::OmittedEffect { .. }
+            )
+        };
+        self.estimate.warnings.iter().filter(says_so).collect()
+    }
+}
+
+/// Fits of a selection so far.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct SelectionProgress {
+    /// Fits that ended.
+    pub done: usize,
+    /// Fits that are known to be necessary; more may follow.
+    pub count: usize,
+}
+
+/// Why no model was chosen.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[non_exhaustive]
+pub enum SelectionError {
+    /// Neither three placements or fixtures nor enough contacts for regions of the workspace.
+    #[error(
+        "expected contacts with at least 3 placements or fixtures, or {LEAST_CONTACTS} contacts, to leave some out; found {contacts} contacts"
+    )]
+    TooFewContacts {
+        /// Number of contacts.
+        contacts: usize,
+    },
+    /// No model predicts all groups.
+    #[error("expected a model that predicts the contacts of each group from the others, found none")]
+    NoPrediction,
+    /// The observer ended the selection.
+    #[error("interrupted")]
+    Interrupted,
+}
+
+/// Called at each step of a selection, from all threads; may end it.
+pub type SelectionObserver<'o> = &'o (dyn Fn(&SelectionProgress) -> ControlFlow<()> + Sync);
+
+/// Compares models of `problem` by how well they predict groups of its contacts that they are not
+/// fitted to, and calibrates with the chosen one.
+///
+/// Models are the nominal arm, encoder offsets, joint origins, these with compliances, these with
+/// harmonics of the encoders too, and the blocks that the problem declares; then those with one
+/// block more or less than the model that is chosen among them, until there are no new ones. All
+/// have the problem's other parameters (trends, walks), and declared priors where the problem
+/// declares the block. Fits run in parallel; the result is the same for any number of threads.
+/// Panics if a contact or distance has a fixture that is not in [`Problem::fixtures`].
+pub fn select(problem: &Problem, observe: SelectionObserver<'_>) -> Result<ModelChoice, SelectionError> {
+    let too_few = SelectionError::TooFewContacts { contacts: problem.contacts.len() };
+    let groups = Groups::new(problem).ok_or(too_few)?;
+    let work = Work { done: AtomicUsize::new(0), count: AtomicUsize::new(0), observe };
+    let mut next = nested(problem);
+    let fits = work.fit_to_all(problem, &next)?;
+    let is_rejected = |i: usize| fits.iter().all(|fit| fit.is_rejected[i]);
+    let is_scored: Vec<bool> = (0..problem.contacts.len()).map(|i| !is_rejected(i)).collect();
+    let mut models = work.compare(problem, &groups, &is_scored, next.into_iter().zip(fits).collect())?;
+    let (chosen, best) = loop {
+        models.sort_by_key(|model| model.parameters);
+        let (chosen, best) = choose(&models).ok_or(SelectionError::NoPrediction)?;
+        let is_new = |blocks: &Vec<Block>| models.iter().all(|model| model.blocks != *blocks);
+        next = neighbours(problem, &models[chosen].blocks).into_iter().filter(is_new).collect();
+        if next.is_empty() {
+            break (chosen, best);
+        }
+        let fits = work.fit_to_all(problem, &next)?;
+        models.extend(work.compare(problem, &groups, &is_scored, next.into_iter().zip(fits).collect())?);
+    };
+    let selected = with_blocks(problem, &models[chosen].blocks);
+    let estimate = calibrate(&selected, &mut |_| work.observe());
+    if estimate.termination.reason == StopReason::Interrupted {
+        return Err(SelectionError::Interrupted);
+    }
+    Ok(ModelChoice {
+        group_kind: groups.kind,
+        groups: groups.names,
+        outliers: is_scored.iter().filter(|is_scored| !**is_scored).count(),
+        gains: gains(&models, chosen),
+        extrapolate_worse: extrapolate_worse(&models, chosen),
+        models,
+        chosen,
+        best,
+        problem: selected,
+        estimate,
+    })
+}
+
+/// Fits under way.
+struct Work<'o> {
+    done: AtomicUsize,
+    count: AtomicUsize,
+    observe: SelectionObserver<'o>,
+}
+
+impl Work<'_> {
+    fn observe(&self) -> ControlFlow<()> {
+        let [done, count] = [&self.done, &self.count].map(|number| number.load(Ordering::Relaxed));
+        (self.observe)(&SelectionProgress { done, count })
+    }
+
+    /// `job` of each item, in parallel; an error if one was ended.
+    fn run<T: Sync, R: Send>(
+        &self,
+        items: &[T],
+        job: impl Fn(&T) -> Option<R> + Sync,
+    ) -> Result<Vec<R>, SelectionError> {
+        self.count.fetch_add(items.len(), Ordering::Relaxed);
+        let results: Option<Vec<R>> = items
+            .par_iter()
+            .map(|item| {
+                let result = job(item);
+                self.done.fetch_add(1, Ordering::Relaxed);
+                result.filter(|_| self.observe().is_continue())
+            })
+            .collect();
+        results.ok_or(SelectionError::Interrupted)
+    }
+
+    fn fit_to_all(&self, problem: &Problem, models: &[Vec<Block>]) -> Result<Vec<FitToAll>, SelectionError> {
+        self.run(models, |blocks| fit_to_all(problem, blocks, &mut |_| self.observe()))
+    }
+
+    /// The models with their errors on each group.
+    fn compare(
+        &self,
+        problem: &Problem,
+        groups: &Groups,
+        is_scored: &[bool],
+        models: Vec<(Vec<Block>, FitToAll)>,
+    ) -> Result<Vec<ComparedModel>, SelectionError> {
+        let of_model = |m: usize| (0..groups.names.len()).map(move |g| (m, g));
+        let jobs: Vec<(usize, usize)> = (0..models.len()).flat_map(of_model).collect();
+        let errors = self.run(&jobs, |&(m, g)| {
+            held_out_error((problem, &models[m].0), (groups, g), is_scored, &mut |_| self.observe())
+        })?;
+        let each = models.into_iter().zip(errors.chunks(groups.names.len().max(1)));
+        let compared = each.map(|((blocks, fit), errors)| {
+            let scored = || fit.distances.iter().zip(is_scored).filter(|(_, is_scored)| **is_scored);
+            let squares: f64 = scored().map(|(distance, _)| distance * distance).sum();
+            ComparedModel {
+                parameters: with_blocks(problem, &blocks).parameters.len(),
+                errors: errors.to_vec(),
+                held_out: GroupMean::of(errors),
+                in_sample: (squares / scored().count().max(1) as f64).sqrt(),
+                blocks,
+            }
+        });
+        Ok(compared.collect())
+    }
+}
+
+/// Indices of the chosen and of the best of these models, those with fewer parameters first; `None`
+/// if no error is finite.
+fn choose(models: &[ComparedModel]) -> Option<(usize, usize)> {
+    let finite = || (0..models.len()).filter(|&m| models[m].held_out.mean.is_finite());
+    let best = finite().min_by(|&a, &b| models[a].held_out.mean.total_cmp(&models[b].held_out.mean))?;
+    let is_worse = |m: usize| models[m].difference(&models[best]).is_positive();
+    Some((finite().find(|&m| !is_worse(m))?, best))
+}
+
+/// What each block is worth, of which the chosen model with and without it was compared.
+fn gains(models: &[ComparedModel], chosen: usize) -> Vec<BlockGain> {
+    let chosen = &models[chosen];
+    let of_neighbour = |other: &ComparedModel| {
+        let (with, without) = if other.is_richer_than(chosen) { (other, chosen) } else { (chosen, other) };
+        let is_neighbour = with.is_richer_than(without) && with.blocks.len() == without.blocks.len() + 1;
+        let block = with.blocks.iter().find(|block| !without.blocks.contains(block)).filter(|_| is_neighbour)?;
+        let gain = without.difference(with);
+        Some(BlockGain { block: *block, is_chosen: std::ptr::eq(with, chosen), gain })
+    };
+    models.iter().filter_map(of_neighbour).collect()
+}
+
+fn extrapolate_worse(models: &[ComparedModel], chosen: usize) -> Vec<usize> {
+    let chosen = &models[chosen];
+    let is_alarming = |model: &ComparedModel| {
+        let worse = model.difference(chosen);
+        let is_better_in_sample = model.is_richer_than(chosen) && model.in_sample < chosen.in_sample;
+        is_better_in_sample && worse.is_positive() && worse.mean > ALARMING * chosen.held_out.mean
+    };
+    (0..models.len()).filter(|&m| is_alarming(&models[m])).collect()
+}
