@@ -83,7 +83,6 @@ pub enum ModelName {
         "Also the encoder offsets for a driver, and Denavit-Hartenberg parameters",
         "touchcal calibrate sim/problem.toml --driver-offsets --export dh --out out",
     ),
-    ("With the parameters that predict best", "touchcal calibrate sim/problem.toml --model auto --out out"),
 ]))]
 pub struct CalibrateArgs {
     /// The problem.

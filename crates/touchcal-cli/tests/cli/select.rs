@@ -37,7 +37,7 @@ fn too_few_contacts_are_refused() {
 fn a_calibration_has_the_chosen_model() {
     let folder = tempfile::tempdir().unwrap();
     let run = |args: &[&str]| touchcal(folder.path(), args);
-    run(&["simulate", "--preset", "mukca", "--contacts", "30", "--seed", "1", "--out", "sim"]).success();
+    run(&["simulate", "--preset", "mukca", "--contacts", "15", "--seed", "1", "--out", "sim"]).success();
     let problem = folder.path().join("sim/problem.toml");
     let text = std::fs::read_to_string(&problem).unwrap();
     let declared = text.lines().find(|line| line.starts_with("parameters = ")).unwrap();
