@@ -22,7 +22,7 @@ pub use experiment::{CampaignArgs, FalsifiedArgs, MergeArgs, Vary};
 pub use manifold::{ManifoldArgs, TrainArgs};
 pub use manual::{CompletionsArgs, ManArgs, SchemaArgs, SchemaName};
 pub use new::{NewArgs, Start};
-pub use problem::{Arm, CalibrateArgs, EvaluateArgs, InspectArgs, Source};
+pub use problem::{Arm, CalibrateArgs, EvaluateArgs, InspectArgs, ModelName, Source};
 pub use select::SelectArgs;
 pub use simulation::{DemoArgs, ScenarioSource, SimulateArgs};
 

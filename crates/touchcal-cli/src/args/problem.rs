@@ -63,6 +63,14 @@ impl ExportFormat {
     }
 }
 
+/// Which blocks of parameters are estimated.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+pub enum ModelName {
+    // With doc comments the help of all options would take more lines.
+    Declared,
+    Auto,
+}
+
 /// Arguments of `calibrate`.
 #[derive(Debug, clap::Args)]
 #[command(after_help = examples(&[
@@ -87,6 +95,17 @@ pub struct CalibrateArgs {
     /// noise that is larger than declared
     #[arg(long, help_heading = ESTIMATION)]
     pub free_suspects: bool,
+    /// Parameters of the arm: those that the problem declares, or (auto) those that `touchcal
+    /// select` chooses
+    #[arg(
+        long,
+        value_enum,
+        value_name = "MODEL",
+        default_value = "declared",
+        conflicts_with = "free_suspects",
+        help_heading = ESTIMATION
+    )]
+    pub model: ModelName,
     /// Folder to write calibrated.urdf, estimate.json and report.html into
     #[arg(long, value_name = "DIR", help_heading = OUTPUT)]
     pub out: PathBuf,

@@ -7,7 +7,7 @@ use touchcal::io::calibration_folder::{self, Wanted, Written};
 use touchcal::io::{Export, Loaded};
 use touchcal::solver::StopReason;
 
-use crate::args::CalibrateArgs;
+use crate::args::{CalibrateArgs, ModelName};
 use crate::failure::{Failure, Outcome};
 use crate::output;
 use crate::summary::{Calibration, Detail, INDENT};
@@ -26,6 +26,9 @@ pub fn run(args: &CalibrateArgs) -> Result<Outcome, Failure> {
     for export in &exports {
         // Refused before the calibration rather than after it.
         export.check(&loaded)?;
+    }
+    if args.model == ModelName::Auto {
+        super::select::apply(&mut loaded)?;
     }
     let solved = super::calibrate(&mut loaded, args.free_suspects)?;
     let file = calibration_folder::estimate_file(&loaded, &solved);

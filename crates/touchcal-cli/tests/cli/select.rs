@@ -1,7 +1,7 @@
 //! `select`: a model by prediction.
 
 use super::golden::golden;
-use super::{errors, stdout, touchcal};
+use super::{errors, json, stdout, touchcal};
 
 #[test]
 fn a_model_is_chosen_with_its_reasons() {
@@ -31,4 +31,24 @@ fn too_few_contacts_are_refused() {
     let refused = touchcal(folder.path(), &["select", "sim/problem.toml", "--only", "left"]).code(1);
     let expected = "at least 3 placements or fixtures, or 20 contacts, to leave some out; found 16 contacts";
     assert!(errors(&refused).contains(expected), "{}", errors(&refused));
+}
+
+#[test]
+fn a_calibration_has_the_chosen_model() {
+    let folder = tempfile::tempdir().unwrap();
+    let run = |args: &[&str]| touchcal(folder.path(), args);
+    run(&["simulate", "--preset", "mukca", "--contacts", "15", "--seed", "1", "--out", "sim"]).success();
+    let problem = folder.path().join("sim/problem.toml");
+    let text = std::fs::read_to_string(&problem).unwrap();
+    let declared = text.lines().find(|line| line.starts_with("parameters = ")).unwrap();
+    assert!(declared.contains("joint_origin"), "{declared}");
+    std::fs::write(&problem, text.replace(declared, "parameters = [\"joint_offset\"]")).unwrap();
+    let done = run(&["calibrate", "sim/problem.toml", "--model", "auto", "--out", "out"]).success();
+    let note = errors(&done);
+    assert!(note.contains("note: model: joint_origin; 3 placements, each left out"), "{note}");
+    let found = json(&folder.path().join("out/estimate.json"));
+    let names = found["parameters"].as_array().unwrap().iter().map(|entry| entry["name"].as_str().unwrap());
+    let (origins, offsets): (Vec<&str>, Vec<&str>) =
+        names.filter(|name| name.starts_with("joint_")).partition(|name| name.starts_with("joint_origin."));
+    assert!(origins.len() == 42 && offsets.iter().all(|name| !name.starts_with("joint_offset.")), "{offsets:?}");
 }

@@ -27,6 +27,14 @@ pub fn run(args: &SelectArgs) -> Result<Outcome, Failure> {
     Ok(Outcome::Done)
 }
 
+/// Gives the problem the parameters of the chosen model, with a note of which.
+pub fn apply(loaded: &mut Loaded) -> Result<(), Failure> {
+    let choice = choose(loaded)?;
+    output::notes(&[format!("model: {}; {}", choice.models[choice.chosen].name(), text::prediction(&choice))]);
+    loaded.problem = choice.problem;
+    Ok(())
+}
+
 /// Chooses with progress, until interrupted.
 fn choose(loaded: &Loaded) -> Result<ModelChoice, Failure> {
     crate::progress::defer_interrupts();

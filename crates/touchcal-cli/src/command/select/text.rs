@@ -16,18 +16,19 @@ pub fn of(choice: &ModelChoice) -> String {
 }
 
 fn chosen(choice: &ModelChoice) -> String {
-    let model = &choice.models[choice.chosen];
+    let name = wrapped(&choice.models[choice.chosen].name());
+    format!("Model     {name}\n{INDENT}{}\n", wrapped(&prediction(choice)))
+}
+
+/// How well the chosen model predicts.
+pub fn prediction(choice: &ModelChoice) -> String {
     let groups = match choice.group_kind {
         GroupKind::Placements => "placements",
         GroupKind::Fixtures => "fixtures",
         GroupKind::Regions => "regions of the workspace",
     };
-    let words = format!(
-        "{} {groups}, each left out of the fit once, are predicted to {} mm rms",
-        choice.groups.len(),
-        with_error(&model.held_out)
-    );
-    format!("Model     {}\n{INDENT}{}\n", wrapped(&model.name()), wrapped(&words))
+    let error = with_error(&choice.models[choice.chosen].held_out);
+    format!("{} {groups}, each left out of the fit once, are predicted to {error} mm rms", choice.groups.len())
 }
 
 fn few_groups(choice: &ModelChoice) -> String {
@@ -106,7 +107,8 @@ fn next(choice: &ModelChoice) -> String {
     let names = choice.models[choice.chosen].blocks.iter().map(|block| format!("{:?}", block.name()));
     let names = names.collect::<Vec<_>>().join(", ");
     let line = format!("in [estimate]: parameters = [{names}], beside those blocks that are not compared above");
-    format!("\nNext      calibrate with the chosen model\n{}", advice(INDENT, &line))
+    let auto = advice(INDENT, "or, in one go: touchcal calibrate --model auto");
+    format!("\nNext      calibrate with the chosen model\n{}{auto}", advice(INDENT, &line))
 }
 
 /// A mean in mm, with its standard error.

@@ -33,8 +33,8 @@ pub use groups::GroupKind;
 use groups::{Groups, LEAST_CONTACTS};
 pub use paired::GroupMean;
 
-/// Share (1) of the chosen model's error by which a richer one must predict worse for an alarm: less
-/// is of no consequence.
+/// Share (1) of the chosen model's error by which a richer one must predict worse for an alarm:
+/// less is of no consequence.
 const ALARMING: f64 = 0.01;
 
 /// A model that was compared.
