@@ -95,8 +95,8 @@ impl ParameterId {
         }
     }
 
-    /// The parameter of the kinematics of arm and tool; `None` for drifts, trends,
-    /// walks, errors of encoders, fixtures, gap biases, edges, bias and scale of the wrench, and distances.
+    /// The parameter of the kinematics of arm and tool; `None` for drifts, trends, walks, errors of
+    /// encoders, fixtures, gap biases, edges, bias and scale of the wrench, and distances.
     pub fn kinematic(self) -> Option<KinematicParameter> {
         match self {
             ParameterId::Kinematic(parameter) => Some(parameter),

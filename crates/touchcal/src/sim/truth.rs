@@ -179,8 +179,9 @@ impl Truth {
 
     /// The erroneous parameters with names and units, and their values (SI), in the order: strain,
     /// segment strains, encoder offsets, joint origins, compliances, tool, fixtures, edges, wrench,
-    /// trends of encoder offsets, harmonics, gear ratios. Their priors are those of the parameters' constructors and say
-    /// nothing about the truth. Drifts of placements and gap biases are left out.
+    /// trends of encoder offsets, harmonics, gear ratios. Their priors are those of the parameters'
+    /// constructors and say nothing about the truth. Drifts of placements and gap biases are left
+    /// out.
     pub fn named(&self, scenario: &Scenario) -> Vec<(Parameter, f64)> {
         let robot = &scenario.robot;
         let mut known = of_arm_and_tool(robot);

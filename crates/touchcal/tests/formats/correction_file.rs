@@ -1,5 +1,5 @@
-//! `correction.json`: the library's corrections against kinematics, and against the files from which
-//! the readers in Python and C++ are tested.
+//! `correction.json`: the library's corrections against kinematics, and against the files from
+//! which the readers in Python and C++ are tested.
 
 use std::fmt::Write;
 use std::path::PathBuf;

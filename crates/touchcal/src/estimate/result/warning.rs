@@ -217,7 +217,7 @@ pub enum Warning {
     /// The calibrated arm is compliant, which a URDF reader that ignores compliance cannot
     /// reproduce.
     ComplianceInRobot,
-    /// Harmonics or gear ratios of the encoders were estimated, and the calibrated arm does not contain them.
+    /// Harmonics or gear ratios of the encoders were estimated; the calibrated arm lacks them.
     HarmonicsNotInRobot {
         /// Root mean square motion (m) of the tool by them, in the poses of the task or
         /// over the workspace.

@@ -102,8 +102,8 @@ pub struct ToolUncertainty {
 /// Uncertainty of the calibrated arm's tool, without load, at each of the joint `positions` (rad,
 /// or m for a prismatic joint; one for each moving joint, base first), in their order: of `J Σ Jᵀ`,
 /// with `J` the derivative of the pose `base_from_tool` by the parameters of arm, tool, encoder
-/// harmonics and gear ratios, and `Σ` their part of the estimate's covariance. The errors of encoders
-/// themselves count as corrected. `estimate` must be one of `problem`. Fixed parameters
+/// harmonics and gear ratios, and `Σ` their part of the estimate's covariance. The errors of
+/// encoders themselves count as corrected. `estimate` must be one of `problem`. Fixed parameters
 /// have their scale as standard deviation: no datum makes them zero. `None` if the contacts of any
 /// fixture are measured by a projection, from which no uncertainty follows.
 pub fn tool_uncertainty<'q>(

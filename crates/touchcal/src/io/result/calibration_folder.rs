@@ -128,7 +128,8 @@ pub fn check_folder(folder: &Path) -> Result<(), IoError> {
 }
 
 /// Writes `calibrated.urdf`, `estimate.json`, `report.html`, `correction.json` if joints need
-/// corrections that no URDF can say ([`correction_file`]), and what else is `wanted` into `folder`, in place of a former calibration; `file` is what [`estimate_file()`] made of `solved`.
+/// corrections that no URDF can say ([`correction_file`]), and what else is `wanted` into `folder`,
+/// in place of a former calibration; `file` is what [`estimate_file()`] made of `solved`.
 /// Missing folders are made. `touchcal.json` lists the files and says whether all are written: if
 /// writing is interrupted, the folder may hold files of two calibrations, which
 /// [`urdf::read_file`] and [`EstimateFile::read_file`] refuse.

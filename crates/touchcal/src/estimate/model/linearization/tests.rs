@@ -132,7 +132,8 @@ fn derivatives_by_errors_of_encoders_are_those_of_differences() {
             let motion = at.tool_motion((k, i), None, &scratch);
             for (row, derivative) in motion.iter().enumerate() {
                 let name = &model.layout.parameters[k].name;
-                // Harmonics and gear ratios are of the measured position, so that derivatives are exact.
+                // Harmonics and gear ratios are of the measured position, so that derivatives are
+                // exact.
                 assert!(
                     (derivative - difference[row]).abs() < 1e-7,
                     "{name}, contact {i}: {derivative} {}",
