@@ -99,7 +99,8 @@ def test_a_calibration_is_the_same(problem: Problem, tmp_path: Path) -> None:
     for folder, result in (("here", calibration), ("there", other)):
         result.save(tmp_path / folder, export=["dh", "xacro"])
     names = sorted(path.name for path in (tmp_path / "here").iterdir())
-    assert names == sorted(path.name for path in (tmp_path / "there").iterdir()) and len(names) == 6
+    assert names == sorted(path.name for path in (tmp_path / "there").iterdir())
+    assert len(names) == 7 and "correction.json" in names
     for name in names:
         assert (tmp_path / "here" / name).read_bytes() == (tmp_path / "there" / name).read_bytes(), name
     assert repr(touchcal.evaluate(problem, other)) == repr(touchcal.evaluate(problem, calibration))
