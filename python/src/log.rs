@@ -18,8 +18,8 @@ use crate::list_of::ListOf;
 use crate::robot::Robot;
 use crate::threads::detached;
 
-/// Largest motion (rad, or m) between two contacts that is taken for one in these units: contacts of
-/// one log rarely lie 20° apart, and 1 is meant in degrees.
+/// Largest motion (rad, or m) between two contacts that is taken for one in these units: contacts
+/// of one log rarely lie 20° apart, and 1 is meant in degrees.
 const MOST_APART: f64 = 0.35;
 const WRENCH: [&str; 6] = ["fx", "fy", "fz", "tx", "ty", "tz"];
 
