@@ -29,6 +29,7 @@ struct ChoiceJson<'a> {
 #[derive(Serialize)]
 struct ModelJson {
     blocks: Vec<&'static str>,
+    prior_width: f64,
     parameters: usize,
     held_out: MeanJson,
     /// Less that of the chosen model, group by group.
@@ -77,6 +78,7 @@ fn names(model: &ComparedModel) -> Vec<&'static str> {
 fn model_json(model: &ComparedModel, chosen: &ComparedModel) -> ModelJson {
     ModelJson {
         blocks: names(model),
+        prior_width: model.prior_width,
         parameters: model.parameters,
         held_out: mean_json(&model.held_out),
         above_chosen: mean_json(&model.difference(chosen)),

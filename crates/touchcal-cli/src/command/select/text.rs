@@ -1,6 +1,7 @@
 //! What `select` prints.
 
 use touchcal::estimate::{GroupKind, GroupMean, ModelChoice};
+use touchcal::parameter::Block;
 use touchcal::report::signed;
 
 use crate::summary::{self, INDENT, advice, millimetres, wrapped};
@@ -106,9 +107,30 @@ fn incompleteness(choice: &ModelChoice) -> String {
 fn next(choice: &ModelChoice) -> String {
     let names = choice.models[choice.chosen].blocks.iter().map(|block| format!("{:?}", block.name()));
     let names = names.collect::<Vec<_>>().join(", ");
-    let line = format!("in [estimate]: parameters = [{names}], beside those blocks that are not compared above");
+    let line = format!(
+        "in [estimate]: parameters = [{names}]{}, beside those blocks that are not compared above",
+        priors(choice)
+    );
     let auto = advice(INDENT, "or, in one go: touchcal calibrate --model auto");
     format!("\nNext      calibrate with the chosen model\n{}{auto}", advice(INDENT, &line))
+}
+
+/// The key of narrower priors of the chosen model, if it has such.
+fn priors(choice: &ModelChoice) -> String {
+    let chosen = &choice.models[choice.chosen];
+    let each = chosen.blocks.iter().filter_map(|block| {
+        let parameter = choice.problem.parameters.iter().find(|parameter| parameter.id.block() == *block)?;
+        let sigma = parameter.prior_sigma()?;
+        match block {
+            Block::JointHarmonic | Block::JointHarmonic2 => {
+                Some(format!("{}_deg = {}", block.name(), sigma.to_degrees()))
+            }
+            Block::JointGearRatio => Some(format!("{} = {sigma}", block.name())),
+            _ => None,
+        }
+    });
+    let keys = each.collect::<Vec<_>>().join(", ");
+    if chosen.prior_width < 1.0 { format!(" and prior = {{ {keys} }}") } else { String::new() }
 }
 
 /// A mean in mm, with its standard error.

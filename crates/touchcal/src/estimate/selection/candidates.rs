@@ -18,6 +18,39 @@ const POOL: [Block; 8] = [
     Block::JointGearRatio,
 ];
 
+/// Errors of encoders as functions of their positions. What they are for is often an error of
+/// another kind that looks alike where contacts are; how wide their priors may be shows at contacts
+/// elsewhere.
+const OF_ENCODERS: [Block; 3] = [Block::JointHarmonic, Block::JointHarmonic2, Block::JointGearRatio];
+/// Least width of their priors, over the declared or usual one; widths are halved down to it.
+const LEAST_WIDTH: f64 = 0.25;
+
+/// A model of an arm.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Model {
+    /// Its blocks of the pool, in the order of the pool.
+    pub blocks: Vec<Block>,
+    /// Standard deviations of the priors of the encoders' blocks over the declared or usual ones
+    /// (1); 1 without such blocks.
+    pub width: f64,
+}
+
+impl Model {
+    fn new(blocks: Vec<Block>, width: f64) -> Model {
+        let has_errors = blocks.iter().any(|block| OF_ENCODERS.contains(block));
+        Model { blocks, width: if has_errors { width } else { 1.0 } }
+    }
+
+    /// Whether it has all blocks of `other`, and more, with priors of encoders as wide where both
+    /// have such.
+    pub fn is_richer_than(&self, other: &Model) -> bool {
+        let has_errors = other.blocks.iter().any(|block| OF_ENCODERS.contains(block));
+        self.blocks.len() > other.blocks.len()
+            && other.blocks.iter().all(|block| self.blocks.contains(block))
+            && (self.width == other.width || !has_errors)
+    }
+}
+
 /// The models that are always compared, each within the next but for encoder offsets, which joint
 /// origins contain.
 const NESTED: [&[Block]; 5] = [
@@ -28,33 +61,46 @@ const NESTED: [&[Block]; 5] = [
     &[Block::JointOrigin, Block::JointCompliance, Block::JointHarmonic],
 ];
 
-/// The blocks of all models that are compared in any case: the nested ones, and the declared one.
-pub(super) fn nested(problem: &Problem) -> Vec<Vec<Block>> {
+/// The models that are compared in any case: the nested ones, and the declared one.
+pub(super) fn nested(problem: &Problem) -> Vec<Model> {
     let is_possible = |blocks: &&&[Block]| blocks.iter().all(|block| !parameters(problem, *block).is_empty());
-    let mut models: Vec<Vec<Block>> = NESTED.iter().filter(is_possible).map(|blocks| blocks.to_vec()).collect();
-    let declared = declared(problem);
+    let possible = NESTED.iter().filter(is_possible);
+    let mut models: Vec<Model> = possible.map(|blocks| Model::new(blocks.to_vec(), 1.0)).collect();
+    let declared = Model::new(declared(problem), 1.0);
     if !models.contains(&declared) {
         models.push(declared);
     }
     models
 }
 
-/// The blocks of the models with one block more or less than `blocks`.
-pub(super) fn neighbours(problem: &Problem, blocks: &[Block]) -> Vec<Vec<Block>> {
+/// The models with one block more or less than `model`, and those with its blocks and priors of
+/// encoders of twice or half the width.
+pub(super) fn neighbours(problem: &Problem, model: &Model) -> Vec<Model> {
+    let Model { blocks, width } = model;
     let each = POOL.into_iter().filter_map(|changed| {
         let has = |block: Block| (block == changed) != blocks.contains(&block);
         let neighbour: Vec<Block> = POOL.into_iter().filter(|block| has(*block)).collect();
         let is_new = blocks.contains(&changed) || is_independent(changed, blocks);
-        (is_new && !parameters(problem, changed).is_empty()).then_some(neighbour)
+        (is_new && !parameters(problem, changed).is_empty()).then_some(Model::new(neighbour, *width))
     });
-    each.collect()
+    let widths = [0.5 * width, 2.0 * width].into_iter().filter(|width| (LEAST_WIDTH..=1.0).contains(width));
+    let others = widths.map(|width| Model::new(blocks.clone(), width)).filter(|other| other != model);
+    each.chain(others).collect()
 }
 
-/// The problem with these blocks of parameters in place of those of the pool that it declares.
-/// Priors are as declared, and the usual ones of blocks that are not.
-pub(super) fn with_blocks(problem: &Problem, blocks: &[Block]) -> Problem {
+/// The problem with the model's blocks of parameters in place of those of the pool that it
+/// declares. Priors are as declared, and the usual ones of blocks that are not; those of encoders
+/// have the model's width.
+pub(super) fn with_model(problem: &Problem, model: &Model) -> Problem {
     let others = problem.parameters.iter().filter(|parameter| !POOL.contains(&parameter.id.block())).cloned();
-    let chosen = blocks.iter().flat_map(|block| parameters(problem, *block));
+    let scaled = |parameter: Parameter| match parameter.prior_sigma() {
+        Some(sigma) if OF_ENCODERS.contains(&parameter.id.block()) => {
+            let prior = parameter.prior.with_sigma(model.width * sigma);
+            parameter.with_prior(prior)
+        }
+        _ => parameter,
+    };
+    let chosen = model.blocks.iter().flat_map(|block| parameters(problem, *block)).map(scaled);
     let parameters = chosen.chain(others).collect();
     problem.clone().with_parameters(parameters)
 }

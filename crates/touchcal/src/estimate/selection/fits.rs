@@ -2,7 +2,7 @@
 
 use nalgebra::DVector;
 
-use super::candidates::with_blocks;
+use super::candidates::{Model, with_model};
 use super::groups::Groups;
 use crate::contact::ContactLog;
 use crate::estimate::calibrate::fit;
@@ -12,7 +12,6 @@ use crate::estimate::prediction::{new_contacts, with_fitted_places};
 use crate::estimate::problem::Problem;
 use crate::estimate::result::Observer;
 use crate::estimate::untouched::without_distances_to_unknown_places;
-use crate::parameter::Block;
 
 /// A fit to all contacts.
 pub(super) struct FitToAll {
@@ -22,10 +21,10 @@ pub(super) struct FitToAll {
     pub is_rejected: Vec<bool>,
 }
 
-/// Fits the model with these blocks to all contacts; `None` if `observe` ends it.
-pub(super) fn fit_to_all(problem: &Problem, blocks: &[Block], observe: Observer<'_>) -> Option<FitToAll> {
-    let model = with_blocks(problem, blocks);
-    let fitted = without_distances_to_unknown_places(&model);
+/// Fits a model to all contacts; `None` if `observe` ends it.
+pub(super) fn fit_to_all(problem: &Problem, model: &Model, observe: Observer<'_>) -> Option<FitToAll> {
+    let posed = with_model(problem, model);
+    let fitted = without_distances_to_unknown_places(&posed);
     let mut search = fit(&fitted, observe);
     if search.is_interrupted() {
         return None;
@@ -38,16 +37,16 @@ pub(super) fn fit_to_all(problem: &Problem, blocks: &[Block], observe: Observer<
 }
 
 /// Root mean square distance (m) of those contacts of group `g` that `is_scored`, by a fit of the
-/// model with these blocks to the contacts of all other groups; infinite if it has none. Places
-/// that no other contact touches are fitted to these contacts. `None` if `observe` ends the fit.
+/// model to the contacts of all other groups; infinite if it has none. Places that no other contact
+/// touches are fitted to these contacts. `None` if `observe` ends the fit.
 pub(super) fn held_out_error(
-    (problem, blocks): (&Problem, &[Block]),
+    (problem, model): (&Problem, &Model),
     (groups, g): (&Groups, usize),
     is_scored: &[bool],
     observe: Observer<'_>,
 ) -> Option<f64> {
     let contacts = groups.contacts(&problem.contacts, |_, group| group != g);
-    let others = Problem { contacts, held_out: ContactLog::default(), ..with_blocks(problem, blocks) };
+    let others = Problem { contacts, held_out: ContactLog::default(), ..with_model(problem, model) };
     let fitted = without_distances_to_unknown_places(&others);
     let search = fit(&fitted, observe);
     if search.is_interrupted() {

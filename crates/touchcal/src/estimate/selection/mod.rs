@@ -1,13 +1,14 @@
 //! The choice of a model by how well it predicts contacts that it was not fitted to.
 //!
-//! Each model, a set of blocks of parameters, is fitted without one group of contacts after the
+//! Each model, a set of blocks of parameters and a width of the priors of encoders, is fitted without one group of contacts after the
 //! other, and predicts the group that is left out. Groups are placements, fixtures or regions of
 //! the workspace, never single contacts: neighbours of a contact that is left out would show
 //! errors of the model around it.
 //!
 //! Chosen is the model with the fewest parameters whose mean error over the groups is not above
 //! that of the best model by more than a standard error. Groups differ in difficulty more than
-//! models do, so that is the standard error of the difference, group by group.
+//! models do, so that is the standard error of the difference, group by group. Of models with the
+//! same blocks that with narrower priors counts as the simpler one.
 //!
 //! Source: Hastie, Tibshirani & Friedman, *The elements of statistical learning*, 2nd edition
 //! (2009), section 7.10: cross-validation, and the one-standard-error rule.
@@ -27,7 +28,7 @@ use super::problem::Problem;
 use super::result::{Estimate, Warning};
 use crate::parameter::Block;
 use crate::solver::StopReason;
-use candidates::{neighbours, nested, with_blocks};
+use candidates::{Model, neighbours, nested, with_model};
 use fits::{FitToAll, fit_to_all, held_out_error};
 pub use groups::GroupKind;
 use groups::{Groups, LEAST_CONTACTS};
@@ -43,6 +44,9 @@ pub struct ComparedModel {
     /// Blocks of parameters that it has beside those that all models have; empty for the nominal
     /// arm.
     pub blocks: Vec<Block>,
+    /// Standard deviations of the priors of harmonics and gear ratios over the declared or usual
+    /// ones (1).
+    pub prior_width: f64,
     /// Number of parameters of the arm and its encoders.
     pub parameters: usize,
     /// Error (m) on each group, that was left out of the fit: root mean square distance of its
@@ -55,10 +59,16 @@ pub struct ComparedModel {
 }
 
 impl ComparedModel {
-    /// The names of the blocks with pluses between them, or `nominal`.
+    /// The names of the blocks with pluses between them, or `nominal`, and the width of the priors
+    /// of encoders' errors where that is not the usual one.
     pub fn name(&self) -> String {
         let names: Vec<&str> = self.blocks.iter().map(|block| block.name()).collect();
-        if names.is_empty() { "nominal".to_owned() } else { names.join(" + ") }
+        let width = if self.prior_width < 1.0 { format!(" (priors x {})", self.prior_width) } else { String::new() };
+        if names.is_empty() { "nominal".to_owned() } else { names.join(" + ") + &width }
+    }
+
+    fn model(&self) -> Model {
+        Model { blocks: self.blocks.clone(), width: self.prior_width }
     }
 
     /// Its errors (m) less those of `other`, group by group.
@@ -66,9 +76,8 @@ impl ComparedModel {
         GroupMean::of_difference(&self.errors, &other.errors)
     }
 
-    /// Whether it has all blocks of `other`, and more.
     fn is_richer_than(&self, other: &ComparedModel) -> bool {
-        self.blocks.len() > other.blocks.len() && other.blocks.iter().all(|block| self.blocks.contains(block))
+        self.model().is_richer_than(&other.model())
     }
 }
 
@@ -92,7 +101,7 @@ pub struct ModelChoice {
     pub groups: Vec<String>,
     /// Contacts that all nested models reject as outliers: no error counts them.
     pub outliers: usize,
-    /// The models, those with fewer parameters first.
+    /// The models, those with fewer parameters first, and then those with narrower priors.
     pub models: Vec<ComparedModel>,
     /// Index of the chosen model.
     pub chosen: usize,
@@ -164,7 +173,8 @@ pub type SelectionObserver<'o> = &'o (dyn Fn(&SelectionProgress) -> ControlFlow<
 ///
 /// Models are the nominal arm, encoder offsets, joint origins, these with compliances, these with
 /// harmonics of the encoders too, and the blocks that the problem declares; then those with one
-/// block more or less than the model that is chosen among them, until there are no new ones. All
+/// block more or less than the model that is chosen among them, or with priors of harmonics and
+/// gear ratios of half or twice the width, until there are no new ones. All
 /// have the problem's other parameters (trends, walks), and declared priors where the problem
 /// declares the block. Fits run in parallel; the result is the same for any number of threads.
 /// Panics if a contact or distance has a fixture that is not in [`Problem::fixtures`].
@@ -178,17 +188,17 @@ pub fn select(problem: &Problem, observe: SelectionObserver<'_>) -> Result<Model
     let is_scored: Vec<bool> = (0..problem.contacts.len()).map(|i| !is_rejected(i)).collect();
     let mut models = work.compare(problem, &groups, &is_scored, next.into_iter().zip(fits).collect())?;
     let (chosen, best) = loop {
-        models.sort_by_key(|model| model.parameters);
+        models.sort_by(|a, b| a.parameters.cmp(&b.parameters).then(a.prior_width.total_cmp(&b.prior_width)));
         let (chosen, best) = choose(&models).ok_or(SelectionError::NoPrediction)?;
-        let is_new = |blocks: &Vec<Block>| models.iter().all(|model| model.blocks != *blocks);
-        next = neighbours(problem, &models[chosen].blocks).into_iter().filter(is_new).collect();
+        let is_new = |other: &Model| models.iter().all(|model| model.model() != *other);
+        next = neighbours(problem, &models[chosen].model()).into_iter().filter(is_new).collect();
         if next.is_empty() {
             break (chosen, best);
         }
         let fits = work.fit_to_all(problem, &next)?;
         models.extend(work.compare(problem, &groups, &is_scored, next.into_iter().zip(fits).collect())?);
     };
-    let selected = with_blocks(problem, &models[chosen].blocks);
+    let selected = with_model(problem, &models[chosen].model());
     let estimate = calibrate(&selected, &mut |_| work.observe());
     if estimate.termination.reason == StopReason::Interrupted {
         return Err(SelectionError::Interrupted);
@@ -238,8 +248,8 @@ impl Work<'_> {
         results.ok_or(SelectionError::Interrupted)
     }
 
-    fn fit_to_all(&self, problem: &Problem, models: &[Vec<Block>]) -> Result<Vec<FitToAll>, SelectionError> {
-        self.run(models, |blocks| fit_to_all(problem, blocks, &mut |_| self.observe()))
+    fn fit_to_all(&self, problem: &Problem, models: &[Model]) -> Result<Vec<FitToAll>, SelectionError> {
+        self.run(models, |model| fit_to_all(problem, model, &mut |_| self.observe()))
     }
 
     /// The models with their errors on each group.
@@ -248,7 +258,7 @@ impl Work<'_> {
         problem: &Problem,
         groups: &Groups,
         is_scored: &[bool],
-        models: Vec<(Vec<Block>, FitToAll)>,
+        models: Vec<(Model, FitToAll)>,
     ) -> Result<Vec<ComparedModel>, SelectionError> {
         let of_model = |m: usize| (0..groups.names.len()).map(move |g| (m, g));
         let jobs: Vec<(usize, usize)> = (0..models.len()).flat_map(of_model).collect();
@@ -256,15 +266,16 @@ impl Work<'_> {
             held_out_error((problem, &models[m].0), (groups, g), is_scored, &mut |_| self.observe())
         })?;
         let each = models.into_iter().zip(errors.chunks(groups.names.len().max(1)));
-        let compared = each.map(|((blocks, fit), errors)| {
+        let compared = each.map(|((model, fit), errors)| {
             let scored = || fit.distances.iter().zip(is_scored).filter(|(_, is_scored)| **is_scored);
             let squares: f64 = scored().map(|(distance, _)| distance * distance).sum();
             ComparedModel {
-                parameters: with_blocks(problem, &blocks).parameters.len(),
+                parameters: with_model(problem, &model).parameters.len(),
                 errors: errors.to_vec(),
                 held_out: GroupMean::of(errors),
                 in_sample: (squares / scored().count().max(1) as f64).sqrt(),
-                blocks,
+                blocks: model.blocks,
+                prior_width: model.width,
             }
         });
         Ok(compared.collect())
@@ -280,7 +291,8 @@ fn choose(models: &[ComparedModel]) -> Option<(usize, usize)> {
     Some((finite().find(|&m| !is_worse(m))?, best))
 }
 
-/// What each block is worth, of which the chosen model with and without it was compared.
+/// What each block is worth, of which the chosen model with and without it was compared; of priors
+/// of several widths those with which it is worth most.
 fn gains(models: &[ComparedModel], chosen: usize) -> Vec<BlockGain> {
     let chosen = &models[chosen];
     let of_neighbour = |other: &ComparedModel| {
@@ -290,7 +302,15 @@ fn gains(models: &[ComparedModel], chosen: usize) -> Vec<BlockGain> {
         let gain = without.difference(with);
         Some(BlockGain { block: *block, is_chosen: std::ptr::eq(with, chosen), gain })
     };
-    models.iter().filter_map(of_neighbour).collect()
+    let mut gains: Vec<BlockGain> = Vec::new();
+    for gain in models.iter().filter_map(of_neighbour) {
+        match gains.iter_mut().find(|other| other.block == gain.block) {
+            Some(other) if other.gain.mean < gain.gain.mean => *other = gain,
+            Some(_) => {}
+            None => gains.push(gain),
+        }
+    }
+    gains
 }
 
 fn extrapolate_worse(models: &[ComparedModel], chosen: usize) -> Vec<usize> {
