@@ -65,7 +65,7 @@ fn models(choice: &ModelChoice) -> String {
         ]);
     }
     format!(
-        "\n{table}  * chosen: the fewest parameters that predict no worse than the best by more than a standard error,\n    and whose calibration may be used\n"
+        "\n{table}  * chosen: the fewest parameters that predict no worse than the best by more than a standard error\n"
     )
 }
 

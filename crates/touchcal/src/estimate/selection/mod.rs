@@ -1,16 +1,14 @@
 //! The choice of a model by how well it predicts contacts that it was not fitted to.
 //!
-//! Each model, a set of blocks of parameters and a width of the priors of encoders, is fitted without one group of contacts after the
-//! other, and predicts the group that is left out. Groups are placements, fixtures or regions of
-//! the workspace, never single contacts: neighbours of a contact that is left out would show
-//! errors of the model around it.
+//! Each model, a set of blocks of parameters and a width of the priors of encoders, is fitted
+//! without one group of contacts after the other, and predicts the group that is left out. Groups
+//! are placements, fixtures or regions of the workspace, never single contacts: neighbours of a
+//! contact that is left out would show errors of the model around it.
 //!
 //! Chosen is the model with the fewest parameters whose mean error over the groups is not above
 //! that of the best model by more than a standard error. Groups differ in difficulty more than
 //! models do, so that is the standard error of the difference, group by group. Of models with the
-//! same blocks that with narrower priors counts as the simpler one. A model whose calibration with
-//! all contacts must not be used, since a harmonic stands in for another effect, gives way to the
-//! next one with other blocks within that standard error.
+//! same blocks that with narrower priors counts as the simpler one.
 //!
 //! Source: Hastie, Tibshirani & Friedman, *The elements of statistical learning*, 2nd edition
 //! (2009), section 7.10: cross-validation, and the one-standard-error rule.
@@ -27,7 +25,7 @@ use rayon::prelude::*;
 
 use super::calibrate::calibrate;
 use super::problem::Problem;
-use super::result::{Estimate, Observer, Status, Warning};
+use super::result::{Estimate, Warning};
 use crate::parameter::Block;
 use crate::solver::StopReason;
 use candidates::{Model, neighbours, nested, with_model};
@@ -189,11 +187,9 @@ pub fn select(problem: &Problem, observe: SelectionObserver<'_>) -> Result<Model
     let is_rejected = |i: usize| fits.iter().all(|fit| fit.is_rejected[i]);
     let is_scored: Vec<bool> = (0..problem.contacts.len()).map(|i| !is_rejected(i)).collect();
     let mut models = work.compare(problem, &groups, &is_scored, next.into_iter().zip(fits).collect())?;
-    let mut calibrations = Calibrations::default();
     let (chosen, best) = loop {
         models.sort_by(|a, b| a.parameters.cmp(&b.parameters).then(a.prior_width.total_cmp(&b.prior_width)));
-        let (candidates, best) = as_good_as_best(&models).ok_or(SelectionError::NoPrediction)?;
-        let chosen = calibrations.first_usable(problem, &models, &candidates, &mut |_| work.observe())?;
+        let (chosen, best) = choose(&models).ok_or(SelectionError::NoPrediction)?;
         let is_new = |other: &Model| models.iter().all(|model| model.model() != *other);
         next = neighbours(problem, &models[chosen].model()).into_iter().filter(is_new).collect();
         if next.is_empty() {
@@ -203,7 +199,10 @@ pub fn select(problem: &Problem, observe: SelectionObserver<'_>) -> Result<Model
         models.extend(work.compare(problem, &groups, &is_scored, next.into_iter().zip(fits).collect())?);
     };
     let selected = with_model(problem, &models[chosen].model());
-    let estimate = calibrations.of(problem, &models[chosen].model(), &mut |_| work.observe())?.clone();
+    let estimate = calibrate(&selected, &mut |_| work.observe());
+    if estimate.termination.reason == StopReason::Interrupted {
+        return Err(SelectionError::Interrupted);
+    }
     Ok(ModelChoice {
         group_kind: groups.kind,
         groups: groups.names,
@@ -216,44 +215,6 @@ pub fn select(problem: &Problem, observe: SelectionObserver<'_>) -> Result<Model
         problem: selected,
         estimate,
     })
-}
-
-/// Calibrations of models with all contacts, each made once.
-#[derive(Default)]
-struct Calibrations(Vec<(Model, Estimate)>);
-
-impl Calibrations {
-    /// The first of these `candidates`, indices of `models`, whose calibration may be used, else the
-    /// first of all.
-    fn first_usable(
-        &mut self,
-        problem: &Problem,
-        models: &[ComparedModel],
-        candidates: &[usize],
-        observe: Observer<'_>,
-    ) -> Result<usize, SelectionError> {
-        for &m in candidates {
-            if self.of(problem, &models[m].model(), observe)?.status != Status::NotUsable {
-                return Ok(m);
-            }
-        }
-        candidates.first().copied().ok_or(SelectionError::NoPrediction)
-    }
-
-    fn of(&mut self, problem: &Problem, model: &Model, observe: Observer<'_>) -> Result<&Estimate, SelectionError> {
-        let k = match self.0.iter().position(|(other, _)| other == model) {
-            Some(k) => k,
-            None => {
-                let estimate = calibrate(&with_model(problem, model), observe);
-                if estimate.termination.reason == StopReason::Interrupted {
-                    return Err(SelectionError::Interrupted);
-                }
-                self.0.push((model.clone(), estimate));
-                self.0.len() - 1
-            }
-        };
-        Ok(&self.0[k].1)
-    }
 }
 
 /// Fits under way.
@@ -321,20 +282,13 @@ impl Work<'_> {
     }
 }
 
-/// Indices of the models that predict no worse than the best by more than a standard error, in
-/// their order and of the same blocks only the first, and that of the best; `None` if no error is
-/// finite.
-fn as_good_as_best(models: &[ComparedModel]) -> Option<(Vec<usize>, usize)> {
+/// Indices of the chosen and of the best of these models, those with fewer parameters first; `None`
+/// if no error is finite.
+fn choose(models: &[ComparedModel]) -> Option<(usize, usize)> {
     let finite = || (0..models.len()).filter(|&m| models[m].held_out.mean.is_finite());
     let best = finite().min_by(|&a, &b| models[a].held_out.mean.total_cmp(&models[b].held_out.mean))?;
     let is_worse = |m: usize| models[m].difference(&models[best]).is_positive();
-    let mut candidates: Vec<usize> = Vec::new();
-    for m in finite().filter(|&m| !is_worse(m)) {
-        if candidates.iter().all(|&other| models[other].blocks != models[m].blocks) {
-            candidates.push(m);
-        }
-    }
-    Some((candidates, best))
+    Some((finite().find(|&m| !is_worse(m))?, best))
 }
 
 /// What each block is worth, of which the chosen model with and without it was compared; of priors
