@@ -211,6 +211,7 @@ def test_what_arrays_are_refused_for(robot: touchcal.Robot) -> None:
     refused("expected 0, 1, true or false, found 0.5", contact=np.full(30, 0.5))
     refused("columns fx, fy and fz, which a force threshold needs", force_threshold=3)
     refused("apart: expected a positive number, found -1", apart=-1)
+    refused("apart: expected at most 0.35 rad or m; of degrees, math.radians", apart=1)
     refused("release: expected at most force_threshold", force_threshold=3, release=4, wrench=np.zeros((30, 6)))
     refused("expected `force_threshold`, found `release` or `debounce` without it", release=4)
     refused("columns fx, fy, fz, tx, ty and tz, which a load needs", load_on="tool")

@@ -166,3 +166,21 @@ fn what_is_not_there_is_named() {
         assert!(stderr(&done).contains(part) && stderr(&done).lines().count() == 1, "{}", stderr(&done));
     }
 }
+
+/// Errors are those of the scenario that is given; one without a hole is refused.
+#[test]
+fn trials_of_another_scenario() {
+    let folder = tempfile::tempdir().unwrap();
+    std::fs::write(folder.path().join("errors.toml"), "schema = 1\n[errors]\njoint_offset_deg = 0.2\n").unwrap();
+    let args = ["experiment", "table1", "--trials", "1", "--contacts", "60", "--only", "exact_lm", "--scenario"];
+    touchcal(folder.path(), &[&args[..], &["errors.toml", "--out", "out"]].concat()).success();
+    let file = json(&folder.path().join("out/table1.json"));
+    let row = rows(&file, "exact_lm").next().unwrap();
+    assert_eq!(row["strain_before"], 0.0);
+    let before = row["bias_before_deg"].as_f64().unwrap();
+    assert!((0.02..0.5).contains(&before), "{before}");
+    std::fs::write(folder.path().join("sockets.toml"), "schema = 1\npreset = \"mukca\"\n").unwrap();
+    let refused = touchcal(folder.path(), &[&args[..], &["sockets.toml", "--out", "no"]].concat()).code(1);
+    assert!(stderr(&refused).contains("no hole with a peg"), "{}", stderr(&refused));
+    assert!(!folder.path().join("no").exists());
+}

@@ -242,6 +242,34 @@ fn contacts_that_do_not_determine_the_arm_are_told_by_inspect() {
     }
 }
 
+/// Priors that are far narrower than what contacts show leave the arm as it was, and the summary has
+/// both expected errors.
+#[test]
+fn a_calibration_that_hardly_improves_the_arm_says_so() {
+    let folder = tempfile::tempdir().unwrap();
+    touchcal(folder.path(), &["simulate", "--preset", "paper", "--contacts", "60", "--out", "sim"]).code(0);
+    let path = folder.path().join("sim/problem.toml");
+    let text = std::fs::read_to_string(&path).unwrap();
+    let narrow = "parameters = [\"joint_offset\"]\nprior = { joint_offset_deg = 1e-5 }";
+    let changed = text.replace("parameters = [\"strain\", \"joint_offset\"]", narrow);
+    assert_ne!(changed, text);
+    std::fs::write(&path, changed).unwrap();
+    let done = stdout(&touchcal(folder.path(), &["calibrate", "sim/problem.toml", "--out", "out"]).code(3));
+    assert!(done.contains("hardly better than the nominal one"), "{done}");
+    let estimate = json(&folder.path().join("out/estimate.json"));
+    let warnings = estimate["warnings"].as_array().unwrap();
+    let message = |kind: &str| {
+        let found = warnings.iter().find(|warning| warning["kind"] == kind);
+        found.and_then(|warning| warning["message"].as_str()).unwrap_or_default()
+    };
+    assert!(message("arm_undetermined").contains("without contacts 0.00"), "{warnings:?}");
+    let tool = &estimate["workspace_uncertainty"];
+    for key in ["distance_mm", "nominal_distance_mm"] {
+        let number = format!("by {:.3} mm", tool[key].as_f64().unwrap());
+        assert!(message("little_improvement").contains(&number), "{number}: {warnings:?}");
+    }
+}
+
 /// Four vertices (mm) of OBJ around (`x`, 0), anticlockwise from above.
 fn square_of_obj(x: f64, half: f64, z: f64) -> String {
     let corners = [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)];
