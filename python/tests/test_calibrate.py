@@ -86,7 +86,7 @@ def test_a_problem_in_code_has_the_bits_of_its_file(workcell: Path) -> None:
         peg, touchcal.offset_outline(peg, 0.5 * 1e-3), length=40 * 1e-3, depth=30 * 1e-3
     )
     mm, deg = 1e-3, np.pi / 180
-    lag = tomllib.loads((workcell / "problem.toml").read_text())["contacts"][0]["load_lag_rows"]
+    lag = tomllib.loads((workcell / "problem.toml").read_text())["log"]["load_lag_rows"]
     log = touchcal.ContactLog.from_file(
         robot, workcell / "hole.csv", force_threshold=3, load_on="tool", load_lag=lag
     )
