@@ -242,8 +242,8 @@ fn contacts_that_do_not_determine_the_arm_are_told_by_inspect() {
     }
 }
 
-/// Priors that are far narrower than what contacts show leave the arm as it was, and the summary has
-/// both expected errors.
+/// Priors that are far narrower than what contacts show leave the arm as it was, and the summary
+/// has both expected errors.
 #[test]
 fn a_calibration_that_hardly_improves_the_arm_says_so() {
     let folder = tempfile::tempdir().unwrap();
