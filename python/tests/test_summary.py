@@ -23,7 +23,8 @@ def test_a_summary_begins_with_the_verdict(calibration: touchcal.Calibration) ->
     assert calibration.status == "usable" and known is not None
     assert lines[0] == (
         f"USABLE            expected tool error in base {1e3 * known.position:.3f} mm, {np.degrees(known.angle):.3f}° "
-        f"(before: {1e3 * known.nominal_position:.3f} mm, {np.degrees(known.nominal_angle):.3f}°), "
+        f"(before, with the tool as declared: {1e3 * known.nominal_position:.3f} mm, "
+        f"{np.degrees(known.nominal_angle):.3f}°), "
         f"between two positions {1e3 * known.distance:.3f} mm (before: {1e3 * known.nominal_distance:.3f} mm)"
     )
     contacts = json.loads(calibration.to_json())["contacts"]
