@@ -7,11 +7,7 @@ use crate::estimate::{
 };
 use crate::geometry::Parts;
 use crate::manifold::exact_manifold;
-use crate::parameter::{
-    Block, Parameter, joint_compliance, joint_gear_ratio, joint_harmonic, joint_harmonic_2, joint_offset, joint_origin,
-    joint_trend_with_sigma, joint_walk, segment_strain, strain,
-};
-use crate::robot::Robot;
+use crate::parameter::{Block, Parameter, joint_trend_with_sigma, joint_walk, of_block};
 use crate::sim::{PlaceError, Recorder, Scenario, SimulatedTrial, Touch, Truth};
 
 /// Smallest declared noise (rad, m): weights need some.
@@ -70,7 +66,7 @@ pub(super) fn posed(scenario: &Scenario, simulated: &SimulatedTrial, has_loads: 
     let tool = Tool { tip_from_tool: scenario.tip_from_tool, prior: place_prior(scenario.tool_error) };
     let fixtures = scenario.touches.iter().map(fixture).collect();
     let mut parameters: Vec<Parameter> =
-        blocks(scenario).into_iter().flat_map(|block| parameters(block, robot)).collect();
+        blocks(scenario).into_iter().flat_map(|block| of_block(block, robot)).collect();
     let trend = encoder_trend(&scenario.recorder);
     if trend > 0.0 {
         parameters.extend(joint_trend_with_sigma(robot, trend));
@@ -113,19 +109,6 @@ pub(crate) fn blocks(scenario: &Scenario) -> Vec<Block> {
         blocks.push(Block::JointOffset);
     }
     blocks
-}
-
-fn parameters(block: Block, robot: &Robot) -> Vec<Parameter> {
-    match block {
-        Block::Strain => vec![strain()],
-        Block::SegmentStrain => segment_strain(robot),
-        Block::JointOrigin => joint_origin(robot),
-        Block::JointCompliance => joint_compliance(robot),
-        Block::JointHarmonic => joint_harmonic(robot),
-        Block::JointHarmonic2 => joint_harmonic_2(robot),
-        Block::JointGearRatio => joint_gear_ratio(robot),
-        _ => joint_offset(robot),
-    }
 }
 
 /// The recorder's noise, including quantisation.

@@ -81,14 +81,23 @@ impl Block {
         }
     }
 
+    /// Whether the block is of errors of encoders that depend on the measured position: true for
+    /// harmonics and gear ratios.
+    pub fn is_encoder_error(self) -> bool {
+        matches!(self, Block::JointHarmonic | Block::JointHarmonic2 | Block::JointGearRatio)
+    }
+
     /// Whether the block is not part of the arm's description: true for tool, fixtures, drifts,
     /// trends, walks, harmonics, gear ratios, gap biases, edges, bias and scale of the wrench, and
     /// distances.
     pub fn is_nuisance(self) -> bool {
         let of_log = matches!(self, Block::JointDrift | Block::JointTrend | Block::JointWalk);
-        let of_encoders = matches!(self, Block::JointHarmonic | Block::JointHarmonic2 | Block::JointGearRatio);
         let of_wrench = matches!(self, Block::WrenchBias | Block::WrenchScale);
         let of_parts = matches!(self, Block::GapBias | Block::EdgeRadius);
-        of_log || of_encoders || of_wrench || of_parts || matches!(self, Block::Tool | Block::Fixture | Block::Distance)
+        of_log
+            || self.is_encoder_error()
+            || of_wrench
+            || of_parts
+            || matches!(self, Block::Tool | Block::Fixture | Block::Distance)
     }
 }

@@ -290,7 +290,8 @@ impl Run<'_> {
         Ok(())
     }
 
-    /// Writes a row at this time, after so many contacts; false if the arm does not reach it.
+    /// Writes a row at this time, after so many contacts; false if the arm does not reach it, or
+    /// its encoders measure no position there.
     fn record(
         &mut self,
         (time, found): (f64, usize),
@@ -322,10 +323,14 @@ impl Run<'_> {
                 return false;
             }
         }
-        for (i, &q) in joints.iter().enumerate() {
-            let change = self.encoder_changes.at(self.before + found, i);
-            let Some(measured) = measured_position(&self.encoder_terms[i], q + change) else { return false };
-            self.log.q.push(recorder.encoder(measured, &mut self.chance));
+        let measured = joints
+            .iter()
+            .zip(&self.encoder_terms)
+            .enumerate()
+            .map(|(i, (q, terms))| measured_position(terms, q + self.encoder_changes.at(self.before + found, i)));
+        let Some(measured) = measured.collect::<Option<Vec<f64>>>() else { return false };
+        for q in measured {
+            self.log.q.push(recorder.encoder(q, &mut self.chance));
         }
         if let Some(thermal) = self.scenario.thermal {
             let noise = |_: &f64| thermal.sensor_sigma * normal(&mut self.chance);

@@ -75,7 +75,7 @@ fn gains(choice: &ModelChoice) -> String {
         let is_chosen = if gain.is_chosen { "yes" } else { "no" };
         table.row([gain.block.name().to_owned(), is_chosen.to_owned(), signed_with_error(&gain.gain)]);
     }
-    format!("\nWhat each block is worth beside the others of the chosen model\n{table}")
+    format!("\nPredictive gain of each block beside the others of the chosen model\n{table}")
 }
 
 fn alarms(choice: &ModelChoice) -> String {
@@ -99,7 +99,7 @@ fn incompleteness(choice: &ModelChoice) -> String {
     if reasons.is_empty() {
         return String::new();
     }
-    let words = "the chosen model is incomplete: with all contacts it leaves more than chance";
+    let words = "the chosen model is incomplete, by the calibration with all contacts";
     let each = reasons.iter().map(|reason| summary::warning(reason.severity(), &reason.message(), reason.advice()));
     format!("\nWarning   {}\n{}", wrapped(words), each.collect::<String>())
 }

@@ -1,4 +1,4 @@
-//! Contacts that a fit was not made with, by what it found.
+//! Contacts that were left out of a fit, with the arm and the places that the fit found.
 
 use nalgebra::DVector;
 
@@ -10,11 +10,11 @@ use crate::estimate::untouched::are_touched;
 use crate::parameter::{Block, Parameter, kinematic_part};
 use crate::robot;
 
-/// The problem of `contacts` by the arm, the tool and the places that a fit of `model` found, its
-/// parameters `theta` (SI); nothing of them is estimated. Joint positions are without the errors of
-/// the encoders that last, such as harmonics; those of the fit's own log (drifts, trends, walks)
-/// and of its measured wrench are left out. Fixtures that no contact of the fit touches are as they
-/// are declared.
+/// The problem of `contacts` with the arm, the tool and the places that a fit of `model` found as
+/// its parameters `theta` (SI); no parameter of the arm is estimated in it. Harmonics and gear
+/// ratios are subtracted from joint positions; encoder errors of the fit's own log (drifts, trends,
+/// walks) and errors of its measured wrench are not used. Fixtures that no contact of the fit
+/// touches are as they are declared.
 pub(crate) fn new_contacts(model: &CalibrationModel<'_>, theta: &DVector<f64>, contacts: ContactLog) -> Problem {
     let fit = model.problem;
     let mut new = Problem { contacts, held_out: ContactLog::default(), ..fit.clone() };

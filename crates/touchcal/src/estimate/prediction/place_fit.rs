@@ -39,9 +39,7 @@ impl PlaceFit {
         let is_place =
             |id: ParameterId| id.block() == Block::Tool || matches!(id, ParameterId::Fixture(of, _) if of == f);
         let parameters = &model.layout.parameters;
-        let mut free = FreeParameters::new(model.layout.scale());
-        (0..parameters.len()).filter(|&k| !is_place(parameters[k].id)).for_each(|k| free.fix(k));
-        let theta = fitted(&model, &free)?;
+        let (free, theta) = fit_places(&model, is_place)?;
         let (mut caches, stride) = (contact_caches(&model), model.stride(CONTACTS));
         let objective = Objective::Residual(Loss::Squared);
         let covariance =
@@ -62,12 +60,8 @@ impl PlaceFit {
 /// is not finite.
 pub(crate) fn with_fitted_places(mut problem: Problem) -> Option<Problem> {
     let model = CalibrationModel::new(&problem);
-    let mut free = FreeParameters::new(model.layout.scale());
-    let parameters = &model.layout.parameters;
-    let is_place = |k: &usize| matches!(parameters[*k].id, ParameterId::Fixture(..));
-    (0..parameters.len()).filter(|k| !is_place(k)).for_each(|k| free.fix(k));
-    let theta = fitted(&model, &free)?;
-    let names: Vec<String> = parameters.iter().map(|parameter| parameter.name.clone()).collect();
+    let (_, theta) = fit_places(&model, |id| matches!(id, ParameterId::Fixture(..)))?;
+    let names: Vec<String> = model.layout.parameters.iter().map(|parameter| parameter.name.clone()).collect();
     let places = model.base_from_fixture.clone();
     for (fixture, place) in problem.fixtures.iter_mut().zip(places) {
         fixture.base_from_fixture = Some(place);
@@ -76,18 +70,25 @@ pub(crate) fn with_fitted_places(mut problem: Problem) -> Option<Problem> {
     Some(problem)
 }
 
-/// Parameters (SI) that contacts and priors give those that are `free`, from zero; for an arm that
-/// is far off they need not be a minimum. `None` if the cost is not finite.
-fn fitted(model: &CalibrationModel<'_>, free: &FreeParameters) -> Option<DVector<f64>> {
+/// Fits the parameters that are of a place to contacts and priors, from zero, the others fixed
+/// there: which parameters are free, and the values of all (SI). For an arm that is far off they
+/// need not be a minimum. `None` if the cost is not finite.
+fn fit_places(
+    model: &CalibrationModel<'_>,
+    is_place: impl Fn(ParameterId) -> bool,
+) -> Option<(FreeParameters, DVector<f64>)> {
+    let mut free = FreeParameters::new(model.layout.scale());
+    let others = model.layout.parameters.iter().enumerate().filter(|(_, parameter)| !is_place(parameter.id));
+    others.for_each(|(k, _)| free.fix(k));
     let (mut caches, stride) = (contact_caches(model), model.stride(CONTACTS));
     let options = model.problem.options.search.coarse;
     let mut fit = |theta: DVector<f64>, objective: Objective| {
         let linearize = |theta: &DVector<f64>| normal_equations(model, theta, (objective, stride), &mut caches);
-        minimize(linearize, theta, free, options, &mut |_, _| ControlFlow::Continue(()))
+        minimize(linearize, theta, &free, options, &mut |_, _| ControlFlow::Continue(()))
     };
     let start = fit(DVector::zeros(model.layout.len()), Objective::Envelope).theta;
     let minimum = fit(start, Objective::Residual(Loss::Squared));
-    (minimum.termination.reason != StopReason::NotFinite).then_some(minimum.theta)
+    (minimum.termination.reason != StopReason::NotFinite).then_some((free, minimum.theta))
 }
 
 /// Probability (0 to 1) that a position or a rotation of tool or fixture is as far from zero as it

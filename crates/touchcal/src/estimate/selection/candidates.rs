@@ -1,10 +1,7 @@
 //! Which models are compared.
 
 use crate::estimate::problem::Problem;
-use crate::parameter::{
-    Block, Parameter, joint_compliance, joint_gear_ratio, joint_harmonic, joint_harmonic_2, joint_offset, joint_origin,
-    segment_strain, strain,
-};
+use crate::parameter::{Block, Parameter, of_block};
 
 /// Blocks that a model may have, in the order in which they are named.
 const POOL: [Block; 8] = [
@@ -18,11 +15,9 @@ const POOL: [Block; 8] = [
     Block::JointGearRatio,
 ];
 
-/// Errors of encoders as functions of their positions. What they are for is often an error of
-/// another kind that looks alike where contacts are; how wide their priors may be shows at contacts
-/// elsewhere.
-const OF_ENCODERS: [Block; 3] = [Block::JointHarmonic, Block::JointHarmonic2, Block::JointGearRatio];
-/// Least width of their priors, over the declared or usual one; widths are halved down to it.
+/// Least width of the priors of harmonics and gear ratios, over the declared or usual one; widths
+/// are halved down to it. What these blocks are for is often an error of another kind that looks
+/// alike where contacts are; how wide their priors may be shows at contacts elsewhere.
 const LEAST_WIDTH: f64 = 0.25;
 
 /// A model of an arm.
@@ -37,14 +32,14 @@ pub(super) struct Model {
 
 impl Model {
     fn new(blocks: Vec<Block>, width: f64) -> Model {
-        let has_errors = blocks.iter().any(|block| OF_ENCODERS.contains(block));
+        let has_errors = blocks.iter().any(|block| block.is_encoder_error());
         Model { blocks, width: if has_errors { width } else { 1.0 } }
     }
 
     /// Whether it has all blocks of `other`, and more, with priors of encoders as wide where both
     /// have such.
     pub fn is_richer_than(&self, other: &Model) -> bool {
-        let has_errors = other.blocks.iter().any(|block| OF_ENCODERS.contains(block));
+        let has_errors = other.blocks.iter().any(|block| block.is_encoder_error());
         self.blocks.len() > other.blocks.len()
             && other.blocks.iter().all(|block| self.blocks.contains(block))
             && (self.width == other.width || !has_errors)
@@ -94,7 +89,7 @@ pub(super) fn neighbours(problem: &Problem, model: &Model) -> Vec<Model> {
 pub(super) fn with_model(problem: &Problem, model: &Model) -> Problem {
     let others = problem.parameters.iter().filter(|parameter| !POOL.contains(&parameter.id.block())).cloned();
     let scaled = |parameter: Parameter| match parameter.prior_sigma() {
-        Some(sigma) if OF_ENCODERS.contains(&parameter.id.block()) => {
+        Some(sigma) if parameter.id.block().is_encoder_error() => {
             let prior = parameter.prior.with_sigma(model.width * sigma);
             parameter.with_prior(prior)
         }
@@ -122,23 +117,9 @@ fn is_independent(block: Block, blocks: &[Block]) -> bool {
     blocks.iter().all(|other| !contains(*other, block) && !contains(block, *other))
 }
 
-/// The parameters of a block of the pool.
+/// The parameters of a block as declared, or the usual ones.
 fn parameters(problem: &Problem, block: Block) -> Vec<Parameter> {
-    let of_block = |parameter: &&Parameter| parameter.id.block() == block;
-    let declared: Vec<Parameter> = problem.parameters.iter().filter(of_block).cloned().collect();
-    if !declared.is_empty() {
-        return declared;
-    }
-    let robot = &problem.robot;
-    match block {
-        Block::Strain => vec![strain()],
-        Block::SegmentStrain => segment_strain(robot),
-        Block::JointOffset => joint_offset(robot),
-        Block::JointOrigin => joint_origin(robot),
-        Block::JointCompliance => joint_compliance(robot),
-        Block::JointHarmonic => joint_harmonic(robot),
-        Block::JointHarmonic2 => joint_harmonic_2(robot),
-        Block::JointGearRatio => joint_gear_ratio(robot),
-        _ => Vec::new(),
-    }
+    let is_of_block = |parameter: &&Parameter| parameter.id.block() == block;
+    let declared: Vec<Parameter> = problem.parameters.iter().filter(is_of_block).cloned().collect();
+    if declared.is_empty() { of_block(block, &problem.robot) } else { declared }
 }

@@ -81,7 +81,7 @@ impl ComparedModel {
     }
 }
 
-/// What a block of parameters is worth beside the others of the chosen model.
+/// The predictive gain of a block of parameters beside the others of the chosen model.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct BlockGain {
     /// The block.
@@ -107,7 +107,7 @@ pub struct ModelChoice {
     pub chosen: usize,
     /// Index of the model with the least mean error.
     pub best: usize,
-    /// What each block is worth beside the others of the chosen model.
+    /// The predictive gain of each block beside the others of the chosen model.
     pub gains: Vec<BlockGain>,
     /// Indices of models that have all blocks of the chosen one and more, fit all contacts better,
     /// and predict groups worse, by more than the standard error and 1 % of the error.
@@ -119,9 +119,10 @@ pub struct ModelChoice {
 }
 
 impl ModelChoice {
-    /// What says that even the chosen model leaves out something: contacts scatter, deviate from
-    /// predictions, or depend on an effect that it lacks, by far more than chance. Empty if nothing
-    /// does.
+    /// Warnings of the calibration by which the chosen model is incomplete: contacts scatter more
+    /// than the noise, deviate from predictions, or show an effect that the model lacks, beyond the
+    /// significance levels of [`WarningThresholds`](super::WarningThresholds). Empty without such
+    /// warnings.
     pub fn incompleteness(&self) -> Vec<&Warning> {
         let says_so = |warning: &&Warning| {
             matches!(
@@ -291,8 +292,8 @@ fn choose(models: &[ComparedModel]) -> Option<(usize, usize)> {
     Some((finite().find(|&m| !is_worse(m))?, best))
 }
 
-/// What each block is worth, of which the chosen model with and without it was compared; of priors
-/// of several widths those with which it is worth most.
+/// The gain of each block of which the chosen model with and without it was compared; with priors
+/// of several widths the largest.
 fn gains(models: &[ComparedModel], chosen: usize) -> Vec<BlockGain> {
     let chosen = &models[chosen];
     let of_neighbour = |other: &ComparedModel| {

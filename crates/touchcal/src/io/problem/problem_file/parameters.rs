@@ -8,8 +8,7 @@ use crate::estimate::{GradientDescent, Loss, Method, Optimizer, UnseenEffects};
 use crate::io::base::error::{IoError, Place, quoted};
 use crate::io::base::suggest::{did_you_mean, list};
 use crate::parameter::{
-    Block, DEFAULT_WALK_SIGMA, Parameter, Unit, joint_compliance, joint_gear_ratio, joint_harmonic, joint_harmonic_2,
-    joint_offset, joint_origin, joint_trend, joint_trend_with_sigma, joint_walk, segment_strain, strain,
+    Block, DEFAULT_WALK_SIGMA, Parameter, Unit, joint_trend, joint_trend_with_sigma, joint_walk, of_block,
 };
 use crate::robot::Robot;
 
@@ -104,22 +103,12 @@ pub(super) fn wanted(
         }
         seen.push(block);
         let parameters = match block {
-            Block::Strain => vec![strain()],
-            Block::SegmentStrain => segment_strain(robot),
-            Block::JointOffset => joint_offset(robot),
-            Block::JointOrigin => joint_origin(robot),
-            Block::JointCompliance => {
-                wanted.joint_compliance = Some(context.place(name.span(), "estimate, parameters"));
-                joint_compliance(robot)
-            }
-            Block::JointTrend => joint_trend(robot),
             Block::JointWalk => joint_walk(robot, drift.walk.unwrap_or(DEFAULT_WALK_SIGMA)),
-            Block::JointHarmonic => joint_harmonic(robot),
-            Block::JointHarmonic2 => joint_harmonic_2(robot),
-            Block::JointGearRatio => joint_gear_ratio(robot),
-            Block::JointDrift | Block::Tool | Block::Fixture | Block::GapBias => Vec::new(),
-            Block::EdgeRadius | Block::WrenchBias | Block::WrenchScale | Block::Distance => Vec::new(),
+            _ => of_block(block, robot),
         };
+        if block == Block::JointCompliance {
+            wanted.joint_compliance = Some(context.place(name.span(), "estimate, parameters"));
+        }
         wanted.tool |= block == Block::Tool;
         wanted.joint_drift |= block == Block::JointDrift;
         wanted.fixtures |= block == Block::Fixture;
