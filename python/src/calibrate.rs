@@ -9,6 +9,7 @@ use touchcal::io::Loaded;
 use touchcal::io::calibration_folder::Solved;
 
 use crate::calibration::Calibration;
+use crate::error::{Given, argument};
 use crate::problem::Problem;
 use crate::progress::Observer;
 use crate::threads::detached;
@@ -29,10 +30,11 @@ use crate::threads::detached;
 #[pyo3(signature = (problem, progress=None, *, free_suspects=false))]
 pub fn calibrate(
     py: Python<'_>,
-    problem: Py<Problem>,
+    problem: &Bound<'_, PyAny>,
     progress: Option<Py<PyAny>>,
     free_suspects: bool,
 ) -> PyResult<Calibration> {
+    let problem = argument::<Given<Problem>>(problem, "problem")?.0;
     let mut observer = Observer::new(progress);
     let loaded = &problem.get().loaded;
     let mut steps = Vec::new();

@@ -1,5 +1,6 @@
 //! Exceptions, with the texts that the command-line tool prints.
 
+use pyo3::PyClass;
 use pyo3::exceptions::{PyException, PyTypeError};
 use pyo3::prelude::*;
 use pyo3::types::PyMapping;
@@ -86,6 +87,25 @@ pub fn optional_argument<'py, T: for<'a> FromPyObject<'a, 'py, Error = PyErr>>(
     name: &str,
 ) -> PyResult<Option<T>> {
     value.map(|value| argument(value, name)).transpose()
+}
+
+/// A class of objects that are given as arguments.
+pub trait ArgumentClass: PyClass {
+    /// What was expected where another object is given, with how to make one.
+    const EXPECTED: &'static str;
+}
+
+/// An argument that is an object of a class. pyo3 would say of another one what it is no instance
+/// of, and not how to make one.
+pub struct Given<T>(pub Py<T>);
+
+impl<'py, T: ArgumentClass> FromPyObject<'_, 'py> for Given<T> {
+    type Error = PyErr;
+
+    fn extract(object: Borrowed<'_, 'py, PyAny>) -> PyResult<Self> {
+        let found = object.to_owned();
+        found.cast::<T>().map(|given| Given(given.clone().unbind())).map_err(|_| wrong_type(T::EXPECTED, &found))
+    }
 }
 
 /// An argument that is a mapping.

@@ -3,14 +3,14 @@
 use std::path::PathBuf;
 
 use pyo3::prelude::*;
-use touchcal::estimate::{ParameterPosterior, apply_estimated_places, evaluate_held_out};
+use touchcal::estimate::{ParameterPosterior, apply_estimate, evaluate_held_out};
 use touchcal::io::SavedCalibration;
-use touchcal::io::calibration_folder::place_written;
+use touchcal::io::calibration_folder::apply_written;
 use touchcal::io::estimate_file::{EstimateFile, RobotEntry};
 use touchcal::io::urdf;
 
 use crate::comparison::AnyCalibration;
-use crate::error::{io, optional_argument, unexpected};
+use crate::error::{Given, argument, io, optional_argument, unexpected};
 use crate::evaluation::Evaluation;
 use crate::problem::Problem;
 use crate::threads::detached;
@@ -31,16 +31,17 @@ use crate::threads::detached;
 #[pyo3(signature = (problem, calibration=None, *, urdf=None, estimate=None))]
 pub fn evaluate(
     py: Python<'_>,
-    problem: &Problem,
+    problem: &Bound<'_, PyAny>,
     calibration: Option<Bound<'_, PyAny>>,
     urdf: Option<PathBuf>,
     estimate: Option<PathBuf>,
 ) -> PyResult<Evaluation> {
+    let problem = argument::<Given<Problem>>(problem, "problem")?.0;
     let calibration: Option<AnyCalibration<'_>> = optional_argument(calibration.as_ref(), "calibration")?;
     if calibration.is_some() && (urdf.is_some() || estimate.is_some()) {
         return Err(unexpected("evaluate", "a calibration, or urdf and estimate", "both"));
     }
-    let given = &problem.loaded.problem;
+    let given = &problem.get().loaded.problem;
     // A log may have millions of contacts: a copy only where another one takes its place.
     let of_held_out = (!given.held_out.is_empty()).then(|| given.clone().of_held_out_contacts());
     let nominal = of_held_out.as_ref().unwrap_or(given);
@@ -51,7 +52,7 @@ pub fn evaluate(
         Some(AnyCalibration::Made(calibration)) => {
             let estimate = &calibration.solved.estimate;
             urdf::check_like(&nominal.robot, &estimate.robot, estimate.robot.name()).map_err(io)?;
-            apply_estimated_places(&mut evaluated, |name| estimate.parameter(name).map(|parameter| parameter.value));
+            apply_estimate(&mut evaluated, |name| estimate.parameter(name).map(|parameter| parameter.value));
             evaluated.robot = estimate.robot.clone().with_gravity(*nominal.robot.gravity());
             posterior = ParameterPosterior::of_estimate(estimate);
         }
@@ -62,7 +63,7 @@ pub fn evaluate(
             };
             urdf::check_like(&nominal.robot, &urdf.robot, name).map_err(io)?;
             file.check_robot(&RobotEntry::of(&nominal.robot), name).map_err(io)?;
-            place_written(&mut evaluated, file);
+            apply_written(&mut evaluated, file);
             evaluated.robot = urdf.robot.clone().with_gravity(*nominal.robot.gravity());
             posterior = file.posterior();
         }
@@ -71,7 +72,7 @@ pub fn evaluate(
     if let Some(path) = estimate {
         let file = EstimateFile::read_file(&path).map_err(io)?;
         file.check_robot(&RobotEntry::of(&nominal.robot), &path.display().to_string()).map_err(io)?;
-        place_written(&mut evaluated, &file);
+        apply_written(&mut evaluated, &file);
         posterior = file.posterior();
     }
     if let Some(other) = other {

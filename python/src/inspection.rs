@@ -12,6 +12,7 @@ use touchcal::parameter::Unit;
 use touchcal::robot::JointKind;
 
 use crate::array::fixed;
+use crate::error::{Given, argument};
 use crate::frame::Frame;
 use crate::pickle::{Reduced, reduced};
 use crate::problem::Problem;
@@ -214,7 +215,8 @@ impl Inspection {
 ///         does.
 #[pyfunction]
 #[pyo3(signature = (problem, progress=None))]
-pub fn inspect(py: Python<'_>, problem: Py<Problem>, progress: Option<Py<PyAny>>) -> PyResult<Inspection> {
+pub fn inspect(py: Python<'_>, problem: &Bound<'_, PyAny>, progress: Option<Py<PyAny>>) -> PyResult<Inspection> {
+    let problem = argument::<Given<Problem>>(problem, "problem")?.0;
     let mut observer = Observer::new(progress);
     let solved = &problem.get().loaded.problem;
     let inspection = detached(py, || estimate::inspect(solved, &mut |step| observer.step(step)));

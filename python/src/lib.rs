@@ -32,6 +32,7 @@ mod result;
 mod robot;
 mod saved;
 mod score;
+mod selection;
 mod simulation;
 mod summary;
 mod threads;
@@ -80,6 +81,8 @@ mod _touchcal {
     use crate::saved::SavedCalibration;
     #[pymodule_export]
     use crate::score::{Score, Spread};
+    #[pymodule_export]
+    use crate::selection::{BlockGain, ComparedModel, ModelChoice, select};
     #[pymodule_export]
     use crate::simulation::{Simulation, simulate};
     use pyo3::prelude::*;

@@ -24,7 +24,7 @@ use touchcal::manifold::{
 use touchcal::se3::Pose;
 
 use crate::array::{Numbers, fixed, fixed_rows, many_poses, poses_array};
-use crate::error::{io, refused, unexpected};
+use crate::error::{ArgumentClass, io, refused, unexpected};
 use crate::log::warn;
 use crate::plausible;
 use crate::threads::detached;
@@ -47,6 +47,10 @@ impl Manifold {
     fn projected(projection: Arc<dyn Projection>, inputs: Vec<Input>) -> Manifold {
         Manifold { shape: Arc::new(Projected(projection)), inputs }
     }
+}
+
+impl ArgumentClass for Manifold {
+    const EXPECTED: &'static str = "a Manifold, such as Manifold.ball_in_socket()";
 }
 
 #[pymethods]
@@ -255,6 +259,7 @@ pub fn offset_outline<'py>(
 ) -> PyResult<Bound<'py, PyArray2<f64>>> {
     let outline = profile(&outline, "outline")?;
     let moved = outline.offset_mitred(distance).map_err(|error| refused("outline", error))?;
+    plausible::length("distance", distance.abs(), plausible::GAP)?;
     self::outline(py, &moved)
 }
 

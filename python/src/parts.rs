@@ -9,7 +9,7 @@ use touchcal::manifold::{ContactManifold, ResidualKind};
 use touchcal::se3::Pose;
 
 use crate::array::{Numbers, one_pose};
-use crate::error::{optional_argument, unexpected, wrong_type};
+use crate::error::{ArgumentClass, Given, argument, optional_argument, unexpected, wrong_type};
 use crate::list_of::ListOf;
 use crate::manifold::Manifold;
 use crate::plausible;
@@ -29,6 +29,10 @@ use crate::repr;
 pub struct Tool {
     tip_from_tool: Pose,
     declared: DeclaredPrior,
+}
+
+impl ArgumentClass for Tool {
+    const EXPECTED: &'static str = "a Tool";
 }
 
 #[pymethods]
@@ -107,8 +111,8 @@ impl Fixture {
     #[new]
     #[pyo3(signature = (name, manifold, base_from_fixture=None, *, sigma=None, sigma_angle=None, free=false, exact=None, clearance_sigma=None, depth_sigma=None, edge_radius_sigma=None, placement=None), text_signature = "(name, manifold, base_from_fixture=None, *, sigma=None, sigma_angle=None, free=False, exact=False, clearance_sigma=None, depth_sigma=None, edge_radius_sigma=None, placement=None)")]
     fn new(
-        name: String,
-        manifold: &Manifold,
+        name: &Bound<'_, PyAny>,
+        manifold: &Bound<'_, PyAny>,
         base_from_fixture: Option<Numbers<'_>>,
         sigma: Option<f64>,
         sigma_angle: Option<f64>,
@@ -119,6 +123,9 @@ impl Fixture {
         edge_radius_sigma: Option<f64>,
         placement: Option<String>,
     ) -> PyResult<Fixture> {
+        let name: String = argument(name, "name")?;
+        let manifold = argument::<Given<Manifold>>(manifold, "manifold")?.0;
+        let manifold = manifold.get();
         let title = format!("fixture `{name}`");
         let place = base_from_fixture.as_ref();
         let place = place.map(|pose| one_pose(pose, &format!("{title}, base_from_fixture"))).transpose()?;

@@ -10,6 +10,8 @@ pub const REACH: f64 = 10.0;
 pub const PART: f64 = 2.0;
 /// Largest standard deviation (m) of a place; what is known no better is free.
 pub const PLACE_SIGMA: f64 = 0.5;
+/// Largest gap (m) between a peg and its hole.
+pub const GAP: f64 = 0.1;
 /// Largest standard deviation (m) of a part's shape.
 pub const SHAPE_SIGMA: f64 = 0.01;
 

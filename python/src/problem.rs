@@ -11,7 +11,7 @@ use touchcal::io::mukca::{self, MukcaOptions};
 use touchcal::io::problem_file;
 
 use crate::array::poses_array;
-use crate::error::{argument, io, mapping_argument, optional_argument, unknown_fixture};
+use crate::error::{ArgumentClass, Given, argument, io, mapping_argument, optional_argument, unknown_fixture};
 use crate::list_of::ListOf;
 use crate::log::{contact_positions, warn};
 use crate::parts::{Fixture, Tool};
@@ -57,6 +57,10 @@ pub struct Problem {
     arguments: Option<Arguments>,
 }
 
+impl ArgumentClass for Problem {
+    const EXPECTED: &'static str = "a Problem, such as Problem.from_toml(\"problem.toml\")";
+}
+
 #[pymethods]
 #[allow(clippy::too_many_arguments, reason = "most are keywords with a default")]
 impl Problem {
@@ -64,8 +68,8 @@ impl Problem {
     #[pyo3(signature = (robot, tool, fixtures, contacts, *, parameters, distances=None, noise=None, estimate=None, accept=None, held_out=None))]
     fn new(
         py: Python<'_>,
-        robot: Py<Robot>,
-        tool: Py<Tool>,
+        robot: &Bound<'_, PyAny>,
+        tool: &Bound<'_, PyAny>,
         fixtures: &Bound<'_, PyAny>,
         contacts: &Bound<'_, PyAny>,
         parameters: &Bound<'_, PyAny>,
@@ -84,6 +88,8 @@ impl Problem {
         let parameters = argument::<ListOf<String>>(parameters, "parameters")?.0;
         let distances: Option<ListOf<KnownDistance>> = optional_argument(distances.as_ref(), "distances")?;
         let distances = distances.map(|distances| distances.0);
+        let robot = argument::<Given<Robot>>(robot, "robot")?.0;
+        let tool = argument::<Given<Tool>>(tool, "tool")?.0;
         let arguments =
             Arguments { robot, tool, fixtures, contacts, parameters, distances, noise, estimate, accept, held_out };
         let (loaded, notes) = arguments.problem(py)?;

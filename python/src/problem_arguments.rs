@@ -145,7 +145,7 @@ impl Item for Py<Fixture> {
 }
 
 impl Item for Py<ContactLog> {
-    const LIST: &'static str = "a ContactLog or a list of them";
+    const LIST: &'static str = "a ContactLog (ContactLog.from_numpy makes one of an array) or a list of them";
 
     fn of(object: &Bound<'_, PyAny>) -> PyResult<Self> {
         Ok(object.extract()?)

@@ -10,9 +10,11 @@ use touchcal::estimate::{self, Stage};
 /// Progress of a computation: the argument of a progress callback.
 ///
 /// Attributes:
-///     stage: "coarse", "fine" or "descent" in an estimation, "simulation" in a simulation.
-///     iteration: steps so far in this stage; contacts so far in a simulation.
-///     cost: current cost; 0 in a simulation.
+///     stage: "coarse", "fine" or "descent" in an estimation, "simulation" in a simulation,
+///         "selection" in the choice of a model.
+///     iteration: steps so far in this stage; contacts so far in a simulation, fits so far in a
+///         selection.
+///     cost: current cost; 0 in a simulation and in a selection.
 #[pyclass(frozen, get_all, eq, module = "touchcal")]
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Progress {
@@ -53,12 +55,22 @@ impl Observer {
 
     /// A step of an estimation.
     pub fn step(&mut self, progress: &estimate::Progress) -> ControlFlow<()> {
-        self.notify(progress.into())
+        self.notify(Some(progress.into()))
     }
 
     /// Number of contacts of a simulation so far.
     pub fn contacts(&mut self, count: usize) -> ControlFlow<()> {
-        self.notify(Progress { stage: "simulation".into(), iteration: count, cost: 0.0 })
+        self.notify(Some(Progress { stage: "simulation".into(), iteration: count, cost: 0.0 }))
+    }
+
+    /// Number of fits of a selection so far.
+    pub fn fits(&mut self, count: usize) -> ControlFlow<()> {
+        self.notify(Some(Progress { stage: "selection".into(), iteration: count, cost: 0.0 }))
+    }
+
+    /// Looks at signals alone.
+    pub fn signals(&mut self) -> ControlFlow<()> {
+        self.notify(None)
     }
 
     /// The exception raised by callback or Ctrl-C, if any.
@@ -66,12 +78,12 @@ impl Observer {
         self.raised.map_or(Ok(()), Err)
     }
 
-    fn notify(&mut self, progress: Progress) -> ControlFlow<()> {
+    fn notify(&mut self, progress: Option<Progress>) -> ControlFlow<()> {
         let seen = Python::attach(|py| {
             py.check_signals()?;
-            match &self.callback {
-                Some(callback) => callback.call1(py, (progress,)).map(drop),
-                None => Ok(()),
+            match (&self.callback, progress) {
+                (Some(callback), Some(progress)) => callback.call1(py, (progress,)).map(drop),
+                _ => Ok(()),
             }
         });
         match seen {

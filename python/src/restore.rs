@@ -29,6 +29,7 @@ use crate::result::{
 use crate::robot::Robot;
 use crate::saved::SavedCalibration;
 use crate::score::{Score, Spread};
+use crate::selection::{BlockGain, Compared, ComparedModel, ModelChoice};
 
 fn data<T: DeserializeOwned>(bytes: &[u8]) -> PyResult<T> {
     from_reader(bytes).map_err(|error| refused("pickle", error))
@@ -69,7 +70,9 @@ macro_rules! classes_of_data {
 
 classes_of_data!(
     Acceptance,
+    BlockGain,
     CalibrationWarning,
+    ComparedModel,
     Comparison,
     CompetingMinimum,
     ContactLog,
@@ -113,6 +116,9 @@ fn _restore<'py>(
         ("Inspection", Some(problem)) => {
             let inspection = data::<estimate::Inspection>(bytes)?;
             Ok(Bound::new(py, Inspection { problem, inspection })?.into_any())
+        }
+        ("ModelChoice", Some(problem)) => {
+            Ok(Bound::new(py, ModelChoice { problem, compared: data::<Compared>(bytes)? })?.into_any())
         }
         ("Problem", None) => Ok(Bound::new(py, Problem::of(data::<Loaded>(bytes)?)?)?.into_any()),
         (class, _) => own_data(py, class, bytes),

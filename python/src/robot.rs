@@ -11,7 +11,7 @@ use touchcal::robot::{Kinematics, builtin};
 use touchcal::se3::Pose;
 
 use crate::array::{Numbers, fixed, fixed_rows, poses_array};
-use crate::error::{io, unexpected};
+use crate::error::{ArgumentClass, io, unexpected};
 
 /// Largest gravity (m/s²); a larger one is in another unit.
 const MOST_GRAVITY: f64 = 100.0;
@@ -30,6 +30,10 @@ impl Robot {
         let input = inputs.iter().find(|input| input.sha256 == own.sha256).cloned().unwrap_or(own);
         Robot { file: UrdfFile { robot, text, input } }
     }
+}
+
+impl ArgumentClass for Robot {
+    const EXPECTED: &'static str = "a Robot, such as Robot.from_urdf(\"iiwa14\")";
 }
 
 #[pymethods]

@@ -64,8 +64,8 @@ impl Simulation {
         py.import("json")?.call_method1("loads", (text,))
     }
 
-    /// The log of a fixture, in contact and before: t (s), shape (N,); q (rad or m), shape (N,
-    /// dof); wrench (N, N m), shape (N, 6); contact, shape (N,).
+    /// The log of a fixture, in contact and before, as a dict of arrays: t (s), shape (N,); q (rad
+    /// or m), shape (N, dof); wrench (N, N m), shape (N, 6); contact, shape (N,).
     fn log<'py>(&self, py: Python<'py>, fixture: &str) -> PyResult<Bound<'py, PyDict>> {
         let log = self.logged(fixture)?;
         let contact = PyArray1::from_slice(py, &log.contact);

@@ -1,7 +1,10 @@
 //! Threads of computations, also in a process that was forked.
 
+use std::panic::resume_unwind;
 use std::process;
+use std::sync::mpsc::{self, RecvTimeoutError};
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
+use std::time::Duration;
 
 use pyo3::Python;
 use pyo3::marker::Ungil;
@@ -11,6 +14,9 @@ use rayon::{ThreadPool, ThreadPoolBuilder};
 static IMPORTED_IN: OnceLock<u32> = OnceLock::new();
 /// The threads of a process that was forked from it.
 static FORKED: Mutex<Option<(u32, Arc<ThreadPool>)>> = Mutex::new(None);
+
+/// Longest wait for a report before signals are looked at.
+const PAUSE: Duration = Duration::from_millis(100);
 
 /// Notes the process in which the package is imported.
 pub fn imported() {
@@ -23,6 +29,34 @@ pub fn detached<T: Ungil + Send>(py: Python<'_>, work: impl FnOnce() -> T + Ungi
     py.detach(|| match own_threads() {
         Some(threads) => threads.install(work),
         None => work(),
+    })
+}
+
+/// As [`detached`], on another thread: `receive` has what `work` reports, and `None` in pauses of
+/// [`PAUSE`], on the calling thread, which alone can handle signals.
+pub fn detached_with_reports<T: Ungil + Send, M: Send>(
+    py: Python<'_>,
+    work: impl FnOnce(&(dyn Fn(M) + Sync)) -> T + Ungil + Send,
+    mut receive: impl FnMut(Option<M>) + Ungil + Send,
+) -> T {
+    py.detach(|| {
+        std::thread::scope(|scope| {
+            let (sender, reports) = mpsc::channel();
+            // Nobody reads the reports of a process that ends.
+            let report = move |message| drop(sender.send(message));
+            let worker = scope.spawn(move || match own_threads() {
+                Some(threads) => threads.install(|| work(&report)),
+                None => work(&report),
+            });
+            loop {
+                match reports.recv_timeout(PAUSE) {
+                    Ok(report) => receive(Some(report)),
+                    Err(RecvTimeoutError::Timeout) => receive(None),
+                    Err(RecvTimeoutError::Disconnected) => break,
+                }
+            }
+            worker.join().unwrap_or_else(|panic| resume_unwind(panic))
+        })
     })
 }
 

@@ -56,8 +56,8 @@ def test_positions_are_those_of_the_library(correction: ModuleType, arm: str) ->
         ('"xyz_m":[', '"xyz_m":[1,', "3 numbers"),
         ('"axis":[', '"axis":[0,0,2],"was":[', "a unit vector"),
         ('"quat_wxyz":[', '"quat_wxyz":[3,0,0,0],"was":[', "a unit quaternion"),
-        ('"joints": [', '"joints": 3, "was": [', "not a correction.json"),
-        ("{", "", "not a correction.json"),
+        ('"joints": [', '"joints": 3, "was": [', "not the text of a correction.json"),
+        ("{", "", "not the text of a correction.json"),
     ],
 )
 def test_other_files_are_refused(correction: ModuleType, found: str, instead: str, message: str) -> None:

@@ -84,3 +84,16 @@ def test_names_are_no_formulas(tmp_path: Path, ax: Axes) -> None:
     calibration = touchcal.calibrate(touchcal.Problem.from_toml(problem))
     plots.parameters(calibration, ax)
     plots.residuals(calibration, ax, fixture=r"$\frac{$")
+
+
+def test_other_objects_are_refused(calibration: touchcal.Calibration, ax: Axes, tmp_path: Path) -> None:
+    for draw in (plots.parameters, plots.residuals, plots.workspace):
+        with pytest.raises(TypeError, match="argument 'ax': expected one matplotlib Axes, found ndarray"):
+            draw(calibration, np.array([ax, ax]))  # type: ignore[arg-type]
+    calibration.save(tmp_path)
+    saved = touchcal.SavedCalibration.load(tmp_path)
+    plots.parameters(saved, ax)  # type: ignore[arg-type]
+    with pytest.raises(TypeError, match="expected a Calibration, which has its contacts, found SavedCalibration"):
+        plots.residuals(saved, ax)  # type: ignore[arg-type]
+    with pytest.raises(touchcal.InputError, match="calibrated.urdf: expected the folder of a calibration, or its estimate.json"):
+        touchcal.SavedCalibration.load(tmp_path / "calibrated.urdf")

@@ -76,14 +76,18 @@ def test_arguments_of_another_type_are_named(robot: touchcal.Robot, log: touchca
         assert str(refusal.value) == words
 
     distances = "a list of (name, name, metres) or (name, name, metres, sigma)"
+    logs = "a ContactLog (ContactLog.from_numpy makes one of an array) or a list of them"
     for argument, value, words in [
+        ("robot", "iiwa14", "expected a Robot, such as Robot.from_urdf(\"iiwa14\"), found str 'iiwa14'"),
+        ("tool", (0, 0, 0.1), "expected a Tool, found tuple (0, 0, 0.1)"),
+        ("contacts", {"a/0": problem.q[:1]}, f"expected {logs}, found ndarray in it"),
         ("parameters", "strain", "expected a list of names, found str 'strain'"),
         ("parameters", ["strain", 1], "expected a list of names, found int 1 in it"),
         ("parameters", {"strain": True}, "expected a list of names, found dict {'strain': True}"),
         ("fixtures", ["a/0"], "expected a list of Fixture, found str 'a/0' in it"),
-        ("contacts", {"a/0": "log.csv"}, "expected a ContactLog or a list of them, found str 'log.csv'"),
-        ("contacts", {"a/0": [log, "log.csv"]}, "expected a ContactLog or a list of them, found str 'log.csv' in it"),
-        ("held_out", {"a/0": None}, "expected a ContactLog or a list of them, found NoneType None"),
+        ("contacts", {"a/0": "log.csv"}, f"expected {logs}, found str 'log.csv'"),
+        ("contacts", {"a/0": [log, "log.csv"]}, f"expected {logs}, found str 'log.csv' in it"),
+        ("held_out", {"a/0": None}, f"expected {logs}, found NoneType None"),
         ("distances", [("a/0", "a/1")], f"expected {distances}, found tuple ('a/0', 'a/1') in it"),
         ("distances", "a/0", f"expected {distances}, found str 'a/0'"),
         ("noise", 1, "expected a mapping, found int 1"),
@@ -98,6 +102,9 @@ def test_arguments_of_another_type_are_named(robot: touchcal.Robot, log: touchca
     refused("argument 'earlier': expected a Calibration or a SavedCalibration, found str 'out'", lambda: touchcal.compare("out", "out"))  # type: ignore[arg-type]
     refused("argument 'calibration': expected a Calibration or a SavedCalibration, found str 'out'", lambda: touchcal.evaluate(problem, "out"))  # type: ignore[arg-type]
     refused("argument 'joints': expected a list of names, found str 'a1'", lambda: touchcal.ContactLog.from_numpy(robot, problem.q, joints="a1"))
+    for function in (touchcal.calibrate, touchcal.inspect, touchcal.evaluate, touchcal.select):
+        refused("argument 'problem': expected a Problem, such as Problem.from_toml(\"problem.toml\"), found str 'p.toml'", lambda function=function: function("p.toml"))
+    refused("argument 'manifold': expected a Manifold, such as Manifold.ball_in_socket(), found str 'a'", lambda: Fixture("a", "a"))  # type: ignore[arg-type]
     # Other iterables are lists.
     assert len(Problem(**{**usual, "parameters": ("strain",), "fixtures": iter(sockets)})) == 30  # type: ignore[arg-type]
 

@@ -14,9 +14,11 @@ Lengths are metres, angles radians, forces newtons. Poses are seven numbers x, y
 from touchcal._bar import bar
 from touchcal._touchcal import (
     Acceptance,
+    BlockGain,
     Calibration,
     CalibrationWarning,
     Campaign,
+    ComparedModel,
     Comparison,
     CompetingMinimum,
     ContactLog,
@@ -31,6 +33,7 @@ from touchcal._touchcal import (
     Inspection,
     JointRange,
     Manifold,
+    ModelChoice,
     NullDirection,
     Parameter,
     ParameterChange,
@@ -58,14 +61,17 @@ from touchcal._touchcal import (
     pose,
     project,
     read_outline,
+    select,
     simulate,
 )
 
 __all__ = [
     "Acceptance",
+    "BlockGain",
     "Calibration",
     "CalibrationWarning",
     "Campaign",
+    "ComparedModel",
     "Comparison",
     "CompetingMinimum",
     "ContactLog",
@@ -80,6 +86,7 @@ __all__ = [
     "Inspection",
     "JointRange",
     "Manifold",
+    "ModelChoice",
     "NullDirection",
     "Parameter",
     "ParameterChange",
@@ -108,5 +115,6 @@ __all__ = [
     "pose",
     "project",
     "read_outline",
+    "select",
     "simulate",
 ]

@@ -101,7 +101,7 @@ class Correction:
     def __init__(self, text: str, *, not_usable: bool = False) -> None:
         try:
             content = json.loads(text, parse_constant=_refuse)
-            _expect(content["schema"] == _SCHEMA, f"schema {_SCHEMA}, found {content['schema']!r}")
+            _expect(content["schema"] == _SCHEMA, f"schema {_SCHEMA} of correction.json, found {content['schema']!r}")
             status = content["status"]
             _expect(status in ("usable", "doubtful", "not_usable"), f"a status, found {status!r}")
             _expect(not_usable or status != "not_usable", "a calibration that may be used, found status not_usable")
@@ -112,17 +112,18 @@ class Correction:
             self._joints = [_joint(joint) for joint in content["joints"]]
             self._tip = _link(content["tip_link"])
         except (json.JSONDecodeError, KeyError, TypeError, RecursionError, OverflowError) as error:
-            raise CorrectionError(f"not a correction.json: {type(error).__name__}: {error}") from error
+            message = f"not the text of a correction.json (Correction.read takes its path): {type(error).__name__}: {error}"
+            raise CorrectionError(message) from error
         _expect(len(self._joints) > 0, "at least one joint, found none")
         self._is_compliant = any(joint.compliance != 0.0 for joint in self._joints)
 
     @staticmethod
     def read(path: str | Path, *, not_usable: bool = False) -> Correction:
-        """Reads the file, as ``Correction`` does its text."""
+        """Reads the file, as ``Correction`` does its text. Where there is none, positions need no correction."""
         return Correction(Path(path).read_text(encoding="utf-8"), not_usable=not_usable)
 
     def true_positions(self, measured: npt.ArrayLike, load: npt.ArrayLike | None = None) -> _Floats:
-        """Positions for ``calibrated.urdf`` where the encoders measure ``measured``."""
+        """Positions for ``calibrated.urdf`` where the encoders measure ``measured``: one for each joint (rad or m)."""
         q = self._positions(measured)
         stiff = np.array([q - joint.error(q) for joint, q in zip(self._joints, q.tolist())])
         if not self._is_compliant:
@@ -137,7 +138,7 @@ class Correction:
         raise CorrectionError("the joints do not come to rest: they are too compliant for what they carry")
 
     def commanded_positions(self, wanted: npt.ArrayLike, load: npt.ArrayLike | None = None) -> _Floats:
-        """Positions to command so that the joints are at ``wanted``, positions of ``calibrated.urdf``."""
+        """Positions to command so that the joints are at ``wanted``, positions of ``calibrated.urdf``, one for each joint."""
         wanted = self._positions(wanted)
         stiff = wanted - self._deflections(wanted, load) if self._is_compliant else wanted
         return np.array([joint.measured(q) for joint, q in zip(self._joints, stiff.tolist())])
@@ -173,7 +174,9 @@ class Correction:
         return np.array([joint.compliance for joint in self._joints]) * self.torques(positions, load)
 
     def _positions(self, values: npt.ArrayLike) -> _Floats:
-        return _vector(values, len(self._joints))
+        shape, count = np.shape(values), len(self._joints)
+        _expect(shape == (count,), f"positions of one moment, {count} numbers, found an array of shape {shape}")
+        return _vector(values, count)
 
 
 def _expect(holds: bool, expected: str) -> None:

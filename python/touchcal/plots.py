@@ -28,6 +28,11 @@ _BEFORE, _AFTER = "#9aa5b1", "#1f6feb"
 """Colours of the nominal and the calibrated arm."""
 
 
+def _check_axes(ax: matplotlib.axes.Axes) -> None:
+    if not hasattr(ax, "axvspan"):
+        raise TypeError(f"argument 'ax': expected one matplotlib Axes, found {type(ax).__name__}")
+
+
 def parameters(calibration: touchcal.Calibration, ax: matplotlib.axes.Axes, *, most: int = 40) -> None:
     """Draws each parameter over its standard deviation, with a band of two of them: what lies beyond is hardly zero.
 
@@ -38,6 +43,7 @@ def parameters(calibration: touchcal.Calibration, ax: matplotlib.axes.Axes, *, m
         ax: matplotlib axes to draw on.
         most: parameters drawn; of more, those with the largest ratios, in their order.
     """
+    _check_axes(ax)
     all_ratios = {
         parameter.name: parameter.value / parameter.sigma
         for parameter in calibration.parameters
@@ -83,6 +89,9 @@ def residuals(
     Raises:
         KeyError: if there is no fixture of that name.
     """
+    _check_axes(ax)
+    if not isinstance(calibration, touchcal.Calibration):
+        raise TypeError(f"argument 'calibration': expected a Calibration, which has its contacts, found {type(calibration).__name__}")
     if fixture is not None and fixture not in calibration.postfit.per_fixture:
         names = ", ".join(calibration.postfit.per_fixture)
         raise KeyError(f"expected the name of a fixture ({names}), found {fixture!r}")
@@ -116,6 +125,7 @@ def workspace(calibration: touchcal.Calibration, ax: matplotlib.axes.Axes) -> No
     Raises:
         InputError: if the uncertainty is not known, because contacts are measured by a projection.
     """
+    _check_axes(ax)
     known = calibration.workspace_uncertainty
     if known is None:
         raise touchcal.InputError("the calibration has no `workspace_uncertainty`: its contacts are measured by a projection")

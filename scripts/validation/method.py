@@ -26,7 +26,7 @@ def experiment(name, arguments, options):
     touchcal("experiment", "table1", *common, *arguments)
     found = json.loads((folder / "table1.json").read_text())
     published = found["published"]
-    blank = dict.fromkeys(("hole", "elsewhere, mean", "elsewhere, 95 %", "usable", "s"), "–")
+    blank = dict.fromkeys(("hole", "elsewhere, mean", "elsewhere, 95 %", "not refused", "s"), "–")
     factor = lambda row: f"{row['strain_reduction']:.2g}, {row['bias_reduction']:.2g} times"
     rows = [
         Row(
@@ -45,7 +45,7 @@ def experiment(name, arguments, options):
             "hole": f"{number(hole['mean_mm'])} mm, {number(hole['mean_deg'])}°",
             "elsewhere, mean": f"{number(space['mean_mm'])} mm, {number(space['mean_deg'])}°",
             "elsewhere, 95 %": f"{number(space['mm_95'])} mm, {number(space['deg_95'])}°",
-            "usable": f"{100 * summary['usable']:.0f} %",
+            "not refused": f"{100 * summary['not_refused']:.0f} %",
             "s": f"{summary['seconds']:.1f}",
         }
         over = lambda value, limit: limit is not None and not value <= limit

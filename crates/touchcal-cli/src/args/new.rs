@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::ValueEnum;
 
 use super::help::examples;
-use super::number::positive;
+use super::number::{coordinate, positive};
 
 /// Heading of options on recorded logs.
 const FROM_LOGS: &str = "Recorded logs of sockets";
@@ -15,6 +15,10 @@ const FROM_LOGS: &str = "Recorded logs of sockets";
 #[command(after_help = examples(&[
     ("A template to fill in", "touchcal new sockets"),
     ("The whole problem of recorded logs", "touchcal new sockets --from logs --urdf arm.urdf --out recorded"),
+    (
+        "With a ball 120 mm before the flange, the last link of the URDF",
+        "touchcal new sockets --from logs --urdf arm.urdf --ball-mm 0 0 120 --out flange",
+    ),
     (
         "With logs of any names, and the sockets they are of",
         "touchcal new sockets --from front/0=logs/a.csv --from front/1=logs/b.csv \\\n--urdf arm.urdf --out named",
@@ -33,12 +37,24 @@ pub struct NewArgs {
     /// socket, as front/0=logs/a.csv (may be repeated)
     #[arg(long, value_name = "DIR|[SOCKET=]FILE", requires = "urdf", help_heading = FROM_LOGS)]
     pub from: Vec<PathBuf>,
-    /// With --from: the nominal URDF, whose tip link is the ball
+    /// With --from: the nominal URDF
     #[arg(long, value_name = "FILE", requires = "from", help_heading = FROM_LOGS)]
     pub urdf: Option<PathBuf>,
-    /// With --from: the link that is the ball; the only leaf if not given
+    /// With --from: the link that is the ball, or carries it; the only leaf if not given
     #[arg(long, value_name = "LINK", requires = "from", help_heading = FROM_LOGS)]
     pub tip: Option<String>,
+    /// With --from: centre of the ball in the frame of that link
+    #[arg(
+        long,
+        num_args = 3,
+        value_names = ["X_MM", "Y_MM", "Z_MM"],
+        default_values_t = [0.0; 3],
+        requires = "from",
+        value_parser = coordinate,
+        allow_negative_numbers = true,
+        help_heading = FROM_LOGS
+    )]
+    pub ball_mm: Vec<f64>,
     /// With --from: distance of neighbouring sockets
     #[arg(long, value_name = "MM", default_value_t = 50.0, requires = "from", value_parser = positive, help_heading = FROM_LOGS)]
     pub spacing_mm: f64,

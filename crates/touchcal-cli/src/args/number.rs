@@ -17,6 +17,12 @@ pub fn not_negative(text: &str) -> Result<f64, String> {
     if (0.0..=LARGEST).contains(&value) { Ok(value) } else { Err(format!("expected a number from 0 to {LARGEST}")) }
 }
 
+/// Parses a number from −[`LARGEST`] to [`LARGEST`].
+pub fn coordinate(text: &str) -> Result<f64, String> {
+    let value: f64 = text.parse().map_err(|_| "expected a number".to_owned())?;
+    if value.abs() <= LARGEST { Ok(value) } else { Err(format!("expected a number from -{LARGEST} to {LARGEST}")) }
+}
+
 /// Parses a number above 0, up to [`LARGEST`].
 pub fn positive(text: &str) -> Result<f64, String> {
     let value = not_negative(text)?;

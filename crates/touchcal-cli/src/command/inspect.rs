@@ -3,7 +3,9 @@
 use std::collections::BTreeMap;
 
 use serde::Serialize;
-use touchcal::estimate::{Inspection, Severity, StopReason, Warning, inspect};
+use touchcal::estimate::{
+    DistanceSource, FixtureDistance, Inspection, Problem, Severity, StopReason, Warning, evaluate_held_out, inspect,
+};
 use touchcal::io::Input;
 use touchcal::io::estimate_file::{ResidualStats, WarningEntry};
 use touchcal::io::{Loaded, calibration_folder};
@@ -13,7 +15,7 @@ use crate::args::InspectArgs;
 use crate::failure::{Failure, Outcome};
 use crate::output::{self, finite};
 use crate::progress::Spinner;
-use crate::summary::{self, Detail, ParameterRow};
+use crate::summary::{self, Detail, MOST_FIXTURES, ParameterRow};
 use crate::table::Table;
 
 /// Reads a problem, computes expected standard deviations, prints them; [`Outcome::NotUsable`] if
@@ -53,6 +55,7 @@ fn text(loaded: &Loaded, inspection: &Inspection, detail: Detail) -> String {
         format!("Robot     {}\n", summary::robot(loaded)),
         format!("Contacts  {rows} rows read from {files} files: {contacts} contacts{left_out}\n{}\n", held_out(loaded)),
         fixtures(loaded, inspection),
+        distances(&loaded.problem),
         joints(loaded, inspection),
         heading(inspection),
         summary::parameters(&lines, detail),
@@ -91,6 +94,26 @@ fn fixtures(loaded: &Loaded, inspection: &Inspection) -> String {
         let shown = |metres| if spread.count == 0 { "-".to_owned() } else { summary::millimetres(metres) };
         let [mean, max] = [spread.mean, spread.max].map(shown);
         table.row([fixture.name.clone(), fixture.manifold.name().to_owned(), spread.count.to_string(), mean, max]);
+    }
+    format!("{table}\n")
+}
+
+/// Declared distances beside those of the nominal arm; of many, those that differ most.
+fn distances(problem: &Problem) -> String {
+    if problem.distances.is_empty() {
+        return String::new();
+    }
+    let found = evaluate_held_out(problem, problem, None).distances;
+    let mut declared: Vec<_> = found.iter().filter(|each| each.source == DistanceSource::Distance).collect();
+    let off = |each: &FixtureDistance| (each.found - each.declared).abs();
+    declared.sort_by(|a, b| off(b).total_cmp(&off(a)));
+    let mut table = Table::new(["distance", "declared mm", "by the nominal arm mm"]);
+    for each in declared.iter().take(MOST_FIXTURES) {
+        let [declared, found] = [each.declared, each.found].map(summary::millimetres);
+        table.row([each.between.join(" to "), declared, found]);
+    }
+    if declared.len() > MOST_FIXTURES {
+        table.row([format!("… and {} more, which differ less", declared.len() - MOST_FIXTURES)]);
     }
     format!("{table}\n")
 }

@@ -48,8 +48,6 @@ impl Calibration<'_> {
     pub fn summary(&self, detail: Detail, next: &str) -> String {
         let Solved { estimate, prefit, .. } = self.solved;
         let problem = &self.loaded.problem;
-        let Termination { reason, iterations, .. } = estimate.termination;
-        let reason = reason.name().replace('_', " ");
         let lines = estimate.parameters.iter().map(|entry| ParameterRow {
             parameter: &entry.parameter,
             value: Some(entry.value),
@@ -61,14 +59,14 @@ impl Calibration<'_> {
         let source = if problem.noise.is_estimated { "estimated noise" } else { "declared noise" };
         [
             format!("{}\n", self.headline()),
+            self.acceptance(),
             format!("Contacts  {}\n", wrapped(&self.rows())),
             format!("Noise     {:.2} times the {source}\n", estimate.noise_factor),
             format!("Robot     {}\n", robot(self.loaded)),
-            format!("Search    {reason} after {iterations} steps, {:.2} s\n", self.file.seconds),
+            format!("Search    {}\n", wrapped(&self.search())),
             predictive_check(estimate.predictive_check.as_ref()),
             freed_effects(&estimate.freed_effects),
             self.held_out(),
-            self.acceptance(),
             self.notes(),
             "\n".to_owned(),
             "Distance from contact (mm)\n".to_owned(),
@@ -104,7 +102,32 @@ impl Calibration<'_> {
     fn rows(&self) -> String {
         let count = &self.file.contacts;
         let others = left_out(&self.loaded.problem.contacts);
-        format!("{} rows read: {} used, {} rejected{others}", count.read, count.used, count.rejected)
+        match &self.loaded.problem.method {
+            Method::GradientDescent(options) => {
+                let all = self.loaded.problem.contacts.len();
+                let (used, read) = (options.contacts_used(all), count.read);
+                format!(
+                    "{read} rows read: {all} contacts, of which the descent uses {used}; {} do not fit its result{others}",
+                    count.rejected
+                )
+            }
+            Method::LevenbergMarquardt => {
+                format!("{} rows read: {} used, {} rejected{others}", count.read, count.used, count.rejected)
+            }
+        }
+    }
+
+    /// How the search ended.
+    fn search(&self) -> String {
+        let Termination { reason, iterations, threshold, .. } = self.solved.estimate.termination;
+        let seconds = self.file.seconds;
+        match (&self.loaded.problem.method, reason) {
+            (Method::GradientDescent(_), StopReason::Converged) => format!(
+                "all {iterations} steps of gradient descent, {seconds:.2} s; another step lowers the mean distance by less than {} %, but more steps may still move parameters",
+                100.0 * threshold
+            ),
+            _ => format!("{} after {iterations} steps, {seconds:.2} s", reason.name().replace('_', " ")),
+        }
     }
 
     /// The scatter of contacts that were held out.

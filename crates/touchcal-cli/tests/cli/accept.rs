@@ -26,14 +26,23 @@ fn a_tolerance_is_passed_or_failed() {
     assert!(report.contains("PASS: the tool is within 1.000 mm"));
 
     let failed = ask("0.0001").code(3);
-    assert!(stdout(&failed).contains("Accept    FAIL: "), "{}", stdout(&failed));
+    // Right below the verdict.
+    let lines = stdout(&failed);
+    assert!(lines.starts_with("USABLE") && lines.contains("Accept    FAIL: "), "{lines}");
+    assert!(lines.find("Accept    ").unwrap() < lines.find("Contacts  ").unwrap(), "{lines}");
     assert!(stderr(&failed).contains("FAIL: the tool is not within the tolerance of [accept]"), "{}", stderr(&failed));
     assert_eq!((acceptance()["decision"].as_str(), acceptance()["poses"].as_u64()), (Some("fail"), Some(100)));
+    let report = std::fs::read_to_string(folder.path().join("out/report.html")).unwrap();
+    assert!(report.contains("\"acceptance\":{\"decision\":\"fail\",\"message\":\"FAIL: "));
 
     let bound = acceptance()["errors"]["distance_mm"].as_f64().unwrap();
     let undecided = ask(&format!("{}", 0.8 * bound)).code(3);
     assert!(stdout(&undecided).contains("Accept    UNDECIDED: "), "{}", stdout(&undecided));
-    assert!(stdout(&undecided).contains("-> record contacts that tell `"), "{}", stdout(&undecided));
+    assert!(
+        stdout(&undecided).contains("-> record contacts in more postures and at other places: an exact `"),
+        "{}",
+        stdout(&undecided)
+    );
 }
 
 /// The demo's calibration, asked for 1 mm, with another log of the same arm held out.

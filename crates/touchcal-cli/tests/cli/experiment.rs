@@ -150,7 +150,10 @@ fn what_is_not_there_is_named() {
         "T_base_hole": {"position_m": [0, 0, 0], "quat_wxyz": [1, 0, 0, 0]}}"#;
     let write = |text: &str| std::fs::write(folder.path().join("logs/one/truth.json"), text).unwrap();
     for (text, part) in [
-        (truth.to_owned(), "truth.json, geometry: expected `extrusion`, found \"square\""),
+        (
+            truth.to_owned(),
+            "truth.json, geometry: expected `extrusion`, the T-slot peg; contacts of other parts need a problem file, found \"square\"",
+        ),
         (truth.replace("square", "extrusion"), "b_rad: expected 7 numbers, one for each joint, found 1"),
         (truth.replace("\"r\"", "\"q\""), "missing field `r`"),
         (truth[..50].to_owned(), "truth.json:1"),

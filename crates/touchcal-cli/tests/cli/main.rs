@@ -11,6 +11,7 @@ mod campaign;
 mod compare;
 mod convert;
 mod demo;
+mod descent;
 mod directions;
 mod driver;
 mod evaluate;

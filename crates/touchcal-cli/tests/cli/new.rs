@@ -196,6 +196,13 @@ fn logs_of_any_names_make_a_problem() {
     let said = new(&["--from", "a=sim/front_0.csv", "--from", "b=sim/left_1.csv"], "named");
     assert!(said.contains("none, because no two logs are of sockets N and N + 1"), "{said}");
     assert_eq!(fixtures("named"), ["a", "b"]);
+    let tool = |out: &str| {
+        let text = std::fs::read_to_string(folder.path().join(out).join("problem.toml")).unwrap();
+        text.lines().find(|line| line.starts_with("tip_from_tool = ")).unwrap().to_owned()
+    };
+    new(&["--from", "sim", "--ball-mm", "1.5", "-2", "120"], "flange");
+    assert!(tool("flange").starts_with("tip_from_tool = { xyz_mm = [1.5, -2, 120] }"), "{}", tool("flange"));
+    assert!(tool("own").starts_with("tip_from_tool = { xyz_mm = [0, 0, 0] }"), "{}", tool("own"));
     let args = ["new", "sockets", "--urdf", "arm.urdf", "--from", "arm.urdf", "--out", "none"];
     let refused = stderr(&touchcal(folder.path(), &args).code(1));
     assert!(refused.contains("logs/front_0.csv") && refused.contains("front/0=logs/a.csv"), "{refused}");

@@ -44,9 +44,12 @@ fn a_calibration_has_the_chosen_model() {
     assert!(declared.contains("joint_origin"), "{declared}");
     std::fs::write(&problem, text.replace(declared, "parameters = [\"joint_offset\"]")).unwrap();
     let done = run(&["calibrate", "sim/problem.toml", "--model", "auto", "--out", "out"]).success();
-    let note = errors(&done);
-    assert!(note.contains("note: model: joint_origin; 3 placements, each left out"), "{note}");
+    let note = "model: joint_origin; 3 placements, each left out";
+    let summary = stdout(&done);
+    assert!(summary.contains(&format!("Note      {note}")), "{summary}");
     let found = json(&folder.path().join("out/estimate.json"));
+    let notes = found["notes"].as_array().unwrap();
+    assert!(notes.iter().any(|each| each.as_str().unwrap().starts_with(note)), "{notes:?}");
     let names = found["parameters"].as_array().unwrap().iter().map(|entry| entry["name"].as_str().unwrap());
     let (origins, offsets): (Vec<&str>, Vec<&str>) =
         names.filter(|name| name.starts_with("joint_")).partition(|name| name.starts_with("joint_origin."));

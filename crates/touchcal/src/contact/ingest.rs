@@ -10,6 +10,7 @@ use super::load::Load;
 use super::log::{ContactLog, RowsLeftOut, Source};
 use super::repetition::repeated_rows_note;
 use super::target::target_pose;
+use super::wrap::{unwrap, wrap_note};
 use crate::robot::Robot;
 use crate::se3::{Pose, Wrench};
 
@@ -220,7 +221,8 @@ impl<'a> ContactIngest<'a> {
     /// Multiplies the joint positions of the file's contacts so far: `scale` has one factor (1) for
     /// each moving joint, base first, such as π/180 to make radians of degrees.
     pub fn rescale(&mut self, scale: &[f64]) {
-        self.log.rescale(self.first, scale);
+        let each = self.log.positions_mut(self.first);
+        each.for_each(|q| q.iter_mut().zip(scale).for_each(|(q, scale)| *q *= scale));
     }
 
     /// Appends a note about the file, in words for the user, to those of the log, behind the name
@@ -230,14 +232,19 @@ impl<'a> ContactIngest<'a> {
         self.log.note(format!("{file}: {note}"));
     }
 
-    /// Ends the file after `rows` rows, in contact or not: thins contacts
-    /// ([`IngestOptions::apart`]), converts wrenches to loads ([`IngestOptions::load`]), and
-    /// appends notes, each once: on rows that were read twice, that contacts repeat one another
-    /// while the arm is at rest, and that forces were not used.
+    /// Ends the file after `rows` rows, in contact or not: continues angles that the recorder
+    /// wraps, thins contacts ([`IngestOptions::apart`]), converts wrenches to loads
+    /// ([`IngestOptions::load`]), and appends notes, each once: on rows that were read twice,
+    /// wrapped angles, that contacts repeat one another while the arm is at rest, and that forces
+    /// were not used.
     pub fn finish(&mut self, rows: u64) {
         if self.left_out.repeated > 0 {
             let repeated = self.left_out.repeated as usize;
             self.note(&repeated_rows_note(repeated, repeated + self.log.len() - self.first));
+        }
+        let wraps = unwrap(self.log, self.first, self.robot);
+        if let Some(note) = wrap_note(&wraps, self.robot, self.log) {
+            self.note(&note);
         }
         if let Some(note) = self.thin() {
             self.note(&note);

@@ -112,12 +112,9 @@ impl ContactLog {
         self.notes.retain(|note| keep(note));
     }
 
-    /// Multiplies the joint positions of all contacts from number `first` on, each joint's by its
-    /// `scale`.
-    pub(crate) fn rescale(&mut self, first: usize, scale: &[f64]) {
-        for q in self.q.chunks_exact_mut(self.dof.max(1)).skip(first) {
-            q.iter_mut().zip(scale).for_each(|(q, scale)| *q *= scale);
-        }
+    /// The joint positions of the contacts from number `first` on, in order.
+    pub(super) fn positions_mut(&mut self, first: usize) -> impl Iterator<Item = &mut [f64]> {
+        self.q.chunks_exact_mut(self.dof.max(1)).skip(first)
     }
 
     /// Changes the loads of all contacts from number `first` on, as far as they are known:

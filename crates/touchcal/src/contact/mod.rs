@@ -9,6 +9,7 @@
 //! | `ingest` | [`ContactIngest`], which makes contacts of the rows of a log |
 //! | `target` | [`target_pose`], places that contacts touch, one for each contact |
 //! | `repetition` | [`repeated_contacts`], stretches of a log that are there twice |
+//! | `wrap` | angles that a recorder wraps |
 
 mod angle_unit;
 mod detection;
@@ -17,6 +18,7 @@ mod load;
 mod log;
 mod repetition;
 mod target;
+mod wrap;
 
 pub use angle_unit::AngleUnit;
 pub(crate) use angle_unit::{UnitCheck, UnitGuess};

@@ -5,7 +5,7 @@ use rand::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64;
 
-use super::problem::Problem;
+use super::problem::{Fixture, Problem};
 use super::result::{
     Acceptance, AcceptanceResult, Decision, ErrorFrame, Estimate, Evaluation, PredictiveCheck, TaskErrors,
 };
@@ -70,6 +70,7 @@ pub fn acceptance(asked: &Acceptance, problem: &Problem, estimate: &Estimate) ->
         parameter,
         share,
         aligned_probability,
+        base_is_located: problem.fixtures.iter().any(Fixture::is_located),
     };
     AcceptanceResult { decision, errors: Some(errors), held_out_agrees }
 }

@@ -1,7 +1,8 @@
 //! The recipe of a calibration.
 
 use super::declaration_checks::declaration_warning;
-use super::problem::{Method, Problem};
+use super::options::Method;
+use super::problem::Problem;
 use super::result::{Estimate, Observer};
 use super::search::{SearchState, coarse_to_fine, descend, estimate_variance_components, fit_from_starts, refine};
 use super::summarize::{estimated_noise_factor, summarize};

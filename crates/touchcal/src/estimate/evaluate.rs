@@ -7,8 +7,8 @@ use super::model::{CalibrationModel, LinearizationPoint};
 use super::problem::{PlacePrior, Problem};
 use super::result::{Score, Spread};
 use crate::manifold::{Residual, ResidualKind};
-use crate::parameter::ParameterId;
-use crate::robot::KinematicParameter;
+use crate::parameter::{ParameterId, encoder_errors};
+use crate::robot::{KinematicParameter, subtract_encoder_errors};
 use crate::se3::{self, Pose, Twist};
 
 /// Number, mean, root mean square and maximum (m) of the contacts' distances from their manifolds,
@@ -23,7 +23,8 @@ pub fn evaluate(problem: &Problem) -> Score {
 /// Distance (m, ≥ 0) of each contact from its manifold, in the order of the log, at parameters
 /// `values` (SI, one for each parameter, in the order of
 /// [`Estimate::values`](super::Estimate::values); zeros are the problem's arm as it is, and missing
-/// ones count as 0). Joint drifts and gap biases among them have no effect.
+/// ones count as 0). Drifts, trends and walks of encoders and gap biases among them have no effect:
+/// they are of one log.
 ///
 /// A contact's distance is the norm of its manifold's residual, of at most its first three rows:
 /// for a projection the distance of the positions. For a point manifold (ball in socket) it is the
@@ -83,6 +84,18 @@ pub fn apply_estimated_places(problem: &mut Problem, value: impl Fn(&str) -> Opt
             *base_from_fixture *= se3::exp(twist);
             fixture.prior = PlacePrior::Fixed;
         }
+    }
+}
+
+/// Gives `problem` all that a calibration found beside its arm: the places of tool and fixtures
+/// ([`apply_estimated_places`], with `value` as there), and joint positions of the contacts without
+/// the errors of encoders that depend on the position, as `correction.json` corrects them.
+pub fn apply_estimate(problem: &mut Problem, value: impl Fn(&str) -> Option<f64>) {
+    apply_estimated_places(problem, &value);
+    let errors = encoder_errors(&problem.robot, value);
+    if !errors.is_empty() {
+        let measured = problem.contacts.clone();
+        problem.contacts = measured.with_positions(|i, q| subtract_encoder_errors(&errors, measured.q(i), q));
     }
 }
 

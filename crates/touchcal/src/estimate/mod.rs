@@ -28,19 +28,20 @@ pub use crate::solver::{Loss, StopReason, Termination};
 pub use acceptance::acceptance;
 pub use calibrate::calibrate;
 pub use compare::{Comparison, ParameterChange, compare};
-pub use evaluate::{apply_estimated_places, contact_distances, contact_poses, contact_residuals, evaluate};
+pub use evaluate::{
+    apply_estimate, apply_estimated_places, contact_distances, contact_poses, contact_residuals, evaluate,
+};
 pub use free_effects::calibrate_with_freed_effects;
 pub use inspect::{Inspection, JointRange, inspect};
 pub(crate) use model::parameter_count;
 pub use options::{
-    ContactModeOptions, DeclarationCheckOptions, EstimatorOptions, IdentifiabilityOptions, MultiStartOptions,
-    SearchOptions, UnseenEffects, VarianceComponentOptions, WarningThresholds,
+    ContactModeOptions, DeclarationCheckOptions, EstimatorOptions, GradientDescent, IdentifiabilityOptions, Method,
+    MultiStartOptions, Optimizer, SearchOptions, UnseenEffects, VarianceComponentOptions, WarningThresholds,
 };
 pub use prediction::{arm_fit, evaluate_held_out};
 pub use problem::{
-    DEFAULT_CONTACT, DEFAULT_DISTANCE_SIGMA, DEFAULT_ENCODER, Distance, EXACT_DISTANCE_SIGMA, Fixture, GradientDescent,
-    Method, Noise, Optimizer, PLAUSIBLE_HARMONIC, PlacePrior, Problem, ShapeTolerance, Tool, TrendVariable,
-    WrenchTolerance,
+    DEFAULT_CONTACT, DEFAULT_DISTANCE_SIGMA, DEFAULT_ENCODER, Distance, EXACT_DISTANCE_SIGMA, Fixture, Noise,
+    PLAUSIBLE_HARMONIC, PlacePrior, Problem, ShapeTolerance, Tool, TrendVariable, WrenchTolerance,
 };
 pub use result::{
     Acceptance, AcceptanceResult, Agreement, ArmFit, CommonStrain, CompetingMinimum, ContactCount, Contradiction,

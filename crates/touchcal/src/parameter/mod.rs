@@ -16,5 +16,5 @@ pub use nuisance::{
     DEFAULT_WALK_SIGMA, directional_gap_bias, distance_error, edge_radius, gap_bias, joint_drift, joint_gear_ratio,
     joint_harmonic, joint_harmonic_2, joint_trend, joint_trend_with_sigma, joint_walk, wrench_bias, wrench_scale,
 };
-pub use of_block::of_block;
+pub use of_block::{encoder_errors, of_block};
 pub use parameter_id::{DIRECTION_NAMES, ParameterId, TWIST_NAMES, kinematic_part};

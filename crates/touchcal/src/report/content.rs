@@ -103,6 +103,7 @@ struct RobotEntry<'a> {
 /// Whether the calibration reaches what is asked of it.
 #[derive(Serialize)]
 struct AcceptanceEntry {
+    decision: &'static str,
     message: String,
     advice: String,
 }
@@ -219,6 +220,7 @@ impl<'a> Content<'a> {
             robot: RobotEntry { name: robot.name(), base: robot.base(), tip: robot.tip(), joints: robot.dof() },
             status: estimate.status.name(),
             acceptance: acceptance.map(|(result, asked)| AcceptanceEntry {
+                decision: result.decision.name(),
                 message: result.message(asked),
                 advice: result.advice(asked),
             }),

@@ -27,11 +27,14 @@ function verdict() {
       ? "The contacts do not determine the arm, or contradict the problem file. The warnings give the reasons."
       : `The search ended without reaching a minimum (${reason}). The page shows its last state.`],
   };
+  // A usable calibration may be too inaccurate for what is asked of it.
+  const forTask = status === "not_usable" ? null : { fail: ["not_usable", "not for this task"], undecided: ["doubtful", "undecided for this task"] }[acceptance?.decision];
   const [headline, next] = texts[status];
-  byId("verdict").className = status;
+  const appearance = forTask?.[0] ?? status;
+  byId("verdict").className = appearance;
   const also = status === "usable" && warnings.length ? ` See ${warnings.length === 1 ? "the caution" : `the ${warnings.length} cautions`}.` : "";
-  const words = el("div", {}, el("h1", {}, headline), el("p", {}, next + also));
-  byId("verdict").append(sign(status), words);
+  const words = el("div", {}, el("h1", {}, forTask ? `${status === "usable" ? "Usable" : "Doubtful"}, but ${forTask[1]}` : headline), el("p", {}, next + also));
+  byId("verdict").append(sign(appearance), words);
   if (acceptance) words.append(el("p", { class: "acceptance" }, el("strong", {}, acceptance.message), ` → ${acceptance.advice}`));
   byId("warnings").append(...warningItems(warnings));
   const figure = (name, value, note) => el("div", {}, el("dt", {}, name), el("dd", {}, value, el("small", {}, note)));

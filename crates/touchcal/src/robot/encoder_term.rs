@@ -68,6 +68,13 @@ pub fn encoder_error(terms: &[(EncoderTerm, f64)], q: f64) -> f64 {
     terms.iter().map(|(term, amplitude)| amplitude * term.error(q)).sum()
 }
 
+/// Subtracts from joint positions `q` the errors of their encoders at the `measured` positions
+/// (rad, or m for a prismatic joint): index of the moving joint, base first, term, and its
+/// amplitude. Panics if a joint is beyond `q` or `measured`.
+pub fn subtract_encoder_errors(errors: &[(usize, EncoderTerm, f64)], measured: &[f64], q: &mut [f64]) {
+    errors.iter().for_each(|&(joint, term, amplitude)| q[joint] -= amplitude * term.error(measured[joint]));
+}
+
 /// The position that an encoder with these terms and amplitudes measures at the true position `q`
 /// (rad, m), by Newton's method, to 1e-14. `None` if the error changes as fast as the position
 /// there, so that there is no inverse.

@@ -17,7 +17,7 @@ mod segments;
 pub use calibrated::{calibrated, split_offsets};
 pub use chain::{GRAVITY, Inertia, Joint, JointKind, Limits, Robot, RobotError};
 pub use denavit_hartenberg::{DenavitHartenberg, DhLink, NEARLY_PARALLEL, denavit_hartenberg};
-pub use encoder_term::{EncoderTerm, encoder_error, measured_position};
+pub use encoder_term::{EncoderTerm, encoder_error, measured_position, subtract_encoder_errors};
 pub use joint_correction::{JointCorrection, LoadedLink};
 pub use kinematic_parameter::KinematicParameter;
 pub use kinematics::{Kinematics, KinematicsScratch};

@@ -9,7 +9,7 @@ use rand_distr::{Distribution, StandardNormal};
 use rand_pcg::Pcg64;
 use touchcal::contact::ContactLog;
 use touchcal::estimate::{
-    Contradiction, Estimate, Evaluation, ParameterPosterior, Problem, Status, Warning, apply_estimated_places,
+    Contradiction, Estimate, Evaluation, ParameterPosterior, Problem, Status, Warning, apply_estimate,
     evaluate_held_out,
 };
 use touchcal::experiment::problem;
@@ -41,7 +41,7 @@ fn of_fixtures(mut problem: Problem, wanted: impl Fn(usize) -> bool) -> Problem 
 
 fn held_out(check: &Problem, estimate: &Estimate) -> Evaluation {
     let mut evaluated = check.clone();
-    apply_estimated_places(&mut evaluated, |name| estimate.parameter(name).map(|entry| entry.value));
+    apply_estimate(&mut evaluated, |name| estimate.parameter(name).map(|entry| entry.value));
     evaluated.robot = estimate.robot.clone();
     evaluate_held_out(check, &evaluated, ParameterPosterior::of_estimate(estimate).as_ref())
 }

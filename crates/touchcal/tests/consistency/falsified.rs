@@ -2,9 +2,7 @@
 
 use std::ops::ControlFlow;
 
-use touchcal::estimate::{
-    PlacePrior, Problem, Severity, ShapeTolerance, UnseenEffects, Warning, WrenchTolerance, calibrate,
-};
+use touchcal::estimate::{PlacePrior, Problem, ShapeTolerance, UnseenEffects, WrenchTolerance, calibrate};
 use touchcal::experiment::falsified::{
     Excitation, Falsification, FalsifiedKind, FalsifiedOptions, Quantity, falsified_trial,
 };
@@ -365,14 +363,7 @@ fn without_a_likelihood_contradicted_stretches_refuse_an_answer() {
     let on = &mut || ControlFlow::Continue(());
     let row = falsified_trial(&kind, (Excitation::Rich, &robot(), 3000), options(seed), on).expect("a row");
     assert!(!row.is_answered() && row.nees.expect("a NEES") > 26.12, "{row:?}");
-
-    let declared = Excitation::Rich.scenario(robot(), 3000).expect("a scenario");
-    let mut scenario = declared.clone();
-    kind.falsification.falsify_scenario(&mut scenario);
-    let simulated = sim::simulate(&scenario, seed).expect("contacts");
-    let problem = kind.problem(&declared, &simulated, seed).expect("a problem");
-    let estimate = calibrate(&problem, &mut |_| ControlFlow::Continue(()));
-    assert!(estimate.warnings.iter().any(|warning| warning.kind() == "few_informative_contacts"));
-    let contradicted = estimate.warnings.iter().find(|warning| warning.kind() == "prediction_contradicted");
-    assert_eq!(contradicted.map(Warning::severity), Some(Severity::Unusable), "{:?}", estimate.warnings);
+    assert!(row.warnings.iter().any(|kind| kind == "few_informative_contacts"), "{row:?}");
+    // Warnings that forbid the use come first, and one does.
+    assert_eq!(row.warnings.first().map(String::as_str), Some("prediction_contradicted"), "{row:?}");
 }

@@ -5,7 +5,7 @@ use std::path::Path;
 use proptest::prelude::*;
 use touchcal::io::mukca::{self, MukcaOptions};
 use touchcal::io::urdf::{self, Ends};
-use touchcal::io::{problem_file, trial_folder};
+use touchcal::io::{problem_file, trial_folder, truth_file};
 
 const TRUTH: &str = r#"{"geometry": "extrusion", "r": 0.05, "b_rad": [0, 0, 0, 0, 0, 0, 0.1],
  "T_flange_peg": {"position_m": [0, 0, 0.15], "quat_wxyz": [0, 0, 1, 0]},
@@ -66,6 +66,35 @@ fn what_is_mutated_below_can_be_read() {
     write(&folder.path().join("peg.csv"), OUTLINE);
     write(&folder.path().join("log.csv"), CONTACTS);
     problem_file::read(PROBLEM, "problem.toml", folder.path()).unwrap();
+}
+
+#[test]
+fn the_truth_of_a_recorded_trial_is_read_as_that_of_a_simulation() {
+    let folder = tempfile::tempdir().unwrap();
+    let robot = urdf::read_builtin("iiwa14", Ends::default()).unwrap().robot;
+    let path = folder.path().join("truth.json");
+    let read = |text: &str| {
+        write(&path, text);
+        truth_file::read_file(&path, &robot)
+    };
+    let simulated = r#"{"parameters": {"strain": 0.05, "joint_offset.joint_a7": 0.1}}"#;
+    let [recorded, simulated] = [TRUTH, simulated].map(|text| read(text).unwrap());
+    assert_eq!(recorded.by_name.len(), 8);
+    for (name, value) in &simulated.by_name {
+        assert_eq!(recorded.by_name[name], *value);
+    }
+    let not_zero = |truth: &truth_file::TruthFile| {
+        let each = truth.parameters.iter().zip(&truth.values);
+        each.filter(|(_, value)| **value != 0.0).map(|(id, value)| (*id, *value)).collect::<Vec<_>>()
+    };
+    // One in the order of the file's names, the other base first.
+    let mut expected = not_zero(&simulated);
+    expected.reverse();
+    assert_eq!(not_zero(&recorded), expected);
+    for text in ["{}", r#"{"r": 0.05}"#, r#"{"r": 0.05, "b_rad": [0.1]}"#, r#"{"b_rad": [0, 0, 0, 0, 0, 0, 0.1]}"#] {
+        let refused = read(text).unwrap_err().to_string();
+        assert!(refused.contains("expected `parameters`, as of a simulation, or `r` and `b_rad`"), "{refused}");
+    }
 }
 
 proptest! {

@@ -7,8 +7,9 @@ use std::sync::Arc;
 use nalgebra::{DVector, Translation3, UnitQuaternion};
 use touchcal::contact::{ContactLog, Source};
 use touchcal::estimate::{
-    Acceptance, Decision, ErrorFrame, Estimate, Fixture, OmittedEffect, PlacePrior, Problem, ShapeTolerance, Status,
-    Tool, UnseenEffects, Warning, acceptance, calibrate_with_freed_effects, workspace_configurations,
+    Acceptance, Decision, ErrorFrame, Estimate, Fixture, OmittedEffect, ParameterPosterior, PlacePrior, Problem,
+    ShapeTolerance, Status, Tool, UnseenEffects, Warning, acceptance, apply_estimate, calibrate_with_freed_effects,
+    evaluate, evaluate_held_out, workspace_configurations,
 };
 use touchcal::experiment::problem;
 use touchcal::geometry::{Polygon, PrismPair};
@@ -225,7 +226,8 @@ fn with_harmonic(mut problem: Problem, joint: usize, amplitude: f64) -> Problem 
 }
 
 /// Harmonics that were estimated are not in the calibrated arm: the warning says how far they move
-/// the tool, and a tolerance below that is not passed.
+/// the tool, and a tolerance below that is not passed. Distances from contact, those of the
+/// calibration and of an evaluation, are corrected by them.
 #[test]
 fn harmonics_count_as_errors_of_the_calibrated_arm() {
     let amplitude = 0.05_f64.to_radians();
@@ -261,6 +263,14 @@ fn harmonics_count_as_errors_of_the_calibrated_arm() {
     let asked = Acceptance { distance: found, angle: None, confidence: 0.95, frame: ErrorFrame::Base, positions };
     let result = acceptance(&asked, &problem, &estimate);
     assert_eq!(result.decision, Decision::Fail, "{:?}", result.errors);
+
+    let uncorrected = Problem { robot: estimate.robot.clone(), ..problem.clone() };
+    let mut corrected = uncorrected.clone();
+    apply_estimate(&mut corrected, |name| Some(estimate.parameter(name)?.value));
+    let [without, with] = [&uncorrected, &corrected].map(|problem| evaluate(problem).all.rms);
+    assert!((with / estimate.postfit.all.rms - 1.0).abs() < 1e-9 && without > 2.0 * with, "{without} {with}");
+    let found = evaluate_held_out(&problem, &corrected, ParameterPosterior::of_estimate(&estimate).as_ref());
+    assert_eq!((found.score.all.rms, found.agrees()), (with, Some(true)), "{found:?}");
 }
 
 /// A drift is freed without being asked for by name, and found; where nothing is false nothing is

@@ -196,6 +196,20 @@ fn radians_declared_as_degrees() {
     }
 }
 
+/// A peg in a hole whose encoders have no prior: offsets of any size cannot make up for the
+/// mistake.
+#[test]
+fn mistakes_are_named_where_offsets_are_free() {
+    let scenario = Preset::Workcell.scenario(arm("iiwa14")).expect("a scenario");
+    let right = problem(&scenario, &sim::simulate(&scenario, 3).expect("contacts"));
+    assert_eq!(inspected(&right), []);
+    let radians = with_positions(&right, |q| q.iter_mut().for_each(|q| *q = q.to_radians()));
+    assert_eq!(inspected(&radians), [DeclarationMistake::RadiansAsDegrees]);
+    let mut turned = right.clone();
+    turned.tool.tip_from_tool.rotation = UnitQuaternion::identity();
+    assert_eq!(inspected(&turned), [DeclarationMistake::ToolTurned { axis: 1, quarters: 2 }]);
+}
+
 /// With the peg every search is beside the hole; the answer is refused with the name of the
 /// mistake.
 #[test]

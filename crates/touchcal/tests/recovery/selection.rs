@@ -7,7 +7,7 @@ use touchcal::parameter::{Block, Unit, joint_origin};
 use touchcal::robot::KinematicParameter;
 
 use super::ball_in_sockets::{SOCKETS, ball_in_sockets};
-use crate::support::{report, uniform};
+use crate::support::{report, solve, uniform};
 
 /// Standard deviation of the measured joint positions (rad).
 const ENCODER: f64 = 5e-5;
@@ -52,8 +52,11 @@ fn compliance_is_chosen_where_joints_bend_and_only_there() {
             assert_eq!(model.blocks, expected[..1 + usize::from(bends)], "seed {seed}");
             assert_eq!(gain.is_chosen, bends);
             assert_eq!((choice.group_kind, choice.groups.len()), (GroupKind::Fixtures, SOCKETS.len()));
-            // The calibration is that of the chosen model.
-            assert_eq!(choice.estimate.robot.is_compliant(), bends);
+            // The problem is that of the chosen model, and says so.
+            assert_eq!(solve(&choice.problem).robot.is_compliant(), bends);
+            let notes = choice.problem.contacts.notes().join("\n");
+            let name = model.name();
+            assert!(notes.contains(&format!("model: {name}; 4 fixtures, each left out")), "{notes}");
         }
     }
 }

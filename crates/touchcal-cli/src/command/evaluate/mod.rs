@@ -9,9 +9,10 @@ use std::path::{Path, PathBuf};
 
 use touchcal::estimate::{Evaluation, Fixture, PlacePrior, Problem, Score, evaluate, evaluate_held_out};
 use touchcal::experiment::PoseErrors;
-use touchcal::io::calibration_folder::{ESTIMATE, place_written};
+use touchcal::io::calibration_folder::{CORRECTION, ESTIMATE, apply_written};
 use touchcal::io::estimate_file::{EstimateFile, RobotEntry, Status};
 use touchcal::io::{Input, Loaded, atomic, urdf};
+use touchcal::parameter::encoder_errors;
 
 use crate::args::{Arm, EvaluateArgs};
 use crate::failure::{Failure, Outcome};
@@ -41,8 +42,11 @@ pub fn run(args: &EvaluateArgs) -> Result<Outcome, Failure> {
     }
     let mut evaluated = problem.clone();
     match &estimate {
-        Some(found) => place_written(&mut evaluated, found),
-        None => output::notes(uncertain(&problem).as_slice()),
+        Some(found) => apply_written(&mut evaluated, found),
+        None => {
+            output::notes(uncertain(&problem).as_slice());
+            output::notes(uncorrected(&args.urdf).as_slice());
+        }
     }
     evaluated.robot = urdf.robot;
     let truth = args.truth.as_deref().map(|path| TrueArm::read(path, &problem)).transpose()?;
@@ -58,7 +62,11 @@ pub fn run(args: &EvaluateArgs) -> Result<Outcome, Failure> {
             .as_ref()
             .zip(estimate.as_ref())
             .map_or_else(Vec::new, |(truth, estimate)| truth.parameters(&problem, estimate)),
-        tool_errors: truth.map(|truth| [&problem, &evaluated].map(|arm| truth.errors_of(arm))),
+        tool_errors: truth.map(|truth| {
+            let found = |name: &str| Some(estimate.as_ref()?.parameters.iter().find(|entry| entry.name == name)?.value);
+            let corrected = encoder_errors(&problem.robot, found);
+            [truth.errors_of(&problem, &[]), truth.errors_of(&evaluated, &corrected)]
+        }),
     };
     if let Some(path) = &args.report {
         let status = estimate.as_ref().map(|found| found.status);
@@ -108,6 +116,13 @@ fn uncertain(problem: &Problem) -> Option<String> {
     Some(format!(
         "poses are taken as declared, though that of {whose} is uncertain; `--estimate {ESTIMATE}` of the calibration uses the estimated ones"
     ))
+}
+
+/// A note where joints need a correction that the URDF cannot say.
+fn uncorrected(urdf: &Path) -> Option<String> {
+    let correction = urdf.with_file_name(CORRECTION);
+    let words = "errors of encoders are corrected only with `--estimate` of the calibration, not by";
+    correction.is_file().then(|| format!("{words} {}", correction.display()))
 }
 
 /// What is printed.

@@ -10,7 +10,7 @@ use touchcal::io::estimate_file::EstimateFile;
 use touchcal::io::truth_file::{self, TruthFile};
 use touchcal::parameter::Unit;
 use touchcal::report::{ToolError, fixed, signed};
-use touchcal::robot::Kinematics;
+use touchcal::robot::{EncoderTerm, Kinematics, subtract_encoder_errors};
 use touchcal::se3::Pose;
 
 use crate::failure::Failure;
@@ -22,9 +22,12 @@ const CONFIGURATIONS: usize = 1000;
 /// Most parameters listed one by one.
 const MOST_PARAMETERS: usize = 10;
 
+/// Errors of encoders: index of the moving joint, base first, term, and amplitude (SI).
+type EncoderErrors = [(usize, EncoderTerm, f64)];
+
 /// The true arm.
 pub struct TrueArm {
-    /// Joint positions (rad, m).
+    /// Measured joint positions (rad, m).
     positions: Vec<Vec<f64>>,
     /// True poses `base_from_tool` there.
     poses: Vec<Pose>,
@@ -61,22 +64,32 @@ impl ParameterError {
     }
 }
 
+/// Poses `base_from_tool` at measured joint positions.
+fn poses(kinematics: &Kinematics, positions: &[Vec<f64>], encoder_errors: &EncoderErrors) -> Vec<Pose> {
+    let pose = |measured: &Vec<f64>| {
+        let mut q = measured.clone();
+        subtract_encoder_errors(encoder_errors, measured, &mut q);
+        kinematics.pose(&q)
+    };
+    positions.iter().map(pose).collect()
+}
+
 impl TrueArm {
     /// The arm and tool of `problem` with the errors in a file.
     pub fn read(path: &Path, problem: &Problem) -> Result<Self, Failure> {
-        let TruthFile { parameters, values, by_name, input } = truth_file::read_file(path, &problem.robot)?;
+        let TruthFile { parameters, values, encoder_errors, by_name, input } =
+            truth_file::read_file(path, &problem.robot)?;
         let mut kinematics = Kinematics::new(&problem.robot, &parameters, problem.tool.tip_from_tool);
         kinematics.set(&values);
         let positions = workspace_configurations(&problem.robot, CONFIGURATIONS);
-        let poses = positions.iter().map(|q| kinematics.pose(q)).collect();
+        let poses = poses(&kinematics, &positions, &encoder_errors);
         Ok(TrueArm { positions, poses, by_name, input })
     }
 
-    /// Errors of the arm and tool of `problem`.
-    pub fn errors_of(&self, problem: &Problem) -> PoseErrors {
+    /// Errors of the arm and tool of `problem`, whose encoders are corrected by these errors.
+    pub fn errors_of(&self, problem: &Problem, encoder_errors: &EncoderErrors) -> PoseErrors {
         let kinematics = Kinematics::new(&problem.robot, &[], problem.tool.tip_from_tool);
-        let poses: Vec<Pose> = self.positions.iter().map(|q| kinematics.pose(q)).collect();
-        pose_errors(&self.poses, &poses)
+        pose_errors(&self.poses, &poses(&kinematics, &self.positions, encoder_errors))
     }
 
     /// The parameters of `estimate` whose true values are known, those that contacts determine

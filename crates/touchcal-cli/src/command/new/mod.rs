@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use nalgebra::Vector3;
 use touchcal::io::atomic;
 use touchcal::io::mukca::{self, MukcaOptions};
 use touchcal::io::socket_logs::{self, SocketLog};
@@ -40,6 +41,7 @@ fn from_logs(args: &NewArgs, urdf: &Path) -> Result<Outcome, Failure> {
     let options = MukcaOptions {
         spacing: args.spacing_mm * 1e-3,
         joint_compliance: args.joint_compliance,
+        ball_in_tip: Vector3::from_iterator(args.ball_mm.iter().map(|mm| mm * 1e-3)),
         ..MukcaOptions::default()
     };
     let logs = socket_logs::find(&args.from)?;

@@ -1,7 +1,7 @@
 //! What `select --json` prints.
 
 use serde::Serialize;
-use touchcal::estimate::{BlockGain, ComparedModel, GroupMean, ModelChoice};
+use touchcal::estimate::{BlockGain, ComparedModel, Estimate, GroupMean, ModelChoice};
 use touchcal::io::estimate_file::WarningEntry;
 use touchcal::io::{Input, Loaded};
 
@@ -51,8 +51,8 @@ struct MeanJson {
     standard_error: Option<f64>,
 }
 
-/// The choice as JSON.
-pub fn of(loaded: &Loaded, choice: &ModelChoice) -> Result<String, Failure> {
+/// The choice as JSON, with the calibration of the chosen model.
+pub fn of(loaded: &Loaded, choice: &ModelChoice, estimate: &Estimate) -> Result<String, Failure> {
     let chosen = &choice.models[choice.chosen];
     let json = ChoiceJson {
         schema: 1,
@@ -64,8 +64,8 @@ pub fn of(loaded: &Loaded, choice: &ModelChoice) -> Result<String, Failure> {
         models: choice.models.iter().map(|model| model_json(model, chosen)).collect(),
         gains: choice.gains.iter().map(gain_json).collect(),
         extrapolate_worse: choice.extrapolate_worse.iter().map(|&m| names(&choice.models[m])).collect(),
-        incomplete: choice.incompleteness().into_iter().map(Into::into).collect(),
-        status: choice.estimate.status.name(),
+        incomplete: estimate.incompleteness().into_iter().map(Into::into).collect(),
+        status: estimate.status.name(),
         inputs: &loaded.inputs,
     };
     Ok(serde_json::to_string_pretty(&json)? + "\n")

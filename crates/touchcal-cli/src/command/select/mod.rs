@@ -17,21 +17,21 @@ use crate::progress::{Spinner, interrupted};
 /// calibration with the chosen model is not.
 pub fn run(args: &SelectArgs) -> Result<Outcome, Failure> {
     super::refuse_replaced(&args.source, &Arm::default(), ["select", ""])?;
-    let loaded = super::load(&args.source)?;
+    let mut loaded = super::load(&args.source)?;
     let choice = choose(&loaded)?;
-    output::print(&if args.json { json::of(&loaded, &choice)? } else { text::of(&choice) })?;
-    if choice.estimate.status == Status::NotUsable {
+    loaded.problem = choice.problem.clone();
+    let estimate = super::calibrate(&mut loaded, false)?.estimate;
+    output::print(&if args.json { json::of(&loaded, &choice, &estimate)? } else { text::of(&choice, &estimate) })?;
+    if estimate.status == Status::NotUsable {
         output::diagnostic("a calibration with the chosen model is NOT USABLE: `touchcal calibrate` says why");
         return Ok(Outcome::NotUsable);
     }
     Ok(Outcome::Done)
 }
 
-/// Gives the problem the parameters of the chosen model, with a note of which.
+/// Gives the problem the parameters of the chosen model.
 pub fn apply(loaded: &mut Loaded) -> Result<(), Failure> {
-    let choice = choose(loaded)?;
-    output::notes(&[format!("model: {}; {}", choice.models[choice.chosen].name(), text::prediction(&choice))]);
-    loaded.problem = choice.problem;
+    loaded.problem = choose(loaded)?.problem;
     Ok(())
 }
 

@@ -1,6 +1,6 @@
 //! What `select` prints.
 
-use touchcal::estimate::{GroupKind, GroupMean, ModelChoice};
+use touchcal::estimate::{Estimate, GroupMean, ModelChoice};
 use touchcal::parameter::Block;
 use touchcal::report::signed;
 
@@ -10,26 +10,16 @@ use crate::table::Table;
 /// Fewer groups than this say little about their scatter.
 const FEW_GROUPS: usize = 6;
 
-/// The choice as text.
-pub fn of(choice: &ModelChoice) -> String {
-    [chosen(choice), few_groups(choice), models(choice), gains(choice), alarms(choice), incompleteness(choice)].concat()
+/// The choice as text, with the calibration of the chosen model.
+pub fn of(choice: &ModelChoice, estimate: &Estimate) -> String {
+    [chosen(choice), few_groups(choice), models(choice), gains(choice), alarms(choice), incompleteness(estimate)]
+        .concat()
         + &next(choice)
 }
 
 fn chosen(choice: &ModelChoice) -> String {
     let name = wrapped(&choice.models[choice.chosen].name());
-    format!("Model     {name}\n{INDENT}{}\n", wrapped(&prediction(choice)))
-}
-
-/// How well the chosen model predicts.
-pub fn prediction(choice: &ModelChoice) -> String {
-    let groups = match choice.group_kind {
-        GroupKind::Placements => "placements",
-        GroupKind::Fixtures => "fixtures",
-        GroupKind::Regions => "regions of the workspace",
-    };
-    let error = with_error(&choice.models[choice.chosen].held_out);
-    format!("{} {groups}, each left out of the fit once, are predicted to {error} mm rms", choice.groups.len())
+    format!("Model     {name}\n{INDENT}{}\n", wrapped(&choice.prediction()))
 }
 
 fn few_groups(choice: &ModelChoice) -> String {
@@ -94,8 +84,8 @@ fn alarms(choice: &ModelChoice) -> String {
     each.collect()
 }
 
-fn incompleteness(choice: &ModelChoice) -> String {
-    let reasons = choice.incompleteness();
+fn incompleteness(estimate: &Estimate) -> String {
+    let reasons = estimate.incompleteness();
     if reasons.is_empty() {
         return String::new();
     }

@@ -10,11 +10,16 @@ use crate::estimate::options::DeclarationCheckOptions;
 use crate::estimate::problem::{Distance, Problem};
 use crate::estimate::result::Agreement;
 use crate::estimate::search::SearchState;
-use crate::parameter::Block;
+use crate::parameter::{Block, Parameter};
 use crate::solver::{LevenbergMarquardtOptions, NormalEquations, minimize};
 
 /// Linearizations after which a coarse fit is near its minimum, though not in it.
 const EARLY: usize = 5;
+
+/// Share (1) of the largest envelope of an agreement up to which contacts nearly agree, and share
+/// of the cost of another fit that is small.
+const NEARLY: f64 = 1.5;
+const SMALL_SHARE: f64 = 0.1;
 
 /// A coarse fit of a problem with all its contacts.
 pub(super) struct CoarseFit {
@@ -23,7 +28,8 @@ pub(super) struct CoarseFit {
     /// Parameters (SI) in the order of the problem's layout.
     pub theta: DVector<f64>,
     /// Cost (1): squared distances from envelopes, all contacts counting as ten, and squared
-    /// deviations from priors and known distances.
+    /// deviations from priors, or where there are none from zero in plausible sizes, and from known
+    /// distances.
     pub cost: f64,
     /// Root mean square of the envelopes' rows (1).
     pub envelope: f64,
@@ -67,8 +73,15 @@ impl CoarseFit {
         let of_priors = parameters.map(|(parameter, value)| value / parameter.prior_sigma().unwrap_or(parameter.scale));
         let of_distances = problem.distances.iter().map(|distance| deviation(&point, distance));
         let deviations: Vec<f64> = of_priors.chain(of_distances).collect();
-        let of_envelopes = normal.cost - deviations.iter().map(|deviation| deviation * deviation).sum::<f64>();
-        let (cost, rows) = (normal.cost, normal.rows.max(f64::MIN_POSITIVE));
+        // The search has no cost of parameters without a prior.
+        let without_prior = |(parameter, value): (&Parameter, &f64)| match parameter.prior_sigma() {
+            Some(_) => 0.0,
+            None => (value / parameter.scale).powi(2),
+        };
+        let unbounded: f64 = search.model.layout.parameters.iter().zip(theta.iter()).map(without_prior).sum();
+        let cost = normal.cost + unbounded;
+        let of_envelopes = cost - deviations.iter().map(|deviation| deviation * deviation).sum::<f64>();
+        let rows = normal.rows.max(f64::MIN_POSITIVE);
         let deviations = deviations.iter().fold(0.0, |most: f64, deviation| most.max(deviation.abs()));
         CoarseFit { problem, theta, cost, envelope: (of_envelopes.max(0.0) / rows).sqrt(), deviations }
     }
@@ -83,6 +96,13 @@ impl CoarseFit {
     /// Whether contacts agree with the declarations as far as a coarse fit can tell.
     pub fn is_plausible(&self, options: &DeclarationCheckOptions) -> bool {
         self.envelope <= options.max_envelope && self.deviations <= options.max_deviations
+    }
+
+    /// Whether contacts are nearly so near the envelopes, as of worn parts, at a small share of
+    /// `cost`.
+    pub fn is_nearly_plausible_beside(&self, cost: f64, options: &DeclarationCheckOptions) -> bool {
+        let is_near = self.envelope <= NEARLY * options.max_envelope && self.deviations <= options.max_deviations;
+        is_near && self.cost < SMALL_SHARE * cost
     }
 
     /// Whether this fit costs so much less than `cost` that chance does not explain it.

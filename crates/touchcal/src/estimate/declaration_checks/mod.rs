@@ -62,7 +62,8 @@ pub(super) fn declaration_warning(search: &SearchState<'_>) -> Option<Warning> {
     });
     let mut candidates: Vec<(DeclarationMistake, CoarseFit)> = corrected.collect();
     let explains = |(_, fit): &(DeclarationMistake, CoarseFit)| {
-        fit.is_plausible(options) && fit.is_far_better_than(declared.cost, options)
+        let is_plausible = fit.is_plausible(options) || fit.is_nearly_plausible_beside(declared.cost, options);
+        is_plausible && fit.is_far_better_than(declared.cost, options)
     };
     candidates.retain(explains);
     let possible = |arms: Vec<_>| better_than_places(&few, arms.into_iter().filter(explains).collect());

@@ -7,7 +7,7 @@ use super::trend_axis::position_in_log;
 use crate::estimate::problem::WrenchTolerance;
 use crate::manifold::{AXIS_DIRECTIONS, Residual};
 use crate::parameter::ParameterId;
-use crate::robot::{EncoderTerm, Kinematics, KinematicsScratch};
+use crate::robot::{EncoderTerm, Kinematics, KinematicsScratch, subtract_encoder_errors};
 use crate::se3::{self, Pose, Twist, Wrench};
 
 /// A model at given parameters.
@@ -126,15 +126,20 @@ impl<'m> LinearizationPoint<'m> {
         self.kinematics.scratch()
     }
 
-    /// `base_from_tool` of contact `i` without the errors of encoders and wrench that are no part
-    /// of the arm.
+    /// `base_from_tool` of contact `i` without the errors of encoders and wrench that are of one
+    /// log alone.
     pub fn base_from_tool(&self, i: usize) -> Pose {
         let contacts = &self.model.problem.contacts;
-        self.kinematics.pose_under(contacts.q(i), &contacts.load(i))
+        if self.encoder_errors.is_empty() {
+            return self.kinematics.pose_under(contacts.q(i), &contacts.load(i));
+        }
+        let mut q = contacts.q(i).to_vec();
+        subtract_encoder_errors(&self.encoder_errors, contacts.q(i), &mut q);
+        self.kinematics.pose_under(&q, &contacts.load(i))
     }
 
     /// Pose of the tool relative to what contact `i` touches, its target or else the fixture,
-    /// without the errors of encoders and wrench that are no part of the arm.
+    /// without the errors of encoders and wrench that are of one log alone.
     pub fn pose_without_drift(&self, i: usize) -> Pose {
         self.touched_from_tool(i, self.base_from_tool(i))
     }
@@ -178,7 +183,7 @@ impl<'m> LinearizationPoint<'m> {
         for (joint, (q, &measured)) in q.iter_mut().zip(measured).enumerate() {
             *q = measured - drift[joint] - self.trend[joint] * position;
         }
-        self.encoder_errors.iter().for_each(|&(joint, term, size)| q[joint] -= size * term.error(measured[joint]));
+        subtract_encoder_errors(&self.encoder_errors, measured, q);
         self.walk.iter().for_each(|&(joint, k, amplitude)| q[joint] -= amplitude * self.half_waves(k, i));
     }
 

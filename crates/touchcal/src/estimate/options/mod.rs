@@ -3,8 +3,10 @@
 
 use serde::{Deserialize, Serialize};
 
+mod method;
 mod search_options;
 
+pub use method::{GradientDescent, Method, Optimizer};
 pub use search_options::{MultiStartOptions, SearchOptions};
 
 /// All settings of the estimator; `Default` holds the recommended values.

@@ -5,7 +5,7 @@ use statrs::distribution::{ContinuousCDF, Normal};
 use super::distances::{FixtureDistances, fixture_distances};
 use super::prediction_model::{ArmOf, PredictionModel};
 use super::scatter::{SquaredDistances, TAIL, squared_distances};
-use crate::estimate::evaluate::{apply_estimated_places, evaluate};
+use crate::estimate::evaluate::{apply_estimate, evaluate};
 use crate::estimate::problem::Problem;
 use crate::estimate::result::{Contradiction, Estimate, Evaluation, ParameterPosterior, Scatter, Score};
 
@@ -15,12 +15,12 @@ use crate::estimate::result::{Contradiction, Estimate, Evaluation, ParameterPost
 /// exact and tool and fixtures have their declared tolerances, so that nothing is contradicted.
 ///
 /// `nominal` is the problem as it is declared, with the arm and the places from which the
-/// calibration started; `evaluated` has the same contacts, the calibrated arm, and tool and
-/// fixtures at their estimated places
-/// ([`apply_estimated_places`](crate::estimate::apply_estimated_places)). If the estimates do not
-/// lead from the one arm to the other, as where encoder offsets are applied elsewhere, derivatives
-/// are taken at the evaluated arm, which is less exact. Errors in directions that the calibration
-/// fixed at zero are not predicted. Panics if a contact's fixture is not in [`Problem::fixtures`].
+/// calibration started; `evaluated` has the same contacts with the calibrated arm and all else that
+/// the calibration found ([`apply_estimate`](crate::estimate::apply_estimate)). If the estimates do
+/// not lead from the one arm to the other, as where encoder offsets are applied elsewhere,
+/// derivatives are taken at the evaluated arm, which is less exact. Errors in directions that the
+/// calibration fixed at zero are not predicted. Panics if a contact's fixture is not in
+/// [`Problem::fixtures`].
 pub fn evaluate_held_out(nominal: &Problem, evaluated: &Problem, posterior: Option<&ParameterPosterior>) -> Evaluation {
     let estimated = posterior.map(|known| PredictionModel::new(nominal, Some(known), ArmOf::Nominal));
     let estimated = estimated.filter(|prediction| prediction.has_arm_of(evaluated));
@@ -42,7 +42,7 @@ pub(crate) fn held_out(problem: &Problem, estimate: &Estimate) -> Option<Evaluat
     let posterior = ParameterPosterior::of_estimate(estimate).filter(|_| !problem.held_out.is_empty())?;
     let nominal = Problem { contacts: problem.held_out.clone(), ..problem.clone() };
     let mut evaluated = Problem { robot: estimate.robot.clone(), ..nominal.clone() };
-    apply_estimated_places(&mut evaluated, |name| Some(estimate.parameter(name)?.value));
+    apply_estimate(&mut evaluated, |name| Some(estimate.parameter(name)?.value));
     Some(evaluate_held_out(&nominal, &evaluated, Some(&posterior)))
 }
 

@@ -149,7 +149,9 @@ impl<'a, 'p> Knowledge<'a, 'p> {
     fn value(&self, k: usize, arm: ArmOf) -> f64 {
         let estimate = || Some(self.posterior?.entries[self.indices[k]?].value);
         let is_applied = match self.parameter(k).id {
-            ParameterId::Kinematic(_) | ParameterId::Fixture(..) => arm == ArmOf::Nominal,
+            ParameterId::Kinematic(_) | ParameterId::EncoderError(..) | ParameterId::Fixture(..) => {
+                arm == ArmOf::Nominal
+            }
             ParameterId::GapBias(_) | ParameterId::DirectionalGapBias(..) => true,
             _ => false,
         };
@@ -159,14 +161,7 @@ impl<'a, 'p> Knowledge<'a, 'p> {
     fn covariance(&self, k: usize, l: usize) -> f64 {
         let joint = || Some(self.posterior?.covariance[(self.indices[k]?, self.indices[l]?)]);
         let own = || if k == l { self.own_sigma(k).powi(2) } else { 0.0 };
-        joint().unwrap_or_else(own) + if k == l { self.left_out(k).powi(2) } else { 0.0 }
-    }
-
-    /// Estimate of a parameter of the encoders that is no part of the calibrated arm.
-    fn left_out(&self, k: usize) -> f64 {
-        let parameter = self.parameter(k);
-        let estimate = || self.posterior?.value(&parameter.name);
-        if matches!(parameter.id, ParameterId::EncoderError(..)) { estimate().unwrap_or(0.0) } else { 0.0 }
+        joint().unwrap_or_else(own)
     }
 
     /// Standard deviation (SI) of a parameter that the calibration does not know in this log: that

@@ -101,6 +101,8 @@ pub struct TaskErrors {
     /// Probability (0 to 1), as [`probability`](TaskErrors::probability), with the base aligned
     /// ([`ErrorFrame::BaseAligned`]); `None` of fewer than [`Acceptance::MIN_ALIGNED`] poses.
     pub aligned_probability: Option<f64>,
+    /// Whether the place of some fixture in base is declared. Without one nothing locates the base.
+    pub base_is_located: bool,
 }
 
 impl AcceptanceResult {
@@ -141,19 +143,26 @@ impl AcceptanceResult {
                 "confirm it with contacts that were not used: held_out = true in [[contacts]]".to_owned()
             }
             (Decision::Undecided, _) if self.held_out_agrees == Some(false) => of_warnings(),
-            (_, Some(TaskErrors { aligned_probability: Some(aligned), .. }))
-                if asked.frame == ErrorFrame::Base && *aligned >= asked.confidence =>
-            {
-                format!(
-                    "measure the place of a fixture in base (base_from_fixture and its sigma_mm), or ask for frame = \"base_aligned\" if only poses relative to each other count: with the base aligned the probability is {:.1} %",
-                    100.0 * aligned
-                )
-            }
-            (_, Some(errors)) => format!(
-                "record contacts that tell `{}`: knowing it would take away {:.0} % of the variance in pose {}, the worst",
-                errors.parameter,
-                100.0 * errors.share,
-                errors.worst_pose + 1
+            (_, Some(errors)) => errors.advice(asked),
+        }
+    }
+}
+
+impl TaskErrors {
+    /// What would make the errors smaller, as a phrase.
+    fn advice(&self, asked: &Acceptance) -> String {
+        let aligned = self.aligned_probability.filter(|_| asked.frame == ErrorFrame::Base);
+        match aligned {
+            Some(aligned) if !self.base_is_located || aligned >= asked.confidence => format!(
+                "{}declare the place of a fixture in base (base_from_fixture and its sigma_mm), or ask for frame = \"base_aligned\" if only poses relative to each other count: with the base aligned the probability is {:.1} %",
+                if self.base_is_located { "" } else { "no fixture has a place in base, so nothing locates the base: " },
+                100.0 * aligned
+            ),
+            _ => format!(
+                "record contacts in more postures and at other places: an exact `{}` would take away {:.0} % of the variance in pose {}, the worst",
+                self.parameter,
+                100.0 * self.share,
+                self.worst_pose + 1
             ),
         }
     }

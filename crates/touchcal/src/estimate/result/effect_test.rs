@@ -135,7 +135,9 @@ impl OmittedEffect {
             OmittedEffect::EdgeRadius { .. } => {
                 "measure the radius of the edges of peg and hole, or give it a standard deviation"
             }
-            OmittedEffect::Distance { .. } => "measure the distance again, or give it a standard deviation",
+            OmittedEffect::Distance { .. } => {
+                "measure the distances again, or declare how uncertain they are (sigma_mm in [[distance]])"
+            }
             OmittedEffect::Noise => "declare a larger noise, or leave out `[noise]` so that it is estimated",
             OmittedEffect::Wrench => "give bias and scale of the wrench a standard deviation",
         }

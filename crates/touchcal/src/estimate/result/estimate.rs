@@ -116,7 +116,8 @@ pub struct Estimate {
     /// declarations ([`Declaration::name`](crate::estimate::Declaration::name)) that contacts
     /// cannot test: they would not show a plausible size of the effect, or determine no direction
     /// of what is declared better than that; and `friction`, of which there is none in the model,
-    /// where one-sided contacts have no known load. Empty where the search did not converge.
+    /// where one-sided contacts have no known load. Empty where the search did not converge, and
+    /// after a gradient descent, of which nothing is tested.
     pub untested: Vec<String>,
     /// Effects that were estimated in addition to the problem's parameters, in the order in which
     /// they were tried; empty but for
@@ -179,6 +180,22 @@ impl Estimate {
             ParameterId::EncoderError(joint, term) => Some((joint, term, entry.value)),
             _ => None,
         })
+    }
+
+    /// Warnings by which the model is incomplete: contacts scatter more than the noise, deviate
+    /// from predictions, or show an effect that the model lacks, beyond the significance levels of
+    /// [`WarningThresholds`](crate::estimate::WarningThresholds). Empty without such warnings.
+    pub fn incompleteness(&self) -> Vec<&Warning> {
+        let says_so = |warning: &&Warning| {
+            matches!(
+                warning,
+                Warning::NoiseExceeded { .. }
+                    | Warning::NoiseContradicted { .. }
+                    | Warning::PredictionContradicted { .. }
+                    | Warning::OmittedEffect { .. }
+            )
+        };
+        self.warnings.iter().filter(says_so).collect()
     }
 
     /// The parameter of this exact name, such as `joint_offset.joint_a1`; `None` if there is none.

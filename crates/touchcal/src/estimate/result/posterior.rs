@@ -51,11 +51,6 @@ impl ParameterPosterior {
         self.entries.iter().position(|entry| entry.name == name)
     }
 
-    /// Estimate (SI) of the parameter of this name.
-    pub(crate) fn value(&self, name: &str) -> Option<f64> {
-        Some(self.entries[self.index(name)?].value)
-    }
-
     /// Greatest prior standard deviation (SI) of the parameter of this name, or of a block of this
     /// name; 0 if there is none.
     pub(crate) fn greatest_prior_sigma(&self, name: &str) -> f64 {

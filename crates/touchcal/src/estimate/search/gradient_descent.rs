@@ -12,7 +12,7 @@ use rayon::prelude::*;
 
 use super::state::SearchState;
 use crate::estimate::model::{CalibrationModel, LinearizationPoint, Objective, add_distances, add_priors};
-use crate::estimate::problem::{GradientDescent, Optimizer};
+use crate::estimate::options::{GradientDescent, Optimizer};
 use crate::estimate::result::{Observer, Progress, Stage};
 use crate::manifold::MAX_ROWS;
 use crate::robot::KinematicsScratch;
@@ -35,7 +35,7 @@ const TRIAL_STEPS: [f64; 4] = [1.0, 0.1, 0.01, 0.001];
 pub(crate) fn descend(search: &mut SearchState<'_>, options: &GradientDescent, observe: Observer<'_>) {
     search.fix_unobservable();
     let (model, scale) = (&search.model, search.free.scale());
-    let stride = model.problem.contacts.len().div_ceil(options.contacts.max(1)).max(1);
+    let stride = options.stride(model.problem.contacts.len());
     let mut theta = DVector::zeros(scale.len());
     let mut stepper = Stepper::new(options.optimizer, scale.len());
     let last_tenth = options.steps - options.steps.div_ceil(10);

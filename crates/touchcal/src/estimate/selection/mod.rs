@@ -23,11 +23,8 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 
 use rayon::prelude::*;
 
-use super::calibrate::calibrate;
 use super::problem::Problem;
-use super::result::{Estimate, Warning};
 use crate::parameter::Block;
-use crate::solver::StopReason;
 use candidates::{Model, neighbours, nested, with_model};
 use fits::{FitToAll, fit_to_all, held_out_error};
 pub use groups::GroupKind;
@@ -112,28 +109,22 @@ pub struct ModelChoice {
     /// Indices of models that have all blocks of the chosen one and more, fit all contacts better,
     /// and predict groups worse, by more than the standard error and 1 % of the error.
     pub extrapolate_worse: Vec<usize>,
-    /// The problem with the chosen blocks.
+    /// The problem with the chosen blocks, and a note among those of its contacts that says so.
     pub problem: Problem,
-    /// Its calibration with all contacts.
-    pub estimate: Estimate,
 }
 
 impl ModelChoice {
-    /// Warnings of the calibration by which the chosen model is incomplete: contacts scatter more
-    /// than the noise, deviate from predictions, or show an effect that the model lacks, beyond the
-    /// significance levels of [`WarningThresholds`](super::WarningThresholds). Empty without such
-    /// warnings.
-    pub fn incompleteness(&self) -> Vec<&Warning> {
-        let says_so = |warning: &&Warning| {
-            matches!(
-                warning,
-                Warning::NoiseExceeded { .. }
-                    | Warning::NoiseContradicted { .. }
-                    | Warning::PredictionContradicted { .. }
-                    | Warning::OmittedEffect { .. }
-            )
+    /// How well the chosen model predicts, as a phrase.
+    pub fn prediction(&self) -> String {
+        let groups = match self.group_kind {
+            GroupKind::Placements => "placements",
+            GroupKind::Fixtures => "fixtures",
+            GroupKind::Regions => "regions of the workspace",
         };
-        self.estimate.warnings.iter().filter(says_so).collect()
+        let GroupMean { mean, standard_error } = self.models[self.chosen].held_out;
+        let count = self.groups.len();
+        let [mean, error] = [mean, standard_error].map(|metres| 1e3 * metres);
+        format!("{count} {groups}, each left out of the fit once, are predicted to {mean:.3} ± {error:.3} mm rms")
     }
 }
 
@@ -170,15 +161,15 @@ pub enum SelectionError {
 pub type SelectionObserver<'o> = &'o (dyn Fn(&SelectionProgress) -> ControlFlow<()> + Sync);
 
 /// Compares models of `problem` by how well they predict groups of its contacts that they are not
-/// fitted to, and calibrates with the chosen one.
+/// fitted to.
 ///
 /// Models are the nominal arm, encoder offsets, joint origins, these with compliances, these with
 /// harmonics of the encoders too, and the blocks that the problem declares; then those with one
 /// block more or less than the model that is chosen among them, or with priors of harmonics and
-/// gear ratios of half or twice the width, until there are no new ones. All
-/// have the problem's other parameters (trends, walks), and declared priors where the problem
-/// declares the block. Fits run in parallel; the result is the same for any number of threads.
-/// Panics if a contact or distance has a fixture that is not in [`Problem::fixtures`].
+/// gear ratios of half or twice the width, until there are no new ones. All have the problem's
+/// other parameters (trends, walks), and declared priors where the problem declares the block. Fits
+/// run in parallel; the result is the same for any number of threads. Panics if a contact or
+/// distance has a fixture that is not in [`Problem::fixtures`].
 pub fn select(problem: &Problem, observe: SelectionObserver<'_>) -> Result<ModelChoice, SelectionError> {
     let too_few = SelectionError::TooFewContacts { contacts: problem.contacts.len() };
     let groups = Groups::new(problem).ok_or(too_few)?;
@@ -200,11 +191,7 @@ pub fn select(problem: &Problem, observe: SelectionObserver<'_>) -> Result<Model
         models.extend(work.compare(problem, &groups, &is_scored, next.into_iter().zip(fits).collect())?);
     };
     let selected = with_model(problem, &models[chosen].model());
-    let estimate = calibrate(&selected, &mut |_| work.observe());
-    if estimate.termination.reason == StopReason::Interrupted {
-        return Err(SelectionError::Interrupted);
-    }
-    Ok(ModelChoice {
+    let mut choice = ModelChoice {
         group_kind: groups.kind,
         groups: groups.names,
         outliers: is_scored.iter().filter(|is_scored| !**is_scored).count(),
@@ -214,8 +201,10 @@ pub fn select(problem: &Problem, observe: SelectionObserver<'_>) -> Result<Model
         chosen,
         best,
         problem: selected,
-        estimate,
-    })
+    };
+    let note = format!("model: {}; {}", choice.models[chosen].name(), choice.prediction());
+    choice.problem.contacts.note(note);
+    Ok(choice)
 }
 
 /// Fits under way.

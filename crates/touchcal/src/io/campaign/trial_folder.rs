@@ -94,7 +94,8 @@ fn read_trial(folder: &Path, robot: &Robot) -> Result<Trial, IoError> {
         IoError::syntax(Place::file(input.path.as_str()).line(error.line() as u64), error.to_string())
     })?;
     if truth.geometry != "extrusion" {
-        return Err(IoError::unexpected(place("geometry"), "`extrusion`", quoted(&truth.geometry)));
+        let expected = "`extrusion`, the T-slot peg; contacts of other parts need a problem file";
+        return Err(IoError::unexpected(place("geometry"), expected, quoted(&truth.geometry)));
     }
     if truth.b_rad.len() != robot.dof() {
         let expected = format!("{} numbers, one for each joint", robot.dof());

@@ -7,7 +7,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use nalgebra::Isometry3;
+use nalgebra::{Translation3, Vector3};
 
 use crate::contact::ContactLog;
 use crate::estimate::{Distance, Fixture, Loss, Noise, PlacePrior, Problem, ShapeTolerance, Tool};
@@ -49,11 +49,14 @@ pub struct MukcaOptions {
     pub noise: Noise,
     /// Whether the compliance of the joints under gravity is estimated too.
     pub joint_compliance: bool,
+    /// The ball's centre (m) in the frame of the tip link.
+    pub ball_in_tip: Vector3<f64>,
 }
 
 impl Default for MukcaOptions {
     /// All placements, 50 ± 0.05 mm as the tool is printed, no encoder noise, an initial 0.2 mm of
-    /// contact noise, about what a fitted arm leaves, and an arm that does not bend.
+    /// contact noise, about what a fitted arm leaves, an arm that does not bend, and a tip link
+    /// that is the ball.
     fn default() -> Self {
         MukcaOptions {
             only: Vec::new(),
@@ -62,6 +65,7 @@ impl Default for MukcaOptions {
             spacing_sigma: 0.05e-3,
             noise: Noise { encoder: 0.0, contact: 0.2e-3, is_estimated: true },
             joint_compliance: false,
+            ball_in_tip: Vector3::zeros(),
         }
     }
 }
@@ -100,7 +104,7 @@ pub fn read(folder: &Path, urdf: UrdfFile, options: &MukcaOptions) -> Result<Loa
         }
     }
     let tool = Tool {
-        tip_from_tool: Isometry3::identity(),
+        tip_from_tool: Translation3::from(options.ball_in_tip).into(),
         prior: PlacePrior::Gaussian { sigma: BALL_SIGMA, sigma_angle: 0.0 },
     };
     let mut parameters = joint_origin(&robot);
@@ -139,7 +143,7 @@ pub fn problem_text(
     let path = |file: &Path| Ok::<_, IoError>(toml_quoted(&relative(folder, file)?));
     let mut text = String::from(
         "# A ball is held in sockets while the arm moves around it; from the joint positions the arm's errors are\n\
-         # estimated. The tip link of the URDF is the ball. Nothing is known but how far apart neighbouring sockets are.\n\
+         # estimated. Nothing is known but how far apart neighbouring sockets are, and where the ball is on the arm.\n\
          # Paths are relative to this file. Lengths are in mm, angles in degrees, as the keys say.\n\n[robot]\n",
     );
     let mut line = |key: &str, value: &str| text.push_str(&format!("{key} = {value}\n"));
@@ -148,6 +152,11 @@ pub fn problem_text(
         line("tip", &toml_quoted(tip));
     }
     line("\n[tool]\nkind", "\"ball\"");
+    let ball = options.ball_in_tip.map(|metres| number(1e3 * metres));
+    line(
+        "tip_from_tool",
+        &format!("{{ xyz_mm = [{}, {}, {}] }}   # centre of the ball in the tip link", ball.x, ball.y, ball.z),
+    );
     line("sigma_mm", &number(1e3 * BALL_SIGMA));
     for log in logs {
         line("\n[[fixture]]\nname", &toml_quoted(&log.socket));

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use jiff::{Timestamp, Unit};
 use serde::{Deserialize, Serialize};
 
-use crate::estimate::{Estimate, Fixture, Problem, Progress, Score, Spread, Status, Warning, apply_estimated_places};
+use crate::estimate::{Estimate, Fixture, Problem, Progress, Score, Spread, Status, Warning, apply_estimate};
 use crate::io::base::bytes::Input;
 use crate::io::base::error::{IoError, Place};
 use crate::io::base::manifest::MANIFEST;
@@ -249,14 +249,14 @@ pub fn page(loaded: &Loaded, solved: &Solved, file: &EstimateFile) -> Result<Str
     report.html().map_err(|error| IoError::syntax(Place::file(REPORT), error.to_string()))
 }
 
-/// Moves the tool and fixtures of `problem` to the poses that a calibration found, as
-/// [`apply_estimated_places`] does, for an arm that was read from the `calibrated.urdf` of that
-/// calibration: a tool that is the tip link itself ([`Problem::tool_is_tip`]) is left, because the
-/// URDF contains its motion. Parameters that `found` lacks count as 0.
-pub fn place_written(problem: &mut Problem, found: &EstimateFile) {
+/// Gives `problem` what a calibration found beside its arm, as [`apply_estimate`] does, for an arm
+/// that was read from the `calibrated.urdf` of that calibration: a tool that is the tip link itself
+/// ([`Problem::tool_is_tip`]) is left, because the URDF contains its motion. Parameters that
+/// `found` lacks count as 0.
+pub fn apply_written(problem: &mut Problem, found: &EstimateFile) {
     let nominal = Some(problem.tool.tip_from_tool).filter(|_| problem.tool_is_tip());
     let entry = |name: &str| found.parameters.iter().find(|entry| entry.name == name);
-    apply_estimated_places(problem, |name| entry(name).map(|entry| entry.value));
+    apply_estimate(problem, |name| entry(name).map(|entry| entry.value));
     problem.tool.tip_from_tool = nominal.unwrap_or(problem.tool.tip_from_tool);
 }
 

@@ -35,6 +35,10 @@ impl SavedCalibration {
     pub fn read(path: &Path) -> Result<SavedCalibration, IoError> {
         let name = path.display().to_string();
         if !path.is_dir() {
+            if path.extension().is_some_and(|extension| extension == "urdf") {
+                let expected = "the folder of a calibration, or its estimate.json";
+                return Err(IoError::unexpected(Place::file(name), expected, "a URDF"));
+            }
             let (file, input) = EstimateFile::read_with_input(path)?;
             check_alone(path, &input)?;
             return Ok(SavedCalibration { name, file, urdf: None });

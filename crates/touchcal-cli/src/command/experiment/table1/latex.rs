@@ -122,14 +122,14 @@ none & -- & -- & -- & -- & 0.012 & 0.0020 & 0.101 & 0.0300 \\
             bias_reduction,
             hole: tool(0.0123, 0.002),
             workspace: tool(0.1011, 0.03),
-            usable: 1.0,
+            not_refused: 1.0,
             refused: 0,
             seconds: 2.0,
         };
         let rows = [row("50 % of a_b & c", [1.2e-5, 0.0012, 4100.0, 2000.49]), row("none", [f64::NAN; 4])];
         let text = table(&rows, 3);
         assert!(text.contains("experiment table1: means over 3 trials.\n") && text.ends_with(EXPECTED), "{text}");
-        let half = Summary { refused: 2, usable: 1.0 / 3.0, ..row("50 % of a_b & c", [0.1; 4]) };
+        let half = Summary { refused: 2, not_refused: 1.0 / 3.0, ..row("50 % of a_b & c", [0.1; 4]) };
         let note = table(&[half, row("all", [0.1; 4])], 3);
         let expected = "\\bottomrule\n\\multicolumn{9}{p{0.95\\linewidth}}{\\footnotesize Means include trials whose result \
                         touchcal refuses (not usable): 50 \\% of a\\_b \\& c: 2 of 3.} \\\\\n\\end{tabular}\n";

@@ -25,7 +25,8 @@ pub struct Summary {
     pub bias_reduction: f64,
     pub hole: Tool,
     pub workspace: Tool,
-    pub usable: f64,
+    /// Share of the other trials: usable or doubtful.
+    pub not_refused: f64,
     /// Number of trials whose result must not be used; the means include them.
     pub refused: usize,
     pub seconds: f64,
@@ -54,7 +55,7 @@ impl Summary {
             hole: tool(|row| row.hole),
             workspace: tool(|row| row.workspace),
             refused: refused(rows),
-            usable: mean(&|row| f64::from(u8::from(row.is_usable()))),
+            not_refused: mean(&|row| f64::from(u8::from(row.is_usable()))),
             seconds: mean(&|row| row.seconds),
         }
     }
@@ -135,7 +136,7 @@ pub fn table(summaries: &[Summary]) -> Table {
             format!("{:.3}", workspace.mm_95),
             format!("{:.4}", workspace.mean_deg),
             format!("{:.4}", workspace.deg_95),
-            format!("{:.0} %", 100.0 * summary.usable),
+            format!("{:.0} %", 100.0 * summary.not_refused),
             format!("{:.2}", summary.seconds),
         ]);
     }

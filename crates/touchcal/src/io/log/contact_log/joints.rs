@@ -36,7 +36,8 @@ pub(crate) fn joint_order(file: &str, robot: &Robot, options: &Options) -> Resul
                     Some(_) => format!("`{name}` twice"),
                     None => format!("`{name}`{}", did_you_mean(name, known.iter().copied())),
                 };
-                let expected = format!("a list of the moving joints ({})", list(known.iter().copied()));
+                let expected =
+                    format!("a list of the moving joints ({}), by the names of the URDF", list(known.iter().copied()));
                 return Err(IoError::unexpected(Place::file(file).field("joints"), expected, found));
             }
         }
