@@ -1,7 +1,7 @@
 // Corrects joint positions by a calibration's correction.json.
 //
-// A URDF holds joint origins; it cannot say that an encoder errs with its position, or that a joint deflects under
-// gravity. correction.json, beside calibrated.urdf, does:
+// A URDF holds joint origins; it cannot say that an encoder errs with its position, or that a joint deflects under a
+// torque. correction.json, beside calibrated.urdf, does:
 //
 //     const auto correction = touchcal::Correction::read("out/correction.json");
 //     const auto q = correction.true_positions(measured);        // positions for calibrated.urdf
@@ -100,6 +100,7 @@ struct Joint {
     double gear_ratio = 0.0;
     std::vector<Harmonic> harmonics;
     double compliance = 0.0;
+    double backlash = 0.0;
     Vector axis{};
     Link link;
 
@@ -113,10 +114,19 @@ struct Joint {
         joint.gear_ratio = entry.at("gear_ratio").as_number();
         for (const Json& harmonic : entry.at("harmonics").as_list()) joint.harmonics.push_back(Harmonic::read(harmonic));
         joint.compliance = entry.at("compliance_rad_per_nm").as_number();
+        joint.backlash = entry.at("backlash").as_number();
         joint.axis = entry.at("axis").as_numbers<3>();
         if (!(std::abs(dot(joint.axis, joint.axis) - 1.0) < 1e-9)) throw CorrectionError("expected a unit vector as axis");
         joint.link = Link::read(entry);
         return joint;
+    }
+
+    // Whether any torque moves the joint.
+    bool deflects() const { return compliance != 0.0 || backlash != 0.0; }
+
+    // How far a torque moves the joint.
+    double deflection(double torque, double backlash_torque) const {
+        return compliance * torque + backlash * torque / std::hypot(torque, backlash_torque);
     }
 
     // Measured less true position where the encoder measures q.
@@ -152,6 +162,12 @@ struct Joint {
 // The wrench fx, fy, fz, tx, ty, tz (N, N m) that is exerted on the tip about its origin, in its frame.
 using Load = std::array<double, 6>;
 
+// Measured torques (N m, or N of a prismatic joint), one for each joint, base first, that gravity and contact exert about
+// the joints: the negative of what the motors exert.
+struct Tau {
+    std::vector<double> torques;
+};
+
 // Corrections of the positions of an arm's joints: rad, or m for a prismatic joint, base first.
 class Correction {
 public:
@@ -163,6 +179,11 @@ public:
         status_ = content.at("status").as_text();
         if (status_ != "usable" && status_ != "doubtful" && status_ != "not_usable") throw CorrectionError("expected a status");
         if (status_ == "not_usable" && !not_usable) throw CorrectionError("the calibration must not be used: status not_usable");
+        const std::string& torque = content.at("torque").as_text();
+        if (torque != "gravity_and_load" && torque != "measured") throw CorrectionError("expected a kind of torque");
+        has_measured_torques_ = torque == "measured";
+        backlash_torque_ = content.at("backlash_torque").as_number();
+        if (!(backlash_torque_ > 0.0)) throw CorrectionError("expected a backlash_torque above 0");
         gravity_ = content.at("gravity_m_s2").as_numbers<3>();
         for (const detail::Json& joint : content.at("joints").as_list()) joints_.push_back(detail::Joint::read(joint));
         if (joints_.empty()) throw CorrectionError("expected at least one joint");
@@ -189,18 +210,22 @@ public:
     // Encoder offset of a joint, measured less true position, which calibrated.urdf contains.
     double offset(std::size_t joint) const { return joints_.at(joint).offset; }
 
-    // Positions for calibrated.urdf where the encoders measure these.
+    // Whether joints deflect by measured torques, in place of those of gravity and a load.
+    bool has_measured_torques() const { return has_measured_torques_; }
+
+    // Positions for calibrated.urdf where the encoders measure these. Where joints deflect by measured torques, Tau is
+    // needed; elsewhere it is refused.
     std::vector<double> true_positions(const std::vector<double>& measured, const Load& load = {}) const {
         check(measured);
-        std::vector<double> stiff = measured;
-        for (std::size_t i = 0; i < size(); ++i) stiff[i] -= joints_[i].error(measured[i]);
+        const std::vector<double> stiff = without_errors(measured);
         if (!is_compliant()) return stiff;
+        if (has_measured_torques_) throw CorrectionError("expected Tau, measured torques of the joints, in place of a load");
         std::vector<double> positions = stiff;
         for (int iteration = 0; iteration < 50; ++iteration) {
             const std::vector<double> torques = this->torques(positions, load);
             double change = 0.0;
             for (std::size_t i = 0; i < size(); ++i) {
-                const double deflected = stiff[i] + joints_[i].compliance * torques[i];
+                const double deflected = stiff[i] + deflection(i, torques[i]);
                 change = std::max(change, std::abs(deflected - positions[i]));
                 positions[i] = deflected;
             }
@@ -209,18 +234,38 @@ public:
         throw CorrectionError("the joints do not come to rest: they are too compliant for what they carry");
     }
 
+    std::vector<double> true_positions(const std::vector<double>& measured, const Tau& tau) const {
+        check(measured);
+        check(tau.torques);
+        std::vector<double> positions = without_errors(measured);
+        if (!is_compliant()) return positions;
+        if (!has_measured_torques_) throw CorrectionError("expected no Tau: the joints of this file deflect by gravity and load");
+        for (std::size_t i = 0; i < size(); ++i) positions[i] += deflection(i, tau.torques[i]);
+        return positions;
+    }
+
     // Positions to command so that the joints are at these positions of calibrated.urdf.
     std::vector<double> commanded_positions(const std::vector<double>& wanted, const Load& load = {}) const {
         check(wanted);
+        if (is_compliant() && has_measured_torques_) {
+            throw CorrectionError("expected a file of gravity and load, found measured torques: what the joints deflect by "
+                                  "is not known before the arm is there, so that nothing can be commanded");
+        }
+        for (const detail::Joint& joint : joints_) {
+            if (joint.backlash != 0.0) {
+                throw CorrectionError("expected a file without backlash, found one with it: what the joints deflect by is "
+                                      "not known before the arm is there, so that nothing can be commanded");
+            }
+        }
         const std::vector<double> torques = is_compliant() ? this->torques(wanted, load) : std::vector<double>(size(), 0.0);
         std::vector<double> commanded(size());
         for (std::size_t i = 0; i < size(); ++i) {
-            commanded[i] = joints_[i].measured(wanted[i] - joints_[i].compliance * torques[i]);
+            commanded[i] = joints_[i].measured(wanted[i] - deflection(i, torques[i]));
         }
         return commanded;
     }
 
-    // Torque (N m) of gravity and load about each joint at true positions; 0 for a prismatic one.
+    // Torque (N m) of gravity and load about each joint at true positions; of a prismatic one the force (N).
     std::vector<double> torques(const std::vector<double>& positions, const Load& load = {}) const {
         using namespace detail;
         check(positions);
@@ -251,29 +296,41 @@ public:
             mass += joints_[i].link.mass;
             moment = moment + moments[i];
             const Vector of_gravity = cross(moment - mass * origins[i], gravity_);
-            if (joints_[i].turns) torques[i] = dot(axes[i], of_gravity + cross(tip - origins[i], force) + about_tip);
+            torques[i] = joints_[i].turns ? dot(axes[i], of_gravity + cross(tip - origins[i], force) + about_tip)
+                                          : dot(axes[i], mass * gravity_ + force);
         }
         return torques;
     }
 
 private:
+    double deflection(std::size_t joint, double torque) const { return joints_[joint].deflection(torque, backlash_torque_); }
+
     bool is_compliant() const {
         for (const detail::Joint& joint : joints_) {
-            if (joint.compliance != 0.0) return true;
+            if (joint.deflects()) return true;
         }
         return false;
     }
 
+    // Measured positions less the errors of encoders.
+    std::vector<double> without_errors(const std::vector<double>& measured) const {
+        std::vector<double> positions = measured;
+        for (std::size_t i = 0; i < size(); ++i) positions[i] -= joints_[i].error(measured[i]);
+        return positions;
+    }
+
     void check(const std::vector<double>& positions) const {
         if (positions.size() != size()) {
-            throw CorrectionError("expected " + std::to_string(size()) + " positions, found " + std::to_string(positions.size()));
+            throw CorrectionError("expected " + std::to_string(size()) + " numbers, found " + std::to_string(positions.size()));
         }
         for (const double position : positions) {
-            if (!std::isfinite(position)) throw CorrectionError("expected finite positions");
+            if (!std::isfinite(position)) throw CorrectionError("expected finite numbers");
         }
     }
 
     std::string status_;
+    bool has_measured_torques_ = false;
+    double backlash_torque_ = 0.0;
     detail::Vector gravity_{};
     std::vector<detail::Joint> joints_;
     detail::Link tip_;

@@ -7,6 +7,7 @@ use touchcal::estimate::{ParameterPosterior, apply_estimate, evaluate_held_out};
 use touchcal::io::SavedCalibration;
 use touchcal::io::calibration_folder::apply_written;
 use touchcal::io::estimate_file::{EstimateFile, RobotEntry};
+use touchcal::io::problem_file::check_joint_torques;
 use touchcal::io::urdf;
 
 use crate::comparison::AnyCalibration;
@@ -26,7 +27,8 @@ use crate::threads::detached;
 ///     estimate: and with it, with tool and fixtures where this estimate.json found them.
 ///
 /// Raises:
-///     InputError: if the other arm has other moving joints, or the estimate is of another robot.
+///     InputError: if the other arm has other moving joints, or the estimate is of another robot;
+///         and if the arm's compliances belong to joint torques, which the contacts lack.
 #[pyfunction]
 #[pyo3(signature = (problem, calibration=None, *, urdf=None, estimate=None))]
 pub fn evaluate(
@@ -78,6 +80,7 @@ pub fn evaluate(
     if let Some(other) = other {
         evaluated.robot = other.robot;
     }
+    check_joint_torques(&evaluated.robot, &nominal.contacts, nominal.contacts.has_joint_torques()).map_err(io)?;
     let evaluation = detached(py, || evaluate_held_out(nominal, &evaluated, posterior.as_ref()));
     Ok(Evaluation::new(evaluation, &nominal.fixtures))
 }

@@ -18,6 +18,7 @@ mod frame;
 mod inspection;
 mod list_of;
 mod log;
+mod log_options;
 mod manifold;
 mod parts;
 mod pickle;

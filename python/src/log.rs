@@ -8,19 +8,16 @@ use numpy::{PyArray1, PyArray2, PyArrayMethods, PyUntypedArrayMethods};
 use pyo3::exceptions::PyUserWarning;
 use pyo3::prelude::*;
 use serde::{Deserialize, Serialize};
-use touchcal::contact::{AngleUnit, Detection, Load, LoadFrame, LoadOn};
 use touchcal::io::Input;
 use touchcal::io::contact_log::{self, Columns, Options};
 
 use crate::array::{Numbers, fixed, fixed_rows};
 use crate::error::{io, optional_argument, unexpected};
 use crate::list_of::ListOf;
+use crate::log_options::options;
 use crate::robot::Robot;
 use crate::threads::detached;
 
-/// Largest motion (rad, or m) between two contacts that is taken for one in these units: contacts
-/// of one log rarely lie 20° apart, and 1 is meant in degrees.
-const MOST_APART: f64 = 0.35;
 const WRENCH: [&str; 6] = ["fx", "fy", "fz", "tx", "ty", "tz"];
 
 /// Joint positions of an arm whose tool touched one fixture, a row a contact.
@@ -32,73 +29,6 @@ const WRENCH: [&str; 6] = ["fx", "fy", "fz", "tx", "ty", "tz"];
 pub struct ContactLog {
     pub log: touchcal::contact::ContactLog,
     pub input: Input,
-}
-
-/// What rows are contacts: threshold and release (N), debounce (rows), and how far apart (rad or
-/// m).
-type Chosen = (Option<f64>, Option<f64>, usize, Option<f64>);
-
-fn options(
-    unit: Option<&str>,
-    joints: Option<&Bound<'_, PyAny>>,
-    columns: Option<BTreeMap<String, String>>,
-    (threshold, release, debounce, apart): Chosen,
-    load: (Option<&str>, Option<&str>, Option<f64>),
-) -> PyResult<Options> {
-    let unit = match unit {
-        None => AngleUnit::Undeclared,
-        Some("rad") => AngleUnit::Radian,
-        Some("deg") => AngleUnit::Degree,
-        Some(other) => return Err(unexpected("unit", "\"rad\" or \"deg\"", format!("{other:?}"))),
-    };
-    let positive = |what: &str, value: Option<f64>| match value.filter(|value| !(*value > 0.0 && value.is_finite())) {
-        Some(bad) => Err(unexpected(what, "a positive number", format!("{bad}"))),
-        None => Ok(()),
-    };
-    positive("force_threshold", threshold)?;
-    positive("release", release)?;
-    positive("apart", apart)?;
-    if let Some(apart) = apart.filter(|apart| *apart > MOST_APART) {
-        let expected = format!("at most {MOST_APART} rad or m; of degrees, math.radians(degrees)");
-        return Err(unexpected("apart", &expected, format!("{apart}")));
-    }
-    if threshold.is_none() && (release.is_some() || debounce != 1) {
-        return Err(unexpected("contacts", "`force_threshold`", "`release` or `debounce` without it"));
-    }
-    if debounce == 0 {
-        return Err(unexpected("debounce", "at least 1 row", "0"));
-    }
-    if let (Some(threshold), Some(release)) = (threshold, release)
-        && release > threshold
-    {
-        return Err(unexpected("release", format!("at most force_threshold ({threshold})"), format!("{release}")));
-    }
-    let detection = threshold.map(|threshold| Detection { threshold, release: release.unwrap_or(threshold), debounce });
-    let load = self::load(load)?;
-    let joints = optional_argument::<ListOf<String>>(joints, "joints")?.map(|joints| joints.0);
-    Ok(Options { unit, joints, columns: columns.unwrap_or_default(), detection, apart, load, ..Options::default() })
-}
-
-/// What the wrench says of the load: `load_on`, `load_frame` and `load_lag`.
-fn load((on, frame, lag): (Option<&str>, Option<&str>, Option<f64>)) -> PyResult<Option<Load>> {
-    let on = match on {
-        None if frame.is_some() => return Err(unexpected("load_frame", "`load_on`", "`load_frame` without it")),
-        None if lag.is_some() => return Err(unexpected("load_lag", "`load_on`", "`load_lag` without it")),
-        None => return Ok(None),
-        Some("tool") => LoadOn::Tool,
-        Some("fixture") => LoadOn::Fixture,
-        Some(other) => return Err(unexpected("load_on", "\"tool\" or \"fixture\"", format!("{other:?}"))),
-    };
-    let frame = match frame {
-        None | Some("tip") => LoadFrame::Tip,
-        Some("base") => LoadFrame::Base,
-        Some(other) => return Err(unexpected("load_frame", "\"tip\" or \"base\"", format!("{other:?}"))),
-    };
-    let lag = lag.unwrap_or(0.0);
-    if !(lag >= 0.0 && lag.is_finite()) {
-        return Err(unexpected("load_lag", "a number of rows, at least 0", format!("{lag}")));
-    }
-    Ok(Some(Load { on, frame, lag }))
 }
 
 impl ContactLog {
@@ -175,6 +105,8 @@ impl ContactLog {
     ///     q: joint positions (rad or m), shape (N, dof), columns in the order of `robot.joints`
     ///         unless `joints` says otherwise.
     ///     wrench: forces and torques `fx, fy, fz, tx, ty, tz` (N, N m), shape (N, 6).
+    ///     joint_torques: measured torque about each joint (N m, or N of a prismatic one), shape
+    ///         (N, dof), columns as in `q`; needs `tau_joint`.
     ///     contact: whether a row is a contact, shape (N,).
     ///     unit: of the revolute joints: "rad" or "deg"; default: radians, but guessed, with a
     ///         warning, if columns are named as KUKA's recorder does.
@@ -192,6 +124,9 @@ impl ContactLog {
     ///     load_lag: rows by which the wrench lags behind the joint positions, at least 0; default:
     ///         0. A low-pass filter of time constant T has a lag of 1 / (exp(dt / T) - 1). All rows
     ///         must be there, those without contact too, at even distances in time.
+    ///     tau_joint: whose torques the joints' are, which deflect them in place of gravity and a
+    ///         load: "load" (what gravity and contact exert) or "motor" (what the joints exert).
+    ///         Default: they are not known.
     ///     temperature: of the arm (degrees Celsius), shape (N,).
     ///     name: what stands for the file in messages, reports and estimate.json.
     ///
@@ -199,11 +134,12 @@ impl ContactLog {
     ///     InputError: as for a file: numbers that are not finite, degrees where radians are
     ///         declared, and so on.
     #[staticmethod]
-    #[pyo3(signature = (robot, q, *, wrench=None, contact=None, unit=None, joints=None, force_threshold=None, release=None, debounce=1, apart=None, load_on=None, load_frame=None, load_lag=None, temperature=None, name="array"))]
+    #[pyo3(signature = (robot, q, *, wrench=None, joint_torques=None, contact=None, unit=None, joints=None, force_threshold=None, release=None, debounce=1, apart=None, load_on=None, load_frame=None, load_lag=None, tau_joint=None, temperature=None, name="array"))]
     fn from_numpy(
         robot: &Robot,
         q: Numbers<'_>,
         wrench: Option<Numbers<'_>>,
+        joint_torques: Option<Numbers<'_>>,
         contact: Option<Numbers<'_>>,
         unit: Option<&str>,
         joints: Option<Bound<'_, PyAny>>,
@@ -214,6 +150,7 @@ impl ContactLog {
         load_on: Option<&str>,
         load_frame: Option<&str>,
         load_lag: Option<f64>,
+        tau_joint: Option<&str>,
         temperature: Option<Numbers<'_>>,
         name: &str,
     ) -> PyResult<ContactLog> {
@@ -222,12 +159,20 @@ impl ContactLog {
             joints.as_ref(),
             None,
             (force_threshold, release, debounce, apart),
-            (load_on, load_frame, load_lag),
+            ((load_on, load_frame, load_lag), tau_joint),
         )?;
         let joints = (1..=robot.file.robot.dof()).map(|number| format!("q{number}")).collect();
         let mut arrays = Arrays(Vec::new()).with("q", &q, joints)?;
         if let Some(wrench) = &wrench {
             arrays = arrays.with("wrench", wrench, WRENCH.map(str::to_owned).to_vec())?;
+        }
+        match (&joint_torques, options.joint_torques) {
+            (Some(torques), Some(_)) => {
+                let names = (1..=robot.file.robot.dof()).map(|number| format!("tau_{number}")).collect();
+                arrays = arrays.with("joint_torques", torques, names)?;
+            }
+            (None, None) => {}
+            _ => return Err(unexpected("joint_torques", "`joint_torques` with `tau_joint`", "one without the other")),
         }
         if let Some(contact) = &contact {
             arrays = arrays.with("contact", contact, vec!["contact".to_owned()])?;
@@ -244,12 +189,12 @@ impl ContactLog {
     ///
     /// Args:
     ///     robot, unit, joints, force_threshold, release, debounce, apart, load_on, load_frame,
-    ///         load_lag, name: as for `from_numpy`.
+    ///         load_lag, tau_joint, name: as for `from_numpy`.
     ///     frame: the columns; joint positions in rad or m.
     ///     columns: by usual name, the frame's name for that column.
     ///     temperature: name of the column of the arm's temperature (degrees Celsius).
     #[staticmethod]
-    #[pyo3(signature = (robot, frame, *, unit=None, joints=None, columns=None, force_threshold=None, release=None, debounce=1, apart=None, load_on=None, load_frame=None, load_lag=None, temperature=None, name="DataFrame"))]
+    #[pyo3(signature = (robot, frame, *, unit=None, joints=None, columns=None, force_threshold=None, release=None, debounce=1, apart=None, load_on=None, load_frame=None, load_lag=None, tau_joint=None, temperature=None, name="DataFrame"))]
     fn from_pandas(
         robot: &Robot,
         frame: Bound<'_, PyAny>,
@@ -263,6 +208,7 @@ impl ContactLog {
         load_on: Option<&str>,
         load_frame: Option<&str>,
         load_lag: Option<f64>,
+        tau_joint: Option<&str>,
         temperature: Option<String>,
         name: &str,
     ) -> PyResult<ContactLog> {
@@ -271,7 +217,7 @@ impl ContactLog {
             joints.as_ref(),
             columns,
             (force_threshold, release, debounce, apart),
-            (load_on, load_frame, load_lag),
+            ((load_on, load_frame, load_lag), tau_joint),
         )?;
         let options = Options { temperature, ..options };
         let labels: Vec<Bound<'_, PyAny>> = frame.getattr("columns")?.try_iter()?.collect::<PyResult<_>>()?;
@@ -294,7 +240,7 @@ impl ContactLog {
     ///
     /// Args:
     ///     robot, unit, joints, force_threshold, release, debounce, apart, load_on, load_frame,
-    ///         load_lag: as for `from_numpy`.
+    ///         load_lag, tau_joint: as for `from_numpy`.
     ///     path: the file; a header names its columns, as for `from_pandas`; without one they are
     ///         the joints in order, or what `header` says.
     ///     header: names of the columns of a CSV file that has no header.
@@ -303,7 +249,7 @@ impl ContactLog {
     ///         none.
     ///     joint_topic, wrench_topic: topics of a bag; default: the only one of their type.
     #[staticmethod]
-    #[pyo3(signature = (robot, path, *, unit=None, joints=None, header=None, columns=None, joint_topic=None, wrench_topic=None, force_threshold=None, release=None, debounce=1, apart=None, load_on=None, load_frame=None, load_lag=None, temperature=None))]
+    #[pyo3(signature = (robot, path, *, unit=None, joints=None, header=None, columns=None, joint_topic=None, wrench_topic=None, force_threshold=None, release=None, debounce=1, apart=None, load_on=None, load_frame=None, load_lag=None, tau_joint=None, temperature=None))]
     fn from_file(
         py: Python<'_>,
         robot: &Robot,
@@ -321,6 +267,7 @@ impl ContactLog {
         load_on: Option<&str>,
         load_frame: Option<&str>,
         load_lag: Option<f64>,
+        tau_joint: Option<&str>,
         temperature: Option<String>,
     ) -> PyResult<ContactLog> {
         let options = options(
@@ -328,7 +275,7 @@ impl ContactLog {
             joints.as_ref(),
             columns,
             (force_threshold, release, debounce, apart),
-            (load_on, load_frame, load_lag),
+            ((load_on, load_frame, load_lag), tau_joint),
         )?;
         let header = optional_argument::<ListOf<String>>(header.as_ref(), "header")?.map(|header| header.0);
         let options = Options { header, temperature, joint_topic, wrench_topic, ..options };
@@ -356,6 +303,15 @@ impl ContactLog {
     #[getter]
     fn loads<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
         fixed_rows(py, (0..self.log.len()).flat_map(|i| self.log.load(i)).collect(), WRENCH.len())
+    }
+
+    /// Measured torques that gravity and contact exerted about the joints in each contact (N m, or
+    /// N of a prismatic joint), shape (len, dof); NaN without `tau_joint`.
+    #[getter]
+    fn joint_torques<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyArray2<f64>>> {
+        let dof = self.log.dof();
+        let of = |i: usize| self.log.joint_torques(i).map_or_else(|| vec![f64::NAN; dof], <[f64]>::to_vec);
+        fixed_rows(py, (0..self.log.len()).flat_map(of).collect(), dof)
     }
 
     /// Row of each contact in what was read, 1 for the first line of a file or the first row of an

@@ -32,8 +32,8 @@ use crate::threads::detached;
 ///     contacts: by name of a fixture, the log of its contacts, or several; a row that is there
 ///         twice, of the same file or array, counts once.
 ///     parameters: blocks to estimate: "strain", "segment_strain", "joint_offset", "joint_origin",
-///         "joint_compliance", "joint_drift", "joint_trend", "joint_walk", "joint_harmonic",
-///         "joint_harmonic_2", "joint_gear_ratio", "tool", "fixture".
+///         "joint_compliance", "joint_backlash", "joint_drift", "joint_trend", "joint_walk",
+///         "joint_harmonic", "joint_harmonic_2", "joint_gear_ratio", "tool", "fixture".
 ///     distances: known distances between origins of fixtures: (name, name, metres) or (name, name,
 ///         metres, sigma); default of sigma: 0.1 mm. A sigma of 0 is exact.
 ///     noise: the table [noise] of problem.toml: encoder_deg, contact_mm, encoder_trend_deg,

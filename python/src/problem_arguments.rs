@@ -74,6 +74,8 @@ impl Arguments {
         let problem = settings.problem(robot.robot.clone(), (tool, nominal, distances), log);
         let mut problem = problem.map_err(|error| io(without_lines(error)))?;
         problem.acceptance = acceptance;
+        problem_file::check_joint_torques(&problem.robot, &held_out, problem.contacts.has_joint_torques())
+            .map_err(io)?;
         problem.held_out = held_out;
         let notes = problem.contacts.notes()[notes_of_logs..].to_vec();
         Ok((Loaded { problem, urdf: robot.text.clone(), inputs, settings: settings_text, assumptions }, notes))

@@ -36,6 +36,9 @@ pub fn changed(loaded: &Loaded, changes: &Bound<'_, PyDict>) -> PyResult<(Loaded
     };
     let Logs { mut contacts, held_out, inputs } = logs(loaded, changes)?;
     check_targets(&old.fixtures, [&contacts, &held_out])?;
+    for log in [&contacts, &held_out] {
+        problem_file::check_joint_torques(&old.robot, log, old.contacts.has_joint_torques()).map_err(io)?;
+    }
     if tool_is_new && old.acceptance.is_some() && !changes.contains("accept")? {
         let expected = "accept too, or None: its task may be a region, which another tool reaches otherwise";
         return Err(unexpected("with_", expected, "tool alone"));

@@ -43,12 +43,46 @@ def test_positions_are_those_of_the_library(correction: ModuleType, arm: str) ->
     np.testing.assert_allclose(unloaded, rows[0, n + 6 :], rtol=0, atol=1e-12)
 
 
+def test_positions_by_measured_torques_are_those_of_the_library(correction: ModuleType) -> None:
+    reader = correction.Correction.read(CASES / "torques.json")
+    assert reader.has_measured_torques
+    n = len(reader.names)
+    rows = np.loadtxt(CASES / "torques.csv", delimiter=",")
+    assert rows.shape == (40, 3 * n)
+    for measured, tau, expected in rows.reshape(40, 3, n):
+        found = reader.true_positions(measured, tau=tau)
+        np.testing.assert_allclose(found, expected, rtol=0, atol=1e-12)
+    zeros = [0.0] * n
+    with pytest.raises(correction.CorrectionError, match="`tau`, measured torques of the joints, and no `load`"):
+        reader.true_positions(zeros)
+    with pytest.raises(correction.CorrectionError, match="and no `load`"):
+        reader.true_positions(zeros, [0.0] * 6, tau=zeros)
+    with pytest.raises(correction.CorrectionError, match="nothing can be commanded"):
+        reader.commanded_positions(zeros)
+    by_gravity = correction.Correction.read(CASES / "sliding.json")
+    with pytest.raises(correction.CorrectionError, match="no `tau`"):
+        by_gravity.true_positions(zeros, tau=zeros)
+
+
+def test_positions_with_backlash_are_those_of_the_library(correction: ModuleType) -> None:
+    reader = correction.Correction.read(CASES / "backlash.json")
+    n = len(reader.names)
+    rows = np.loadtxt(CASES / "backlash.csv", delimiter=",")
+    for row in rows:
+        found = reader.true_positions(row[:n], row[n : n + 6])
+        np.testing.assert_allclose(found, row[n + 6 :], rtol=0, atol=1e-12)
+    with pytest.raises(correction.CorrectionError, match="without backlash"):
+        reader.commanded_positions(rows[0, :n])
+
+
 @pytest.mark.parametrize(
     ("found", "instead", "message"),
     [
         ('"schema": 1', '"schema": 2', "schema 1"),
         ('"usable"', '"not_usable"', "a calibration that may be used"),
         ('"usable"', '"fine"', "a status"),
+        ('"gravity_and_load"', '"felt"', "a kind of torque"),
+        ('"backlash_torque": 0.5', '"backlash_torque": 0', "a torque above 0"),
         ('"order":1', '"order":3', "order 1 or 2"),
         ('"mass_kg":', '"mass":', "mass_kg"),
         ('"sin":', '"sin":NaN,"was":', "a finite number"),

@@ -130,6 +130,29 @@ def test_a_wrench_is_a_load_on_the_tool(robot: touchcal.Robot, workcell: Path) -
     np.testing.assert_allclose(lagging.loads, (wrench + 2 * change)[file.lines - 2], atol=1e-9)
 
 
+def test_measured_joint_torques_are_those_of_the_load(robot: touchcal.Robot, tmp_path: Path) -> None:
+    chance = np.random.default_rng(5)
+    q, torques = chance.uniform(-1, 1, (30, 7)), chance.uniform(-50, 50, (30, 7))
+    arrays = touchcal.ContactLog.from_numpy(robot, q, joint_torques=torques, tau_joint="load")
+    assert np.array_equal(arrays.joint_torques, torques)
+    names = [*robot.joints, *(f"tau_{joint}" for joint in robot.joints)]
+    frame = pd.DataFrame(np.hstack([q, -torques]), columns=names)
+    frames = touchcal.ContactLog.from_pandas(robot, frame, tau_joint="motor")
+    frame.to_csv(tmp_path / "log.csv", index=False)
+    file = touchcal.ContactLog.from_file(robot, tmp_path / "log.csv", tau_joint="motor")
+    for log in (frames, file):
+        np.testing.assert_allclose(log.joint_torques, torques, rtol=1e-15)
+    assert np.isnan(touchcal.ContactLog.from_pandas(robot, frame).joint_torques).all()
+    for problem, arguments in [
+        ("`tau_joint` or `load_on`, found both", {"tau_joint": "load", "load_on": "tool"}),
+        ('"load" or "motor"', {"tau_joint": "arm"}),
+        ("one without the other", {"tau_joint": "load"}),
+        ("one without the other", {"joint_torques": torques}),
+    ]:
+        with pytest.raises(touchcal.InputError, match=problem):
+            touchcal.ContactLog.from_numpy(robot, q, **arguments)
+
+
 def test_temperatures_are_those_of_the_named_column(robot: touchcal.Robot, tmp_path: Path) -> None:
     q = np.random.default_rng(2).uniform(-1, 1, (30, 7))
     celsius = np.linspace(20, 32, 30)

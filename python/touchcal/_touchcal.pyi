@@ -138,6 +138,7 @@ class ContactLog:
         q: npt.ArrayLike,
         *,
         wrench: npt.ArrayLike | None = None,
+        joint_torques: npt.ArrayLike | None = None,
         contact: npt.ArrayLike | None = None,
         unit: _Unit | None = None,
         joints: Sequence[str] | None = None,
@@ -148,6 +149,7 @@ class ContactLog:
         load_on: Literal["tool", "fixture"] | None = None,
         load_frame: Literal["tip", "base"] | None = None,
         load_lag: float | None = None,
+        tau_joint: Literal["load", "motor"] | None = None,
         temperature: npt.ArrayLike | None = None,
         name: str = "array",
     ) -> ContactLog: ...
@@ -166,6 +168,7 @@ class ContactLog:
         load_on: Literal["tool", "fixture"] | None = None,
         load_frame: Literal["tip", "base"] | None = None,
         load_lag: float | None = None,
+        tau_joint: Literal["load", "motor"] | None = None,
         temperature: str | None = None,
         name: str = "DataFrame",
     ) -> ContactLog: ...
@@ -187,6 +190,7 @@ class ContactLog:
         load_on: Literal["tool", "fixture"] | None = None,
         load_frame: Literal["tip", "base"] | None = None,
         load_lag: float | None = None,
+        tau_joint: Literal["load", "motor"] | None = None,
         temperature: str | None = None,
     ) -> ContactLog: ...
     @property
@@ -195,6 +199,8 @@ class ContactLog:
     def q(self) -> _Floats: ...
     @property
     def loads(self) -> _Floats: ...
+    @property
+    def joint_torques(self) -> _Floats: ...
     @property
     def lines(self) -> npt.NDArray[np.uint64]: ...
     @property

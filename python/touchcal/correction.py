@@ -1,6 +1,6 @@
 """Corrects joint positions by a calibration's ``correction.json``.
 
-A URDF holds joint origins; it cannot say that an encoder errs with its position, or that a joint deflects under gravity.
+A URDF holds joint origins; it cannot say that an encoder errs with its position, or that a joint deflects under a torque.
 ``correction.json``, beside ``calibrated.urdf``, does::
 
     correction = Correction.read("out/correction.json")
@@ -31,6 +31,7 @@ _REST_ITERATIONS = 50
 _AT_REST = 1e-13
 _NEWTON_STEPS = 50
 _CONVERGED = 1e-14
+_NO_COMMAND = "what the joints deflect by is not known before the arm is there, so that nothing can be commanded"
 
 
 class CorrectionError(ValueError):
@@ -53,8 +54,17 @@ class _Joint:
     gear_ratio: float
     harmonics: tuple[tuple[int, float, float], ...]
     compliance: float
+    backlash: float
     axis: _Floats
     link: _Link
+
+    def deflects(self) -> bool:
+        """Whether any torque moves the joint."""
+        return self.compliance != 0.0 or self.backlash != 0.0
+
+    def deflection(self, torque: float, backlash_torque: float) -> float:
+        """How far ``torque`` moves the joint."""
+        return self.compliance * torque + self.backlash * torque / math.hypot(torque, backlash_torque)
 
     def error(self, q: float) -> float:
         """Measured less true position where the encoder measures ``q``."""
@@ -84,6 +94,9 @@ class Correction:
     """Corrections of the positions of an arm's joints: rad, or m for a prismatic joint, base first.
 
     A ``load`` is the wrench fx, fy, fz, tx, ty, tz (N, N m) that is exerted on the tip about its origin, in its frame.
+    ``tau`` are the measured torques (N m, or N of a prismatic joint) that gravity and contact exert about the joints, the
+    negative of what the motors exert: where compliances belong to them (``has_measured_torques``) they are needed, and no
+    load is taken; elsewhere they are refused.
 
     Args:
         text: the content of ``correction.json``.
@@ -93,6 +106,7 @@ class Correction:
         status: of the calibration, "usable", "doubtful" or "not_usable".
         names: of the joints.
         offsets: of the encoders, measured less true, which ``calibrated.urdf`` contains.
+        has_measured_torques: whether joints deflect by measured torques, in place of those of gravity and a load.
 
     Raises:
         CorrectionError: the text is not that of such a file, or of a calibration that must not be used.
@@ -108,6 +122,11 @@ class Correction:
             self.status: str = status
             self.names: list[str] = [_text(joint["name"]) for joint in content["joints"]]
             self.offsets: _Floats = np.array([_number(joint["offset_in_urdf"]) for joint in content["joints"]])
+            torque = content["torque"]
+            _expect(torque in ("gravity_and_load", "measured"), f"a kind of torque, found {torque!r}")
+            self.has_measured_torques: bool = torque == "measured"
+            self._backlash_torque = _number(content["backlash_torque"])
+            _expect(self._backlash_torque > 0.0, f"a torque above 0, found {self._backlash_torque}")
             self._gravity = _vector(content["gravity_m_s2"], 3)
             self._joints = [_joint(joint) for joint in content["joints"]]
             self._tip = _link(content["tip_link"])
@@ -115,22 +134,29 @@ class Correction:
             message = f"not the text of a correction.json (Correction.read takes its path): {type(error).__name__}: {error}"
             raise CorrectionError(message) from error
         _expect(len(self._joints) > 0, "at least one joint, found none")
-        self._is_compliant = any(joint.compliance != 0.0 for joint in self._joints)
+        self._is_compliant = any(joint.deflects() for joint in self._joints)
 
     @staticmethod
     def read(path: str | Path, *, not_usable: bool = False) -> Correction:
         """Reads the file, as ``Correction`` does its text. Where there is none, positions need no correction."""
         return Correction(Path(path).read_text(encoding="utf-8"), not_usable=not_usable)
 
-    def true_positions(self, measured: npt.ArrayLike, load: npt.ArrayLike | None = None) -> _Floats:
+    def true_positions(
+        self, measured: npt.ArrayLike, load: npt.ArrayLike | None = None, *, tau: npt.ArrayLike | None = None
+    ) -> _Floats:
         """Positions for ``calibrated.urdf`` where the encoders measure ``measured``: one for each joint (rad or m)."""
         q = self._positions(measured)
         stiff = np.array([q - joint.error(q) for joint, q in zip(self._joints, q.tolist())])
         if not self._is_compliant:
             return stiff
+        if self.has_measured_torques:
+            if tau is None or load is not None:
+                raise CorrectionError("expected `tau`, measured torques of the joints, and no `load`")
+            return stiff + self._deflections(_vector(tau, len(self._joints)))
+        _expect(tau is None, "no `tau`: the joints of this file deflect by gravity and `load`")
         positions = stiff
         for _ in range(_REST_ITERATIONS):
-            deflected = stiff + self._deflections(positions, load)
+            deflected = stiff + self._deflections(self.torques(positions, load))
             change = float(np.max(np.abs(deflected - positions)))
             positions = deflected
             if change <= _AT_REST:
@@ -140,11 +166,15 @@ class Correction:
     def commanded_positions(self, wanted: npt.ArrayLike, load: npt.ArrayLike | None = None) -> _Floats:
         """Positions to command so that the joints are at ``wanted``, positions of ``calibrated.urdf``, one for each joint."""
         wanted = self._positions(wanted)
-        stiff = wanted - self._deflections(wanted, load) if self._is_compliant else wanted
+        if self._is_compliant:
+            _expect(not self.has_measured_torques, f"a file of gravity and load, found measured torques: {_NO_COMMAND}")
+            has_backlash = any(joint.backlash != 0.0 for joint in self._joints)
+            _expect(not has_backlash, f"a file without backlash, found one with it: {_NO_COMMAND}")
+        stiff = wanted - self._deflections(self.torques(wanted, load)) if self._is_compliant else wanted
         return np.array([joint.measured(q) for joint, q in zip(self._joints, stiff.tolist())])
 
     def torques(self, positions: npt.ArrayLike, load: npt.ArrayLike | None = None) -> _Floats:
-        """Torque (N m) of gravity and load about each joint at true ``positions``; 0 for a prismatic one."""
+        """Torque (N m) of gravity and load about each joint at true ``positions``; of a prismatic one the force (N)."""
         rotation, origin = np.eye(3), np.zeros(3)
         axes, origins, carried = [], [], []
         for joint, q in zip(self._joints, self._positions(positions).tolist()):
@@ -168,10 +198,13 @@ class Correction:
             if self._joints[i].turns:
                 of_gravity = _cross(moment - mass * origins[i], self._gravity)
                 torques[i] = axes[i] @ (of_gravity + _cross(tip - origins[i], force) + about_tip)
+            else:
+                torques[i] = axes[i] @ (mass * self._gravity + force)
         return torques
 
-    def _deflections(self, positions: _Floats, load: npt.ArrayLike | None) -> _Floats:
-        return np.array([joint.compliance for joint in self._joints]) * self.torques(positions, load)
+    def _deflections(self, torques: _Floats) -> _Floats:
+        each = zip(self._joints, torques.tolist())
+        return np.array([joint.deflection(torque, self._backlash_torque) for joint, torque in each])
 
     def _positions(self, values: npt.ArrayLike) -> _Floats:
         shape, count = np.shape(values), len(self._joints)
@@ -216,6 +249,7 @@ def _joint(entry: dict[str, Any]) -> _Joint:
         gear_ratio=_number(entry["gear_ratio"]),
         harmonics=tuple(_harmonic(harmonic) for harmonic in entry["harmonics"]),
         compliance=_number(entry["compliance_rad_per_nm"]),
+        backlash=_number(entry["backlash"]),
         axis=axis,
         link=_link(entry),
     )

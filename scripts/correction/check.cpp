@@ -2,7 +2,7 @@
 //
 //     check ARM.json ARM.csv ...
 //
-// A row of a table: measured positions, a load, true positions.
+// A row of a table: measured positions, a load or measured torques of joints, true positions.
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
@@ -43,17 +43,24 @@ std::string replaced(std::string text, const std::string& from, const std::strin
     return at == std::string::npos ? text : text.replace(at, from.size(), to);
 }
 
-bool is_refused(const std::string& text) {
+template <typename Call>
+bool is_error(const Call& call) {
     try {
-        touchcal::Correction correction(text);
+        call();
         return false;
     } catch (const touchcal::CorrectionError&) {
         return true;
     }
 }
 
+bool is_refused(const std::string& text) {
+    return is_error([&] { touchcal::Correction correction(text); });
+}
+
 void check_positions(const touchcal::Correction& correction, const std::string& table) {
     const std::size_t n = correction.size();
+    const bool is_measured = correction.has_measured_torques();
+    const std::size_t carried = is_measured ? n : 6;
     std::istringstream lines(read(table));
     std::string line;
     int rows = 0;
@@ -61,17 +68,29 @@ void check_positions(const touchcal::Correction& correction, const std::string& 
         std::vector<double> numbers;
         std::istringstream cells(line);
         for (std::string cell; std::getline(cells, cell, ',');) numbers.push_back(std::strtod(cell.c_str(), nullptr));
-        check(numbers.size() == 2 * n + 6, table + ": numbers of a row");
-        if (numbers.size() != 2 * n + 6) return;
+        check(numbers.size() == 2 * n + carried, table + ": numbers of a row");
+        if (numbers.size() != 2 * n + carried) return;
         const auto part = [&](std::size_t from) {
             const auto begin = numbers.begin() + static_cast<std::ptrdiff_t>(from);
             return std::vector<double>(begin, begin + static_cast<std::ptrdiff_t>(n));
         };
+        const auto measured = part(0), expected = part(n + carried);
+        if (is_measured) {
+            check(most_apart(correction.true_positions(measured, touchcal::Tau{part(n)}), expected) < 1e-12, table + ": tau");
+            check(is_error([&] { correction.true_positions(measured); }), table + ": torques are needed");
+            check(is_error([&] { correction.commanded_positions(expected); }), table + ": nothing is commanded");
+            continue;
+        }
+        check(is_error([&] { correction.true_positions(measured, touchcal::Tau{measured}); }), table + ": no torques");
+        const bool has_backlash = table.find("backlash") != std::string::npos;
         touchcal::Load load{};
         std::copy_n(numbers.begin() + static_cast<std::ptrdiff_t>(n), 6, load.begin());
-        const auto measured = part(0), expected = part(n + 6);
         const auto found = correction.true_positions(measured, load);
         check(most_apart(found, expected) < 1e-12, table + ": true positions");
+        if (has_backlash) {
+            check(is_error([&] { correction.commanded_positions(expected, load); }), table + ": nothing is commanded");
+            continue;
+        }
         check(most_apart(correction.commanded_positions(expected, load), measured) < 1e-12, table + ": commanded positions");
         check(most_apart(correction.commanded_positions(found, load), measured) < 1e-12, table + ": there and back");
     }
@@ -89,6 +108,7 @@ void check_refusals(const std::string& text) {
         {"\"sin\":", "\"sin\":0"},                  {"\"sin\":", "\"sin\":1e999,\"was\":"},
         {"\"xyz_m\":[", "\"xyz_m\":[1,"},           {"\"quat_wxyz\":[", "\"quat_wxyz\":[3,0,0,0],\"was\":["},
         {"\"axis\":[", "\"axis\":[0,0,2],\"was\":["}, {"{", "[[[[[[[[[[[[[[[[[[[[{"},
+        {"\"gravity_and_load\"", "\"felt\""},
         {"\"revolute\"", "\"fixed\""},              {"\"version\": \"", "\"version\": \"\\x"},
     };
     for (const auto& [from, to] : mistakes) check(is_refused(replaced(text, from, to)), from + " -> " + to + " is refused");

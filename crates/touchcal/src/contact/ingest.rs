@@ -6,7 +6,7 @@ use std::hash::{DefaultHasher, Hash, Hasher};
 use nalgebra::Vector3;
 
 use super::detection::{Detection, Detector};
-use super::load::Load;
+use super::load::{Load, TorqueOf};
 use super::log::{ContactLog, RowsLeftOut, Source};
 use super::repetition::repeated_rows_note;
 use super::target::target_pose;
@@ -15,7 +15,7 @@ use crate::robot::Robot;
 use crate::se3::{Pose, Wrench};
 
 /// Largest number of contacts that [`ContactIngest`] puts into one log. A contact of a 7-joint arm
-/// takes about 100 bytes of memory, and 56 for its load.
+/// takes about 100 bytes of memory, 56 for its load, and 80 for its joint torques.
 pub const MAX_CONTACTS: usize = 20_000_000;
 /// Largest number of joint positions in one log: with more than eight joints there may be fewer
 /// contacts.
@@ -29,6 +29,9 @@ pub(crate) struct Row {
     pub(crate) q: Vec<f64>,
     /// Wrench (N, N m); zero where the log has none.
     pub(crate) wrench: Wrench,
+    /// Torque about each moving joint (N m), or force of a prismatic one (N); empty where the log
+    /// has none.
+    pub(crate) torques: Vec<f64>,
     /// Whether the row is flagged as a contact.
     pub(crate) flag: bool,
     /// Temperature of the arm (°C); `None` where the log has none.
@@ -47,6 +50,7 @@ impl Row {
         Row {
             q: vec![0.0; dof],
             wrench: [0.0; 6],
+            torques: Vec::new(),
             flag: true,
             temperature: None,
             place: None,
@@ -57,6 +61,14 @@ impl Row {
 }
 
 impl Row {
+    /// Sets the torque about the moving joint of this index.
+    pub(crate) fn set_torque(&mut self, joint: usize, torque: f64) {
+        self.torques.resize(self.q.len(), 0.0);
+        if let Some(of_joint) = self.torques.get_mut(joint) {
+            *of_joint = torque;
+        }
+    }
+
     /// The target, with its normal if it has one.
     pub(crate) fn target(&self) -> Option<Pose> {
         target_pose(self.place?, self.normal)
@@ -79,6 +91,8 @@ pub struct IngestOptions {
     /// Body and frame of the wrench as a load on the arm; `None`: wrenches are not used as loads,
     /// and contacts have none.
     pub load: Option<Load>,
+    /// Whose torques those of the rows are; `None`: contacts have none.
+    pub torques: Option<TorqueOf>,
 }
 
 /// The contacts that were read so far, of all files, each once.
@@ -103,6 +117,8 @@ pub struct ContactIngest<'a> {
     first: usize,
     /// Temperature of the next rows (°C).
     temperature: Option<f64>,
+    /// Measured torques of the next rows' joints.
+    torques: Vec<f64>,
     /// Target of the next rows.
     target: Option<Pose>,
     /// Measured wrench of the last row, in contact or not.
@@ -136,6 +152,7 @@ impl<'a> ContactIngest<'a> {
             file,
             first,
             temperature: None,
+            torques: Vec::new(),
             target: None,
             wrench_before: None,
             fingerprint: None,
@@ -155,6 +172,14 @@ impl<'a> ContactIngest<'a> {
     /// not known.
     pub fn set_temperature(&mut self, celsius: Option<f64>) {
         self.temperature = celsius;
+    }
+
+    /// Sets the measured joint torques in the rows that follow (N m, or N of a prismatic joint; one
+    /// for each moving joint, base first), whose they are as in [`IngestOptions::torques`]; empty,
+    /// as at the start: they are not known.
+    pub fn set_joint_torques(&mut self, torques: &[f64]) {
+        self.torques.clear();
+        self.torques.extend_from_slice(torques);
     }
 
     /// Sets the target of the rows that follow, its pose `fixture_from_target` (m); `None`, as at
@@ -200,6 +225,9 @@ impl<'a> ContactIngest<'a> {
         if let Some(load) = self.options.load {
             self.log.set_load(load.without_lag(wrench, wrench_before));
         }
+        if let Some(of) = self.options.torques {
+            self.log.set_joint_torques(&of.of_load(&self.torques));
+        }
         if let Some(celsius) = self.temperature {
             self.log.set_temperature(celsius);
         }
@@ -213,7 +241,7 @@ impl<'a> ContactIngest<'a> {
         let mut hasher = DefaultHasher::new();
         number.hash(&mut hasher);
         let target = self.target.iter().flat_map(|t| t.translation.vector.iter().chain(t.rotation.coords.iter()));
-        let values = q.iter().chain(wrench).chain(&self.temperature).chain(target);
+        let values = q.iter().chain(wrench).chain(&self.torques).chain(&self.temperature).chain(target);
         values.for_each(|value| value.to_bits().hash(&mut hasher));
         hasher.finish()
     }

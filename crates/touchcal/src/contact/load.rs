@@ -15,6 +15,23 @@ pub enum LoadOn {
     Fixture,
 }
 
+/// Whose torques those of a log are: determines their sign.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum TorqueOf {
+    /// Of the load: what gravity and contact exert about a joint on all that it carries.
+    Load,
+    /// Of the motor: what the joint exerts, at rest the negative of the load's.
+    Motor,
+}
+
+impl TorqueOf {
+    /// The torques of the load.
+    pub(super) fn of_load(self, measured: &[f64]) -> Vec<f64> {
+        let sign = if self == TorqueOf::Load { 1.0 } else { -1.0 };
+        measured.iter().map(|torque| sign * torque).collect()
+    }
+}
+
 /// The frame in whose axes a wrench is expressed; its reference point is the tip's origin in
 /// either.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::robot::JointLoad;
 use crate::se3::{Pose, Wrench};
 
 /// Where a contact was read: the file and the row in it.
@@ -14,14 +15,17 @@ pub struct Source {
 }
 
 /// Contacts: measured joint positions while the tool touched a fixture, each with fixture, source,
-/// load and temperature. Contacts are numbered from 0 in the order in which they were appended. The
-/// default is an empty log of an arm without joints.
+/// load, joint torques and temperature. Contacts are numbered from 0 in the order in which they
+/// were appended. The default is an empty log of an arm without joints.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct ContactLog {
     dof: usize,
     q: Vec<f64>,
     /// Up to the last contact whose load is known; `None` where it is not.
     loads: Vec<Option<Wrench>>,
+    /// Up to the last contact whose joint torques (N m, or N of a prismatic joint) are measured,
+    /// likewise.
+    torques: Vec<Option<Vec<f64>>>,
     /// Up to the last contact whose temperature (°C) is known, likewise.
     temperatures: Vec<Option<f64>>,
     /// Up to the last contact that has a target, likewise.
@@ -146,6 +150,9 @@ impl ContactLog {
             if to < self.loads.len() {
                 self.loads[to] = self.known_load(from);
             }
+            if to < self.torques.len() {
+                self.torques[to] = self.joint_torques(from).map(<[f64]>::to_vec);
+            }
             if to < self.temperatures.len() {
                 self.temperatures[to] = self.temperature(from);
             }
@@ -158,6 +165,7 @@ impl ContactLog {
         self.fixture.truncate(left);
         self.source.truncate(left);
         self.loads.truncate(left);
+        self.torques.truncate(left);
         self.temperatures.truncate(left);
         self.targets.truncate(left);
     }
@@ -184,6 +192,16 @@ impl ContactLog {
         }
     }
 
+    /// Sets the measured joint torques of the last contact: what gravity and contact exert about
+    /// each moving joint (N m), or along a prismatic one (N), base first, in place of former ones.
+    /// One for each joint: fewer, and those of an empty log, are without effect.
+    pub fn set_joint_torques(&mut self, torques: &[f64]) {
+        if let (Some(last), Some(torques)) = (self.len().checked_sub(1), torques.get(..self.dof)) {
+            self.torques.resize(last, None);
+            self.torques.push(Some(torques.to_vec()));
+        }
+    }
+
     /// Sets the temperature (°C) of the arm in the last contact, in place of a former one. Without
     /// effect on an empty log.
     pub fn set_temperature(&mut self, celsius: f64) {
@@ -203,9 +221,9 @@ impl ContactLog {
     }
 
     /// Appends the contacts of `other`, all with fixture index `fixture`, with its files, notes,
-    /// loads, temperatures, targets and number of rows read; indices of files follow those of this
-    /// log. `other` must be of as many moving joints: surplus positions of an arm with more are
-    /// ignored, contacts of one with fewer left out.
+    /// loads, joint torques, temperatures, targets and number of rows read; indices of files follow
+    /// those of this log. `other` must be of as many moving joints: surplus positions of an arm
+    /// with more are ignored, contacts of one with fewer left out.
     pub fn append(&mut self, other: &ContactLog, fixture: usize) {
         let first = self.files.len() as u32;
         self.files.extend_from_slice(&other.files);
@@ -258,6 +276,23 @@ impl ContactLog {
         self.loads.iter().any(Option::is_some)
     }
 
+    /// Measured joint torques of contact `i`, as in [`ContactLog::set_joint_torques`]; `None` where
+    /// they are not known, and if there is no contact `i`.
+    pub fn joint_torques(&self, i: usize) -> Option<&[f64]> {
+        self.torques.get(i).and_then(Option::as_deref)
+    }
+
+    /// Whether the joint torques of any contact are known.
+    pub fn has_joint_torques(&self) -> bool {
+        self.torques.iter().any(Option::is_some)
+    }
+
+    /// What deflects the joints in contact `i`: measured torques where they are known, else gravity
+    /// and the wrench `on_tip`.
+    pub fn load_on_joints<'a>(&'a self, i: usize, on_tip: &'a Wrench) -> JointLoad<'a> {
+        self.joint_torques(i).map_or(JointLoad::OnTip(on_tip), JointLoad::Torques)
+    }
+
     /// Temperature of the arm in contact `i` (°C); `None` where it is not known, and if there is no
     /// contact `i`.
     pub fn temperature(&self, i: usize) -> Option<f64> {
@@ -297,8 +332,8 @@ impl ContactLog {
         self.rows_left_out
     }
 
-    /// The contacts whose number `i` fulfils `keep(i)`, in order, with their loads and
-    /// temperatures, all files and notes and the number of rows read. `keep` is called once for
+    /// The contacts whose number `i` fulfils `keep(i)`, in order, with their loads, joint torques
+    /// and temperatures, all files and notes and the number of rows read. `keep` is called once for
     /// each contact, in order.
     pub fn filtered(&self, mut keep: impl FnMut(usize) -> bool) -> ContactLog {
         let (files, notes, load_lags) = (self.files.clone(), self.notes.clone(), self.load_lags.clone());
@@ -331,6 +366,9 @@ impl ContactLog {
         if let Some(load) = other.known_load(i) {
             self.set_load(load);
         }
+        if let Some(torques) = other.joint_torques(i) {
+            self.set_joint_torques(torques);
+        }
         if let Some(celsius) = other.temperature(i) {
             self.set_temperature(celsius);
         }
@@ -341,29 +379,4 @@ impl ContactLog {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// A log of two files with a contact each; a lag of 2 rows was taken out of the second's.
-    fn lagging() -> ContactLog {
-        let mut log = ContactLog::new(1);
-        for name in ["first", "second"] {
-            let file = log.add_file(name);
-            log.push(&[0.0], 0, Source { file, line: 1 });
-        }
-        log.set_load_lag(1, 2.0);
-        log.set_load_lag(7, 3.0);
-        log
-    }
-
-    #[test]
-    fn the_noise_of_loads_stays_with_their_file() {
-        let factors = |log: &ContactLog| -> Vec<f64> { (0..log.len()).map(|i| log.load_noise_factor(i)).collect() };
-        assert_eq!(factors(&lagging()), [1.0, 13.0]);
-        let mut both = ContactLog::new(1);
-        both.append(&lagging(), 0);
-        both.append(&lagging(), 1);
-        assert_eq!(factors(&both), [1.0, 13.0, 1.0, 13.0]);
-        assert_eq!(factors(&both.filtered(|i| i > 0)), [13.0, 1.0, 13.0]);
-    }
-}
+mod tests;

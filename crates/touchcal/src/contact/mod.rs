@@ -5,7 +5,7 @@
 //! | `log` | [`ContactLog`], the contacts |
 //! | `detection` | [`Detector`], contact from force |
 //! | `angle_unit` | [`AngleUnit`], and the check of joint positions against the joint limits |
-//! | `load` | [`Load`], a measured wrench as the load on the arm |
+//! | `load` | [`Load`], a measured wrench as the load on the arm; [`TorqueOf`], measured torques |
 //! | `ingest` | [`ContactIngest`], which makes contacts of the rows of a log |
 //! | `target` | [`target_pose`], places that contacts touch, one for each contact |
 //! | `repetition` | [`repeated_contacts`], stretches of a log that are there twice |
@@ -25,7 +25,7 @@ pub(crate) use angle_unit::{UnitCheck, UnitGuess};
 pub use detection::{Detection, Detector};
 pub(crate) use ingest::Row;
 pub use ingest::{ContactIngest, IngestOptions, KnownRows, LogFull, MAX_CONTACTS};
-pub use load::{Load, LoadFrame, LoadOn};
+pub use load::{Load, LoadFrame, LoadOn, TorqueOf};
 pub use log::{ContactLog, RowsLeftOut, Source};
 pub use repetition::{note_repetition, repeated_contacts, repeated_rows_note};
 pub use target::target_pose;

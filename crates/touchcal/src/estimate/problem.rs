@@ -9,7 +9,7 @@ use super::options::{EstimatorOptions, Method, UnseenEffects};
 use super::result::{Acceptance, ErrorFrame};
 use crate::contact::ContactLog;
 use crate::manifold::{ContactManifold, ResidualKind, manifold_data};
-use crate::parameter::{Block, Parameter};
+use crate::parameter::Parameter;
 use crate::robot::Robot;
 use crate::se3::Pose;
 use crate::solver::Loss;
@@ -294,10 +294,11 @@ impl Problem {
     /// A problem without distances, drift and parameters of the arm, solved by Levenberg–Marquardt
     /// with noise that is estimated from the contacts (starting at [`DEFAULT_ENCODER`] and
     /// [`DEFAULT_CONTACT`]), [`WrenchTolerance::DEFAULT`], a Geman–McClure loss of scale 3 and
-    /// default options. Nothing is checked.
+    /// default options. Where joint torques of contacts are known, the arm's torques are
+    /// [measured](Robot::with_measured_torques). Nothing is checked.
     pub fn new(robot: Robot, tool: Tool, fixtures: Vec<Fixture>, contacts: ContactLog) -> Self {
         Problem {
-            robot,
+            robot: if contacts.has_joint_torques() { robot.with_measured_torques() } else { robot },
             tool,
             fixtures,
             distances: Vec::new(),
@@ -346,10 +347,10 @@ impl Problem {
     }
 
     /// Whether joints deflect under loads of contacts: some are known, and the arm is compliant, or
-    /// its compliances are parameters.
+    /// its compliances or backlashes are parameters.
     pub(crate) fn deflects_under_loads(&self) -> bool {
-        let is_compliance = |parameter: &Parameter| parameter.id.block() == Block::JointCompliance;
-        self.contacts.has_loads() && (self.robot.is_compliant() || self.parameters.iter().any(is_compliance))
+        let is_deflection = |parameter: &Parameter| parameter.id.block().is_deflection();
+        self.contacts.has_loads() && (self.robot.is_compliant() || self.parameters.iter().any(is_deflection))
     }
 
     /// Whether standard deviations follow from the contacts: not where any is measured by the

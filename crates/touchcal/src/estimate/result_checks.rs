@@ -22,6 +22,10 @@ const MAX_UNBORNE: f64 = 0.5;
 /// two millimetres.
 const MAX_LEARNED_NOISE: f64 = 10e-3;
 
+/// Standard deviations by which a compliance or a backlash is below 0 from which its torques have
+/// the other sign.
+const AGAINST_TORQUE: f64 = 5.0;
+
 /// Numbers by which warnings about a result are decided.
 pub(super) struct FitStatistics {
     /// Number of residual rows and known distances.
@@ -73,6 +77,7 @@ pub(super) fn result_warnings(
     if let Some(motion) = estimate.tool_motion().filter(|_| !problem.tool_is_tip()) {
         warnings.push(Warning::ToolNotInRobot { tip_from_tool: problem.tool.tip_from_tool * motion });
     }
+    warnings.extend(deflections_against_torque(problem, estimate));
     if estimate.robot.is_compliant() {
         warnings.push(Warning::ComplianceInRobot);
     }
@@ -258,6 +263,23 @@ fn symmetric_parts(problem: &Problem, estimate: &Estimate) -> impl Iterator<Item
         let is_possible = entry.parameter.prior_sigma().is_none_or(|sigma| angle < SYMMETRY_DEVIATIONS * sigma);
         (order > 1 && is_possible).then(|| Warning::SymmetricPart { name: entry.parameter.name.clone(), angle })
     })
+}
+
+/// Joints that deflect against torques that were measured.
+fn deflections_against_torque(problem: &Problem, estimate: &Estimate) -> Vec<Warning> {
+    let joint = |i: usize| estimate.robot.moving().nth(i);
+    let against = |entry: &ParameterEstimate| {
+        let value = match entry.parameter.id.kinematic()? {
+            KinematicParameter::JointCompliance(i) => joint(i)?.compliance,
+            KinematicParameter::JointBacklash(i) => joint(i)?.backlash,
+            _ => return None,
+        };
+        let deviations = value / entry.sigma?;
+        let name = entry.parameter.name.clone();
+        (deviations < -AGAINST_TORQUE).then_some(Warning::DeflectionAgainstTorque { name, deviations })
+    };
+    let is_measured = problem.contacts.has_joint_torques();
+    estimate.parameters.iter().filter(|_| is_measured).filter_map(against).collect()
 }
 
 /// How far estimated harmonics and gear ratios of the encoders move the tool.

@@ -35,10 +35,14 @@ pub fn problem(scenario: &Scenario, simulated: &SimulatedTrial) -> Problem {
 }
 
 /// Whether the [`problem`] of a trial of `scenario` has the measured loads of its contacts: they
-/// deflect joints, or tell with friction what a peg rests on.
+/// deflect joints, or tell with friction what a peg rests on. Measured joint torques take their
+/// place.
 pub fn uses_loads(scenario: &Scenario) -> bool {
+    if scenario.recorder.joint_torque_sigma > 0.0 {
+        return false;
+    }
     let has_peg = || scenario.touches.iter().any(|touch| matches!(touch.parts, Parts::PegInHole(_)));
-    scenario.errors.joint_compliance > 0.0 || scenario.friction > 0.0 && has_peg()
+    scenario.errors.deflect_joints() || scenario.friction > 0.0 && has_peg()
 }
 
 /// The [`problem`], with the measured loads of its contacts if it `has_loads`.
@@ -57,6 +61,9 @@ pub(super) fn posed(scenario: &Scenario, simulated: &SimulatedTrial, has_loads: 
             if has_loads {
                 let before = row.checked_sub(1).map(|before| log.wrench[before]);
                 contacts.set_load(load.without_lag(log.wrench[row], before));
+            }
+            if let Some(torques) = log.joint_torque(row) {
+                contacts.set_joint_torques(torques);
             }
             if let Some(celsius) = log.arm_temperature.get(row) {
                 contacts.set_temperature(*celsius);
@@ -100,6 +107,7 @@ pub(crate) fn blocks(scenario: &Scenario) -> Vec<Block> {
         (errors.joint_offset > 0.0, Block::JointOffset),
         (origin, Block::JointOrigin),
         (errors.joint_compliance > 0.0, Block::JointCompliance),
+        (errors.joint_backlash > 0.0, Block::JointBacklash),
         (errors.joint_harmonic > 0.0, Block::JointHarmonic),
         (errors.joint_harmonic_2 > 0.0, Block::JointHarmonic2),
         (errors.joint_gear_ratio > 0.0, Block::JointGearRatio),

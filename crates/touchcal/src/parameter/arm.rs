@@ -21,6 +21,11 @@ const COMPLIANCE_SIGMA: f64 = 1e-4;
 /// a stiff arm must go to zero.
 const COMPLIANCE_STRENGTH: f64 = 0.01;
 
+/// Prior standard deviations of half of a joint's play: of a gear with hardly any (rad), and of a
+/// slide (m).
+const BACKLASH_ANGLE_SIGMA: f64 = 0.01 * std::f64::consts::PI / 180.0;
+const BACKLASH_LENGTH_SIGMA: f64 = 1e-5;
+
 fn ratio(name: String, id: KinematicParameter) -> Parameter {
     Parameter { name, id: id.into(), unit: Unit::One, prior: Prior::Flat, scale: STRAIN_SCALE }
 }
@@ -116,14 +121,34 @@ pub fn joint_compliance(robot: &Robot) -> Vec<Parameter> {
     each.collect()
 }
 
+/// Half of the play `b` (rad, or m for a prismatic joint) of each moving joint, base first, named
+/// `joint_backlash.{joint}`, on top of what the arm declares, with a prior of 0.01°, or 0.01 mm.
+///
+/// The true position is larger by `b s(τ)` on the far side of the encoder, with the torque `τ` as
+/// of [`joint_compliance`], or the force along a prismatic joint, and its sign
+/// `s(τ) = τ / √(τ² + τ₀²)`, which is smooth about 0
+/// ([`BACKLASH_TORQUE`](crate::robot::BACKLASH_TORQUE)).
+pub fn joint_backlash(robot: &Robot) -> Vec<Parameter> {
+    let each = robot.moving().enumerate().map(|(i, joint)| {
+        let name = format!("joint_backlash.{}", joint.name);
+        let id = KinematicParameter::JointBacklash(i).into();
+        match joint.kind {
+            JointKind::Prismatic => Parameter::length(name, id).with_sigma(BACKLASH_LENGTH_SIGMA),
+            _ => Parameter::angle(name, id).with_sigma(BACKLASH_ANGLE_SIGMA),
+        }
+    });
+    each.collect()
+}
+
 /// Every parameter of the arm and the tool that the simulator draws, in the order: strain, segment
-/// strains, encoder offsets, joint origins, compliances, tool.
+/// strains, encoder offsets, joint origins, compliances, backlashes, tool.
 pub fn of_arm_and_tool(robot: &Robot) -> Vec<Parameter> {
     let mut all = vec![strain()];
     all.extend(segment_strain(robot));
     all.extend(joint_offset(robot));
     all.extend(joint_origin(robot));
     all.extend(joint_compliance(robot));
+    all.extend(joint_backlash(robot));
     all.extend((0..6).map(|k| Parameter::twist("tool", ParameterId::tool(k), k)));
     all
 }

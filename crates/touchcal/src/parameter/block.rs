@@ -33,6 +33,8 @@ pub enum Block {
     JointOrigin,
     /// One compliance for each revolute or continuous joint (rad/(N m)).
     JointCompliance,
+    /// Half of the play of each moving joint (rad, or m for a prismatic one).
+    JointBacklash,
     /// Components of the local twist `[v; ω]` on the tool's pose on the tip link, in the tool frame
     /// (m, rad), a nuisance.
     Tool,
@@ -56,8 +58,8 @@ pub enum Block {
 impl Block {
     /// Name in files and reports: `strain`, `segment_strain`, `joint_offset`, `joint_drift`,
     /// `joint_trend`, `joint_walk`, `joint_harmonic`, `joint_harmonic_2`, `joint_gear_ratio`,
-    /// `joint_origin`, `joint_compliance`, `tool`, `fixture`, `gap_bias`, `edge_radius`,
-    /// `wrench_bias`, `wrench_scale`, `distance`.
+    /// `joint_origin`, `joint_compliance`, `joint_backlash`, `tool`, `fixture`, `gap_bias`,
+    /// `edge_radius`, `wrench_bias`, `wrench_scale`, `distance`.
     pub fn name(self) -> &'static str {
         match self {
             Block::Strain => "strain",
@@ -71,6 +73,7 @@ impl Block {
             Block::JointGearRatio => "joint_gear_ratio",
             Block::JointOrigin => "joint_origin",
             Block::JointCompliance => "joint_compliance",
+            Block::JointBacklash => "joint_backlash",
             Block::Tool => "tool",
             Block::Fixture => "fixture",
             Block::GapBias => "gap_bias",
@@ -85,6 +88,11 @@ impl Block {
     /// harmonics and gear ratios.
     pub fn is_encoder_error(self) -> bool {
         matches!(self, Block::JointHarmonic | Block::JointHarmonic2 | Block::JointGearRatio)
+    }
+
+    /// Whether the block is of how joints deflect under torques: compliance and backlash.
+    pub fn is_deflection(self) -> bool {
+        matches!(self, Block::JointCompliance | Block::JointBacklash)
     }
 
     /// Whether the block is not part of the arm's description: true for tool, fixtures, drifts,

@@ -191,6 +191,7 @@ impl Parameter {
                 KinematicParameter::JointOffset(_) => format!("the encoder offset of {rest}"),
                 KinematicParameter::JointOrigin(_, k) => format!("the origin {} of {owner}", TWIST_NAMES[k.min(5)]),
                 KinematicParameter::JointCompliance(_) => format!("the compliance of {rest}"),
+                KinematicParameter::JointBacklash(_) => format!("the backlash of {rest}"),
                 KinematicParameter::Tool(k) => format!("the tool's {}", TWIST_NAMES[k.min(5)]),
             },
             ParameterId::JointDrift(..) => format!("the encoder drift of {rest}"),

@@ -8,7 +8,7 @@ mod nuisance;
 mod of_block;
 mod parameter_id;
 
-pub use arm::{joint_compliance, joint_offset, joint_origin, of_arm_and_tool, segment_strain, strain};
+pub use arm::{joint_backlash, joint_compliance, joint_offset, joint_origin, of_arm_and_tool, segment_strain, strain};
 pub use block::Block;
 pub use definition::{Parameter, Prior, Unit};
 pub(crate) use nuisance::joint_walk_rest;

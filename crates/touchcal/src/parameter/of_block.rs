@@ -1,6 +1,6 @@
 //! The parameters of a block, and the errors of encoders by parameters' names.
 
-use super::arm::{joint_compliance, joint_offset, joint_origin, segment_strain, strain};
+use super::arm::{joint_backlash, joint_compliance, joint_offset, joint_origin, segment_strain, strain};
 use super::block::Block;
 use super::definition::Parameter;
 use super::nuisance::{
@@ -19,6 +19,7 @@ pub fn of_block(block: Block, robot: &Robot) -> Vec<Parameter> {
         Block::JointOffset => joint_offset(robot),
         Block::JointOrigin => joint_origin(robot),
         Block::JointCompliance => joint_compliance(robot),
+        Block::JointBacklash => joint_backlash(robot),
         Block::JointTrend => joint_trend(robot),
         Block::JointWalk => joint_walk(robot, DEFAULT_WALK_SIGMA),
         Block::JointHarmonic => joint_harmonic(robot),

@@ -76,6 +76,7 @@ impl ParameterId {
                 KinematicParameter::JointOffset(_) => Block::JointOffset,
                 KinematicParameter::JointOrigin(..) => Block::JointOrigin,
                 KinematicParameter::JointCompliance(_) => Block::JointCompliance,
+                KinematicParameter::JointBacklash(_) => Block::JointBacklash,
                 KinematicParameter::Tool(_) => Block::Tool,
             },
             ParameterId::JointDrift(..) => Block::JointDrift,

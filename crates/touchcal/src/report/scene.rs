@@ -100,7 +100,7 @@ impl<'a> Scene<'a> {
 /// Positions of an arm's tool in the contacts `drawn`, in base (m).
 pub(crate) fn positions(log: &ContactLog, drawn: &[usize], kinematics: &Kinematics) -> Vec<[f32; 3]> {
     let position = |&i: &usize| {
-        let place = kinematics.pose_under(log.q(i), &log.load(i)).translation;
+        let place = kinematics.pose_under(log.q(i), log.load_on_joints(i, &log.load(i))).translation;
         [place.x as f32, place.y as f32, place.z as f32]
     };
     drawn.iter().map(position).collect()

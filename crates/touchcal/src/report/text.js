@@ -3,7 +3,7 @@
 
 const BLOCKS = {
   strain: "Strain common to all links", segment_strain: "Additional strain of each segment", joint_offset: "Encoder offsets", joint_origin: "Joint origins",
-  joint_compliance: "Joint compliance", tool: "Pose of the tool on the tip", fixture: "Poses of the fixtures", gap_bias: "Gap bias: mean measured gap at contact",
+  joint_compliance: "Joint compliance", joint_backlash: "Half of the play of each joint", tool: "Pose of the tool on the tip", fixture: "Poses of the fixtures", gap_bias: "Gap bias: mean measured gap at contact",
   joint_drift: "Drift of encoder offsets between placements", joint_trend: "Trend of encoder offsets over the log",
   wrench_bias: "Bias of the measured wrench, in the tip frame", wrench_scale: "Relative error of the measured wrench's scale",
 };

@@ -7,10 +7,10 @@ use super::kinematic_parameter::KinematicParameter;
 use super::segments::segment_of_each_joint;
 use crate::se3::{self, Pose, Twist};
 
-/// The nominal chain with parameter values applied: compliances added to the joints', strains,
-/// offsets and twists folded into the joint origins. `theta` (SI) has one value for each of
-/// `parameters`, in their order; surplus values are ignored, missing ones count as 0. Values of a
-/// parameter that is listed twice are added.
+/// The nominal chain with parameter values applied: compliances and backlashes added to the
+/// joints', strains, offsets and twists folded into the joint origins. `theta` (SI) has one value
+/// for each of `parameters`, in their order; surplus values are ignored, missing ones count as 0.
+/// Values of a parameter that is listed twice are added.
 ///
 /// An encoder offset folds exactly: `Rot(axis, q − b) = Rot(axis, −b) · Rot(axis, q)`. Parameters
 /// of the tool, and of joints and segments that the arm does not have, are left out.
@@ -35,6 +35,7 @@ pub fn calibrated(robot: &Robot, parameters: &[KinematicParameter], theta: &[f64
         let offset = sum(&|parameter| parameter == KinematicParameter::JointOffset(moving));
         joint.parent_from_joint = joint.parent_from_joint * se3::exp(&twist) * offset_motion(joint, offset);
         joint.compliance += sum(&|parameter| parameter == KinematicParameter::JointCompliance(moving));
+        joint.backlash += sum(&|parameter| parameter == KinematicParameter::JointBacklash(moving));
         moving += 1;
     }
     calibrated

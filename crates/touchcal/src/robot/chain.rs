@@ -58,6 +58,10 @@ pub struct Joint {
     /// Compliance about the axis, on the far side of the encoder (rad/(N m)); 0 for a stiff joint,
     /// without effect for fixed and prismatic ones.
     pub compliance: f64,
+    /// Half of the play of the joint, on the far side of the encoder (rad, or m for a prismatic
+    /// joint): the joint rests at the side to which its torque pushes it; 0 without play, without
+    /// effect for a fixed one.
+    pub backlash: f64,
     /// Mass of the link that the joint carries, and its centre; `None` where it is not known.
     pub inertia: Option<Inertia>,
 }
@@ -79,8 +83,8 @@ pub enum RobotError {
         /// The repeated joint name.
         name: String,
     },
-    /// A joint's origin, axis or compliance is NaN or infinite.
-    #[error("joint `{name}`: expected a finite origin, axis and compliance, found NaN or infinity")]
+    /// A joint's origin, axis, compliance or backlash is NaN or infinite.
+    #[error("joint `{name}`: expected a finite origin, axis, compliance and backlash, found NaN or infinity")]
     NotFinite {
         /// Name of the joint.
         name: String,
@@ -99,6 +103,7 @@ pub struct Robot {
     base: String,
     joints: Vec<Joint>,
     gravity: Vector3<f64>,
+    has_measured_torques: bool,
 }
 
 impl Robot {
@@ -108,9 +113,10 @@ impl Robot {
     /// # Errors
     /// [`RobotError::NoMovingJoint`] if no joint moves (or there are none),
     /// [`RobotError::RepeatedName`] if a joint name repeats, [`RobotError::NotFinite`] if an
-    /// origin, axis or compliance is not finite.
+    /// origin, axis, compliance or backlash is not finite.
     pub fn new(name: impl Into<String>, base: impl Into<String>, joints: Vec<Joint>) -> Result<Self, RobotError> {
-        let robot = Robot { name: name.into(), base: base.into(), joints, gravity: GRAVITY.into() };
+        let (name, base) = (name.into(), base.into());
+        let robot = Robot { name, base, joints, gravity: GRAVITY.into(), has_measured_torques: false };
         if robot.moving().next().is_none() {
             return Err(RobotError::NoMovingJoint { base: robot.base.clone(), tip: robot.tip().to_owned() });
         }
@@ -122,7 +128,8 @@ impl Robot {
             let finite = origin.translation.vector.iter().all(|v| v.is_finite())
                 && origin.rotation.coords.iter().all(|v| v.is_finite())
                 && joint.axis.iter().all(|v| v.is_finite())
-                && joint.compliance.is_finite();
+                && joint.compliance.is_finite()
+                && joint.backlash.is_finite();
             if !finite {
                 return Err(RobotError::NotFinite { name: joint.name.clone() });
             }
@@ -173,9 +180,23 @@ impl Robot {
         &self.gravity
     }
 
-    /// Whether any joint has a compliance other than 0: poses then depend on gravity and load.
+    /// The same chain, whose joints deflect by measured torques alone
+    /// ([`JointLoad::Torques`](super::JointLoad::Torques)): where none are given they bear no
+    /// gravity, whatever the masses of the links.
+    pub fn with_measured_torques(mut self) -> Robot {
+        self.has_measured_torques = true;
+        self
+    }
+
+    /// Whether joints deflect by measured torques alone: compliances belong to these.
+    pub fn has_measured_torques(&self) -> bool {
+        self.has_measured_torques
+    }
+
+    /// Whether any joint has a compliance or a backlash other than 0: poses then depend on gravity
+    /// and load.
     pub fn is_compliant(&self) -> bool {
-        self.joints.iter().any(|joint| joint.compliance != 0.0)
+        self.joints.iter().any(|joint| joint.compliance != 0.0 || joint.backlash != 0.0)
     }
 
     /// Whether every moving joint carries links of a mass above 0 before the next moving one.

@@ -3,13 +3,16 @@
 //! The torque about revolute joint `i`, with axis `aᵢ` through `pᵢ`, is
 //! `τᵢ = aᵢ · (Σₖ (cₖ − pᵢ) × mₖ g + (t − pᵢ) × f + m)`: the sum over the masses `mₖ` at `cₖ` that
 //! the joint carries, minus the derivative of their potential energy `−Σ mₖ g·cₖ` with respect to
-//! the joint's angle; and what a force `f` and a moment `m` about the tip's origin `t` add.
+//! the joint's angle; and what a force `f` and a moment `m` about the tip's origin `t` add. Where
+//! torques are measured, these are taken instead, whatever the posture. The force along a prismatic
+//! joint is `aᵢ · (Σₖ mₖ g + f)`.
 
 use nalgebra::Vector3;
 
 use super::chain::{JointKind, Robot};
+use super::joint_load::JointLoad;
 use super::joint_stage::{JointStage, LinkPose};
-use crate::se3::{self, Pose, Twist, Wrench};
+use crate::se3::{self, Pose, Twist};
 
 /// Masses in one frame: their sum (kg) and their first moment about the frame's origin (kg m).
 #[derive(Clone, Copy, Debug)]
@@ -47,8 +50,11 @@ pub(super) struct Gravity {
 
 impl Gravity {
     /// Gravity and the link masses of `robot`; default masses where not every moving joint carries
-    /// one.
+    /// one, and none of an arm whose torques are measured.
     pub fn of(robot: &Robot) -> Gravity {
+        if robot.has_measured_torques() {
+            return Gravity { acceleration: Vector3::zeros(), masses: vec![Masses::NONE; robot.dof() + 1] };
+        }
         let masses = if robot.has_masses() { link_masses(robot) } else { default_masses(robot.dof()) };
         Gravity { acceleration: *robot.gravity(), masses }
     }
@@ -93,7 +99,7 @@ fn default_masses(dof: usize) -> Vec<Masses> {
     masses
 }
 
-/// Torques of gravity and of a load at one posture, in base.
+/// Torques of gravity and of a load at one posture, in base, or measured ones.
 #[derive(Clone, Debug)]
 pub(super) struct JointTorques {
     joints: Vec<LoadedJoint>,
@@ -105,6 +111,8 @@ pub(super) struct JointTorques {
     /// Force (N) at the tip's origin, and moment (N m) about it.
     force: Vector3<f64>,
     moment: Vector3<f64>,
+    /// Measured torques of the joints (N m, N), if the load is these.
+    measured: Option<Vec<f64>>,
 }
 
 /// A joint, and what it carries.
@@ -141,18 +149,29 @@ impl JointTorques {
             gravity: zero,
             force: zero,
             moment: zero,
+            measured: None,
         }
     }
 
-    /// Moves the arm to joint positions (rad, m; encoder offsets taken off), with `load` (N, N m)
-    /// about the tip's origin, in its frame.
+    /// Moves the arm to joint positions (rad, m; encoder offsets taken off) under `load`.
     pub fn update(
         &mut self,
         gravity: &Gravity,
-        load: &Wrench,
+        load: JointLoad<'_>,
         (stages, tip): (&[JointStage], &JointStage),
         positions: &[f64],
     ) {
+        let load = match load {
+            JointLoad::OnTip(load) => load,
+            JointLoad::Torques(torques) => {
+                let measured = self.measured.get_or_insert_default();
+                measured.clear();
+                measured.extend_from_slice(torques);
+                measured.resize(self.joints.len(), 0.0);
+                return;
+            }
+        };
+        self.measured = None;
         let mut frame = LinkPose::base();
         for (((joint, stage), &position), masses) in
             self.joints.iter_mut().zip(stages).zip(positions).zip(&gravity.masses)
@@ -178,11 +197,14 @@ impl JointTorques {
         self.tip = frame;
     }
 
-    /// Torque (N m) about joint `i`; 0 for a prismatic one.
+    /// Torque (N m) about joint `i`; of a prismatic one the force (N) along it.
     pub fn torque(&self, i: usize) -> f64 {
         let joint = &self.joints[i];
+        if let Some(measured) = &self.measured {
+            return measured[i];
+        }
         if joint.prismatic {
-            return 0.0;
+            return joint.axis.dot(&(self.gravity * joint.carried.mass + self.force));
         }
         let of_load = (self.tip.position - joint.position).cross(&self.force) + self.moment;
         joint.axis.dot(&(joint.lever().cross(&self.gravity) + of_load))
@@ -198,15 +220,19 @@ impl JointTorques {
 
     /// Derivative of the torque about joint `i` (N m) by a motion of the origin of joint `j` and of
     /// all that follows, the tip for `j` beyond the joints: the origin's `velocity` (m) and the
-    /// `rotation` (rad) about it. The load is fixed to the tip.
+    /// `rotation` (rad) about it. The load is fixed to the tip; a measured torque stays as it is.
     pub fn slope_by_origin(&self, i: usize, j: usize, velocity: &Vector3<f64>, rotation: &Vector3<f64>) -> f64 {
         let joint = &self.joints[i];
-        if joint.prismatic {
+        if self.measured.is_some() {
             return 0.0;
         }
-        if j <= i {
-            // Masses and load turn with the joint, the direction of gravity does not.
-            return -joint.axis.dot(&joint.lever().cross(&rotation.cross(&self.gravity)));
+        // Masses and load turn with the joint, the direction of gravity does not.
+        let turned_gravity = rotation.cross(&self.gravity);
+        match (j <= i, joint.prismatic) {
+            (true, true) => return -joint.axis.dot(&turned_gravity) * joint.carried.mass,
+            (true, false) => return -joint.axis.dot(&joint.lever().cross(&turned_gravity)),
+            (false, true) => return joint.axis.dot(&rotation.cross(&self.force)),
+            (false, false) => {}
         }
         let (position, carried) = match self.joints.get(j) {
             Some(mover) => (mover.position, mover.carried),
@@ -221,16 +247,17 @@ impl JointTorques {
         joint.axis.dot(&change)
     }
 
-    /// Derivative of the torque about joint `i` by the load (m; 1), zero for a prismatic one.
+    /// Derivative of the torque about joint `i` by the load (m; 1), zero of a measured torque.
     ///
     /// The power of the load is the same in joints and at the tip, so that this derivative is the
     /// twist of the tip, in the tip's frame, by the joint's motion.
     pub fn by_load(&self, i: usize) -> Twist {
         let joint = &self.joints[i];
-        if joint.prismatic {
+        if self.measured.is_some() {
             return Twist::zeros();
         }
         let into_tip = self.tip.rotation.transpose();
-        se3::twist(&(into_tip * joint.velocity(&self.tip.position)), &(into_tip * joint.axis))
+        let rotation = if joint.prismatic { Vector3::zeros() } else { into_tip * joint.axis };
+        se3::twist(&(into_tip * joint.velocity(&self.tip.position)), &rotation)
     }
 }

@@ -4,24 +4,27 @@
 use nalgebra::Vector3;
 
 use super::chain::Robot;
+use super::deflection::Deflection;
 use super::encoder_term::{EncoderTerm, encoder_error, measured_position};
 use super::gravity_torque::{Gravity, JointTorques};
+use super::joint_load::JointLoad;
 use super::joint_stage::{JointStage, stages};
 use super::rest::come_to_rest;
 use crate::se3::{Pose, Wrench};
 
 /// Converts measured joint positions into those of an arm's description, and back.
 ///
-/// `true = measured − e(measured) + c τ(true)`, joint by joint, with the error `e` of the encoder
-/// ([`EncoderTerm`]s), the compliance `c` (rad/(N m)) and the torque `τ` (N m) of gravity and load
-/// about the joint, as in [`Kinematics`](super::Kinematics). The tool is where a stiff arm with the
-/// same joint origins has it at the true positions. Encoder offsets are part of the origins of a
-/// calibrated arm and none of this.
+/// `true = measured − e(measured) + d(τ(true))`, joint by joint, with the error `e` of the encoder
+/// ([`EncoderTerm`]s), the deflection `d` by compliance and backlash and the torque `τ` (N m) about
+/// the joint, of gravity and load or as measured, as in [`Kinematics`](super::Kinematics). The tool
+/// is where a stiff arm with the same joint origins has it at the true positions. Encoder offsets
+/// are part of the origins of a calibrated arm and none of this.
 #[derive(Clone, Debug)]
 pub struct JointCorrection {
     stages: Vec<JointStage>,
     tip: JointStage,
     gravity: Gravity,
+    has_measured_torques: bool,
     /// Terms of the error of each joint's encoder, with their amplitudes.
     errors: Vec<Vec<(EncoderTerm, f64)>>,
 }
@@ -51,7 +54,8 @@ impl JointCorrection {
                 terms.push((term, amplitude));
             }
         }
-        JointCorrection { stages, tip, gravity: Gravity::of(robot), errors: of_joints }
+        let has_measured_torques = robot.has_measured_torques();
+        JointCorrection { stages, tip, gravity: Gravity::of(robot), has_measured_torques, errors: of_joints }
     }
 
     /// Whether true positions are the measured ones, whatever they are.
@@ -71,33 +75,41 @@ impl JointCorrection {
     }
 
     /// True positions at `measured` ones (rad, or m for a prismatic joint; one for each moving
-    /// joint, base first) under `load`: the wrench `[f; τ]` (N, N m) exerted on the tip about its
-    /// origin, in its frame. Surplus positions are ignored; with fewer the result has no meaning.
-    pub fn true_positions(&self, measured: &[f64], load: &Wrench) -> Vec<f64> {
+    /// joint, base first) under `load`. Surplus positions are ignored; with fewer the result has no
+    /// meaning.
+    pub fn true_positions<'a>(&self, measured: &[f64], load: impl Into<JointLoad<'a>>) -> Vec<f64> {
         let stiff: Vec<f64> =
             measured.iter().zip(&self.errors).map(|(q, terms)| q - encoder_error(terms, *q)).collect();
         let mut positions = stiff.clone();
         if self.is_compliant() {
             let mut torques = JointTorques::new(self.stages.len());
-            come_to_rest(&self.gravity, (&self.stages, &self.tip), (&stiff, load), &mut positions, &mut torques);
+            let chain = (&self.stages[..], &self.tip);
+            come_to_rest(&self.gravity, chain, (&stiff, load.into()), &mut positions, &mut torques);
         }
         positions
     }
 
     /// The positions that are measured where `wanted` is true: the inverse of
-    /// [`true_positions`](JointCorrection::true_positions), to 1e-14. `None` if an encoder's error
-    /// changes as fast as the position there, so that there is no inverse.
+    /// [`true_positions`](JointCorrection::true_positions) under a wrench `[f; τ]` (N, N m) on the
+    /// tip, to 1e-14. `None` if an encoder's error changes as fast as the position there, so that
+    /// there is no inverse; if joints deflect by measured torques, which nobody knows before the
+    /// arm is there; and if joints have a backlash, at whose side they will be held by friction
+    /// too.
     pub fn commanded_positions(&self, wanted: &[f64], load: &Wrench) -> Option<Vec<f64>> {
         let mut torques = JointTorques::new(self.stages.len());
         if self.is_compliant() {
+            if self.has_measured_torques || self.stages.iter().any(|stage| stage.deflection.backlash != 0.0) {
+                return None;
+            }
+            let load = JointLoad::OnTip(load);
             torques.update(&self.gravity, load, (&self.stages, &self.tip), wanted);
         }
         let each = self.stages.iter().zip(wanted).zip(&self.errors).enumerate();
-        let stiff = |i: usize, stage: &JointStage, wanted: f64| wanted - stage.compliance * torques.torque(i);
+        let stiff = |i: usize, stage: &JointStage, wanted: f64| wanted - stage.deflection.at(torques.torque(i));
         each.map(|(i, ((stage, wanted), terms))| measured_position(terms, stiff(i, stage, *wanted))).collect()
     }
 
     fn is_compliant(&self) -> bool {
-        self.stages.iter().any(|stage| stage.compliance != 0.0)
+        self.stages.iter().any(|stage| stage.deflection != Deflection::NONE)
     }
 }

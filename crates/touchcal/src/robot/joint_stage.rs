@@ -4,6 +4,7 @@
 use nalgebra::{Matrix3, Matrix6, Vector3};
 
 use super::chain::{Joint, JointKind, Robot};
+use super::deflection::Deflection;
 use super::segments::segment_of_each_joint;
 use crate::se3::{self, Pose, Twist};
 
@@ -21,10 +22,10 @@ pub(super) struct JointStage {
     pub prismatic: bool,
     /// Encoder offset (rad or m).
     pub offset: f64,
-    /// Compliance without parameters (rad/(N m)).
-    pub nominal_compliance: f64,
-    /// Compliance (rad/(N m)).
-    pub compliance: f64,
+    /// What deflects the joint, without parameters.
+    pub nominal_deflection: Deflection,
+    /// What deflects the joint.
+    pub deflection: Deflection,
     /// Local twist `[v; ω]` on the origin (m, rad).
     pub twist: Twist,
     /// `Jr` of that twist.
@@ -37,11 +38,14 @@ pub(super) struct JointStage {
 impl JointStage {
     /// The stage of `joint`, whose origin together with the fixed ones before it is `nominal`.
     pub fn moving(nominal: Pose, joint: &Joint, shares: Vec<(usize, Vector3<f64>)>) -> JointStage {
+        let prismatic = joint.kind == JointKind::Prismatic;
+        let compliance = if prismatic { 0.0 } else { joint.compliance };
+        let deflection = Deflection { compliance, backlash: joint.backlash };
         JointStage {
             axis: joint.axis.into_inner(),
-            prismatic: joint.kind == JointKind::Prismatic,
-            nominal_compliance: joint.compliance,
-            compliance: joint.compliance,
+            prismatic,
+            nominal_deflection: deflection,
+            deflection,
             ..JointStage::tip(nominal, shares)
         }
     }
@@ -55,8 +59,8 @@ impl JointStage {
             axis: Vector3::z(),
             prismatic: false,
             offset: 0.0,
-            nominal_compliance: 0.0,
-            compliance: 0.0,
+            nominal_deflection: Deflection::NONE,
+            deflection: Deflection::NONE,
             twist: Twist::zeros(),
             right_jacobian: Matrix6::identity(),
             shares,

@@ -23,6 +23,10 @@ pub enum KinematicParameter {
     /// = measured − offset + compliance · torque of gravity and load. Without effect on a prismatic
     /// joint.
     JointCompliance(usize),
+    /// `(i)`: half of the play `b` of joint `i` (rad, or m for a prismatic joint), on top of what
+    /// the arm declares: true position = measured − offset + … + b s(τ), at the side `s` of its
+    /// play to which the torque of gravity and load pushes the joint, −1 to 1.
+    JointBacklash(usize),
     /// `(k)`: component `k` of the local twist ξ on the tool's pose on the tip link (m, rad), in
     /// the tool frame: `tip_from_tool · Exp(ξ)`.
     Tool(usize),

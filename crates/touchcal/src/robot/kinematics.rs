@@ -4,7 +4,9 @@
 use nalgebra::{Matrix3, Matrix6, Rotation3, UnitQuaternion, Vector3};
 
 use super::chain::Robot;
+use super::deflection::{Deflection, side_of_play};
 use super::gravity_torque::{Gravity, JointTorques};
+use super::joint_load::JointLoad;
 use super::joint_stage::{JointStage, LinkPose, stages};
 use super::kinematic_parameter::KinematicParameter;
 use super::rest::{CONVERGED, DEFLECTION_ITERATIONS, come_to_rest};
@@ -14,14 +16,14 @@ const NO_LOAD: Wrench = [0.0; 6];
 
 /// Forward kinematics of one arm with its tool at one value of its parameters.
 ///
-/// `base_from_tool(q) = ∏ᵢ [Oᵢ(r) · Exp(ξᵢ) · Motion(axisᵢ, qᵢ − bᵢ + cᵢ τᵢ)] · O_tip(r) ·
+/// `base_from_tool(q) = ∏ᵢ [Oᵢ(r) · Exp(ξᵢ) · Motion(axisᵢ, qᵢ − bᵢ + dᵢ(τᵢ))] · O_tip(r) ·
 /// tip_from_tool · Exp(ξ_tool)`
 ///
 /// The product is over the moving joints, base first: `qᵢ` is the measured position (rad, or m for
-/// a prismatic joint), `bᵢ` the encoder offset, `cᵢ` the compliance (rad/(N m)), and `ξᵢ` the twist
-/// on the origin (m, rad). The translation of the joint origin `Oᵢ(r)` is scaled by
+/// a prismatic joint), `bᵢ` the encoder offset, `dᵢ` the deflection by compliance and backlash, and
+/// `ξᵢ` the twist on the origin (m, rad). The translation of the joint origin `Oᵢ(r)` is scaled by
 /// `1 + r + r_segment`. `τᵢ` (N m) is the torque about joint `i` of gravity and of the load at the
-/// tip, where the deflected joints are: of an arm at rest.
+/// tip, where the deflected joints are: of an arm at rest; or it is measured ([`JointLoad`]).
 ///
 /// Derivatives are exact.
 #[derive(Clone, Debug)]
@@ -53,10 +55,10 @@ pub struct KinematicsScratch {
     at_rest: JointTorques,
     /// Derivatives by joint positions of an arm that does not deflect.
     stiff_joints: Vec<Twist>,
-    /// Deflection `cᵢ ∂τᵢ/∂qⱼ` of joint `i` by the motion of joint `j`, joint by joint `j`.
+    /// Deflection `dᵢ' ∂τᵢ/∂qⱼ` of joint `i` by the motion of joint `j`, joint by joint `j`.
     deflections: Vec<f64>,
-    /// Torque (N m) of gravity and load about each moving joint, [`Kinematics::dof`] of them, base
-    /// first; zeros for a stiff arm and for prismatic joints.
+    /// Torque (N m) of gravity and load about each moving joint, or force (N) along a prismatic
+    /// one, [`Kinematics::dof`] of them, base first; zeros for a stiff arm.
     pub torques: Vec<f64>,
     /// Derivative of the tool pose `base_from_tool` by each joint position, [`Kinematics::dof`] of
     /// them, base first: right twists `[v; ω]` in the tool frame (m, rad per rad, or per m for a
@@ -89,8 +91,8 @@ impl Kinematics {
     /// of a twist not below 6.
     pub fn new(robot: &Robot, parameters: &[KinematicParameter], tip_from_tool: Pose) -> Self {
         let (stages, tip) = stages(robot);
-        let is_compliant =
-            robot.is_compliant() || parameters.iter().any(|p| matches!(p, KinematicParameter::JointCompliance(_)));
+        let deflects = |p| matches!(p, KinematicParameter::JointCompliance(_) | KinematicParameter::JointBacklash(_));
+        let is_compliant = robot.is_compliant() || parameters.iter().any(|&p| deflects(p));
         let mut kinematics = Kinematics {
             parameters: parameters.to_vec(),
             stages,
@@ -121,8 +123,12 @@ impl Kinematics {
                 }
                 KinematicParameter::JointOffset(i) => self.stages[i].offset = value,
                 KinematicParameter::JointOrigin(i, k) => self.stages[i].twist[k] = value,
+                KinematicParameter::JointCompliance(i) if self.stages[i].prismatic => {}
                 KinematicParameter::JointCompliance(i) => {
-                    self.stages[i].compliance = self.stages[i].nominal_compliance + value;
+                    self.stages[i].deflection.compliance = self.stages[i].nominal_deflection.compliance + value;
+                }
+                KinematicParameter::JointBacklash(i) => {
+                    self.stages[i].deflection.backlash = self.stages[i].nominal_deflection.backlash + value;
                 }
                 KinematicParameter::Tool(k) => tool[k] = value,
             }
@@ -168,20 +174,28 @@ impl Kinematics {
     }
 
     /// Pose `base_from_tool` (m) at measured joint positions `q` (as in [`Kinematics::pose`]) under
-    /// `load`: the wrench `[f; τ]` (N, N m) exerted on the tool about the tip's origin, in the tip
-    /// frame. A stiff arm does not depend on it.
-    pub fn pose_under(&self, q: &[f64], load: &Wrench) -> Pose {
+    /// `load`: gravity and a wrench on the tip, or measured torques. A stiff arm does not depend on
+    /// it.
+    pub fn pose_under<'a>(&self, q: &[f64], load: impl Into<JointLoad<'a>>) -> Pose {
         let stiff = self.stages.iter().zip(q).map(|(stage, q)| q - stage.offset);
         let tool = match &self.gravity {
             None => self.forward(stiff, |_, _, _| {}),
             Some(gravity) => {
                 let mut positions = vec![0.0; self.stages.len()];
                 let mut torques = JointTorques::new(self.stages.len());
-                come_to_rest(gravity, (&self.stages, &self.tip), (q, load), &mut positions, &mut torques);
+                come_to_rest(gravity, (&self.stages, &self.tip), (q, load.into()), &mut positions, &mut torques);
                 self.forward(positions.iter().copied(), |_, _, _| {})
             }
         };
         to_pose(&tool)
+    }
+
+    /// Torque (N m, or N of a prismatic joint) about each moving joint at measured joint positions
+    /// `q` under `load`, where the deflected joints are, as [`KinematicsScratch::torques`] has it.
+    pub fn torques<'a>(&self, q: &[f64], load: impl Into<JointLoad<'a>>) -> Vec<f64> {
+        let mut scratch = self.scratch();
+        self.pose_and_jacobian_under(q, load, &mut scratch);
+        scratch.torques
     }
 
     /// Pose `base_from_tool` (m) without load at measured joint positions `q` (rad, or m for a
@@ -191,11 +205,15 @@ impl Kinematics {
         self.pose_and_jacobian_under(q, &NO_LOAD, scratch)
     }
 
-    /// Pose `base_from_tool` (m) at measured joint positions `q` under `load`, the wrench `[f; τ]`
-    /// (N, N m) exerted on the tool about the tip's origin, in the tip frame. Its derivatives by
-    /// joint positions and parameters are written to `scratch`; `q` is as in
-    /// [`Kinematics::pose_and_jacobian`].
-    pub fn pose_and_jacobian_under(&self, q: &[f64], load: &Wrench, scratch: &mut KinematicsScratch) -> Pose {
+    /// Pose `base_from_tool` (m) at measured joint positions `q` under `load`, as in
+    /// [`Kinematics::pose_under`]. Its derivatives by joint positions and parameters are written to
+    /// `scratch`; `q` is as in [`Kinematics::pose_and_jacobian`].
+    pub fn pose_and_jacobian_under<'a>(
+        &self,
+        q: &[f64],
+        load: impl Into<JointLoad<'a>>,
+        scratch: &mut KinematicsScratch,
+    ) -> Pose {
         match &self.gravity {
             None => {
                 let stiff = self.stages.iter().zip(q).map(|(stage, q)| q - stage.offset);
@@ -203,7 +221,7 @@ impl Kinematics {
             }
             Some(gravity) => {
                 let KinematicsScratch { positions, at_rest, .. } = scratch;
-                come_to_rest(gravity, (&self.stages, &self.tip), (q, load), positions, at_rest);
+                come_to_rest(gravity, (&self.stages, &self.tip), (q, load.into()), positions, at_rest);
                 scratch.torques.iter_mut().enumerate().for_each(|(i, torque)| *torque = scratch.at_rest.torque(i));
             }
         }
@@ -233,24 +251,26 @@ impl Kinematics {
     }
 
     /// Writes the derivative of the tool pose by the load to `scratch`, at its last evaluation:
-    /// `Σᵢ Jᵢ cᵢ ∂τᵢ/∂load` with the derivatives `Jᵢ` by the joint positions; zero for a stiff arm.
+    /// `Σᵢ Jᵢ dᵢ' ∂τᵢ/∂load` with the derivatives `Jᵢ` by the joint positions; zero for a stiff
+    /// arm.
     pub fn differentiate_by_load(&self, scratch: &mut KinematicsScratch) {
         scratch.load = Matrix6::zeros();
         if self.gravity.is_some() {
             for (i, stage) in self.stages.iter().enumerate() {
-                scratch.load += scratch.joints[i] * stage.compliance * scratch.at_rest.by_load(i).transpose();
+                let slope = stage.deflection.slope(scratch.torques[i]);
+                scratch.load += scratch.joints[i] * slope * scratch.at_rest.by_load(i).transpose();
             }
         }
     }
 
     /// Adds to the derivatives by joint positions, those of a stiff arm, how the joints deflect:
-    /// `Jⱼ = Jⱼ,stiff + Σᵢ Jᵢ cᵢ ∂τᵢ/∂qⱼ`, by fixed-point iteration.
+    /// `Jⱼ = Jⱼ,stiff + Σᵢ Jᵢ dᵢ' ∂τᵢ/∂qⱼ`, by fixed-point iteration.
     fn add_deflections(&self, scratch: &mut KinematicsScratch) {
-        let KinematicsScratch { joints, stiff_joints, deflections, at_rest, .. } = scratch;
+        let KinematicsScratch { joints, stiff_joints, deflections, at_rest, torques, .. } = scratch;
         let n = joints.len();
         stiff_joints.copy_from_slice(joints);
         for (k, deflection) in deflections.iter_mut().enumerate() {
-            *deflection = self.stages[k % n].compliance * at_rest.slope(k % n, k / n);
+            *deflection = self.stages[k % n].deflection.slope(torques[k % n]) * at_rest.slope(k % n, k / n);
         }
         for _ in 0..DEFLECTION_ITERATIONS {
             let mut change = 0.0f64;
@@ -303,7 +323,9 @@ impl Kinematics {
                 stage.shares.iter().filter(|(segment, _)| *segment == k).map(|(_, share)| *share).sum()
             }),
             KinematicParameter::JointOffset(i) => -at.joints[i],
+            KinematicParameter::JointCompliance(i) if self.stages[i].prismatic => Twist::zeros(),
             KinematicParameter::JointCompliance(i) => at.joints[i] * at.torques[i],
+            KinematicParameter::JointBacklash(i) => at.joints[i] * side_of_play(at.torques[i]),
             KinematicParameter::JointOrigin(i, k) => {
                 let local: Twist = self.stages[i].right_jacobian.column(k).into();
                 let w = at.rotation[i] * se3::angular(&local);
@@ -336,9 +358,11 @@ impl Kinematics {
         if self.gravity.is_none() {
             return Twist::zeros();
         }
-        let compliant = self.stages.iter().enumerate().filter(|(_, stage)| stage.compliance != 0.0);
-        let each = compliant
-            .map(|(i, stage)| at.joints[i] * (stage.compliance * at.at_rest.slope_by_origin(i, j, velocity, rotation)));
+        let compliant = self.stages.iter().enumerate().filter(|(_, stage)| stage.deflection != Deflection::NONE);
+        let each = compliant.map(|(i, stage)| {
+            let slope = stage.deflection.slope(at.torques[i]);
+            at.joints[i] * (slope * at.at_rest.slope_by_origin(i, j, velocity, rotation))
+        });
         each.sum()
     }
 

@@ -45,6 +45,9 @@ pub struct Recorder {
     pub torque_bias: f64,
     /// Standard deviation of the relative error of the wrench's scale, drawn once a trial (1).
     pub wrench_scale: f64,
+    /// Standard deviation of the noise of each joint's measured torque in each row (N m, or N of a
+    /// prismatic joint). Joint torques are recorded if it is above 0.
+    pub joint_torque_sigma: f64,
     /// Magnitude of the measured force above which a row counts as contact (N, > 0).
     pub force_threshold: f64,
     /// Share (0 to below 1) of the rows measured as contact, spurious ones aside, that are recorded
@@ -73,6 +76,7 @@ impl Recorder {
             force_bias: 0.0,
             torque_bias: 0.0,
             wrench_scale: 0.0,
+            joint_torque_sigma: 0.0,
             force_threshold,
             missed: 0.0,
             spurious: 0.0,
@@ -122,6 +126,11 @@ impl Recorder {
             let sigma = if k < 3 { self.force_sigma } else { self.torque_sigma };
             to_last_digit((1.0 + errors.scale) * wrench[k] + errors.bias[k] + sigma * normal(chance))
         })
+    }
+
+    /// A true joint torque as it is measured, to its last digit.
+    pub(super) fn joint_torque(&self, torque: f64, chance: &mut Pcg64) -> f64 {
+        to_last_digit(torque + self.joint_torque_sigma * normal(chance))
     }
 
     /// Scales the force to one that detection takes for no contact, or for one: what a missed or a

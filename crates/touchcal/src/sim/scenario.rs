@@ -165,7 +165,7 @@ impl Distribution {
 /// [`joint_origin`](crate::parameter::joint_origin()).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ArmErrors {
-    /// Distribution from which every error but the compliance is drawn.
+    /// Distribution from which every error but compliance and backlash is drawn.
     pub distribution: Distribution,
     /// Size of the strain common to all links (1). Where `segment_strain` is not 0, the truth holds
     /// it as part of each segment's strain.
@@ -189,6 +189,9 @@ pub struct ArmErrors {
     /// Compliance of each revolute or continuous joint (rad/(N m)) under gravity and the contact's
     /// load; the same for all and not drawn.
     pub joint_compliance: f64,
+    /// Half of the play of each moving joint (rad, or m for a prismatic joint), which rests at the
+    /// side to which gravity and the contact's load push it; the same for all and not drawn.
+    pub joint_backlash: f64,
     /// Size of each amplitude, of sine and cosine, of a harmonic of once a turn in the encoder of
     /// each revolute or continuous joint (rad).
     pub joint_harmonic: f64,
@@ -209,8 +212,14 @@ impl ArmErrors {
         origin_angle: 0.0,
         origin_zero: 0.0,
         joint_compliance: 0.0,
+        joint_backlash: 0.0,
         joint_harmonic: 0.0,
         joint_harmonic_2: 0.0,
         joint_gear_ratio: 0.0,
     };
+
+    /// Whether joints deflect under torques.
+    pub fn deflect_joints(&self) -> bool {
+        self.joint_compliance > 0.0 || self.joint_backlash > 0.0
+    }
 }

@@ -15,7 +15,7 @@ use super::scenario::{Scenario, Thermal, Touch};
 use super::simulation_error::SimulationError;
 use super::truth::Truth;
 use crate::geometry::{GapQuery, Parts};
-use crate::robot::{EncoderTerm, Kinematics, measured_position, segments};
+use crate::robot::{EncoderTerm, KinematicParameter, Kinematics, measured_position, segments};
 use crate::se3::{self, Pose, Twist};
 
 /// One simulated trial: true errors and logs.
@@ -60,6 +60,11 @@ pub struct Log {
     /// Measured wrench `[f; τ]` (N, N m) of the fixture on the tool in each row, about the tip's
     /// origin, in the tip frame; rounded to [`WRENCH_DIGITS`](super::WRENCH_DIGITS).
     pub wrench: Vec<[f64; 6]>,
+    /// Measured torque about each moving joint (N m), or force along a prismatic one (N), that
+    /// gravity and contact exert on what the joint carries, row by row: `dof` numbers for each row,
+    /// base first, rounded like wrenches. Empty where they are not recorded
+    /// ([`Recorder::joint_torque_sigma`](super::Recorder::joint_torque_sigma)).
+    pub joint_torque: Vec<f64>,
     /// Measured temperature (°C) of each of the arm's [`segments`](crate::robot::segments()), row
     /// by row: one number for each segment, in their order, for each row. Empty where temperatures
     /// are not recorded ([`Scenario::thermal`] is `None`).
@@ -104,6 +109,11 @@ impl Log {
         &self.q[i * self.dof..(i + 1) * self.dof]
     }
 
+    /// Measured joint torques of row `i`; `None` if there is no such row, or they are not recorded.
+    pub fn joint_torque(&self, i: usize) -> Option<&[f64]> {
+        self.joint_torque.get(i * self.dof..(i + 1) * self.dof)
+    }
+
     /// Indices of the rows that the recorder counts as contacts, ascending from 0.
     pub fn contacts(&self) -> impl Iterator<Item = usize> {
         (0..self.len()).filter(|&i| self.contact[i])
@@ -142,9 +152,9 @@ pub fn draw_truth(scenario: &Scenario, seed: u64) -> Truth {
 /// the scenario's order. `watch` receives the number of contacts so far, with all fixtures, after
 /// each contact; if it breaks, the run ends with [`SimulationError::Interrupted`].
 ///
-/// Joints deflect under gravity and the contact's load by the compliances of arm and `truth`
-/// together. Panics if `truth` names a joint that the arm does not have, a distance a touch that
-/// there is not, or a posture has fewer positions than the arm has moving joints.
+/// Joints deflect under gravity and the contact's load by the compliances and backlashes of arm and
+/// `truth` together. Panics if `truth` names a joint that the arm does not have, a distance a touch
+/// that there is not, or a posture has fewer positions than the arm has moving joints.
 ///
 /// # Errors
 /// If the arm cannot reach a fixture, touches too rarely, or finds no rest; if a hole cannot be as
@@ -157,7 +167,12 @@ pub fn run(
     watch: &mut dyn FnMut(usize) -> ControlFlow<()>,
 ) -> Result<Vec<Log>, SimulationError> {
     check_distances(scenario, truth)?;
-    let (parameters, values) = truth.of_kinematics();
+    let (mut parameters, mut values) = truth.of_kinematics();
+    if scenario.recorder.joint_torque_sigma > 0.0 {
+        // Stiff joints bear torques too.
+        parameters.push(KinematicParameter::JointCompliance(0));
+        values.push(truth.value(KinematicParameter::JointCompliance(0).into()));
+    }
     // The kinematics of the true arm: driven by what its encoders say, as the real one is.
     let mut arm = Kinematics::new(&scenario.robot, &parameters, scenario.tip_from_tool);
     arm.set(&values);
@@ -197,6 +212,7 @@ pub fn run(
             tip_from_tool: truth.tip_from_tool(scenario),
             phases,
             follower: Follower::new(&arm),
+            arm: &arm,
             temperatures: &temperatures,
             chance,
             wrench_errors: truth.wrench_errors(),
@@ -233,6 +249,7 @@ struct Run<'a> {
     tip_from_tool: Pose,
     phases: Phases,
     follower: Follower<'a>,
+    arm: &'a Kinematics,
     /// True temperature of each segment (°C).
     temperatures: &'a [f64],
     chance: Pcg64,
@@ -336,6 +353,11 @@ impl Run<'_> {
             let noise = |_: &f64| thermal.sensor_sigma * normal(&mut self.chance);
             let noise: Vec<f64> = self.temperatures.iter().map(noise).collect();
             self.log.temperature.extend(self.temperatures.iter().zip(noise).map(|(celsius, noise)| celsius + noise));
+        }
+        if recorder.joint_torque_sigma > 0.0 {
+            let torques = self.arm.torques(joints, &load);
+            let measured = torques.into_iter().map(|torque| recorder.joint_torque(torque, &mut self.chance));
+            self.log.joint_torque.extend(measured);
         }
         if recorder.warm_up > 0.0 {
             let contacts = self.scenario.contacts * self.scenario.touches.len();

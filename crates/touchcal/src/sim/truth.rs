@@ -178,10 +178,10 @@ impl Truth {
     }
 
     /// The erroneous parameters with names and units, and their values (SI), in the order: strain,
-    /// segment strains, encoder offsets, joint origins, compliances, tool, fixtures, edges, wrench,
-    /// trends of encoder offsets, harmonics, gear ratios. Their priors are those of the parameters'
-    /// constructors and say nothing about the truth. Drifts of placements and gap biases are left
-    /// out.
+    /// segment strains, encoder offsets, joint origins, compliances, backlashes, tool, fixtures,
+    /// edges, wrench, trends of encoder offsets, harmonics, gear ratios. Their priors are those of
+    /// the parameters' constructors and say nothing about the truth. Drifts of placements and gap
+    /// biases are left out.
     pub fn named(&self, scenario: &Scenario) -> Vec<(Parameter, f64)> {
         let robot = &scenario.robot;
         let mut known = of_arm_and_tool(robot);
@@ -249,6 +249,7 @@ fn arm_errors(robot: &Robot, sizes: &ArmErrors, chance: &mut Pcg64) -> Vec<(Para
         }
         let compliance = if turns { sizes.joint_compliance } else { 0.0 };
         errors.push((KinematicParameter::JointCompliance(i).into(), compliance));
+        errors.push((KinematicParameter::JointBacklash(i).into(), sizes.joint_backlash));
     }
     errors
 }

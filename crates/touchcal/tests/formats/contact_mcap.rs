@@ -11,8 +11,7 @@ use mcap::records::MessageHeader;
 use mcap::{Compression, WriteOptions, Writer};
 use proptest::prelude::*;
 use serde::Serialize;
-use touchcal::contact::ContactLog;
-use touchcal::contact::{AngleUnit, Detection, Load, LoadFrame, LoadOn};
+use touchcal::contact::{AngleUnit, ContactLog, Detection, Load, LoadFrame, LoadOn, TorqueOf};
 use touchcal::io::contact_log::{self, Options};
 
 #[derive(Serialize)]
@@ -179,6 +178,37 @@ fn what_was_recorded_is_read_whatever_packs_it() {
             let expected = [0.0, 0.6 * force, 0.8 * force, -9.0, -9.0, -9.0];
             assert!(last.iter().zip(expected).all(|(found, expected)| (found - expected).abs() < 1e-12), "{last:?}");
         }
+    }
+}
+
+/// Efforts of joint states are torques where these are asked for, with and without wrenches.
+#[test]
+fn efforts_are_joint_torques() {
+    let folder = tempfile::tempdir().unwrap();
+    let options = Options { joint_torques: Some(TorqueOf::Motor), ..Options::default() };
+    let with = |effort: &[f64]| {
+        [true, false].map(|little_endian| {
+            bag(plain(), |bag| {
+                for ms in 0..20 {
+                    let mut state = joints(ms, &[("sl", 0.2), ("sh", 0.1)]);
+                    (state.effort, state.velocity) = (effort.to_vec(), vec![1.0; ms as usize % 3]);
+                    bag.raw("/j", ("sensor_msgs/msg/JointState", "cdr"), 77, &cdr(&state, little_endian));
+                    bag.wrench("/w", ms, 5.0);
+                }
+            })
+        })
+    };
+    for bytes in with(&[-4.0, 3.0]) {
+        for options in [options.clone(), Options { joint_torques: options.joint_torques, ..force(1.0) }] {
+            let log = read(folder.path(), &bytes, &options).unwrap();
+            assert!(log.len() > 15);
+            assert!((0..log.len()).all(|i| log.joint_torques(i) == Some(&[-3.0, 4.0][..])), "{log:?}");
+        }
+        assert!(!read(folder.path(), &bytes, &Options::default()).unwrap().has_joint_torques());
+    }
+    for bytes in [with(&[]), with(&[1.0, f64::NAN])].concat() {
+        let message = read(folder.path(), &bytes, &options).unwrap_err();
+        assert!(message.contains("joint state 1: expected a finite effort of each joint"), "{message}");
     }
 }
 

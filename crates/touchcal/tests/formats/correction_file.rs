@@ -8,7 +8,9 @@ use serde_json::Value;
 use touchcal::estimate::Status;
 use touchcal::io::correction_file;
 use touchcal::io::urdf::{self, Ends};
-use touchcal::robot::{EncoderTerm, JointCorrection, JointKind, KinematicParameter, Kinematics, Robot, calibrated};
+use touchcal::robot::{
+    EncoderTerm, JointCorrection, JointKind, JointLoad, KinematicParameter, Kinematics, Robot, calibrated,
+};
 use touchcal::se3::{Pose, Wrench};
 
 use crate::support::{data, uniform};
@@ -36,12 +38,14 @@ struct Case {
 }
 
 impl Case {
-    fn new(name: &'static str, nominal: Robot, seed: u64) -> Case {
+    /// With joints of up to `backlash` (rad, m).
+    fn new(name: &'static str, nominal: Robot, (seed, backlash): (u64, f64)) -> Case {
         let dof = nominal.dof();
         let offsets = (0..dof).map(|i| (KinematicParameter::JointOffset(i), 0.01));
         let compliances = (0..dof).map(|i| (KinematicParameter::JointCompliance(i), 2e-4));
+        let backlashes = (0..dof).map(|i| (KinematicParameter::JointBacklash(i), backlash)).filter(|_| backlash > 0.0);
         let origins = (0..dof).flat_map(|i| (0..6).map(move |k| (KinematicParameter::JointOrigin(i, k), 2e-3)));
-        let sizes: Vec<_> = offsets.chain(compliances).chain(origins).collect();
+        let sizes: Vec<_> = offsets.chain(compliances).chain(origins).chain(backlashes).collect();
         let turns = |i: usize| nominal.moving().nth(i).is_some_and(|joint| joint.kind != JointKind::Prismatic);
         let is_of = |i: usize, term: EncoderTerm| term == EncoderTerm::GearRatio || turns(i);
         let terms = (0..dof).flat_map(|i| EncoderTerm::ALL.map(|term| (i, term)));
@@ -65,18 +69,29 @@ impl Case {
         JointCorrection::new(&self.calibrated(), self.errors.iter().copied())
     }
 
-    /// Measured positions and loads; every other load is none.
-    fn rows(&self) -> Vec<(Vec<f64>, Wrench)> {
+    /// Measured positions and loads, or joint torques where these are measured; every other is
+    /// none.
+    fn rows(&self) -> Vec<(Vec<f64>, Vec<f64>)> {
         let dof = self.nominal.dof();
+        let numbers = if self.nominal.has_measured_torques() { dof } else { 6 };
         let row = |draws: &[f64], k: usize| {
             let size = |j: usize| match j {
                 _ if k.is_multiple_of(2) => 0.0,
                 0..3 => 50.0,
                 _ => 5.0,
             };
-            (draws[..dof].iter().map(|q| 2.9 * q).collect(), std::array::from_fn(|j| size(j) * draws[dof + j]))
+            let carried = (0..numbers).map(|j| size(j) * draws[dof + j]);
+            (draws[..dof].iter().map(|q| 2.9 * q).collect(), carried.collect())
         };
-        uniform(ROWS * (dof + 6), 7).chunks(dof + 6).enumerate().map(|(k, draws)| row(draws, k)).collect()
+        uniform(ROWS * (dof + numbers), 7).chunks(dof + numbers).enumerate().map(|(k, draws)| row(draws, k)).collect()
+    }
+
+    /// True positions in a row.
+    fn true_positions(&self, (measured, carried): &(Vec<f64>, Vec<f64>)) -> Vec<f64> {
+        match self.nominal.has_measured_torques() {
+            true => self.correction().true_positions(measured, JointLoad::Torques(carried)),
+            false => self.correction().true_positions(measured, &load(carried)),
+        }
     }
 
     fn text(&self, status: Status) -> String {
@@ -84,12 +99,23 @@ impl Case {
     }
 }
 
+/// The wrench of a row.
+fn load(carried: &[f64]) -> Wrench {
+    std::array::from_fn(|k| carried[k])
+}
+
 fn cases() -> Vec<Case> {
     let ur10 = urdf::read_file(&data().join("ur10/ur10.urdf"), Ends::default()).unwrap().robot;
     vec![
-        Case::new("ur10", ur10, 1),
-        Case::new("iiwa14", urdf::read_builtin("iiwa14", Ends::default()).unwrap().robot, 2),
-        Case::new("sliding", urdf::read(SLIDING, "arm.urdf", Ends::default()).unwrap(), 3),
+        Case::new("ur10", ur10, (1, 0.0)),
+        Case::new("iiwa14", urdf::read_builtin("iiwa14", Ends::default()).unwrap().robot, (2, 0.0)),
+        Case::new(
+            "torques",
+            urdf::read(SLIDING, "arm.urdf", Ends::default()).unwrap().with_measured_torques(),
+            (4, 1e-3),
+        ),
+        Case::new("sliding", urdf::read(SLIDING, "arm.urdf", Ends::default()).unwrap(), (3, 0.0)),
+        Case::new("backlash", urdf::read(SLIDING, "arm.urdf", Ends::default()).unwrap(), (5, 1e-3)),
     ]
 }
 
@@ -106,22 +132,34 @@ fn corrected_positions_are_those_of_the_calibrated_description() {
         let correction = case.correction();
         let mut erroneous = Kinematics::new(&case.nominal, &case.parameters, Pose::identity());
         erroneous.set(&case.theta);
-        let compliances = case.calibrated().moving().map(|joint| -joint.compliance).collect::<Vec<f64>>();
-        let stiffening: Vec<_> = (0..compliances.len()).map(KinematicParameter::JointCompliance).collect();
-        let stiff = Kinematics::new(&calibrated(&case.calibrated(), &stiffening, &compliances), &[], Pose::identity());
+        let bent = case.calibrated();
+        let compliances =
+            bent.moving().enumerate().map(|(i, j)| (KinematicParameter::JointCompliance(i), -j.compliance));
+        let backlashes = bent.moving().enumerate().map(|(i, j)| (KinematicParameter::JointBacklash(i), -j.backlash));
+        let (stiffening, values): (Vec<_>, Vec<f64>) = compliances.chain(backlashes).unzip();
+        let stiff = calibrated(&bent, &stiffening, &values);
+        assert!(!stiff.is_compliant());
+        let stiff = Kinematics::new(&stiff, &[], Pose::identity());
         let mut corrected = 0.0f64;
-        for (measured, load) in case.rows() {
+        for row in case.rows() {
+            let (measured, carried) = &row;
             let mut less_errors = measured.clone();
             case.errors.iter().for_each(|(i, term, size)| less_errors[*i] -= size * term.error(measured[*i]));
-            let expected = erroneous.pose_under(&less_errors, &load);
-            let positions = correction.true_positions(&measured, &load);
-            corrected = corrected.max(most_apart(&positions, &measured));
+            let is_measured = case.nominal.has_measured_torques();
+            let load = if is_measured { [0.0; 6] } else { load(carried) };
+            let on_joints = if is_measured { JointLoad::Torques(carried) } else { JointLoad::OnTip(&load) };
+            let expected = erroneous.pose_under(&less_errors, on_joints);
+            let positions = case.true_positions(&row);
+            corrected = corrected.max(most_apart(&positions, measured));
             let found = stiff.pose(&positions);
             let apart = (found.translation.vector - expected.translation.vector).norm();
             let turned = (found.rotation.inverse() * expected.rotation).imag().norm();
             assert!(apart < 1e-12 && turned < 1e-12, "{}: {apart:e}", case.name);
-            let again = correction.commanded_positions(&positions, &load).expect("an inverse");
-            assert!(most_apart(&again, &measured) < 1e-13, "{}: {:e}", case.name, most_apart(&again, &measured));
+            let again = correction.commanded_positions(&positions, &load);
+            let has_backlash = bent.moving().any(|joint| joint.backlash != 0.0);
+            assert_eq!(again.is_some(), !is_measured && !has_backlash, "{}", case.name);
+            let apart = again.map_or(0.0, |again| most_apart(&again, measured));
+            assert!(apart < 1e-13, "{}: {apart:e}", case.name);
         }
         assert!(corrected > 1e-2, "{}: nothing was corrected", case.name);
     }
@@ -148,15 +186,14 @@ fn assert_same(a: &Value, b: &Value) {
 fn files_for_the_readers_in_python_and_cpp_are_those_of_the_library() {
     let folder = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("tests/formats/correction");
     for case in cases() {
-        let correction = case.correction();
         let [json, csv] = ["json", "csv"].map(|ending| folder.join(format!("{}.{ending}", case.name)));
         let rows = case.rows();
         if std::env::var_os("TOUCHCAL_UPDATE").is_some() {
             std::fs::create_dir_all(&folder).unwrap();
             std::fs::write(&json, case.text(Status::Usable)).unwrap();
             let mut text = String::new();
-            for (measured, load) in &rows {
-                let numbers = [measured.as_slice(), load, &correction.true_positions(measured, load)].concat();
+            for row in &rows {
+                let numbers = [row.0.as_slice(), &row.1, &case.true_positions(row)].concat();
                 let row: Vec<String> = numbers.iter().map(|number| format!("{number:?}")).collect();
                 writeln!(text, "{}", row.join(",")).unwrap();
             }
@@ -171,9 +208,9 @@ fn files_for_the_readers_in_python_and_cpp_are_those_of_the_library() {
         assert_same(&content[0], &content[1]);
         let table = std::fs::read_to_string(&csv).unwrap();
         assert_eq!(table.lines().count(), ROWS);
-        for ((measured, load), line) in rows.iter().zip(table.lines()) {
+        for (row, line) in rows.iter().zip(table.lines()) {
             let expected: Vec<f64> = line.split(',').map(|number| number.parse().unwrap()).collect();
-            let found = [measured.as_slice(), load, &correction.true_positions(measured, load)].concat();
+            let found = [row.0.as_slice(), &row.1, &case.true_positions(row)].concat();
             assert!(most_apart(&found, &expected) < 1e-13, "{}", case.name);
         }
     }
@@ -183,6 +220,9 @@ fn files_for_the_readers_in_python_and_cpp_are_those_of_the_library() {
 fn the_file_says_what_it_is_of_and_whether_it_may_be_used() {
     let case = &cases()[0];
     let content: Value = serde_json::from_str(&case.text(Status::NotUsable)).unwrap();
+    assert_eq!(content["torque"], "gravity_and_load");
+    let of_torques: Value = serde_json::from_str(&cases()[2].text(Status::Usable)).unwrap();
+    assert_eq!((&of_torques["torque"], &of_torques["joints"][0]["mass_kg"]), (&"measured".into(), &0.0.into()));
     assert_eq!((&content["schema"], &content["status"]), (&Value::from(1), &Value::from("not_usable")));
     assert!(content["warning"].as_str().unwrap().starts_with("NOT USABLE"));
     assert!(!case.text(Status::Doubtful).contains("NOT USABLE"));

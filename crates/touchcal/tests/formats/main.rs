@@ -21,6 +21,7 @@ mod correction_file;
 mod data;
 mod dh_file;
 mod folders;
+mod joint_torques;
 mod manifold;
 mod mesh;
 mod mukca;

@@ -312,6 +312,7 @@ fn changes_of_encoders_over_the_log_are_estimated_where_asked_for() {
     assert_eq!(sigmas("", "\"joint_harmonic\", ", "joint_harmonic."), [0.05_f64.to_radians(); 14]);
     assert_eq!(sigmas("", "\"joint_harmonic_2\", ", "joint_harmonic_2."), [0.02_f64.to_radians(); 14]);
     assert_eq!(sigmas("", "\"joint_gear_ratio\", ", "joint_gear_ratio."), [1e-4; 7]);
+    assert_eq!(sigmas("", "\"joint_backlash\", ", "joint_backlash."), [0.01_f64.to_radians(); 7]);
     let error = read("encoder_walk_deg = 0", "\"joint_walk\", ").unwrap_err().to_string();
     assert!(error.contains("`encoder_walk_deg` is 0"), "{error}");
 }

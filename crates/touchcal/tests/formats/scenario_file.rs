@@ -34,6 +34,7 @@ joint_compliance_rad_per_nm = 1e-5
 joint_harmonic_deg = 0.03
 joint_harmonic_2_deg = 0.02
 joint_gear_ratio = 2e-4
+joint_backlash_deg = 0.03
 [tool]
 kind = "peg"
 outline = "mine.csv"
@@ -113,6 +114,7 @@ fn every_key_is_read() {
     near(scenario.errors.joint_harmonic, 0.03f64.to_radians());
     near(scenario.errors.joint_harmonic_2, 0.02f64.to_radians());
     near(scenario.errors.joint_gear_ratio, 2e-4);
+    near(scenario.errors.joint_backlash, 0.03_f64.to_radians());
     near(scenario.tool_error.angle, 0.1f64.to_radians());
     near(scenario.robot.gravity().z, -1.62);
     near(scenario.stiffness.rotation, 40.0);
@@ -170,7 +172,9 @@ fn same(read: &Problem, made: &Problem) {
     assert_eq!((read.method, read.loss, read.joint_drift), (made.method, made.loss, made.joint_drift));
     near(read.noise.encoder, made.noise.encoder);
     near(read.noise.contact, made.noise.contact);
-    if read.parameters.iter().any(|parameter| parameter.id.block() == Block::JointCompliance) {
+    let bends = read.parameters.iter().any(|parameter| parameter.id.block() == Block::JointCompliance);
+    assert_eq!(bends && !read.contacts.has_loads(), made.contacts.has_joint_torques());
+    if bends && read.contacts.has_loads() {
         near(read.wrench.force, made.wrench.force);
         near(read.wrench.torque, made.wrench.torque);
         near(read.wrench.scale, made.wrench.scale);
@@ -207,6 +211,7 @@ fn same(read: &Problem, made: &Problem) {
     assert_eq!(read.contacts.rows_read(), made.contacts.rows_read());
     assert_eq!(read.contacts.rows_left_out(), made.contacts.rows_left_out());
     assert_eq!(read.contacts.has_loads(), made.contacts.has_loads());
+    assert!((0..read.contacts.len()).all(|i| read.contacts.joint_torques(i) == made.contacts.joint_torques(i)));
     for i in 0..read.contacts.len() {
         let (a, b) = (read.contacts.load(i), made.contacts.load(i));
         assert!(a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-6), "contact {i}: {a:?} {b:?}");
@@ -220,6 +225,9 @@ fn what_is_written_is_read_again() {
     let folder = folder();
     let mut files = vec![scenario_file::read(FULL, "s.toml", folder.path()).unwrap()];
     files.extend(Preset::ALL.map(|preset| scenario_file::preset(preset.name()).unwrap()));
+    let mut torques = scenario_file::preset("mukca").unwrap();
+    (torques.scenario.recorder.joint_torque_sigma, torques.scenario.errors.joint_compliance) = (0.1, 1e-5);
+    files.push(torques);
     for mut file in files {
         let out = tempfile::tempdir().unwrap();
         let write = |files: &[scenario_file::TextFile]| {

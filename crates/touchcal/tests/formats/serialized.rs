@@ -13,8 +13,8 @@ use touchcal::manifold::{
     Unmodeled,
 };
 use touchcal::parameter::{
-    Parameter, Prior, joint_compliance, joint_drift, joint_gear_ratio, joint_harmonic, joint_harmonic_2, joint_offset,
-    joint_origin, joint_trend, strain,
+    Parameter, Prior, joint_backlash, joint_compliance, joint_drift, joint_gear_ratio, joint_harmonic,
+    joint_harmonic_2, joint_offset, joint_origin, joint_trend, strain,
 };
 use touchcal::robot::{JointKind, Robot};
 use touchcal::se3::Pose;
@@ -61,8 +61,9 @@ fn problem() -> Problem {
         let q: Vec<f64> = (0..robot.dof()).map(|j| (0.37 * f64::from(k) + j as f64).sin()).collect();
         contacts.push(&q, k as usize, Source { file: 0, line: u64::from(k) + 1 });
     }
+    contacts.set_joint_torques(&vec![0.1; robot.dof()]);
     contacts.set_target(target_pose(Vector3::new(0.1, 0.2, 1.0 / 7.0), Some(Vector3::new(1.0, 2.0, 3.0))).unwrap());
-    let blocks: [Vec<Parameter>; 9] = [
+    let blocks: [Vec<Parameter>; 10] = [
         vec![strain()],
         joint_offset(&robot),
         joint_drift(&robot, 0, "here"),
@@ -72,6 +73,7 @@ fn problem() -> Problem {
         joint_gear_ratio(&robot),
         joint_origin(&robot),
         joint_compliance(&robot),
+        joint_backlash(&robot),
     ];
     let tool = Tool { tip_from_tool: Pose::translation(0.0, 0.0, 0.1), prior: PlacePrior::DEFAULT_TOOL };
     Problem::new(robot, tool, fixtures, contacts).with_parameters(blocks.concat())

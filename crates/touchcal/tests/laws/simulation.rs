@@ -171,12 +171,13 @@ fn a_joint_gives_way_to_the_load_by_compliance_times_torque() {
 /// With weight, the encoders read what puts the tool where it is under gravity and load together.
 #[test]
 fn an_arm_is_at_rest_under_gravity_and_load() {
-    const COMPLIANCE: f64 = 2e-4;
-    let scenario = compliant(COMPLIANCE);
+    let mut scenario = compliant(2e-4);
+    scenario.errors.joint_backlash = 3e-4;
     let log = only_log(&scenario, 2);
-    let columns: Vec<KinematicParameter> = (0..7).map(KinematicParameter::JointCompliance).collect();
+    let of_joint = |i| [KinematicParameter::JointCompliance(i), KinematicParameter::JointBacklash(i)];
+    let columns: Vec<KinematicParameter> = (0..7).flat_map(of_joint).collect();
     let mut arm = Kinematics::new(&scenario.robot, &columns, scenario.tip_from_tool);
-    arm.set(&[COMPLIANCE; 7]);
+    arm.set(&[2e-4, 3e-4].repeat(7));
     for row in 0..log.len() {
         let apart = apart(&scenario, &log, row, arm.pose_under(log.q(row), &log.wrench[row]));
         assert!(apart < 1e-7, "row {row}: {apart:e}");

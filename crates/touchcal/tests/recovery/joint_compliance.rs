@@ -6,8 +6,10 @@ use crate::support::{report, solve, uniform};
 use nalgebra::{Point3, Vector3};
 use touchcal::estimate::{Estimate, Noise, Problem, evaluate};
 use touchcal::io::urdf::{self, Ends};
-use touchcal::parameter::{Block, Prior, joint_compliance, joint_offset, joint_origin, segment_strain, strain};
-use touchcal::robot::{JointKind, KinematicParameter, Kinematics, Robot, calibrated};
+use touchcal::parameter::{
+    Block, Parameter, Prior, joint_backlash, joint_compliance, joint_offset, joint_origin, segment_strain, strain,
+};
+use touchcal::robot::{JointKind, JointLoad, KinematicParameter, Kinematics, Robot, calibrated};
 use touchcal::se3::{self, Pose, Twist, Wrench};
 
 /// Turntable, fixed bracket, slide and wrist with skew axes; every moving joint carries a mass, the
@@ -66,11 +68,8 @@ fn masses(robot: &Robot, q: &[f64]) -> Vec<(f64, Vector3<f64>)> {
 }
 
 /// Minus the slope of the potential energy of weights, less the work of `load` on the tip, by the
-/// position of moving joint `i` of a stiff arm; 0 for a prismatic joint.
+/// position of moving joint `i` of a stiff arm.
 fn torque_by_energy(robot: &Robot, q: &[f64], load: &Wrench, i: usize) -> f64 {
-    if robot.moving().nth(i).is_some_and(|joint| joint.kind == JointKind::Prismatic) {
-        return 0.0;
-    }
     let kinematics = Kinematics::new(robot, &[], Pose::identity());
     let energy = |q: &[f64]| -> f64 { masses(robot, q).iter().map(|(mass, at)| -mass * robot.gravity().dot(at)).sum() };
     let at = |h: f64| {
@@ -99,7 +98,12 @@ fn torque_is_the_slope_of_the_potential_energy_and_the_work_of_the_load() {
                 let q: Vec<f64> = uniform(robot.dof(), seed).iter().map(|v| 2.0 * v).collect();
                 let load: Wrench = std::array::from_fn(|k| 20.0 * uniform(6, seed + 50)[k]);
                 let pose = kinematics.pose_and_jacobian_under(&q, &load, &mut scratch);
-                let deflected = q.iter().zip(&scratch.torques).map(|(q, torque)| q + compliance * torque);
+                // A prismatic joint has no compliance.
+                let compliances = robot.moving().map(|joint| match joint.kind {
+                    JointKind::Prismatic => 0.0,
+                    _ => compliance,
+                });
+                let deflected = q.iter().zip(&scratch.torques).zip(compliances).map(|((q, torque), c)| q + c * torque);
                 let deflected: Vec<f64> = deflected.collect();
                 let difference = pose.to_homogeneous() - stiff.pose(&deflected).to_homogeneous();
                 assert!(difference.amax() < 1e-12, "{}: {:e}", robot.name(), difference.amax());
@@ -143,6 +147,63 @@ fn jacobian_matches_central_differences() {
             let error = ((slope(5e-4) * 4.0 - slope(1e-3)) / 3.0 - scratch.parameters[k]).amax();
             let allowed = 1e-7 * scratch.parameters[k].amax().max(1e-3);
             assert!(error <= allowed, "{} {column:?}: {error} of {}", robot.name(), scratch.parameters[k].amax());
+        }
+    }
+}
+
+/// Where joints have play too, also where their torques are about 0, of gravity and load or
+/// measured.
+#[test]
+fn jacobian_with_backlash_matches_central_differences() {
+    for robot in [built_in("iiwa14"), weighed()] {
+        let offsets = [joint_offset(&robot), vec![strain()]].concat();
+        let parameters = [joint_backlash(&robot), joint_compliance(&robot), joint_origin(&robot), offsets].concat();
+        let columns: Vec<KinematicParameter> =
+            parameters.iter().filter_map(|parameter| parameter.id.kinematic()).collect();
+        let mut kinematics = Kinematics::new(&robot, &columns, Pose::translation(0.1, 0.05, 0.1));
+        let size = |parameter: &Parameter| match parameter.id.block() {
+            Block::JointBacklash => 5e-4,
+            Block::JointCompliance => 1e-4,
+            _ => 0.01,
+        };
+        let theta: Vec<f64> = uniform(columns.len(), 3).iter().zip(&parameters).map(|(v, p)| v * size(p)).collect();
+        let q: Vec<f64> = uniform(robot.dof(), 4).iter().map(|v| v * 2.0).collect();
+        let load: Wrench = [5.0, -20.0, 10.0, 1.0, -2.0, 0.5];
+        let measured: Vec<f64> = uniform(robot.dof(), 5).iter().map(|v| v.powi(3)).collect();
+        let mut scratch = kinematics.scratch();
+        for load in [JointLoad::OnTip(&load), JointLoad::Torques(&measured)] {
+            kinematics.set(&theta);
+            let pose = kinematics.pose_and_jacobian_under(&q, load, &mut scratch);
+            assert!((pose.to_homogeneous() - kinematics.pose_under(&q, load).to_homogeneous()).amax() < 1e-15);
+            for (k, column) in columns.iter().enumerate() {
+                let mut slope = |h: f64| {
+                    let mut at = |sign: f64| {
+                        let mut moved = theta.clone();
+                        moved[k] += sign * h;
+                        kinematics.set(&moved);
+                        se3::log(&(pose.inverse() * kinematics.pose_under(&q, load)))
+                    };
+                    (at(1.0) - at(-1.0)) / (2.0 * h)
+                };
+                let h = 1e-2 * size(&parameters[k]);
+                let error = ((slope(0.5 * h) * 4.0 - slope(h)) / 3.0 - scratch.parameters[k]).amax();
+                // Rounding of poses over the step.
+                let allowed = 1e-6 * scratch.parameters[k].amax().max(1e-3) + 1e-14 / h;
+                assert!(error <= allowed, "{} {column:?}: {error:e} of {}", robot.name(), scratch.parameters[k].amax());
+            }
+        }
+        // By the load: a wrench alone changes it.
+        kinematics.set(&theta);
+        kinematics.pose_and_jacobian_under(&q, &load, &mut scratch);
+        kinematics.differentiate_by_load(&mut scratch);
+        for k in 0..6 {
+            let at = |by: f64| {
+                let mut moved = load;
+                moved[k] += by;
+                kinematics.pose_under(&q, &moved)
+            };
+            let difference = se3::log(&(at(-1e-4).inverse() * at(1e-4))) / 2e-4;
+            assert!((difference - scratch.load.column(k)).amax() < 1e-9, "{} {k}", robot.name());
         }
     }
 }

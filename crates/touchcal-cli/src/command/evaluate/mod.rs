@@ -11,6 +11,7 @@ use touchcal::estimate::{Evaluation, Fixture, PlacePrior, Problem, Score, evalua
 use touchcal::experiment::PoseErrors;
 use touchcal::io::calibration_folder::{CORRECTION, ESTIMATE, apply_written};
 use touchcal::io::estimate_file::{EstimateFile, RobotEntry, Status};
+use touchcal::io::problem_file::check_joint_torques;
 use touchcal::io::{Input, Loaded, atomic, urdf};
 use touchcal::parameter::encoder_errors;
 
@@ -49,6 +50,7 @@ pub fn run(args: &EvaluateArgs) -> Result<Outcome, Failure> {
         }
     }
     evaluated.robot = urdf.robot;
+    check_joint_torques(&evaluated.robot, &problem.contacts, problem.contacts.has_joint_torques())?;
     let truth = args.truth.as_deref().map(|path| TrueArm::read(path, &problem)).transpose()?;
     inputs.extend(truth.as_ref().map(|truth| truth.input.clone()));
     let posterior = estimate.as_ref().and_then(EstimateFile::posterior);

@@ -176,7 +176,8 @@ fn nominal_places(problem: &Problem, kinematics: &Kinematics) -> Vec<Pose> {
         if problem.fixtures[f].base_from_fixture.is_some() {
             continue;
         }
-        let tool = kinematics.pose_under(contacts.q(i), &contacts.load(i)).translation.vector;
+        let tool =
+            kinematics.pose_under(contacts.q(i), contacts.load_on_joints(i, &contacts.load(i))).translation.vector;
         sums[f].0 += tool;
         sums[f].1 += 1;
         if let (Some(at_target), Some(target)) = (problem.fixtures[f].manifold.tool_at_target(), contacts.target(i)) {

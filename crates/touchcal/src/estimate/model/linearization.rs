@@ -130,12 +130,14 @@ impl<'m> LinearizationPoint<'m> {
     /// log alone.
     pub fn base_from_tool(&self, i: usize) -> Pose {
         let contacts = &self.model.problem.contacts;
+        let load = contacts.load(i);
+        let on_joints = contacts.load_on_joints(i, &load);
         if self.encoder_errors.is_empty() {
-            return self.kinematics.pose_under(contacts.q(i), &contacts.load(i));
+            return self.kinematics.pose_under(contacts.q(i), on_joints);
         }
         let mut q = contacts.q(i).to_vec();
         subtract_encoder_errors(&self.encoder_errors, contacts.q(i), &mut q);
-        self.kinematics.pose_under(&q, &contacts.load(i))
+        self.kinematics.pose_under(&q, on_joints)
     }
 
     /// Pose of the tool relative to what contact `i` touches, its target or else the fixture,
@@ -148,7 +150,8 @@ impl<'m> LinearizationPoint<'m> {
     /// is scratch for joint positions.
     pub fn pose(&self, i: usize, q: &mut [f64]) -> Pose {
         self.correct(i, q);
-        self.touched_from_tool(i, self.kinematics.pose_under(q, &self.load(i)))
+        let contacts = &self.model.problem.contacts;
+        self.touched_from_tool(i, self.kinematics.pose_under(q, contacts.load_on_joints(i, &self.load(i))))
     }
 
     /// The same of a pose `base_from_tool` in contact `i`.
@@ -163,7 +166,8 @@ impl<'m> LinearizationPoint<'m> {
     pub fn pose_and_jacobian(&self, i: usize, q: &mut [f64], scratch: &mut KinematicsScratch) -> Pose {
         let contacts = &self.model.problem.contacts;
         self.correct(i, q);
-        let base_from_tool = self.kinematics.pose_and_jacobian_under(q, &self.load(i), scratch);
+        let base_from_tool =
+            self.kinematics.pose_and_jacobian_under(q, contacts.load_on_joints(i, &self.load(i)), scratch);
         if self.has_wrench_errors {
             match contacts.known_load(i) {
                 Some(_) => self.kinematics.differentiate_by_load(scratch),

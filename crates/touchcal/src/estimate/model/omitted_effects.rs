@@ -46,8 +46,7 @@ pub(crate) fn with_omitted_effects<'p>(own: &CalibrationModel<'p>) -> (Calibrati
     };
     let (problem, robot) = (own.problem, &own.problem.robot);
     let has = |block: Block| own.layout.parameters.iter().any(|parameter| parameter.id.block() == block);
-    let has_torques = robot.gravity().norm() > 0.0 || problem.contacts.has_loads();
-    if has_torques && !has(Block::JointCompliance) {
+    if has_torques(problem) && !has(Block::JointCompliance) {
         add(OmittedEffect::JointCompliance, joint_compliance(robot), &|_| COMPLIANCE);
     }
     if !has(Block::SegmentStrain) && !has(Block::JointOrigin) {
@@ -93,6 +92,12 @@ pub(crate) fn with_omitted_effects<'p>(own: &CalibrationModel<'p>) -> (Calibrati
         |id| wrench_parameters(WrenchTolerance::DEFAULT).find(|(known, _)| known.id == id).map_or(0.0, |(_, s)| s);
     add(OmittedEffect::Wrench, exact_wrench(problem), &size);
     (own.extended(parameters), omitted)
+}
+
+/// Whether joints bear torques that are known.
+fn has_torques(problem: &Problem) -> bool {
+    let Problem { robot, contacts, .. } = problem;
+    robot.gravity().norm() > 0.0 || contacts.has_loads() || contacts.has_joint_torques()
 }
 
 /// Whether anything that changes contacts is declared exact: a place in some direction, or the

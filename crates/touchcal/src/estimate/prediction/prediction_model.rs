@@ -7,8 +7,8 @@ use crate::estimate::problem::{Noise, PlacePrior, Problem};
 use crate::estimate::result::ParameterPosterior;
 use crate::manifold::ResidualKind;
 use crate::parameter::{
-    Block, Parameter, ParameterId, Prior, gap_bias, joint_compliance, joint_drift, joint_gear_ratio, joint_harmonic,
-    joint_harmonic_2, joint_offset, joint_origin, joint_trend, segment_strain, strain,
+    Block, Parameter, ParameterId, Prior, gap_bias, joint_backlash, joint_compliance, joint_drift, joint_gear_ratio,
+    joint_harmonic, joint_harmonic_2, joint_offset, joint_origin, joint_trend, segment_strain, strain,
 };
 
 /// Distance (m) up to which two arms put the tool at the same place.
@@ -81,9 +81,10 @@ fn further_parameters(own: &CalibrationModel<'_>, posterior: Option<&ParameterPo
     let mut parameters = Vec::new();
     if let Some(posterior) = posterior {
         let tool = (0..6).map(|k| Parameter::twist("tool", ParameterId::tool(k), k)).collect();
-        let of_arm = [joint_offset(robot), joint_origin(robot), joint_compliance(robot), segment_strain(robot)];
+        let of_links = [joint_offset(robot), joint_origin(robot), segment_strain(robot)];
+        let of_torques = [joint_compliance(robot), joint_backlash(robot)];
         let of_encoders = [joint_harmonic(robot), joint_harmonic_2(robot), joint_gear_ratio(robot), joint_trend(robot)];
-        let all = of_arm.into_iter().chain(of_encoders).chain([vec![strain()], tool]).flatten();
+        let all = of_links.into_iter().chain(of_torques).chain(of_encoders).chain([vec![strain()], tool]).flatten();
         parameters.extend(all.filter(|parameter| posterior.index(&parameter.name).is_some()));
         let has_drift = ["joint_drift", "joint_trend", "joint_walk"]
             .iter()

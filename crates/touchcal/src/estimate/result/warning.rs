@@ -208,14 +208,19 @@ pub enum Warning {
     },
     /// Contacts that were held out contradict the uncertainty that the calibration reports.
     HeldOutContradicted(Contradiction),
-    /// The tool's pose was estimated, but the calibrated chain ends at the tip link and does not
-    /// contain it.
+    /// The tool's pose was estimated, but the calibrated chain ends at the tip link.
     ToolNotInRobot {
         /// Estimated pose of the tool frame in the tip link's frame (m).
         tip_from_tool: Pose,
     },
-    /// The calibrated arm is compliant, which a URDF reader that ignores compliance cannot
-    /// reproduce.
+    /// A joint deflects against its measured torque, significantly: the torque has the other sign.
+    DeflectionAgainstTorque {
+        /// Name of the parameter.
+        name: String,
+        /// Estimate over its standard deviation (1), below 0.
+        deviations: f64,
+    },
+    /// The calibrated arm is compliant or has backlash, which other readers of its URDF ignore.
     ComplianceInRobot,
     /// Harmonics or gear ratios of the encoders were estimated; the calibrated arm lacks them.
     HarmonicsNotInRobot {
@@ -235,10 +240,7 @@ pub enum Warning {
 }
 
 impl Warning {
-    /// What the warning means for the use of the result; for [`Warning::CorrelatedErrors`],
-    /// [`Warning::ManyRejected`], [`Warning::FarFromPrior`], [`Warning::FewInformativeContacts`],
-    /// [`Warning::CommonScale`], [`Warning::OmittedEffect`] and [`Warning::PredictionContradicted`]
-    /// their `usable` decides.
+    /// What the warning means for the use of the result; where it has `usable`, that decides.
     pub fn severity(&self) -> Severity {
         match self {
             Warning::TooFewContacts { .. }
@@ -249,6 +251,7 @@ impl Warning {
             | Warning::NotTouching { .. }
             | Warning::LoadNotBorne { .. }
             | Warning::MistakenDeclaration { .. }
+            | Warning::DeflectionAgainstTorque { .. }
             | Warning::ContradictedDeclarations { .. }
             | Warning::CompetingMinimum { .. } => Severity::Unusable,
             Warning::CorrelatedErrors { usable, .. }
@@ -261,15 +264,13 @@ impl Warning {
                 true => Severity::Doubtful,
                 false => Severity::Unusable,
             },
-            Warning::NoiseExceeded { .. } | Warning::NoUncertainty | Warning::HeldOutContradicted(_) => {
-                Severity::Doubtful
-            }
+            Warning::NoiseExceeded { .. } => Severity::Doubtful,
+            Warning::NoUncertainty | Warning::HeldOutContradicted(_) => Severity::Doubtful,
             _ => Severity::Caution,
         }
     }
 
-    /// Name of the variant in files: `too_few_contacts`, `fixture_without_contacts`, … (snake
-    /// case).
+    /// Name of the variant in files, in snake case: `too_few_contacts`.
     pub fn kind(&self) -> &'static str {
         match self {
             Warning::TooFewContacts { .. } => "too_few_contacts",
@@ -298,6 +299,7 @@ impl Warning {
             Warning::PredictionContradicted { .. } => "prediction_contradicted",
             Warning::HeldOutContradicted(_) => "held_out_contradicted",
             Warning::ToolNotInRobot { .. } => "tool_not_in_robot",
+            Warning::DeflectionAgainstTorque { .. } => "deflection_against_torque",
             Warning::ComplianceInRobot => "compliance_in_robot",
             Warning::HarmonicsNotInRobot { .. } => "harmonics_not_in_robot",
             Warning::MistakenDeclaration { .. } => "mistaken_declaration",
@@ -344,10 +346,9 @@ impl Warning {
                 text::omitted_effect_message(effect, (*p_value, *displacement), *usable)
             }
             Warning::PredictionContradicted { ratio, widening, .. } => text::prediction_message(*ratio, *widening),
-            Warning::HeldOutContradicted(contradiction) => {
-                format!("contacts that were held out contradict this calibration: {}", contradiction.message())
-            }
+            Warning::HeldOutContradicted(contradiction) => text::held_out_message(contradiction),
             Warning::ToolNotInRobot { .. } => text::TOOL_MESSAGE.to_owned(),
+            Warning::DeflectionAgainstTorque { name, deviations } => text::against_torque_message(name, *deviations),
             Warning::ComplianceInRobot => text::COMPLIANCE_MESSAGE.to_owned(),
             Warning::HarmonicsNotInRobot { displacement } => text::harmonics_message(*displacement),
             Warning::MistakenDeclaration { mistake, declared, corrected } => mistake.message(declared, corrected),
@@ -376,15 +377,14 @@ impl Warning {
             Warning::LittleJointMotion { .. } => "move it more, to separate its errors from its neighbours'",
             Warning::Implausible { .. } | Warning::ContradictedDeclarations { .. } => text::IMPLAUSIBLE_ADVICE,
             Warning::SymmetricPart { .. } => "if the choice matters, declare a standard deviation of this rotation",
-            Warning::NoUncertainty => {
-                "use the exact shapes of the parts and method = \"levenberg_marquardt\" to get standard deviations"
-            }
+            Warning::NoUncertainty => text::NO_UNCERTAINTY_ADVICE,
             Warning::FarFromPrior { name, .. } => text::far_from_prior_advice(name),
             Warning::CommonScale { .. } => text::COMMON_SCALE_ADVICE,
             Warning::OmittedEffect { effect, .. } => effect.remedy(),
             Warning::PredictionContradicted { .. } => text::PREDICTION_ADVICE,
             Warning::HeldOutContradicted(contradiction) => contradiction.advice(),
             Warning::ToolNotInRobot { .. } => text::TOOL_ADVICE,
+            Warning::DeflectionAgainstTorque { .. } => text::AGAINST_TORQUE_ADVICE,
             Warning::ComplianceInRobot => text::COMPLIANCE_ADVICE,
             Warning::HarmonicsNotInRobot { .. } => text::HARMONICS_ADVICE,
             Warning::MistakenDeclaration { mistake, .. } => mistake.remedy(),

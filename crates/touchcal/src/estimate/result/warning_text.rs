@@ -1,6 +1,7 @@
 //! Texts of warnings that depend on more than their kind, and those that are long.
 
 use super::effect_test::OmittedEffect;
+use super::evaluation::Contradiction;
 use crate::parameter::Unit;
 
 /// Remedies, in one English sentence without a full stop.
@@ -32,13 +33,17 @@ pub(super) const IMPLAUSIBLE_ADVICE: &str = "check units, the robot description,
 pub(super) const TOOL_ADVICE: &str =
     "declare the tool at its estimated pose where the calibrated robot is used (TCP, cell description)";
 pub(super) const COMPLIANCE_ADVICE: &str =
-    "apply it in the arm's driver by `correction.json`, or calibrate without joint compliance";
+    "apply it in the arm's driver by `correction.json`, or calibrate without joint compliance and backlash";
+pub(super) const AGAINST_TORQUE_ADVICE: &str =
+    "check whether `tau_joint` is \"load\" or \"motor\", and the sign of the joint's column of torques";
+pub(super) const NO_UNCERTAINTY_ADVICE: &str =
+    "use the exact shapes of the parts and method = \"levenberg_marquardt\" to get standard deviations";
 pub(super) const ORIGIN_ADVICE: &str = "draw outlines about the origin; ignore this if the frame is meant to be there";
 
 /// Messages.
 pub(super) const TOOL_MESSAGE: &str = "the calibrated robot description does not contain the tool's estimated pose";
 pub(super) const COMPLIANCE_MESSAGE: &str =
-    "only touchcal reads joint compliance from the calibrated robot description";
+    "only touchcal reads joint compliance and backlash from the calibrated robot description";
 
 /// Message on a distance that the nominal arm contradicts, a declared and a measured distance (mm).
 pub(super) fn distance_message([a, b]: &[String; 2], declared: f64, measured: f64) -> String {
@@ -138,6 +143,16 @@ pub(super) fn symmetric_part_message(name: &str, angle: f64) -> String {
 
 pub(super) fn far_from_prior_message(name: &str, deviations: f64) -> String {
     format!("`{name}` ended {deviations:.1} standard deviations from what was declared")
+}
+
+/// Message on a joint that deflects against its torque.
+pub(super) fn against_torque_message(name: &str, deviations: f64) -> String {
+    format!("`{name}` is below 0 by {:.0} standard deviations: no joint deflects against its torque", -deviations)
+}
+
+/// Message on contacts that were held out and contradict the calibration.
+pub(super) fn held_out_message(contradiction: &Contradiction) -> String {
+    format!("contacts that were held out contradict this calibration: {}", contradiction.message())
 }
 
 /// Message on contacts that scatter `factor` (1) times more than noise that is `declared`, or not.

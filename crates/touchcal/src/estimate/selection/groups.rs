@@ -86,7 +86,9 @@ fn regions(problem: &Problem) -> Option<Groups> {
     if contacts.len() < LEAST_CONTACTS {
         return None;
     }
-    let position = |i| model.kinematics.pose_under(contacts.q(i), &contacts.load(i)).translation.vector;
+    let position = |i| {
+        model.kinematics.pose_under(contacts.q(i), contacts.load_on_joints(i, &contacts.load(i))).translation.vector
+    };
     let positions: Vec<Vector3<f64>> = (0..contacts.len()).map(position).collect();
     let mut parts = vec![(0..contacts.len()).collect::<Vec<usize>>()];
     while parts.len() < MOST_REGIONS && contacts.len() >= 2 * parts.len() * CONTACTS_PER_REGION {

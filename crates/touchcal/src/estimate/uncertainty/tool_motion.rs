@@ -118,6 +118,7 @@ mod tests {
             axis: nalgebra::Unit::new_normalize(axis),
             limits: None,
             compliance: 0.0,
+            backlash: 0.0,
             inertia: None,
         };
         let joints = vec![joint("a", Vector3::z(), 0.0), joint("b", Vector3::y(), 0.5), joint("c", Vector3::y(), 0.5)];

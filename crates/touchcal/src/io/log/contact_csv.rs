@@ -1,7 +1,8 @@
 //! Contact logs as comma-separated values, plain or gzipped.
 //!
 //! With a header, columns are found by name, whatever their case and order, and others are ignored:
-//! the URDF's joint names or `q1`…`qn`; `fx,fy,fz,tx,ty,tz`; `contact` (0, 1, true or false).
+//! the URDF's joint names or `q1`…`qn`; `fx,fy,fz,tx,ty,tz`; `contact` (0, 1, true or false); the
+//! torques of joints, `tau_` and the joint's name or `tau_1`…`tau_n`, where these are asked for.
 //! Without one, the columns are the joints in order and nothing else, or what [`Options::header`]
 //! declares.
 //!
@@ -108,6 +109,7 @@ impl RowParser<'_> {
             match holds {
                 Holds::Joint(joint) => self.row.q[*joint] = value * self.layout.scale[*joint],
                 Holds::Wrench(k) => self.row.wrench[*k] = value,
+                Holds::Torque(joint) => self.row.set_torque(*joint, value),
                 Holds::Temperature => self.row.temperature = Some(value),
                 Holds::Target(k, unit) => {
                     self.row.place.get_or_insert_default()[*k] = value * unit.in_metres();

@@ -10,7 +10,7 @@ use crate::robot::Kinematics;
 use crate::se3::Pose;
 
 /// Blocks of the arm's own parameters: not those of one log.
-const ARM: [Block; 8] = [
+const ARM: [Block; 9] = [
     Block::Strain,
     Block::SegmentStrain,
     Block::JointOffset,
@@ -19,6 +19,7 @@ const ARM: [Block; 8] = [
     Block::JointGearRatio,
     Block::JointOrigin,
     Block::JointCompliance,
+    Block::JointBacklash,
 ];
 /// Difference of the numbers of two nominal poses of a tool that is rounding.
 const ROUNDING: f64 = 1e-9;

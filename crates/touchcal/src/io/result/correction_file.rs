@@ -5,7 +5,7 @@ use serde_json::Value;
 
 use crate::estimate::Status;
 use crate::io::base::error::{IoError, Place};
-use crate::robot::{EncoderTerm, Joint, JointCorrection, JointKind, LoadedLink, Robot, split_offsets};
+use crate::robot::{BACKLASH_TORQUE, EncoderTerm, Joint, JointCorrection, JointKind, LoadedLink, Robot, split_offsets};
 use crate::se3::Pose;
 
 /// Version of the format.
@@ -18,7 +18,7 @@ const TEXTS: [(&str, &str); 4] = [
     ),
     (
         "model",
-        "true = measured - error(measured) + compliance_rad_per_nm * torque(true); error = -gear_ratio * measured + the sum over harmonics of sin * sin(order * measured) + cos * cos(order * measured); torque (N m) about the joint's axis, of gravity on the masses that the joint carries and of a load on the tip",
+        "true = measured - error(measured) + compliance_rad_per_nm * torque(true) + backlash * torque(true) / sqrt(torque(true)^2 + backlash_torque^2); error = -gear_ratio * measured + the sum over harmonics of sin * sin(order * measured) + cos * cos(order * measured); torque (N m) about the joint's axis, or force (N) along that of a prismatic joint, by \"torque\": of gravity on the masses that the joint carries and of a load on the tip (gravity_and_load), or that gravity and contact exert there, measured where the encoders are (measured)",
     ),
     (
         "offsets",
@@ -38,6 +38,7 @@ struct JointEntry<'a> {
     gear_ratio: f64,
     harmonics: Vec<HarmonicEntry>,
     compliance_rad_per_nm: f64,
+    backlash: f64,
     axis: [f64; 3],
     #[serde(flatten)]
     link: LinkEntry,
@@ -99,6 +100,8 @@ pub fn text(
     entries.extend(TEXTS.map(|(key, words)| (key, string(words))));
     let tip = links.last().map(|link| line(&LinkEntry::of(link)));
     entries.extend([
+        ("torque", string(if calibrated.has_measured_torques() { "measured" } else { "gravity_and_load" })),
+        ("backlash_torque", line(&BACKLASH_TORQUE)),
         ("has_masses", calibrated.has_masses().to_string()),
         ("gravity_m_s2", line(&<[f64; 3]>::from(*calibrated.gravity()))),
         ("joints", format!("[\n    {}\n  ]", joints.collect::<Vec<_>>().join(",\n    "))),
@@ -129,6 +132,7 @@ fn joint_entry<'a>(
         gear_ratio: amplitude(EncoderTerm::GearRatio),
         harmonics: harmonics.into_iter().filter(|entry| (entry.sin, entry.cos) != (0.0, 0.0)).collect(),
         compliance_rad_per_nm: if turns { joint.compliance } else { 0.0 },
+        backlash: joint.backlash,
         axis: joint.axis.into_inner().into(),
         link: LinkEntry::of(link),
     }

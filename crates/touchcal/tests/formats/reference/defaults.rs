@@ -14,7 +14,7 @@ const BASE: &str = "[robot]\nbuiltin = \"iiwa14\"\n[tool]\nkind = \"peg\"\nbuilt
     between = [\"hole\", \"other\"]\nmm = 200\n[log]\n[[contacts]]\nfile = \"hole.csv\"\nfixture = \"hole\"\n\
     force_threshold_n = 3\nload_on = \"tool\"\n[noise]\n[estimate.prior]\n[estimate.descent]\n";
 const SEARCH: &str = "[estimate]\nparameters = [\"strain\", \"joint_offset\", \"joint_origin\", \
-    \"joint_harmonic\", \"joint_harmonic_2\", \"joint_gear_ratio\"]\n";
+    \"joint_backlash\", \"joint_harmonic\", \"joint_harmonic_2\", \"joint_gear_ratio\"]\n";
 const DESCENT: &str = "[estimate]\nmethod = \"gradient_descent\"\nparameters = [\"joint_offset\"]\n";
 const LOG: &str = "joint_a1,joint_a2,joint_a3,joint_a4,joint_a5,joint_a6,joint_a7,fx,fy,fz,tx,ty,tz\n\
     0,0.5,0,-1,0,0.7,0,0,0,5,0,0,0\n0,0.5,0,-1,0,0.7,0.1,0,0,5,0,0,0\n0,0.5,0,-1,0,0.7,0.2,0,0,1,0,0,0\n\
@@ -96,5 +96,5 @@ fn defaults_are_those_of_the_reader() {
             tested += 1;
         }
     }
-    assert_eq!(tested, 41);
+    assert_eq!(tested, 42);
 }

@@ -75,7 +75,7 @@ fn keys_are_as_in_the_preset() {
             tested += 1;
         }
     }
-    assert_eq!(tested, 41);
+    assert_eq!(tested, 43);
 }
 
 /// Without a preset a scenario is that of the paper, with the errors that the reference states.
@@ -101,7 +101,7 @@ fn keys_without_a_preset_have_the_stated_defaults() {
         assert_ne!(with(&other).as_ref(), Ok(&without), "{}, not {other}", key.name);
         tested += 1;
     }
-    assert_eq!(tested, 11);
+    assert_eq!(tested, 12);
 }
 
 #[test]

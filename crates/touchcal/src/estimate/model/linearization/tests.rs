@@ -8,7 +8,8 @@ use crate::estimate::problem::{Fixture, PlacePrior, Problem, ShapeTolerance, Too
 use crate::io::urdf::{self, Ends};
 use crate::manifold::{BallInSocket, Target};
 use crate::parameter::{
-    joint_compliance, joint_gear_ratio, joint_harmonic, joint_harmonic_2, joint_offset, joint_trend, joint_walk,
+    Parameter, joint_backlash, joint_compliance, joint_gear_ratio, joint_harmonic, joint_harmonic_2, joint_offset,
+    joint_origin, joint_trend, joint_walk,
 };
 
 /// Five contacts of an arm whose encoders have offsets, trends, harmonics and gear ratios.
@@ -81,6 +82,54 @@ fn derivatives_by_errors_of_the_wrench_are_those_of_differences() {
                 // Of up to 4e-3 rad for a scale of 1, and what a cubic term adds.
                 assert!((derivative - difference[row]).abs() < 1e-8, "{name}, contact {i}: {derivative} {difference}");
             }
+        }
+    }
+}
+
+/// The same contacts, those of an even number with measured joint torques, by an arm whose origins
+/// compliances and backlashes are estimated.
+fn torque_problem() -> Problem {
+    let mut problem = problem();
+    let measured = std::mem::take(&mut problem.contacts);
+    let mut contacts = ContactLog::new(measured.dof());
+    for i in 0..measured.len() {
+        contacts.push(measured.q(i), 0, measured.source(i));
+        if i % 2 == 0 {
+            let torques: Vec<f64> = (0..7).map(|k| 40.0 * (i as f64 + 2.0 * f64::from(k)).cos()).collect();
+            contacts.set_joint_torques(&torques);
+        }
+    }
+    let Problem { robot, tool, fixtures, .. } = problem;
+    let deflections = [joint_compliance(&robot), joint_backlash(&robot)].concat();
+    let parameters = [deflections, joint_origin(&robot), joint_offset(&robot)].concat();
+    Problem::new(robot, tool, fixtures, contacts).with_parameters(parameters)
+}
+
+/// Measured torques deflect joints, whatever the posture; without them nothing does, not even
+/// gravity.
+#[test]
+fn derivatives_by_deflections_under_measured_torques_are_those_of_differences() {
+    let problem = torque_problem();
+    let model = CalibrationModel::new(&problem);
+    let theta = DVector::from_fn(model.layout.len(), |k, _| 1e-3 * (k as f64).cos());
+    let at = LinearizationPoint::new(&model, &theta);
+    let (mut q, mut scratch) = (vec![0.0; at.dof()], at.scratch());
+    for i in 0..problem.contacts.len() {
+        let pose = at.pose_and_jacobian(i, &mut q, &mut scratch);
+        for k in 0..theta.len() {
+            let moved = |by: f64| {
+                let mut theta = theta.clone();
+                theta[k] += by;
+                let point = LinearizationPoint::new(&model, &theta);
+                se3::log(&(pose.inverse() * point.pose(i, &mut [0.0; 7])))
+            };
+            let difference = (moved(1e-6) - moved(-1e-6)) / 2e-6;
+            let Parameter { name, id, .. } = &model.layout.parameters[k];
+            if id.block().is_deflection() {
+                assert_eq!(difference.amax() > 1e-3, i % 2 == 0, "{name}, contact {i}");
+            }
+            let motion = at.tool_motion((k, i), None, &scratch);
+            assert!((motion - difference).amax() < 1e-7, "{name}, contact {i}: {motion} {difference}");
         }
     }
 }

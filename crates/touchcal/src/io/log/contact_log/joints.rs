@@ -12,6 +12,12 @@ use crate::robot::{JointKind, Robot};
 /// Usual names of a wrench's components.
 pub(crate) const WRENCH: [&str; 6] = ["fx", "fy", "fz", "tx", "ty", "tz"];
 
+/// Usual names of the column of a joint's torque: with the joint's name and with its number among
+/// the columns, from 1.
+pub(crate) fn torque_names(joint: &str, number: usize) -> [String; 2] {
+    [format!("tau_{joint}"), format!("tau_{number}")]
+}
+
 /// Usual names of a target's coordinates, in m and in mm, and of its normal.
 pub(crate) const TARGET: [[&str; 2]; 3] = [["x_m", "x_mm"], ["y_m", "y_mm"], ["z_m", "z_mm"]];
 pub(crate) const NORMAL: [&str; 3] = ["nx", "ny", "nz"];
@@ -68,7 +74,12 @@ pub(crate) fn check_renames(file: &str, robot: &Robot, options: &Options) -> Res
     let numbered: Vec<String> = (1..=robot.dof()).map(|number| format!("q{number}")).collect();
     let joints = robot.moving().map(|joint| joint.name.as_str());
     let of_target = TARGET.iter().flatten().chain(&NORMAL).copied().filter(|_| options.targets.is_some());
-    let known = joints.chain(numbered.iter().map(String::as_str)).chain(WRENCH).chain(["contact"]).chain(of_target);
+    let torques: Vec<String> = match options.joint_torques {
+        Some(_) => robot.moving().zip(1..).flat_map(|(joint, number)| torque_names(&joint.name, number)).collect(),
+        None => Vec::new(),
+    };
+    let of_joints = joints.chain(numbered.iter().map(String::as_str)).chain(torques.iter().map(String::as_str));
+    let known = of_joints.chain(WRENCH).chain(["contact"]).chain(of_target);
     let known: Vec<&str> = known.collect();
     match options.columns.keys().find(|key| !known.iter().any(|name| same(key, name))) {
         None => Ok(()),

@@ -1,6 +1,6 @@
 //! Which column of a log holds what.
 
-use super::joints::{NORMAL, TARGET, WRENCH, check_renames, joint_order, scale};
+use super::joints::{NORMAL, TARGET, WRENCH, check_renames, joint_order, scale, torque_names};
 use super::kuka;
 use super::options::{Options, TargetColumns};
 use crate::contact::AngleUnit;
@@ -16,6 +16,8 @@ pub(crate) enum Holds {
     Joint(usize),
     /// Force component 0…2, torque component 3…5.
     Wrench(usize),
+    /// Torque about a moving joint, or force of a prismatic one.
+    Torque(usize),
     /// Contact flag.
     Contact,
     /// Temperature of the arm.
@@ -53,6 +55,8 @@ impl Holds {
             Holds::Joint(_) => "a number in radians",
             Holds::Wrench(0..3) => "a number in N",
             Holds::Wrench(_) => "a number in Nm",
+            Holds::Torque(joint) if prismatic(joint) => "a number in N",
+            Holds::Torque(_) => "a number in Nm",
             Holds::Contact => "0, 1, true or false",
             Holds::Temperature => "a number in degrees Celsius",
             Holds::Target(_, LengthUnit::Metre) => "a number in metres",
@@ -97,8 +101,13 @@ impl Layout {
         let order = joint_order(&place.file, robot, options)?;
         let used = in_order(&cells, &place, robot, &order)?;
         check_wrench(&used, options, place.clone(), || "no header".to_owned())?;
-        if options.targets.is_some() {
-            let expected = "a header, or `header`, with the columns of targets";
+        let missing = match (options.targets, options.joint_torques) {
+            (Some(_), _) => Some("targets"),
+            (None, Some(_)) => Some("joint torques"),
+            (None, None) => None,
+        };
+        if let Some(missing) = missing {
+            let expected = format!("a header, or `header`, with the columns of {missing}");
             return Err(IoError::unexpected(place, expected, "no header"));
         }
         Ok(Layout {
@@ -211,6 +220,7 @@ fn by_name(
     }
     used.extend(search.column("contact")?.map(|column| (column, Holds::Contact, "contact".to_owned())));
     used.extend(search.targets()?);
+    used.extend(search.torques(robot, order)?);
     if let Some(name) = &options.temperature {
         let found = || format!("{}{}", shown_names(&header), did_you_mean(name, header.iter().copied()));
         // The time may be `t`.
@@ -286,6 +296,30 @@ impl Search<'_> {
                 let column = self.column(name)?.ok_or_else(|| missing(expected()))?;
                 used.push((column, Holds::Normal(k), self.header[column].to_owned()));
             }
+        }
+        Ok(used)
+    }
+
+    /// The columns of joint torques, if the options ask for them.
+    fn torques(&self, robot: &Robot, order: &[usize]) -> Result<Vec<(usize, Holds, String)>, IoError> {
+        let mut used = Vec::new();
+        if self.options.joint_torques.is_none() {
+            return Ok(used);
+        }
+        for (index, joint) in robot.moving().enumerate() {
+            let number = 1 + order.iter().position(|at| *at == index).unwrap_or(index);
+            let [named, numbered] = torque_names(&joint.name, number);
+            let column = match self.column(&named)? {
+                Some(column) => Some(column),
+                None => self.column(&numbered)?,
+            };
+            let Some(column) = column else {
+                let expected = format!(
+                    "a column of the torque about every joint: `{named}` or `{numbered}`, or its name in `columns`"
+                );
+                return Err(IoError::unexpected(self.place.clone(), expected, shown_names(self.header)));
+            };
+            used.push((column, Holds::Torque(index), self.header[column].to_owned()));
         }
         Ok(used)
     }

@@ -44,6 +44,7 @@ impl<'a> NumberRows<'a> {
             match holds {
                 Holds::Joint(joint) if value.is_finite() => self.row.q[*joint] = value * self.layout.scale[*joint],
                 Holds::Wrench(k) if value.is_finite() => self.row.wrench[*k] = value,
+                Holds::Torque(joint) if value.is_finite() => self.row.set_torque(*joint, value),
                 Holds::Temperature if value.is_finite() => self.row.temperature = Some(value),
                 Holds::Target(k, unit) if value.is_finite() => {
                     self.row.place.get_or_insert_default()[*k] = value * unit.in_metres();

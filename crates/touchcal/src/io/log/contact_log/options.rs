@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use crate::contact::{AngleUnit, Detection, IngestOptions, Load};
+use crate::contact::{AngleUnit, Detection, IngestOptions, Load, TorqueOf};
 
 /// How to read a log: its columns and units, and which rows are contacts. By default all is found
 /// from the log itself, and contacts are of fixture 0.
@@ -49,6 +49,10 @@ pub struct Options {
     /// How the wrench, about the tip's origin, loads the arm and bends its joints; `None`: it is
     /// not taken into account. Needs columns `fx` to `tz` (N, N m), or wrenches in a bag.
     pub load: Option<Load>,
+    /// Whose joint torques the log holds, which deflect joints in place of gravity on masses and a
+    /// load; `None`: they are not read. Needs a column for each moving joint (N m, or N of a
+    /// prismatic one), `tau_` and the joint's name or `tau_1` … `tau_n`, or efforts in a bag.
+    pub joint_torques: Option<TorqueOf>,
 }
 
 /// The columns of targets: a place in the frame of the fixture, `x_m`, `y_m`, `z_m` or `x_mm`,
@@ -76,7 +80,7 @@ impl Options {
 
     /// What makes contacts of rows.
     pub(crate) fn ingest(&self) -> IngestOptions {
-        let Options { fixture, detection, apart, load, .. } = *self;
-        IngestOptions { fixture, detection, apart, load }
+        let Options { fixture, detection, apart, load, joint_torques: torques, .. } = *self;
+        IngestOptions { fixture, detection, apart, load, torques }
     }
 }

@@ -37,6 +37,7 @@ impl RowSink for ContactIngest<'_> {
 
     fn push(&mut self, number: u64, row: &Row) -> Result<(), LogFull> {
         self.set_temperature(row.temperature);
+        self.set_joint_torques(&row.torques);
         self.set_fingerprint(row.fingerprint);
         self.set_target(row.target());
         ContactIngest::push(self, number, &row.q, row.wrench, row.flag)

@@ -32,7 +32,7 @@ impl LogTable {
     /// Reads all rows of a log of any format, or of the only file in a bag's folder.
     /// [`Options::detection`], [`Options::apart`] and [`Options::fixture`] are ignored; the
     /// wrenches of a bag are read if [`Options::wrench_topic`] or [`Options::load`] is given.
-    /// Wrenches are kept as measured.
+    /// Wrenches are kept as measured, joint torques left out.
     ///
     /// # Errors
     /// As [`read_file`](super::read_file), with [`MAX_CONTACTS`] as the largest number of rows.
@@ -78,7 +78,7 @@ impl LogTable {
             Holds::Temperature => "temperature_c",
             Holds::Target(k, _) => TARGET[*k][0],
             Holds::Normal(k) => NORMAL[*k],
-            Holds::Contact | Holds::Joint(_) => "contact",
+            Holds::Contact | Holds::Joint(_) | Holds::Torque(_) => "contact",
         };
         self.joints.iter().map(String::as_str).chain(self.extras.iter().map(extra)).collect()
     }
@@ -127,7 +127,7 @@ impl LogTable {
 
 impl RowSink for LogTable {
     fn set_extras(&mut self, extras: &[Holds]) {
-        self.extras = extras.to_vec();
+        self.extras = extras.iter().filter(|holds| !matches!(holds, Holds::Torque(_))).copied().collect();
     }
 
     fn push(&mut self, _: u64, row: &Row) -> Result<(), LogFull> {
@@ -140,7 +140,7 @@ impl RowSink for LogTable {
             Holds::Temperature => row.temperature.unwrap_or(f64::NAN),
             Holds::Target(k, _) => row.place.map_or(f64::NAN, |place| place[*k]),
             Holds::Normal(k) => row.normal.map_or(f64::NAN, |normal| normal[*k]),
-            Holds::Contact | Holds::Joint(_) => f64::from(u8::from(row.flag)),
+            Holds::Contact | Holds::Joint(_) | Holds::Torque(_) => f64::from(u8::from(row.flag)),
         };
         self.values.extend(self.extras.iter().map(extra));
         Ok(())

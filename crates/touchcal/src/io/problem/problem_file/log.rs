@@ -3,8 +3,8 @@
 use toml::Spanned;
 
 use super::context::{Allowed, Context, DEG};
-use super::schema::{ContactsToml, LoadFrameToml, LoadOnToml, LogToml, UnitToml};
-use crate::contact::{AngleUnit, Detection, Load, LoadFrame, LoadOn};
+use super::schema::{ContactsToml, LoadFrameToml, LoadOnToml, LogToml, TauJointToml, UnitToml};
+use crate::contact::{AngleUnit, Detection, Load, LoadFrame, LoadOn, TorqueOf};
 use crate::io::base::error::{IoError, shown_number};
 use crate::io::log::contact_log::Options;
 
@@ -24,6 +24,7 @@ pub(super) fn options(table: &ContactsToml, log: &LogToml, context: &Context<'_>
         detection: detection(table, &keys, context)?,
         apart: context.number(keys.apart_deg.as_ref(), DEG, Allowed::Positive, &apart)?,
         load: load(table, &keys, context)?,
+        joint_torques: joint_torques(table, &keys, context)?,
         header: keys.header,
         temperature: keys.temperature,
         joint_topic: keys.joint_topic,
@@ -91,4 +92,18 @@ fn load(table: &ContactsToml, keys: &LogToml, context: &Context<'_>) -> Result<O
         }
     };
     Ok(Some(Load { on, frame, lag }))
+}
+
+/// Whose torques the joint torques of a log are.
+fn joint_torques(table: &ContactsToml, keys: &LogToml, context: &Context<'_>) -> Result<Option<TorqueOf>, IoError> {
+    let Some(given) = &keys.tau_joint else { return Ok(None) };
+    if keys.load_on.is_some() {
+        let place = context.place(given.span(), field("tau_joint", table.tau_joint.is_some()));
+        let found = "both: measured joint torques have the load in them";
+        return Err(IoError::unexpected(place, "`tau_joint` or `load_on`", found));
+    }
+    Ok(Some(match given.get_ref() {
+        TauJointToml::Load => TorqueOf::Load,
+        TauJointToml::Motor => TorqueOf::Motor,
+    }))
 }

@@ -45,7 +45,7 @@ pub use assumptions::Assumptions;
 pub use context::MAX_BYTES;
 pub use declared::missing_place;
 pub use selection::{Selection, placement};
-pub use settings::{DEFAULT_CONTACT, DEFAULT_ENCODER, Settings};
+pub use settings::{DEFAULT_CONTACT, DEFAULT_ENCODER, Settings, check_joint_torques};
 pub use tolerance::DeclaredPrior;
 
 /// JSON Schema (draft 2020-12) of a problem file, for editors.
@@ -157,6 +157,7 @@ fn build(toml: &ProblemToml, selection: &Selection, context: &Context<'_>) -> Re
     let acceptance = toml.accept.as_ref().map(|table| acceptance(table, (&robot, &tool), context)).transpose()?;
     let mut problem = settings.problem(robot, (tool, fixtures, distances), contacts)?;
     problem.acceptance = acceptance;
+    check_joint_torques(&problem.robot, &held_out, problem.contacts.has_joint_torques())?;
     problem.held_out = held_out;
     check_size(&problem, context)?;
     Ok(Loaded { problem, urdf, inputs, settings: settings_text(context)?, assumptions })

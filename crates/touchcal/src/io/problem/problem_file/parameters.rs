@@ -13,12 +13,13 @@ use crate::parameter::{
 use crate::robot::Robot;
 
 /// Blocks that may be listed.
-const BLOCKS: [Block; 13] = [
+const BLOCKS: [Block; 14] = [
     Block::Strain,
     Block::SegmentStrain,
     Block::JointOffset,
     Block::JointOrigin,
     Block::JointCompliance,
+    Block::JointBacklash,
     Block::JointDrift,
     Block::JointTrend,
     Block::JointWalk,
@@ -49,8 +50,8 @@ pub(super) struct Wanted {
     pub(super) tool: bool,
     /// The place of every fixture is to be estimated.
     pub(super) fixtures: bool,
-    /// Where the joints' compliance is asked for.
-    pub(super) joint_compliance: Option<Place>,
+    /// Where the joints' compliance or backlash is asked for, and which.
+    pub(super) deflection: Option<(Place, Block)>,
     /// The joints' zeros may differ from placement to placement.
     pub(super) joint_drift: bool,
     pub(super) method: Method,
@@ -78,7 +79,7 @@ pub(super) fn wanted(
         parameters: Vec::new(),
         tool: false,
         fixtures: false,
-        joint_compliance: None,
+        deflection: None,
         joint_drift: false,
         method: method(estimate, context)?,
         loss: loss(estimate, context)?,
@@ -106,8 +107,8 @@ pub(super) fn wanted(
             Block::JointWalk => joint_walk(robot, drift.walk.unwrap_or(DEFAULT_WALK_SIGMA)),
             _ => of_block(block, robot),
         };
-        if block == Block::JointCompliance {
-            wanted.joint_compliance = Some(context.place(name.span(), "estimate, parameters"));
+        if block.is_deflection() {
+            wanted.deflection = Some((context.place(name.span(), "estimate, parameters"), block));
         }
         wanted.tool |= block == Block::Tool;
         wanted.joint_drift |= block == Block::JointDrift;
@@ -238,6 +239,8 @@ struct Priors {
     origin_length: Option<f64>,
     origin_angle: Option<f64>,
     compliance: Option<f64>,
+    backlash_angle: Option<f64>,
+    backlash_length: Option<f64>,
     harmonic: Option<f64>,
     harmonic_2: Option<f64>,
     gear_ratio: Option<f64>,
@@ -256,6 +259,8 @@ impl Priors {
             origin_length: sigma(&prior.joint_origin_mm, MM, "joint_origin_mm")?,
             origin_angle: sigma(&prior.joint_origin_deg, DEG, "joint_origin_deg")?,
             compliance: sigma(&prior.joint_compliance_rad_per_nm, 1.0, "joint_compliance_rad_per_nm")?,
+            backlash_angle: sigma(&prior.joint_backlash_deg, DEG, "joint_backlash_deg")?,
+            backlash_length: sigma(&prior.joint_backlash_mm, MM, "joint_backlash_mm")?,
             harmonic: sigma(&prior.joint_harmonic_deg, DEG, "joint_harmonic_deg")?,
             harmonic_2: sigma(&prior.joint_harmonic_2_deg, DEG, "joint_harmonic_2_deg")?,
             gear_ratio: sigma(&prior.joint_gear_ratio, 1.0, "joint_gear_ratio")?,
@@ -271,6 +276,8 @@ impl Priors {
             (Block::JointOrigin, Unit::Meter) => self.origin_length,
             (Block::JointOrigin, _) => self.origin_angle,
             (Block::JointCompliance, _) => self.compliance,
+            (Block::JointBacklash, Unit::Meter) => self.backlash_length,
+            (Block::JointBacklash, _) => self.backlash_angle,
             (Block::JointHarmonic, _) => self.harmonic,
             (Block::JointHarmonic2, _) => self.harmonic_2,
             (Block::JointGearRatio, _) => self.gear_ratio,

@@ -94,13 +94,14 @@ impl Settings {
     }
 
     /// The problem with these settings and the given tool, fixtures, known distances and contacts.
-    /// Notes are appended to `contacts` if loads have no effect, if the masses beside which they
-    /// count are missing, and on what is assumed of the wrench.
+    /// Notes are appended to `contacts` if loads or joint torques have no effect, if the masses
+    /// beside which they count are missing, and on what is assumed of the wrench.
     ///
     /// # Errors
-    /// [`IoError::Unexpected`] if joint compliances are to be estimated although neither gravity
-    /// nor a load acts on the joints, so that no contact determines them; or if encoder offsets
-    /// change with temperature and that of a contact is not known.
+    /// [`IoError::Unexpected`] if joint compliances or backlashes are to be estimated although
+    /// neither gravity nor a load acts on the joints, so that no contact determines them; if
+    /// encoder offsets change with temperature and that of a contact is not known; and as
+    /// [`check_joint_torques`].
     pub fn problem(
         self,
         robot: Robot,
@@ -114,18 +115,27 @@ impl Settings {
             return Err(IoError::unexpected(place, expected, format!("{unknown} contacts without")));
         }
         let is_one_sided = |fixture: &Fixture| fixture.manifold.residual_kind() == ResidualKind::LeastGap;
+        let is_measured = contacts.has_joint_torques();
+        check_joint_torques(&robot, &contacts, is_measured)?;
         let (weightless, loaded) = (robot.gravity().norm() == 0.0, contacts.has_loads());
         let is_rigid = !robot.is_compliant();
-        match wanted.joint_compliance {
-            Some(place) if weightless && !loaded => {
-                let expected = "gravity or a load (`load_on` in [[contacts]]) under which joints give way";
-                return Err(IoError::unexpected(place, expected, "\"joint_compliance\" with `gravity` of 0"));
+        match wanted.deflection {
+            Some((place, block)) if weightless && !loaded && !is_measured => {
+                let expected = "gravity or a load (`load_on` or `tau_joint` in [[contacts]]) \
+                                under which joints give way";
+                let found = format!("\"{}\" with `gravity` of 0", block.name());
+                return Err(IoError::unexpected(place, expected, found));
             }
             None if loaded && is_rigid && !fixtures.iter().any(is_one_sided) => contacts.note(
                 "load_on: no joint deflects and no fixture is a hole of known shape, so that the load changes nothing; \
                  ask for joint_compliance, or name a URDF that was calibrated with it",
             ),
+            None if is_measured && is_rigid => contacts.note(
+                "tau_joint: no joint deflects, so that its torques change nothing; \
+                 ask for joint_compliance, or name a URDF that was calibrated with it",
+            ),
             None if is_rigid => {}
+            _ if is_measured => {}
             _ if !weightless && loaded && !robot.has_masses() => contacts.note(
                 "joint_compliance: the URDF lacks masses; 1 kg a link stands in for them, beside which the load counts too much or too little; \
                  give links an <inertial>, or declare gravity = [0, 0, 0] if the arm makes up for its weight",
@@ -148,6 +158,26 @@ impl Settings {
         note_wrench(&mut problem, wrench);
         Ok(problem)
     }
+}
+
+/// Checks that the joint torques of all `contacts` are known, if they are `wanted` or if `robot`
+/// deflects by measured ones, and else those of none.
+///
+/// # Errors
+/// [`IoError::Unexpected`] with the log of a contact that is otherwise.
+pub fn check_joint_torques(robot: &Robot, contacts: &ContactLog, wanted: bool) -> Result<(), IoError> {
+    let by_robot = robot.is_compliant() && robot.has_measured_torques();
+    let Some(other) = (0..contacts.len()).find(|&i| contacts.joint_torques(i).is_some() != (wanted || by_robot)) else {
+        return Ok(());
+    };
+    let file = contacts.files().get(contacts.source(other).file as usize).cloned().unwrap_or_default();
+    let place = Place::file(file).field("tau_joint");
+    if by_robot {
+        let expected = "the torques of joints, to which the compliances of the URDF belong";
+        return Err(IoError::unexpected(place, expected, "a log without `tau_joint`"));
+    }
+    let found = if wanted { "a log without" } else { "a log with them" };
+    Err(IoError::unexpected(place, "the torques of joints in each log or in none", found))
 }
 
 /// Declared standard deviations of the wrench's bias and noise (N, N m), and of its scale (1).

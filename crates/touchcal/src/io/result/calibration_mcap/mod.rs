@@ -68,7 +68,12 @@ fn write(problem: &Problem, estimate: &Estimate) -> Result<Vec<u8>, McapError> {
     for (&contact, k) in drawn.iter().zip(1..) {
         let (time, q) = (k * STEP, log.q(contact));
         let mut transforms = links(&estimate.robot, q, time);
-        transforms.push(TransformStamped::new(time, base, TOOL, &calibrated.pose_under(q, &log.load(contact))));
+        transforms.push(TransformStamped::new(
+            time,
+            base,
+            TOOL,
+            &calibrated.pose_under(q, log.load_on_joints(contact, &log.load(contact))),
+        ));
         for (fixture, place) in problem.fixtures.iter().zip(&places) {
             let transform = |place| TransformStamped::new(time, base, &frame(&fixture.name), place);
             transforms.extend(place.as_ref().map(transform));

@@ -2,9 +2,10 @@
 //! the same text.
 //!
 //! Only what a serial chain needs is read: joints with their kind, origin, axis and limits, their
-//! links' masses, and the joints' compliance, `<touchcal_compliance rad_per_nm="…"/>`, an element
-//! of our own that other readers of URDF pass over. Meshes, transmissions and vendor elements are
-//! left alone, when reading and when writing.
+//! links' masses, the joints' compliance, `<touchcal_compliance rad_per_nm="…"/>`, and backlash,
+//! `<touchcal_backlash half="…"/>`, with `torque="measured"` where they belong to measured joint
+//! torques: elements of our own that other readers of URDF pass over. Meshes, transmissions and
+//! vendor elements are left alone, when reading and when writing.
 
 mod document;
 mod edit;

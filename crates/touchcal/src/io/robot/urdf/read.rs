@@ -7,7 +7,7 @@ use roxmltree::Node;
 
 use super::document::{LARGEST, attribute, child, children, numbers, parse, place, robot_element};
 use super::numbers::pose;
-use super::weight::{compliance, inertia};
+use super::weight::{BACKLASH, COMPLIANCE, backlash, compliance, has_measured_torque, inertia};
 use crate::io::base::error::{IoError, Place, quoted};
 use crate::io::base::suggest::{did_you_mean, list};
 use crate::robot::{Joint, JointKind, Limits, Robot};
@@ -47,9 +47,15 @@ pub(super) fn robot(text: &str, file: &str, ends: Ends<'_>) -> Result<Robot, IoE
     let tree = Tree::of(element, file)?;
     let base = tree.base(ends.base)?;
     let tip = tree.tip(base, ends.tip)?;
-    let joints = tree.between(base, tip)?.into_iter().map(|node| tree.joint(&node)).collect::<Result<Vec<_>, _>>()?;
+    let nodes = tree.between(base, tip)?;
+    let joints = nodes.iter().map(|node| tree.joint(node)).collect::<Result<Vec<_>, _>>()?;
+    let elements = nodes.iter().flat_map(|node| [COMPLIANCE, BACKLASH].map(|element| (node, element)));
+    let measured = elements.map(|(node, element)| has_measured_torque(node, element, file));
+    let measured = measured.collect::<Result<Vec<_>, _>>()?;
     let name = element.attribute("name").unwrap_or("robot");
-    Robot::new(name, base, joints).map_err(|error| IoError::syntax(Place::file(file), error.to_string()))
+    let robot =
+        Robot::new(name, base, joints).map_err(|error| IoError::syntax(Place::file(file), error.to_string()))?;
+    Ok(if measured.contains(&true) { robot.with_measured_torques() } else { robot })
 }
 
 impl<'a, 't> Tree<'a, 't> {
@@ -226,6 +232,7 @@ impl<'a, 't> Tree<'a, 't> {
             axis: axis(node, kind, &at)?,
             limits: limits(node, kind, &at)?,
             compliance: compliance(node, kind, file)?,
+            backlash: backlash(node, kind, file)?,
             inertia: link.map(|link| inertia(&link, file)).transpose()?.flatten(),
         })
     }

@@ -7,7 +7,9 @@ use super::document::{child, children, parse, place, robot_element};
 use super::edit::{Edit, FILE, apply, name_end, slice, value_range};
 use super::numbers::{roll_pitch_yaw, written};
 use super::read::origin;
-use super::weight::{COMPLIANCE, RAD_PER_NM, compliance};
+use super::weight::{
+    BACKLASH, COMPLIANCE, HALF, MEASURED, RAD_PER_NM, TORQUE, backlash, compliance, has_measured_torque,
+};
 use crate::io::base::error::{IoError, Place};
 use crate::robot::{Joint, Robot};
 use crate::se3::Pose;
@@ -15,17 +17,19 @@ use crate::se3::Pose;
 /// Origins that differ by less (m, rad) from what the text says are left as they are written.
 const UNCHANGED: f64 = 1e-13;
 
-/// The URDF `text` with the joint origins (m, rad) and compliances (rad/(N m)) of `calibrated`,
-/// which was read from this text. Masses, axes and limits are left as the text has them.
+/// The URDF `text` with the joint origins (m, rad), compliances (rad/(N m)) and backlashes (rad, m)
+/// of `calibrated`, which was read from this text. Masses, axes and limits are left as the text has
+/// them.
 ///
 /// For every joint whose origin differs from the text by more than 10⁻¹³ (m, rad), the values of
 /// `xyz` and `rpy` (roll, pitch and yaw about fixed axes) are replaced, or added where absent; so
-/// is `<touchcal_compliance rad_per_nm="…"/>` where it differs. Every other byte stays as it is.
-/// Numbers are written with all their digits; origins below 10⁻¹⁵ as 0.
+/// are `<touchcal_compliance rad_per_nm="…"/>` and `<touchcal_backlash half="…"/>` where they
+/// differ, with `torque="measured"` where the arm's torques are measured. Every other byte stays as
+/// it is. Numbers are written with all their digits; origins below 10⁻¹⁵ as 0.
 ///
 /// # Errors
 /// [`IoError`] if the text is no URDF, has unexpanded xacro, lacks a joint of the chain with its
-/// child link, or has a malformed origin or compliance there.
+/// child link, or has a malformed origin, compliance or backlash there.
 pub fn rewrite(text: &str, calibrated: &Robot) -> Result<String, IoError> {
     let document = parse(text, FILE)?;
     let robot = robot_element(&document, FILE)?;
@@ -33,7 +37,11 @@ pub fn rewrite(text: &str, calibrated: &Robot) -> Result<String, IoError> {
     for joint in calibrated.joints() {
         let node = find(&robot, joint)?;
         edit_origin(&node, &joint.parent_from_joint, text, &mut edits)?;
-        edits.extend(compliance_edit(&node, joint, text)?);
+        let is_measured = calibrated.has_measured_torques();
+        let of_text = [compliance(&node, joint.kind, FILE)?, backlash(&node, joint.kind, FILE)?];
+        let [compliance, backlash] = [(of_text[0], joint.compliance), (of_text[1], joint.backlash)];
+        edits.extend(deflection_edits(&node, (COMPLIANCE, RAD_PER_NM), compliance, is_measured, text)?);
+        edits.extend(deflection_edits(&node, (BACKLASH, HALF), backlash, is_measured, text)?);
     }
     Ok(apply(text, edits))
 }
@@ -48,16 +56,29 @@ fn find<'a, 't>(robot: &Node<'a, 't>, joint: &Joint) -> Result<Node<'a, 't>, IoE
     })
 }
 
-/// The edit that gives the joint its compliance, where the text says another.
-fn compliance_edit(node: &Node<'_, '_>, joint: &Joint, text: &str) -> Result<Option<Edit>, IoError> {
-    if compliance(node, joint.kind, FILE)? == joint.compliance {
-        return Ok(None);
+/// The edits that give an `element` of a joint the `value` of its attribute, which may belong to
+/// measured torques, where the text says another, `from`.
+fn deflection_edits(
+    node: &Node<'_, '_>,
+    (element, attribute): (&str, &str),
+    (from, value): (f64, f64),
+    is_measured: bool,
+    text: &str,
+) -> Result<Vec<Edit>, IoError> {
+    let written = format!("{value:e}");
+    let Some(found) = child(node, element) else {
+        let torque = if is_measured { format!(" {TORQUE}=\"{MEASURED}\"") } else { String::new() };
+        let whole = format!("<{element} {attribute}=\"{written}\"{torque}/>");
+        return (value != from).then(|| insert_first(node, &whole)).into_iter().collect();
+    };
+    let mut edits = Vec::new();
+    if value != from {
+        edits.push(set_attribute(&found, attribute, written, text)?);
     }
-    let value = format!("{:e}", joint.compliance);
-    Ok(Some(match child(node, COMPLIANCE) {
-        Some(element) => set_attribute(&element, RAD_PER_NM, value, text)?,
-        None => insert_first(node, &format!("<{COMPLIANCE} {RAD_PER_NM}=\"{value}\"/>"))?,
-    }))
+    if is_measured && !has_measured_torque(node, element, FILE)? {
+        edits.push(set_attribute(&found, TORQUE, MEASURED.to_owned(), text)?);
+    }
+    Ok(edits)
 }
 
 /// The edits that give `joint` the origin `to`.

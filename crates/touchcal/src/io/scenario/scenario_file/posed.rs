@@ -110,6 +110,9 @@ pub fn problem_text(file: &ScenarioFile, truth: &Truth) -> Vec<TextFile> {
         line.text("load_on", "tool");
         line.number("load_lag_rows", scenario.recorder.lag());
     }
+    if scenario.recorder.joint_torque_sigma > 0.0 {
+        line.text("tau_joint", "load");
+    }
     if scenario.recorder.warm_up > 0.0 {
         line.text("temperature", ARM_TEMPERATURE);
     }
@@ -149,7 +152,7 @@ fn noise_text(scenario: &Scenario, line: &mut Lines<'_>) {
         line.text("encoder_trend_over", "temperature");
     }
     line.number("encoder_walk_deg", scenario.recorder.encoder_walk.to_degrees());
-    if scenario.errors.joint_compliance > 0.0 {
+    if scenario.errors.deflect_joints() && experiment::uses_loads(scenario) {
         let wrench = experiment::wrench(&scenario.recorder);
         line.number("force_bias_n", wrench.force);
         line.number("torque_bias_nm", wrench.torque);
@@ -166,7 +169,8 @@ fn log_name(scenario: &Scenario, touch: &Touch) -> String {
 /// The logs as CSV with a header, one for each fixture of the scenario, in its order, as an arm's
 /// recorder would write them: time (s), joint positions (rad, or m for a prismatic joint; base
 /// first), the wrench on the tool about the tip (N, N m) in the tip frame, whether the recorder
-/// detected contact (0 or 1), and the temperature of each segment (°C) where it is recorded.
+/// detected contact (0 or 1), the torques of joints (N m) where they are recorded, and the
+/// temperature of each segment (°C) where it is recorded.
 pub fn log_texts(scenario: &Scenario, simulated: &SimulatedTrial) -> Vec<TextFile> {
     let each = scenario.touches.iter().zip(&simulated.logs);
     each.map(|(touch, log)| TextFile::new(log_name(scenario, touch), log_text(scenario, log))).collect()
@@ -176,6 +180,9 @@ fn log_text(scenario: &Scenario, log: &Log) -> String {
     let mut names: Vec<String> = vec!["t".to_owned()];
     names.extend(scenario.robot.moving().map(|joint| joint.name.clone()));
     names.extend(["fx", "fy", "fz", "tx", "ty", "tz", "contact"].map(str::to_owned));
+    if !log.joint_torque.is_empty() {
+        names.extend(scenario.robot.moving().map(|joint| format!("tau_{}", joint.name)));
+    }
     let warm = if log.temperature.is_empty() { 0 } else { segments(&scenario.robot).len() };
     names.extend((0..warm).map(|k| format!("temperature_{k}_c")));
     names.extend(log.arm_temperature.first().map(|_| ARM_TEMPERATURE.to_owned()));
@@ -189,6 +196,9 @@ fn log_text(scenario: &Scenario, log: &Log) -> String {
             written = written.and_then(|()| write!(text, ",{part:.WRENCH_DIGITS$}"));
         }
         written = written.and_then(|()| write!(text, ",{}", u8::from(log.contact[row])));
+        for torque in log.joint_torque(row).into_iter().flatten() {
+            written = written.and_then(|()| write!(text, ",{torque:.WRENCH_DIGITS$}"));
+        }
         for celsius in &log.temperature[row * warm..(row + 1) * warm] {
             written = written.and_then(|()| write!(text, ",{celsius:.3}"));
         }

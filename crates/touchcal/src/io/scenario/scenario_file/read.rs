@@ -184,6 +184,7 @@ fn errors(errors: &mut ArmErrors, toml: &ErrorsToml, context: &Context<'_>) -> R
     set(&mut errors.origin_zero, &toml.origin_zero_deg, DEG, "errors, origin_zero_deg", context)?;
     let compliance = &toml.joint_compliance_rad_per_nm;
     set(&mut errors.joint_compliance, compliance, 1.0, "errors, joint_compliance_rad_per_nm", context)?;
+    set(&mut errors.joint_backlash, &toml.joint_backlash_deg, DEG, "errors, joint_backlash_deg", context)?;
     set(&mut errors.joint_harmonic, &toml.joint_harmonic_deg, DEG, "errors, joint_harmonic_deg", context)?;
     set(&mut errors.joint_harmonic_2, &toml.joint_harmonic_2_deg, DEG, "errors, joint_harmonic_2_deg", context)?;
     set(&mut errors.joint_gear_ratio, &toml.joint_gear_ratio, 1.0, "errors, joint_gear_ratio", context)
@@ -208,6 +209,7 @@ fn recorder(scenario: &mut Scenario, toml: &RecorderToml, context: &Context<'_>)
     set(&mut recorder.force_bias, &toml.force_bias_n, 1.0, "recorder, force_bias_n", context)?;
     set(&mut recorder.torque_bias, &toml.torque_bias_nm, 1.0, "recorder, torque_bias_nm", context)?;
     set(&mut recorder.wrench_scale, &toml.wrench_scale, 1.0, "recorder, wrench_scale", context)?;
+    set(&mut recorder.joint_torque_sigma, &toml.tau_joint_sigma_nm, 1.0, "recorder, tau_joint_sigma_nm", context)?;
     let threshold = &toml.force_threshold_n;
     set_positive(&mut recorder.force_threshold, threshold, (1.0, 1e6), "recorder, force_threshold_n", context)?;
     set_share(&mut recorder.missed, &toml.missed, "recorder, missed", context)?;

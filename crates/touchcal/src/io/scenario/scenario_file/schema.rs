@@ -91,6 +91,10 @@ pub(super) struct ErrorsToml {
     /// preset, 0 without one.
     /// Example: `joint_compliance_rad_per_nm = 1e-5`
     pub(super) joint_compliance_rad_per_nm: Option<Number>,
+    /// Half of the play of each joint, which rests at the side to which gravity and load push it
+    /// (of a prismatic joint: the same angle at a metre); not drawn. Without it: as in the preset,
+    /// 0 without one. Example: `joint_backlash_deg = 0.02`
+    pub(super) joint_backlash_deg: Option<Number>,
     /// Size of each amplitude of a harmonic of once a turn in the encoder of each turning joint.
     /// Without it: as in the preset, 0 without one.
     /// Example: `joint_harmonic_deg = 0.01`
@@ -323,6 +327,10 @@ pub(super) struct RecorderToml {
     /// it: as in the preset.
     /// Example: `wrench_scale = 0.02`
     pub(super) wrench_scale: Option<Number>,
+    /// Standard deviation of the noise of each joint's torque in each row; above 0 the torques are
+    /// recorded, and take the place of the load in `problem.toml`. Without it: as in the preset.
+    /// Example: `tau_joint_sigma_nm = 0.1`
+    pub(super) tau_joint_sigma_nm: Option<Number>,
     /// Measured force above which a row counts as contact. Without it: as in the preset.
     /// Example: `force_threshold_n = 3`
     pub(super) force_threshold_n: Option<Number>,

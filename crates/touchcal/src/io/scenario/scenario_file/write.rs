@@ -8,7 +8,7 @@ use crate::geometry::{Parts, Polygon, PrismPair};
 use crate::io::base::toml_text::{number, quoted};
 use crate::robot::{GRAVITY, JointKind};
 use crate::se3::Pose;
-use crate::sim::{PlaceError, Scenario, Thermal, Touch};
+use crate::sim::{ArmErrors, PlaceError, Scenario, Thermal, Touch};
 
 /// Name and content of a text file to be written.
 #[derive(Clone, Debug, PartialEq)]
@@ -46,19 +46,7 @@ pub fn scenario_text(file: &ScenarioFile) -> Vec<TextFile> {
     line.number("contact_mm", 1e3 * scenario.contact_sigma);
     let robot = robot_text(file, &mut files);
     line.0.push_str(&robot);
-    let errors = &scenario.errors;
-    line.table("[errors]");
-    line.text("distribution", errors.distribution.name());
-    line.number("strain", errors.strain);
-    line.number("segment_strain", errors.segment_strain);
-    line.number("joint_offset_deg", errors.joint_offset.to_degrees());
-    line.number("origin_mm", 1e3 * errors.origin_length);
-    line.number("origin_deg", errors.origin_angle.to_degrees());
-    line.number("origin_zero_deg", errors.origin_zero.to_degrees());
-    line.number("joint_compliance_rad_per_nm", errors.joint_compliance);
-    line.number("joint_harmonic_deg", errors.joint_harmonic.to_degrees());
-    line.number("joint_harmonic_2_deg", errors.joint_harmonic_2.to_degrees());
-    line.number("joint_gear_ratio", errors.joint_gear_ratio);
+    errors_text(&scenario.errors, &mut line);
     let tool = tool_text(scenario, &mut files);
     line.0.push_str(&tool);
     line.sigmas(scenario.tool_error);
@@ -86,6 +74,7 @@ pub fn scenario_text(file: &ScenarioFile) -> Vec<TextFile> {
     line.number("force_bias_n", recorder.force_bias);
     line.number("torque_bias_nm", recorder.torque_bias);
     line.number("wrench_scale", recorder.wrench_scale);
+    line.number("tau_joint_sigma_nm", recorder.joint_torque_sigma);
     line.number("force_threshold_n", recorder.force_threshold);
     line.number("missed", recorder.missed);
     line.number("spurious", recorder.spurious);
@@ -96,6 +85,23 @@ pub fn scenario_text(file: &ScenarioFile) -> Vec<TextFile> {
     line.number("sensor_sigma_k", thermal.sensor_sigma);
     files.push(TextFile::new(SCENARIO, text));
     files
+}
+
+/// The table of the errors.
+fn errors_text(errors: &ArmErrors, line: &mut Lines<'_>) {
+    line.table("[errors]");
+    line.text("distribution", errors.distribution.name());
+    line.number("strain", errors.strain);
+    line.number("segment_strain", errors.segment_strain);
+    line.number("joint_offset_deg", errors.joint_offset.to_degrees());
+    line.number("origin_mm", 1e3 * errors.origin_length);
+    line.number("origin_deg", errors.origin_angle.to_degrees());
+    line.number("origin_zero_deg", errors.origin_zero.to_degrees());
+    line.number("joint_compliance_rad_per_nm", errors.joint_compliance);
+    line.number("joint_backlash_deg", errors.joint_backlash.to_degrees());
+    line.number("joint_harmonic_deg", errors.joint_harmonic.to_degrees());
+    line.number("joint_harmonic_2_deg", errors.joint_harmonic_2.to_degrees());
+    line.number("joint_gear_ratio", errors.joint_gear_ratio);
 }
 
 fn in_user_units(scenario: &Scenario, posture: &[f64]) -> Vec<String> {

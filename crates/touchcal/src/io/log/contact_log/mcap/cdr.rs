@@ -11,8 +11,12 @@ pub(super) struct Stamped<T> {
 /// What a message lacks.
 pub(super) type Broken = &'static str;
 
-/// `sensor_msgs/msg/JointState`: calls `joint` with every joint's name and position (rad or m).
-pub(super) fn joint_state(message: &[u8], mut joint: impl FnMut(&[u8], f64)) -> Result<Stamped<()>, Broken> {
+/// `sensor_msgs/msg/JointState`: calls `joint` with every joint's name and position (rad or m), and
+/// with its effort (N m or N) where the message has one for each joint.
+pub(super) fn joint_state(
+    message: &[u8],
+    mut joint: impl FnMut(&[u8], f64, Option<f64>),
+) -> Result<Stamped<()>, Broken> {
     let mut names = Reader::new(message)?;
     let stamp = names.header()?;
     let count = names.u32()?;
@@ -23,8 +27,15 @@ pub(super) fn joint_state(message: &[u8], mut joint: impl FnMut(&[u8], f64)) -> 
     if positions.u32()? != count {
         return Err("a position for each name");
     }
+    let mut efforts = positions.clone();
+    efforts.pass_over(count);
+    let velocities = efforts.u32().unwrap_or(0);
+    efforts.pass_over(velocities);
+    let has_efforts = efforts.u32().is_ok_and(|efforts| efforts == count);
     for _ in 0..count {
-        joint(names.text()?, positions.f64()?);
+        let position = positions.f64()?;
+        let effort = if has_efforts { Some(efforts.f64()?) } else { None };
+        joint(names.text()?, position, effort);
     }
     Ok(Stamped { stamp, body: () })
 }
@@ -88,6 +99,13 @@ impl<'m> Reader<'m> {
     fn f64(&mut self) -> Result<f64, Broken> {
         let bytes = self.array()?;
         Ok(if self.little_endian { f64::from_le_bytes(bytes) } else { f64::from_be_bytes(bytes) })
+    }
+
+    /// Passes over so many numbers.
+    fn pass_over(&mut self, numbers: u32) {
+        if numbers > 0 {
+            self.at = self.at.next_multiple_of(self.alignment.min(8)).saturating_add(8 * numbers as usize);
+        }
     }
 
     /// A string without the zero at its end.

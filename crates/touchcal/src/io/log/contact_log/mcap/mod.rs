@@ -107,7 +107,7 @@ fn at(file: &str, number: u64) -> Place {
 fn joints_of(message: &[u8]) -> Vec<String> {
     let mut names = Vec::new();
     // It was read before.
-    let _ = cdr::joint_state(message, |name, _| {
+    let _ = cdr::joint_state(message, |name, _, _| {
         if names.len() < MOST_TOPICS && name.len() <= LONGEST_TOPIC {
             names.push(String::from_utf8_lossy(name).into_owned());
         }
@@ -190,10 +190,15 @@ impl Bag<'_> {
         let mut found = 0;
         let mut repeated = false;
         self.row.q.fill(f64::NAN);
-        let stamped = cdr::joint_state(data, |name, position| {
+        self.row.torques.clear();
+        let wants_torques = self.options.joint_torques.is_some();
+        let stamped = cdr::joint_state(data, |name, position, effort| {
             if let Some(joint) = self.names.iter().position(|known| known.as_bytes() == name) {
                 repeated |= !self.row.q[joint].is_nan();
                 self.row.q[joint] = position * self.scale[joint];
+                if wants_torques {
+                    self.row.set_torque(joint, effort.unwrap_or(f64::NAN));
+                }
                 found += 1;
             }
         });
@@ -219,11 +224,15 @@ impl Bag<'_> {
         if repeated {
             return Err(IoError::unexpected(at(self.file, number), "each joint once", "one twice"));
         }
+        if self.row.torques.iter().any(|torque| !torque.is_finite()) {
+            let expected = "a finite effort of each joint, which `tau_joint` needs";
+            return Err(IoError::unexpected(at(self.file, number), expected, "none"));
+        }
         let time = self.time(Kind::Joints, stamped.stamp.unwrap_or(recorded))?;
         if !self.with_wrench {
             return self.rows.take(number, &self.row);
         }
-        self.together.add_state(State { number, time, q: self.row.q.clone() });
+        self.together.add_state(State { number, time, q: self.row.q.clone(), torques: self.row.torques.clone() });
         self.settle()
     }
 
@@ -254,6 +263,7 @@ impl Bag<'_> {
     fn settle(&mut self) -> Result<(), IoError> {
         while let Some((state, wrench)) = self.together.next() {
             self.row.q.clone_from(&state.q);
+            self.row.torques.clone_from(&state.torques);
             self.row.wrench = wrench;
             self.rows.take(state.number, &self.row)?;
         }

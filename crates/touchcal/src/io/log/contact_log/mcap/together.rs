@@ -19,6 +19,8 @@ pub(super) struct State {
     pub(super) time: i64,
     /// Joint positions (rad or m).
     pub(super) q: Vec<f64>,
+    /// Joint torques (N m or N); empty where they are not read.
+    pub(super) torques: Vec<f64>,
 }
 
 /// Joint states and wrenches, each in the order of time, on their way to each other.
@@ -89,7 +91,7 @@ mod tests {
     const MS: i64 = 1_000_000;
 
     fn state(number: u64, milliseconds: i64) -> State {
-        State { number, time: milliseconds * MS, q: Vec::new() }
+        State { number, time: milliseconds * MS, q: Vec::new(), torques: Vec::new() }
     }
 
     fn settled(together: &mut Together) -> Vec<(u64, f64)> {

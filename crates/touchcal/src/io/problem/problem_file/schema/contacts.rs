@@ -31,6 +31,14 @@ pub(crate) enum LoadFrameToml {
     Base,
 }
 
+/// Whose torques the joint torques of a log are.
+#[derive(Clone, Copy, Debug, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub(crate) enum TauJointToml {
+    Load,
+    Motor,
+}
+
 /// How logs are to be read.
 #[derive(Clone, Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
@@ -62,6 +70,12 @@ pub(crate) struct LogToml {
     /// it: 0.
     /// Example: `load_lag_rows = 2`
     pub(crate) load_lag_rows: Option<Number>,
+    /// Whose torques the log has, in a column `tau_JOINT` or `tau_1` … for each joint (N m): those
+    /// that gravity and contact exert about the joint, or those that the motor exerts. They deflect
+    /// joints in place of gravity and `load_on`, with which this key is refused. Without it:
+    /// torques follow from masses and loads.
+    /// Example: `tau_joint = "load"`
+    pub(crate) tau_joint: Option<Spanned<TauJointToml>>,
     /// Unit of angles in the log. Without it: rad; guessed in a KUKA recorder log.
     /// Example: `unit = "deg"`
     pub(crate) unit: Option<UnitToml>,
@@ -104,6 +118,7 @@ pub(crate) struct ContactsToml {
     pub(crate) load_on: Option<LoadOnToml>,
     pub(crate) load_frame: Option<Spanned<LoadFrameToml>>,
     pub(crate) load_lag_rows: Option<Number>,
+    pub(crate) tau_joint: Option<Spanned<TauJointToml>>,
     pub(crate) unit: Option<UnitToml>,
     pub(crate) header: Option<Vec<String>>,
     pub(crate) temperature: Option<String>,
@@ -124,6 +139,7 @@ impl ContactsToml {
             load_on: own.load_on.or(log.load_on),
             load_frame: own.load_frame.clone().or(log.load_frame),
             load_lag_rows: own.load_lag_rows.clone().or(log.load_lag_rows),
+            tau_joint: own.tau_joint.clone().or(log.tau_joint),
             unit: own.unit.or(log.unit),
             header: own.header.clone().or(log.header),
             temperature: own.temperature.clone().or(log.temperature),

@@ -83,6 +83,12 @@ pub(crate) struct PriorToml {
     /// Of each `joint_compliance`. Without it: estimated.
     /// Example: `joint_compliance_rad_per_nm = 1e-5`
     pub(crate) joint_compliance_rad_per_nm: Option<Number>,
+    /// Of the `joint_backlash` of each turning joint. Without it: 0.01.
+    /// Example: `joint_backlash_deg = 0.05`
+    pub(crate) joint_backlash_deg: Option<Number>,
+    /// Of the `joint_backlash` of each prismatic joint. Without it: the usual 0.01.
+    /// Example: `joint_backlash_mm = 0.05`
+    pub(crate) joint_backlash_mm: Option<Number>,
     /// Of each amplitude of a `joint_harmonic`. Without it: 0.05.
     /// Example: `joint_harmonic_deg = 0.02`
     pub(crate) joint_harmonic_deg: Option<Number>,
@@ -144,8 +150,8 @@ pub(crate) enum UnseenEffectsToml {
 #[serde(deny_unknown_fields)]
 pub(crate) struct EstimateToml {
     /// Blocks of parameters to estimate. One of: `strain`, `segment_strain`, `joint_offset`,
-    /// `joint_origin`, `joint_compliance`, `joint_drift`, `joint_trend`, `joint_walk`,
-    /// `joint_harmonic`, `joint_harmonic_2`, `joint_gear_ratio`, `tool`, `fixture`.
+    /// `joint_origin`, `joint_compliance`, `joint_backlash`, `joint_drift`, `joint_trend`,
+    /// `joint_walk`, `joint_harmonic`, `joint_harmonic_2`, `joint_gear_ratio`, `tool`, `fixture`.
     /// Example: `parameters = ["strain", "joint_offset"]`
     pub(crate) parameters: Vec<Text>,
     /// Robust loss of a contact. Without it: geman_mcclure.

@@ -10,7 +10,7 @@ mod value;
 use serde::Deserialize;
 use toml::{Spanned, Value};
 
-pub(crate) use contacts::{ContactsToml, LoadFrameToml, LoadOnToml, LogToml, UnitToml};
+pub(crate) use contacts::{ContactsToml, LoadFrameToml, LoadOnToml, LogToml, TauJointToml, UnitToml};
 pub(crate) use estimate::{
     EstimateToml, LossToml, NoiseToml, OptimiserToml, PriorToml, TrendOverToml, UnseenEffectsToml,
 };
