@@ -40,7 +40,7 @@ use crate::threads::detached;
 pub struct Calibration {
     problem: Py<Problem>,
     pub solved: Solved,
-    file: EstimateFile,
+    pub file: EstimateFile,
 }
 
 #[pymethods]

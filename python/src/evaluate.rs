@@ -54,6 +54,7 @@ pub fn evaluate(
         Some(AnyCalibration::Made(calibration)) => {
             let estimate = &calibration.solved.estimate;
             urdf::check_like(&nominal.robot, &estimate.robot, estimate.robot.name()).map_err(io)?;
+            calibration.file.check_tool(&nominal.tool.tip_from_tool, "the calibration").map_err(io)?;
             apply_estimate(&mut evaluated, |name| estimate.parameter(name).map(|parameter| parameter.value));
             evaluated.robot = estimate.robot.clone().with_gravity(*nominal.robot.gravity());
             posterior = ParameterPosterior::of_estimate(estimate);
@@ -65,6 +66,7 @@ pub fn evaluate(
             };
             urdf::check_like(&nominal.robot, &urdf.robot, name).map_err(io)?;
             file.check_robot(&RobotEntry::of(&nominal.robot), name).map_err(io)?;
+            file.check_tool(&nominal.tool.tip_from_tool, name).map_err(io)?;
             apply_written(&mut evaluated, file);
             evaluated.robot = urdf.robot.clone().with_gravity(*nominal.robot.gravity());
             posterior = file.posterior();
@@ -73,7 +75,9 @@ pub fn evaluate(
     let other = urdf.map(|path| urdf::read_like(&nominal.robot, &path)).transpose().map_err(io)?;
     if let Some(path) = estimate {
         let file = EstimateFile::read_file(&path).map_err(io)?;
-        file.check_robot(&RobotEntry::of(&nominal.robot), &path.display().to_string()).map_err(io)?;
+        let name = path.display().to_string();
+        file.check_robot(&RobotEntry::of(&nominal.robot), &name).map_err(io)?;
+        file.check_tool(&nominal.tool.tip_from_tool, &name).map_err(io)?;
         apply_written(&mut evaluated, &file);
         posterior = file.posterior();
     }

@@ -7,12 +7,13 @@ use std::path::PathBuf;
 use numpy::{PyArray1, PyArray2, PyArrayMethods, PyUntypedArrayMethods};
 use pyo3::exceptions::PyUserWarning;
 use pyo3::prelude::*;
+use pyo3::types::IntoPyDict;
 use serde::{Deserialize, Serialize};
 use touchcal::io::Input;
 use touchcal::io::contact_log::{self, Columns, Options};
 
 use crate::array::{Numbers, fixed, fixed_rows};
-use crate::error::{io, optional_argument, unexpected};
+use crate::error::{Given, argument, io, optional_argument, unexpected};
 use crate::list_of::ListOf;
 use crate::log_options::options;
 use crate::robot::Robot;
@@ -136,7 +137,7 @@ impl ContactLog {
     #[staticmethod]
     #[pyo3(signature = (robot, q, *, wrench=None, joint_torques=None, contact=None, unit=None, joints=None, force_threshold=None, release=None, debounce=1, apart=None, load_on=None, load_frame=None, load_lag=None, tau_joint=None, temperature=None, name="array"))]
     fn from_numpy(
-        robot: &Robot,
+        robot: &Bound<'_, PyAny>,
         q: Numbers<'_>,
         wrench: Option<Numbers<'_>>,
         joint_torques: Option<Numbers<'_>>,
@@ -154,6 +155,8 @@ impl ContactLog {
         temperature: Option<Numbers<'_>>,
         name: &str,
     ) -> PyResult<ContactLog> {
+        let robot = argument::<Given<Robot>>(robot, "robot")?.0;
+        let robot = robot.get();
         let mut options = options(
             unit,
             joints.as_ref(),
@@ -196,7 +199,7 @@ impl ContactLog {
     #[staticmethod]
     #[pyo3(signature = (robot, frame, *, unit=None, joints=None, columns=None, force_threshold=None, release=None, debounce=1, apart=None, load_on=None, load_frame=None, load_lag=None, tau_joint=None, temperature=None, name="DataFrame"))]
     fn from_pandas(
-        robot: &Robot,
+        robot: &Bound<'_, PyAny>,
         frame: Bound<'_, PyAny>,
         unit: Option<&str>,
         joints: Option<Bound<'_, PyAny>>,
@@ -212,6 +215,8 @@ impl ContactLog {
         temperature: Option<String>,
         name: &str,
     ) -> PyResult<ContactLog> {
+        let robot = argument::<Given<Robot>>(robot, "robot")?.0;
+        let robot = robot.get();
         let options = options(
             unit,
             joints.as_ref(),
@@ -223,11 +228,12 @@ impl ContactLog {
         let labels: Vec<Bound<'_, PyAny>> = frame.getattr("columns")?.try_iter()?.collect::<PyResult<_>>()?;
         let names = labels.iter().map(|label| Ok(label.str()?.to_string())).collect::<PyResult<Vec<String>>>()?;
         let at = frame.getattr("iloc")?;
-        // A column that holds no numbers matters only if it is asked for, and is then refused as
-        // not finite.
+        // What is no number matters only if its column is asked for, and is then refused as not
+        // finite.
         let numbers = (0..names.len()).map(|k| {
             let column = at.get_item((pyo3::types::PySlice::full(frame.py()), k)).ok()?;
-            column.call_method1("to_numpy", ("float64",)).ok()?.extract::<Numbers<'_>>().ok()
+            let numbers = column.call_method1("to_numpy", ("float64",)).or_else(|_| as_far_as_numbers(&column));
+            numbers.ok()?.extract::<Numbers<'_>>().ok()
         });
         let numbers: Vec<Option<Numbers<'_>>> = numbers.collect();
         let views: Vec<_> = numbers.iter().map(|column| column.as_ref().map(|column| column.as_array())).collect();
@@ -252,7 +258,7 @@ impl ContactLog {
     #[pyo3(signature = (robot, path, *, unit=None, joints=None, header=None, columns=None, joint_topic=None, wrench_topic=None, force_threshold=None, release=None, debounce=1, apart=None, load_on=None, load_frame=None, load_lag=None, tau_joint=None, temperature=None))]
     fn from_file(
         py: Python<'_>,
-        robot: &Robot,
+        robot: &Bound<'_, PyAny>,
         path: PathBuf,
         unit: Option<&str>,
         joints: Option<Bound<'_, PyAny>>,
@@ -270,6 +276,8 @@ impl ContactLog {
         tau_joint: Option<&str>,
         temperature: Option<String>,
     ) -> PyResult<ContactLog> {
+        let robot = argument::<Given<Robot>>(robot, "robot")?.0;
+        let robot = robot.get();
         let options = options(
             unit,
             joints.as_ref(),
@@ -351,4 +359,11 @@ pub fn contact_positions<'py>(
     log: &touchcal::contact::ContactLog,
 ) -> PyResult<Bound<'py, PyArray2<f64>>> {
     fixed_rows(py, (0..log.len()).flat_map(|i| log.q(i)).copied().collect(), log.dof())
+}
+
+/// A column of a data frame as numbers, NaN where it holds something else.
+fn as_far_as_numbers<'py>(column: &Bound<'py, PyAny>) -> PyResult<Bound<'py, PyAny>> {
+    let errors = [("errors", "coerce")].into_py_dict(column.py())?;
+    let numbers = column.py().import("pandas")?.call_method("to_numeric", (column,), Some(&errors))?;
+    numbers.call_method1("to_numpy", ("float64",))
 }

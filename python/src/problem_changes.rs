@@ -90,8 +90,8 @@ fn settings_text(loaded: &Loaded, changes: &Bound<'_, PyDict>, has_new_tool: boo
     let (noise, estimate, parameters) = (given("noise")?, given("estimate")?, given("parameters")?);
     if loaded.settings.is_empty() {
         let has_changes = noise.is_some() || estimate.is_some() || parameters.is_some();
-        let expected = "no other parameters, noise and estimate of a problem that free_suspects extended";
-        let found = "some; change the problem that was calibrated with free_suspects";
+        let expected = "no other parameters, noise and estimate of a problem that free_suspects or select extended";
+        let found = "some; change the problem before that";
         return if has_changes { Err(unexpected("with_", expected, found)) } else { Ok(String::new()) };
     }
     let mut tables: toml::Table = loaded.settings.parse().map_err(|error| refused("with_", error))?;

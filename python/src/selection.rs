@@ -137,7 +137,7 @@ impl ModelChoice {
     }
 
     /// The chosen model: that with the fewest parameters whose mean error is not above that of the
-    /// best by more than a standard error.
+    /// best by more than a standard error and 1 %.
     #[getter]
     fn chosen(&self) -> ComparedModel {
         self.compared.models[self.compared.chosen].clone()

@@ -201,6 +201,13 @@ def test_columns_by_joint_name_or_another(robot: touchcal.Robot) -> None:
         touchcal.ContactLog.from_pandas(robot, renamed)
     with pytest.raises(touchcal.InputError, match="DataFrame:1, column joint_a3: expected a number in radians, found NaN"):
         touchcal.ContactLog.from_pandas(robot, frame.assign(joint_a3="much"))
+    typed = frame.astype({"joint_a3": object})
+    assert np.array_equal(touchcal.ContactLog.from_pandas(robot, typed).q, q)
+    typed.loc[2, "joint_a3"] = "much"
+    with pytest.raises(touchcal.InputError, match="DataFrame:3, column joint_a3: expected a number in radians, found NaN"):
+        touchcal.ContactLog.from_pandas(robot, typed)
+    with pytest.raises(TypeError, match="argument 'robot': expected a Robot, such as"):
+        touchcal.ContactLog.from_pandas("iiwa14", frame)  # type: ignore[arg-type]
 
 
 def test_what_is_guessed_is_said(robot: touchcal.Robot, tmp_path: Path) -> None:

@@ -76,6 +76,9 @@ _Block: TypeAlias = Literal[
     "joint_harmonic",
     "tool",
     "fixture",
+    "joint_backlash",
+    "joint_harmonic_2",
+    "joint_gear_ratio",
 ]
 _Exact: TypeAlias = Literal["place", "outline", "clearance", "depth", "edge_radius"]
 _Distance: TypeAlias = tuple[str, str, float] | tuple[str, str, float, float]

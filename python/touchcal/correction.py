@@ -146,6 +146,7 @@ class Correction:
     ) -> _Floats:
         """Positions for ``calibrated.urdf`` where the encoders measure ``measured``: one for each joint (rad or m)."""
         q = self._positions(measured)
+        load = None if load is None else _vector(load, 6)
         stiff = np.array([q - joint.error(q) for joint, q in zip(self._joints, q.tolist())])
         if not self._is_compliant:
             return stiff

@@ -1,9 +1,10 @@
 //! `touchcal calibrate`.
 
+use std::collections::BTreeSet;
 use std::path::Path;
 
 use touchcal::estimate::{Decision, Estimate, Status};
-use touchcal::io::calibration_folder::{self, Wanted, Written};
+use touchcal::io::calibration_folder::{self, CALIBRATED, ESTIMATE, Wanted, Written};
 use touchcal::io::{Export, Loaded};
 use touchcal::solver::StopReason;
 
@@ -74,6 +75,15 @@ pub fn outcome(estimate: &Estimate) -> Outcome {
     Outcome::NotUsable
 }
 
+/// The last placement with contacts, if there are several.
+fn last_of_several_placements(loaded: &Loaded) -> Option<&str> {
+    let problem = &loaded.problem;
+    let touched = |f: &usize| (0..problem.contacts.len()).any(|i| problem.contacts.fixture(i) == *f);
+    let touched = (0..problem.fixtures.len()).filter(touched).map(|f| problem.fixtures[f].placement.as_str());
+    let placements: BTreeSet<&str> = touched.collect();
+    placements.last().copied().filter(|_| placements.len() > 1)
+}
+
 /// How to evaluate the result on contacts that were not used.
 fn next(args: &CalibrateArgs, loaded: &Loaded, written: &Written) -> String {
     let source = &args.source;
@@ -85,8 +95,21 @@ fn next(args: &CalibrateArgs, loaded: &Loaded, written: &Written) -> String {
                 "evaluate it on the contacts that are held out\n{INDENT}touchcal evaluate {problem} --urdf {urdf} --estimate {estimate}"
             );
         }
+        if let Some(placement) = last_of_several_placements(loaded) {
+            let flags = |flag: &str| match flag {
+                "only" => super::selection_flags(&[placement.to_owned()], &[]),
+                _ => super::selection_flags(&[], &[placement.to_owned()]),
+            };
+            let without = args.out.join("without");
+            let without = without.display();
+            return format!(
+                "evaluate the model on a placement that a calibration without it has not used\n{INDENT}touchcal calibrate {problem}{} --out {without}\n{INDENT}touchcal evaluate {problem}{} --urdf {without}/{CALIBRATED} --estimate {without}/{ESTIMATE}",
+                flags("except"),
+                flags("only"),
+            );
+        }
         return format!(
-            "evaluate it, best on contacts that were not used, in a copy of the problem file\n{INDENT}touchcal evaluate {problem} --urdf {urdf} --estimate {estimate}"
+            "evaluate it on contacts that were not used, by the problem file of another log\n{INDENT}touchcal evaluate OTHER.toml --urdf {urdf} --estimate {estimate}"
         );
     }
     // The others are what was left out, or all but what was read.

@@ -30,6 +30,29 @@ fn evaluated(folder: &Path, problem: &str, more: &[&str]) -> serde_json::Value {
 
 const ESTIMATE: [&str; 2] = ["--estimate", "out/estimate.json"];
 
+/// What would say more of the arm than is known is said, or refused.
+#[test]
+fn logs_of_the_calibration_and_other_tools_are_named() {
+    let folder = tempfile::tempdir().unwrap();
+    recorded_twice(folder.path());
+    touchcal(folder.path(), &["calibrate", "fit/problem.toml", "--out", "out"]).success();
+    let run = |problem: &str| {
+        let args = ["evaluate", problem, "--urdf", "out/calibrated.urdf"];
+        touchcal(folder.path(), &[&args[..], &ESTIMATE].concat())
+    };
+    let note = "6 of 6 logs are those of the calibration: agreement with contacts that it was fitted to proves little";
+    assert!(stderr(&run("fit/problem.toml").success()).contains(note));
+    assert!(!stderr(&run("check/problem.toml").success()).contains("logs are those of the calibration"));
+    let text = std::fs::read_to_string(folder.path().join("check/problem.toml")).unwrap();
+    let tool = text.lines().find(|line| line.starts_with("tip_from_tool = ")).unwrap();
+    let moved = text.replace(tool, &tool.replace("150", "151"));
+    assert_ne!(moved, text);
+    std::fs::write(folder.path().join("check/moved.toml"), moved).unwrap();
+    let refused = stderr(&run("check/moved.toml").code(1));
+    assert!(refused.contains("tool, tip_from_tool: expected { xyz_mm = [0.0000, 0.0000, 150.0000]"), "{refused}");
+    assert!(refused.contains("since the estimate in out/estimate.json is relative to it, found {"), "{refused}");
+}
+
 #[test]
 fn held_out_contacts_are_as_the_calibration_predicts() {
     let folder = tempfile::tempdir().unwrap();

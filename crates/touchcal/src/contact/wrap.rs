@@ -9,6 +9,9 @@ use crate::robot::{JointKind, Robot};
 /// them to be one of the recorder: no arm turns a joint by 360° and all others hardly at all.
 const STILL: f64 = 0.1;
 
+/// Rounding (rad) of a whole turn in a file.
+const ROUNDING: f64 = 1e-3;
+
 /// A joint that seems to turn by whole turns at a contact.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Wrap {
@@ -19,9 +22,15 @@ pub(super) struct Wrap {
 }
 
 /// Continues the positions of joints that wrap, of the contacts of `log` from number `first` on,
-/// and says where they do.
+/// and says where they do. Joints whose positions span more than a turn are not wrapped.
 pub(super) fn unwrap(log: &mut ContactLog, first: usize, robot: &Robot) -> Vec<Wrap> {
-    let turns: Vec<bool> = robot.moving().map(|joint| joint.kind != JointKind::Prismatic).collect();
+    // A recorder that wraps angles keeps them within a turn.
+    let within_a_turn = |joint: usize| {
+        let each = || (first..log.len()).map(|i| log.q(i)[joint]);
+        each().fold(f64::NEG_INFINITY, f64::max) - each().fold(f64::INFINITY, f64::min) < TAU + ROUNDING
+    };
+    let joints = robot.moving().enumerate();
+    let turns: Vec<bool> = joints.map(|(k, joint)| joint.kind != JointKind::Prismatic && within_a_turn(k)).collect();
     // What is added to positions as they are recorded, and the last of these.
     let (mut change, mut before) = (vec![0.0; turns.len()], Vec::<f64>::new());
     let mut wraps = Vec::new();
@@ -93,8 +102,9 @@ mod tests {
 
     #[test]
     fn turns_of_the_arm_are_kept() {
-        // Another joint moves too; a contact of the log before; half a turn.
-        for recorded in [[[3.1, 0.0], [3.1 - TAU, 0.3]], [[3.1, 0.0], [3.1 - 0.5 * TAU, 0.0]]] {
+        // Another joint moves too; half a turn; a joint that is elsewhere beyond a turn.
+        let half = 3.1 - 0.5 * TAU;
+        for recorded in [[[3.1, 0.0], [3.1 - TAU, 0.3]], [[3.1, 0.0], [half, 0.0]], [[-0.01, 0.0], [TAU + 0.01, 0.0]]] {
             let (robot, mut contacts) = log(&recorded);
             assert_eq!(unwrap(&mut contacts, 0, &robot), []);
             assert_eq!(positions(&contacts), recorded);

@@ -113,7 +113,7 @@ fn score_tests(
     let inverse = free.covariance(&at.curvature);
     let positions = tool_positions(problem);
     let ids: Vec<ParameterId> = model.layout.parameters.iter().map(|parameter| parameter.id).collect();
-    let mut kinematics = model.kinematics.clone();
+    let mut kinematics = model.kinematics.clone().with_usual_torques(problem.usual_torques());
     kinematics.set(&kinematic_part(ids.iter().copied().zip(theta.iter().copied())).1);
     let motion = ToolMotion::new(&kinematics, &ids, &positions, problem.error_frame());
     let of_arm = omitted.iter().filter(|omitted| omitted.effect.is_arm_error());

@@ -317,6 +317,21 @@ impl Problem {
         }
     }
 
+    /// Root mean squares over the contacts of the torque of each joint (N m, or N of a prismatic
+    /// joint), with the sign of its mean, where joints deflect by measured torques; else empty.
+    pub(crate) fn usual_torques(&self) -> Vec<f64> {
+        if !self.robot.has_measured_torques() {
+            return Vec::new();
+        }
+        let of_joint = |joint: usize| {
+            let each = (0..self.contacts.len()).filter_map(|i| Some(self.contacts.joint_torques(i)?[joint]));
+            let (count, sum, squares) =
+                each.fold((0.0, 0.0, 0.0), |(n, sum, squares), tau| (n + 1.0, sum + tau, squares + tau * tau));
+            f64::sqrt(squares / f64::max(count, 1.0)).copysign(sum)
+        };
+        (0..self.robot.dof()).map(of_joint).collect()
+    }
+
     /// Whether the covariance is to allow for errors of the arm that are not estimated and that
     /// contacts would not show: [`UnseenEffects::Widen`], and some place is not exact. It does so
     /// where effects are tested ([`Estimate::effect_tests`](super::Estimate::effect_tests)).

@@ -33,7 +33,7 @@ function verdict() {
   const appearance = forTask?.[0] ?? status;
   byId("verdict").className = appearance;
   const also = status === "usable" && warnings.length ? ` See ${warnings.length === 1 ? "the caution" : `the ${warnings.length} cautions`}.` : "";
-  const words = el("div", {}, el("h1", {}, forTask ? `${status === "usable" ? "Usable" : "Doubtful"}, but ${forTask[1]}` : headline), el("p", {}, next + also));
+  const words = el("div", {}, el("h1", {}, forTask ? `${status === "usable" ? "Usable, but" : "Doubtful, and"} ${forTask[1]}` : headline), el("p", {}, next + also));
   byId("verdict").append(sign(appearance), words);
   if (acceptance) words.append(el("p", { class: "acceptance" }, el("strong", {}, acceptance.message), ` → ${acceptance.advice}`));
   byId("warnings").append(...warningItems(warnings));

@@ -26,8 +26,13 @@ impl Deflection {
 
     /// Its derivative by the torque.
     pub fn slope(self, torque: f64) -> f64 {
-        self.compliance + self.backlash * BACKLASH_TORQUE.powi(2) / torque.hypot(BACKLASH_TORQUE).powi(3)
+        self.compliance + self.backlash * play_slope(torque)
     }
+}
+
+/// Derivative (1/(N m) or 1/N) of the [`side_of_play`] by the torque (N m or N).
+pub fn play_slope(torque: f64) -> f64 {
+    BACKLASH_TORQUE.powi(2) / torque.hypot(BACKLASH_TORQUE).powi(3)
 }
 
 /// The side of its play at which a joint rests under `torque` (N m or N): its sign, smooth about 0.

@@ -37,6 +37,8 @@ pub struct Kinematics {
     tool_rotation: Matrix3<f64>,
     tool_translation: Vector3<f64>,
     tool_jacobian: Matrix6<f64>,
+    /// Torques of [`Kinematics::with_usual_torques`].
+    usual_torques: Vec<f64>,
 }
 
 /// Torques and derivatives of the last evaluation by [`Kinematics::pose_and_jacobian`],
@@ -102,6 +104,7 @@ impl Kinematics {
             tool_rotation: Matrix3::identity(),
             tool_translation: Vector3::zeros(),
             tool_jacobian: Matrix6::identity(),
+            usual_torques: Vec::new(),
         };
         kinematics.set(&vec![0.0; parameters.len()]);
         kinematics
@@ -142,6 +145,18 @@ impl Kinematics {
         self.tool_jacobian = se3::right_jacobian(&tool);
     }
 
+    /// With the torques (N m, or N of a prismatic joint; one for each moving joint, base first)
+    /// that joints of an arm that deflects by measured torques bear where none are given; without
+    /// them it is stiff there.
+    pub fn with_usual_torques(mut self, torques: Vec<f64>) -> Self {
+        self.usual_torques = torques;
+        self
+    }
+
+    fn usual_load(&self) -> JointLoad<'_> {
+        if self.usual_torques.is_empty() { JointLoad::OnTip(&NO_LOAD) } else { JointLoad::Torques(&self.usual_torques) }
+    }
+
     /// Number of moving joints, as [`Robot::dof`].
     pub fn dof(&self) -> usize {
         self.stages.len()
@@ -167,10 +182,11 @@ impl Kinematics {
     }
 
     /// Pose `base_from_tool` (m) at measured joint positions `q` (rad, or m for a prismatic joint;
-    /// [`Kinematics::dof`] of them, base first), without load. Surplus positions are ignored; with
-    /// fewer the pose has no meaning.
+    /// [`Kinematics::dof`] of them, base first), without load, or under the usual torques
+    /// ([`Kinematics::with_usual_torques`]). Surplus positions are ignored; with fewer the pose has
+    /// no meaning.
     pub fn pose(&self, q: &[f64]) -> Pose {
-        self.pose_under(q, &NO_LOAD)
+        self.pose_under(q, self.usual_load())
     }
 
     /// Pose `base_from_tool` (m) at measured joint positions `q` (as in [`Kinematics::pose`]) under
@@ -198,11 +214,11 @@ impl Kinematics {
         scratch.torques
     }
 
-    /// Pose `base_from_tool` (m) without load at measured joint positions `q` (rad, or m for a
-    /// prismatic joint; [`Kinematics::dof`] of them, base first). Its derivatives by joint
+    /// Pose `base_from_tool` (m), as [`Kinematics::pose`], at measured joint positions `q` (rad, or
+    /// m for a prismatic joint; [`Kinematics::dof`] of them, base first). Its derivatives by joint
     /// positions and parameters are written to `scratch`, which must be of these kinematics.
     pub fn pose_and_jacobian(&self, q: &[f64], scratch: &mut KinematicsScratch) -> Pose {
-        self.pose_and_jacobian_under(q, &NO_LOAD, scratch)
+        self.pose_and_jacobian_under(q, self.usual_load(), scratch)
     }
 
     /// Pose `base_from_tool` (m) at measured joint positions `q` under `load`, as in

@@ -18,7 +18,7 @@ mod segments;
 
 pub use calibrated::{calibrated, split_offsets};
 pub use chain::{GRAVITY, Inertia, Joint, JointKind, Limits, Robot, RobotError};
-pub use deflection::BACKLASH_TORQUE;
+pub use deflection::{BACKLASH_TORQUE, play_slope};
 pub use denavit_hartenberg::{DenavitHartenberg, DhLink, NEARLY_PARALLEL, denavit_hartenberg};
 pub use encoder_term::{EncoderTerm, encoder_error, measured_position, subtract_encoder_errors};
 pub use joint_correction::{JointCorrection, LoadedLink};

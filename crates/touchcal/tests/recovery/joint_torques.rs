@@ -4,7 +4,9 @@ use std::ops::ControlFlow;
 
 use nalgebra::Vector3;
 use touchcal::contact::ContactLog;
-use touchcal::estimate::{Estimate, EstimatorOptions, Problem, Status, Warning, apply_estimated_places, evaluate};
+use touchcal::estimate::{
+    Estimate, EstimatorOptions, Problem, Status, Warning, apply_estimated_places, evaluate, tool_uncertainty,
+};
 use touchcal::experiment::problem;
 use touchcal::io::urdf::{self, Ends};
 use touchcal::parameter::{Block, joint_offset};
@@ -81,6 +83,21 @@ fn compliances_are_found_from_measured_torques_without_masses() {
     let known = |entry: &&touchcal::estimate::ParameterEstimate| entry.sigma.is_some_and(|sigma| sigma < 5e-6);
     let of_block = estimate.parameters.iter().filter(|p| p.parameter.id.block() == Block::JointCompliance);
     assert!(of_block.filter(known).count() >= 4, "{:?}", estimate.parameters);
+
+    // What is uncertain of the compliances moves the tool, as far as the usual torques deflect
+    // joints.
+    let mut exact = estimate.clone();
+    for k in 0..exact.parameters.len() {
+        if exact.parameters[k].parameter.id.block() == Block::JointCompliance {
+            exact.covariance.row_mut(k).scale_mut(1e-6);
+            exact.covariance.column_mut(k).scale_mut(1e-6);
+        }
+    }
+    let sigma = |estimate: &Estimate| {
+        let q = vec![0.3; 7];
+        tool_uncertainty(&posed, estimate, std::iter::once(q.as_slice())).expect("known")[0].position
+    };
+    assert!(sigma(&exact) < 0.99 * sigma(&estimate), "{} {}", sigma(&exact), sigma(&estimate));
 
     // Other contacts by the same arm, whose torques are measured too.
     let others = sim::run(&scenario, &simulated.truth, 77, &mut |_| ControlFlow::Continue(())).expect("contacts");

@@ -29,6 +29,7 @@ pub fn run(args: &EvaluateArgs) -> Result<Outcome, Failure> {
     let urdf = format!(" --urdf {}", args.urdf.display());
     super::refuse_replaced(&args.source, &nominal, ["evaluate", &urdf])?;
     let Loaded { problem, mut inputs, .. } = super::load(&args.source)?;
+    let is_held_out = !problem.held_out.is_empty();
     let problem = contacts_to_score(problem)?;
     super::prepare_outputs(args.report.clone(), read_files(args, &inputs))?;
     let urdf = urdf::read_like(&problem.robot, &args.urdf)?;
@@ -39,11 +40,16 @@ pub fn run(args: &EvaluateArgs) -> Result<Outcome, Failure> {
         file
     });
     if let (Some(path), Some(found)) = (&args.estimate, &estimate) {
-        found.check_robot(&RobotEntry::of(&problem.robot), &path.display().to_string())?;
+        let file = path.display().to_string();
+        found.check_robot(&RobotEntry::of(&problem.robot), &file)?;
+        found.check_tool(&problem.tool.tip_from_tool, &file)?;
     }
     let mut evaluated = problem.clone();
     match &estimate {
-        Some(found) => apply_written(&mut evaluated, found),
+        Some(found) => {
+            output::notes(fitted_logs(found, &inputs, is_held_out).as_slice());
+            apply_written(&mut evaluated, found);
+        }
         None => {
             output::notes(uncertain(&problem).as_slice());
             output::notes(uncorrected(&args.urdf).as_slice());
@@ -118,6 +124,18 @@ fn uncertain(problem: &Problem) -> Option<String> {
     Some(format!(
         "poses are taken as declared, though that of {whose} is uncertain; `--estimate {ESTIMATE}` of the calibration uses the estimated ones"
     ))
+}
+
+/// A note where the contacts are those that the calibration was fitted to.
+fn fitted_logs(estimate: &EstimateFile, inputs: &[Input], is_held_out: bool) -> Option<String> {
+    let is_fitted = |log: &Input| estimate.inputs.iter().any(|input| input.is_log && input.sha256 == log.sha256);
+    let logs = || inputs.iter().filter(|input| input.is_log);
+    let (all, fitted) = (logs().count(), logs().filter(|log| is_fitted(log)).count());
+    (fitted > 0 && !is_held_out).then(|| {
+        format!(
+            "{fitted} of {all} logs are those of the calibration: agreement with contacts that it was fitted to proves little"
+        )
+    })
 }
 
 /// A note where joints need a correction that the URDF cannot say.

@@ -55,7 +55,7 @@ fn models(choice: &ModelChoice) -> String {
         ]);
     }
     format!(
-        "\n{table}  * chosen: the fewest parameters that predict no worse than the best by more than a standard error\n"
+        "\n{table}  * chosen: the fewest parameters that predict no worse than the best by more than a standard error and 1 %\n"
     )
 }
 

@@ -10,15 +10,16 @@ use crate::estimate::options::DeclarationCheckOptions;
 use crate::estimate::problem::{Distance, Problem};
 use crate::estimate::result::Agreement;
 use crate::estimate::search::SearchState;
-use crate::parameter::{Block, Parameter};
+use crate::parameter::Block;
 use crate::solver::{LevenbergMarquardtOptions, NormalEquations, minimize};
 
 /// Linearizations after which a coarse fit is near its minimum, though not in it.
 const EARLY: usize = 5;
 
-/// Share (1) of the largest envelope of an agreement up to which contacts nearly agree, and share
-/// of the cost of another fit that is small.
+/// Multiple (1) of the largest envelope of an agreement up to which contacts nearly agree: a peg
+/// with worn edges that is turned in its hole has 1.05 of it.
 const NEARLY: f64 = 1.5;
+/// Share (1) of another fit's cost that is small: a fifth of that of a fit that is far better.
 const SMALL_SHARE: f64 = 0.1;
 
 /// A coarse fit of a problem with all its contacts.
@@ -73,15 +74,8 @@ impl CoarseFit {
         let of_priors = parameters.map(|(parameter, value)| value / parameter.prior_sigma().unwrap_or(parameter.scale));
         let of_distances = problem.distances.iter().map(|distance| deviation(&point, distance));
         let deviations: Vec<f64> = of_priors.chain(of_distances).collect();
-        // The search has no cost of parameters without a prior.
-        let without_prior = |(parameter, value): (&Parameter, &f64)| match parameter.prior_sigma() {
-            Some(_) => 0.0,
-            None => (value / parameter.scale).powi(2),
-        };
-        let unbounded: f64 = search.model.layout.parameters.iter().zip(theta.iter()).map(without_prior).sum();
-        let cost = normal.cost + unbounded;
-        let of_envelopes = cost - deviations.iter().map(|deviation| deviation * deviation).sum::<f64>();
-        let rows = normal.rows.max(f64::MIN_POSITIVE);
+        let of_envelopes = normal.cost - deviations.iter().map(|deviation| deviation * deviation).sum::<f64>();
+        let (cost, rows) = (normal.cost, normal.rows.max(f64::MIN_POSITIVE));
         let deviations = deviations.iter().fold(0.0, |most: f64, deviation| most.max(deviation.abs()));
         CoarseFit { problem, theta, cost, envelope: (of_envelopes.max(0.0) / rows).sqrt(), deviations }
     }
@@ -111,9 +105,17 @@ impl CoarseFit {
     }
 }
 
-/// Normal equations of the coarse stage, with known distances.
+/// Normal equations of the coarse stage, with known distances, and parameters without a prior
+/// within their plausible sizes: offsets of any size would make up for another unit.
 fn normal_equations(search: &mut SearchState<'_>, theta: &DVector<f64>) -> NormalEquations {
     let mut normal = search.normal_equations(theta, Objective::Envelope, 1);
+    for (k, parameter) in search.model.layout.parameters.iter().enumerate() {
+        if parameter.prior_sigma().is_none() && parameter.scale > 0.0 {
+            let deviation = theta[k] / parameter.scale;
+            normal.add_row(&[k], &[parameter.scale.recip()], deviation, 1.0);
+            normal.cost += deviation * deviation;
+        }
+    }
     add_distances(&LinearizationPoint::new(&search.model, theta), &mut normal);
     normal.complete()
 }

@@ -2,6 +2,7 @@
 
 use nalgebra::{Matrix6, Vector3};
 
+use super::deflection_by_load::deflection_by_load;
 use super::linearization::LinearizationPoint;
 use super::objective::Objective;
 use super::residual_rows::residual_rows;
@@ -12,7 +13,7 @@ use crate::estimate::contact_mode::{
 };
 use crate::manifold::{ContactCache, Gate, MAX_ROWS, Residual};
 use crate::parameter::ParameterId;
-use crate::robot::{KinematicParameter, KinematicsScratch};
+use crate::robot::KinematicsScratch;
 use crate::se3::{self, Pose, Twist};
 
 /// The factor of one contact, evaluated in place.
@@ -222,11 +223,9 @@ impl ContactFactor {
         let of_load: f64 = if is_exact { 0.0 } else { (0..6).map(of_component).sum() };
         let scores = layout.dependencies[contacts.fixture(i)].iter().map(|&k| match layout.parameters[k].id {
             _ if is_exact => 0.0,
-            ParameterId::Kinematic(KinematicParameter::JointCompliance(joint)) => {
-                mean(&kinematics.joints[joint], &kinematics.torque_by_load(joint))
-            }
             ParameterId::WrenchScale => -of_load / (1.0 + point.wrench_scale()),
-            _ => 0.0,
+            id => deflection_by_load(kinematics, id)
+                .map_or(0.0, |(joint, by_load)| mean(&kinematics.joints[joint], &by_load)),
         });
         self.load_noise_score.iter_mut().zip(scores).for_each(|(score, of_noise)| *score = of_noise);
         self.load_noise_cost = 0.5 * of_load;
@@ -247,12 +246,9 @@ impl ContactFactor {
         }
         let (layout, gradients) = (&point.model.layout, self.rows.jacobian());
         let dependencies = &layout.dependencies[point.model.problem.contacts.fixture(i)];
-        let compliances = dependencies.iter().filter_map(|&k| match layout.parameters[k].id {
-            ParameterId::Kinematic(KinematicParameter::JointCompliance(joint)) => {
-                let by_load = self.kinematics.torque_by_load(joint);
-                Some((k, distances_by(gradients, &self.kinematics.joints[joint]), by_load))
-            }
-            _ => None,
+        let compliances = dependencies.iter().filter_map(|&k| {
+            let (joint, by_load) = deflection_by_load(&self.kinematics, layout.parameters[k].id)?;
+            Some((k, distances_by(gradients, &self.kinematics.joints[joint]), by_load))
         });
         let compliances: Vec<_> = compliances.collect();
         for (first, (k, distances, torque)) in compliances.iter().enumerate() {

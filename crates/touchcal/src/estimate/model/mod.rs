@@ -5,6 +5,7 @@ mod assembly;
 mod calibration_model;
 mod contact_factor;
 mod declared_factors;
+mod deflection_by_load;
 mod em_step;
 mod false_rows;
 mod fixed_modes;

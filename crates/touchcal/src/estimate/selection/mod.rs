@@ -6,7 +6,8 @@
 //! contact that is left out would show errors of the model around it.
 //!
 //! Chosen is the model with the fewest parameters whose mean error over the groups is not above
-//! that of the best model by more than a standard error. Groups differ in difficulty more than
+//! that of the best model by more than a standard error and 1 %: less is of no consequence, however
+//! certain. Groups differ in difficulty more than
 //! models do, so that is the standard error of the difference, group by group. Of models with the
 //! same blocks that with narrower priors counts as the simpler one.
 //!
@@ -31,9 +32,8 @@ pub use groups::GroupKind;
 use groups::{Groups, LEAST_CONTACTS};
 pub use paired::GroupMean;
 
-/// Share (1) of the chosen model's error by which a richer one must predict worse for an alarm:
-/// less is of no consequence.
-const ALARMING: f64 = 0.01;
+/// Share (1) of an error up to which a difference is of no consequence, however certain.
+const OF_NO_CONSEQUENCE: f64 = 0.01;
 
 /// A model that was compared.
 #[derive(Clone, Debug, PartialEq)]
@@ -71,6 +71,12 @@ impl ComparedModel {
     /// Its errors (m) less those of `other`, group by group.
     pub fn difference(&self, other: &ComparedModel) -> GroupMean {
         GroupMean::of_difference(&self.errors, &other.errors)
+    }
+
+    /// Whether it predicts worse by more than the standard error, and by what matters.
+    fn is_worse_than(&self, other: &ComparedModel) -> bool {
+        let difference = self.difference(other);
+        difference.is_positive() && difference.mean > OF_NO_CONSEQUENCE * other.held_out.mean
     }
 
     fn is_richer_than(&self, other: &ComparedModel) -> bool {
@@ -277,7 +283,7 @@ impl Work<'_> {
 fn choose(models: &[ComparedModel]) -> Option<(usize, usize)> {
     let finite = || (0..models.len()).filter(|&m| models[m].held_out.mean.is_finite());
     let best = finite().min_by(|&a, &b| models[a].held_out.mean.total_cmp(&models[b].held_out.mean))?;
-    let is_worse = |m: usize| models[m].difference(&models[best]).is_positive();
+    let is_worse = |m: usize| models[m].is_worse_than(&models[best]);
     Some((finite().find(|&m| !is_worse(m))?, best))
 }
 
@@ -306,9 +312,38 @@ fn gains(models: &[ComparedModel], chosen: usize) -> Vec<BlockGain> {
 fn extrapolate_worse(models: &[ComparedModel], chosen: usize) -> Vec<usize> {
     let chosen = &models[chosen];
     let is_alarming = |model: &ComparedModel| {
-        let worse = model.difference(chosen);
         let is_better_in_sample = model.is_richer_than(chosen) && model.in_sample < chosen.in_sample;
-        is_better_in_sample && worse.is_positive() && worse.mean > ALARMING * chosen.held_out.mean
+        is_better_in_sample && model.is_worse_than(chosen)
     };
     (0..models.len()).filter(|&m| is_alarming(&models[m])).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn model(blocks: &[Block], parameters: usize, errors: [f64; 3]) -> ComparedModel {
+        ComparedModel {
+            blocks: blocks.to_vec(),
+            prior_width: 1.0,
+            parameters,
+            errors: errors.to_vec(),
+            held_out: GroupMean::of(&errors),
+            in_sample: 1e-3,
+        }
+    }
+
+    #[test]
+    fn a_certain_gain_of_no_consequence_chooses_no_parameters() {
+        let origins = [Block::JointOrigin];
+        let bending = [Block::JointOrigin, Block::JointCompliance];
+        // Each group better, by 0.5 % and by 2 %.
+        for (gain, chosen) in [(0.005, 0), (0.02, 1)] {
+            let errors = [1e-3, 1.1e-3, 1.2e-3];
+            let better = errors.map(|error| error - gain * 1.1e-3);
+            let models = [model(&origins, 36, errors), model(&bending, 42, better)];
+            assert!(models[0].difference(&models[1]).is_positive());
+            assert_eq!(choose(&models), Some((chosen, 1)), "{gain}");
+        }
+    }
 }

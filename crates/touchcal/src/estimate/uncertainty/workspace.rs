@@ -49,6 +49,7 @@ pub(crate) fn arm_uncertainty(
     let (indices, columns): (Vec<usize>, Vec<KinematicParameter>) =
         (0..parameters.len()).filter_map(of_kinematics).unzip();
     let kinematics = Kinematics::new(&problem.robot, &columns, problem.tool.tip_from_tool);
+    let kinematics = kinematics.with_usual_torques(problem.usual_torques());
     let mut scratch = kinematics.scratch();
     let limits = workspace_limits(&problem.robot);
     let mut place = |index: usize| {
@@ -99,7 +100,8 @@ pub struct ToolUncertainty {
     pub angle: f64,
 }
 
-/// Uncertainty of the calibrated arm's tool, without load, at each of the joint `positions` (rad,
+/// Uncertainty of the calibrated arm's tool, without load (joints that deflect by measured torques
+/// bear those usual in the contacts), at each of the joint `positions` (rad,
 /// or m for a prismatic joint; one for each moving joint, base first), in their order: of `J Σ Jᵀ`,
 /// with `J` the derivative of the pose `base_from_tool` by the parameters of arm, tool, encoder
 /// harmonics and gear ratios, and `Σ` their part of the estimate's covariance. The errors of
@@ -128,6 +130,7 @@ pub(crate) fn workspace_uncertainty(problem: &Problem, estimate: &Estimate) -> O
     let distances = distance_uncertainty(problem, estimate, &positions)?;
     let calibrated = CalibratedTool::new(problem, estimate)?.kinematics;
     let nominal = Kinematics::new(&problem.robot, &[], problem.tool.tip_from_tool);
+    let nominal = nominal.with_usual_torques(problem.usual_torques());
     let poses = |kinematics: &Kinematics| positions.iter().map(|q| kinematics.pose(q)).collect::<Vec<Pose>>();
     let (calibrated, nominal) = (poses(&calibrated), poses(&nominal));
     let apart = |pair: &[Pose]| (pair[1].translation.vector - pair[0].translation.vector).norm();
@@ -200,6 +203,7 @@ impl CalibratedTool {
         let (columns, values) = kinematic_part(parameters.iter().map(|entry| (entry.parameter.id, entry.value)));
         let mut kinematics = Kinematics::new(&problem.robot, &columns, problem.tool.tip_from_tool);
         kinematics.set(&values);
+        let kinematics = kinematics.with_usual_torques(problem.usual_torques());
         let mut covariance = estimate.covariance.select_rows(&indices).select_columns(&indices);
         for (k, entry) in parameters.iter().enumerate() {
             if covariance[(k, k)] == 0.0 {
@@ -241,6 +245,7 @@ pub(crate) fn tool_distance(problem: &Problem, parameters: &[Parameter], a: &DVe
         let (columns, values) = kinematic_part(parameters.iter().map(|p| p.id).zip(values.iter().copied()));
         let mut kinematics = Kinematics::new(&problem.robot, &columns, problem.tool.tip_from_tool);
         kinematics.set(&values);
+        let kinematics = kinematics.with_usual_torques(problem.usual_torques());
         let position = |q: &Vec<f64>| kinematics.pose(q).translation.vector;
         positions.iter().map(position).collect::<Vec<Vector3<f64>>>()
     });

@@ -18,12 +18,12 @@ use crate::io::result::estimate_file::{
     FreedEffectEntry, HeldOutEntry, NoiseEntry, NullDirection, ParameterEntry, PredictiveCheckEntry, PriorTestEntry,
     ResidualStats, Residuals, RobotEntry, TerminationEntry, WarningEntry,
 };
+use crate::io::result::estimate_tool_entries::{as_declared, seven};
 use crate::io::result::export::Export;
 use crate::io::result::offsets_yaml;
 use crate::io::robot::urdf;
 use crate::report::{self, Report, WarningText};
 use crate::robot::{Robot, split_offsets};
-use crate::se3::Pose;
 
 /// Name of the calibrated robot's URDF.
 pub const CALIBRATED: &str = "calibrated.urdf";
@@ -349,19 +349,6 @@ fn warnings(estimate: &Estimate) -> Vec<WarningEntry> {
         _ => warning.into(),
     };
     estimate.warnings.iter().map(entry).collect()
-}
-
-/// A pose as x, y, z (m), qw, qx, qy, qz.
-fn seven(pose: &Pose) -> [f64; 7] {
-    let ([x, y, z], [i, j, k, w]): ([f64; 3], [f64; 4]) = (pose.translation.vector.into(), pose.rotation.coords.into());
-    [x, y, z, w, i, j, k]
-}
-
-/// A tool's place as problem.toml states it.
-fn as_declared(tip_from_tool: &Pose) -> String {
-    let [x, y, z]: [f64; 3] = tip_from_tool.translation.vector.map(|metres| 1e3 * metres).into();
-    let [i, j, k, w]: [f64; 4] = tip_from_tool.rotation.coords.into();
-    format!("{{ xyz_mm = [{x:.4}, {y:.4}, {z:.4}], quat_wxyz = [{w:.7}, {i:.7}, {j:.7}, {k:.7}] }}")
 }
 
 /// Distances of `score` (m) in mm, for a file. `fixtures` has one entry for each of

@@ -167,6 +167,11 @@ impl Settings {
 /// [`IoError::Unexpected`] with the log of a contact that is otherwise.
 pub fn check_joint_torques(robot: &Robot, contacts: &ContactLog, wanted: bool) -> Result<(), IoError> {
     let by_robot = robot.is_compliant() && robot.has_measured_torques();
+    if wanted && robot.is_compliant() && !robot.has_measured_torques() {
+        let place = Place::file(contacts.files().first().cloned().unwrap_or_default()).field("tau_joint");
+        let expected = "a robot whose compliances belong to measured torques, or a stiff one";
+        return Err(IoError::unexpected(place, expected, "compliances of gravity and load in the URDF"));
+    }
     let Some(other) = (0..contacts.len()).find(|&i| contacts.joint_torques(i).is_some() != (wanted || by_robot)) else {
         return Ok(());
     };
