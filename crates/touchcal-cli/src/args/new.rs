@@ -16,12 +16,8 @@ const FROM_LOGS: &str = "Recorded logs of sockets";
     ("A template to fill in", "touchcal new sockets"),
     ("The whole problem of recorded logs", "touchcal new sockets --from logs --urdf arm.urdf --out recorded"),
     (
-        "With a ball 120 mm before the flange, the last link of the URDF",
-        "touchcal new sockets --from logs --urdf arm.urdf --ball-mm 0 0 120 --out flange",
-    ),
-    (
-        "With logs of any names, and the sockets they are of",
-        "touchcal new sockets --from front/0=logs/a.csv --from front/1=logs/b.csv \\\n--urdf arm.urdf --out named",
+        "With logs of any names, their sockets, and a ball 120 mm before the flange",
+        "touchcal new sockets --from front/0=logs/a.csv --from front/1=logs/b.csv \\\n--urdf arm.urdf --ball-mm 0 0 120 --out named",
     ),
 ]))]
 pub struct NewArgs {

@@ -63,7 +63,7 @@ fn rows_that_are_there_are_not_computed_again() {
         assert!(svg.contains(&format!("\n{words}\n")), "expected the text `{words}` in:\n{svg}");
     }
     let latex = read("table1.tex");
-    assert!(latex.contains("means over 2 trials") && latex.contains("\nexact gap + LM & $"), "{latex}");
+    assert!(latex.contains("number of trials: 2.") && latex.contains("\nexact gap + LM & $"), "{latex}");
     // A mark that a second run would overwrite.
     let marked = std::fs::read_to_string(&path).unwrap().replace("\"seconds\": ", "\"seconds\": 1234");
     std::fs::write(&path, &marked).unwrap();

@@ -87,10 +87,7 @@ fn the_truth_of_a_recorded_trial_is_read_as_that_of_a_simulation() {
         let each = truth.parameters.iter().zip(&truth.values);
         each.filter(|(_, value)| **value != 0.0).map(|(id, value)| (*id, *value)).collect::<Vec<_>>()
     };
-    // One in the order of the file's names, the other base first.
-    let mut expected = not_zero(&simulated);
-    expected.reverse();
-    assert_eq!(not_zero(&recorded), expected);
+    assert_eq!(not_zero(&recorded), not_zero(&simulated));
     for text in ["{}", r#"{"r": 0.05}"#, r#"{"r": 0.05, "b_rad": [0.1]}"#, r#"{"b_rad": [0, 0, 0, 0, 0, 0, 0.1]}"#] {
         let refused = read(text).unwrap_err().to_string();
         assert!(refused.contains("expected `parameters`, as of a simulation, or `r` and `b_rad`"), "{refused}");

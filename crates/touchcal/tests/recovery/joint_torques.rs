@@ -86,18 +86,18 @@ fn compliances_are_found_from_measured_torques_without_masses() {
 
     // What is uncertain of the compliances moves the tool, as far as the usual torques deflect
     // joints.
-    let mut exact = estimate.clone();
-    for k in 0..exact.parameters.len() {
-        if exact.parameters[k].parameter.id.block() == Block::JointCompliance {
-            exact.covariance.row_mut(k).scale_mut(1e-6);
-            exact.covariance.column_mut(k).scale_mut(1e-6);
+    let mut unsure = estimate.clone();
+    for k in 0..unsure.parameters.len() {
+        if unsure.parameters[k].parameter.id.block() == Block::JointCompliance {
+            unsure.covariance.row_mut(k).scale_mut(1e3);
+            unsure.covariance.column_mut(k).scale_mut(1e3);
         }
     }
     let sigma = |estimate: &Estimate| {
         let q = vec![0.3; 7];
         tool_uncertainty(&posed, estimate, std::iter::once(q.as_slice())).expect("known")[0].position
     };
-    assert!(sigma(&exact) < 0.99 * sigma(&estimate), "{} {}", sigma(&exact), sigma(&estimate));
+    assert!(sigma(&unsure) > 2.0 * sigma(&estimate), "{} {}", sigma(&unsure), sigma(&estimate));
 
     // Other contacts by the same arm, whose torques are measured too.
     let others = sim::run(&scenario, &simulated.truth, 77, &mut |_| ControlFlow::Continue(())).expect("contacts");

@@ -25,6 +25,8 @@ pub struct Row {
     pub trial: String,
     pub approach: String,
     pub status: String,
+    /// Kinds of the estimate's warnings, each once, those that forbid its use first.
+    pub warnings: Vec<String>,
     pub strain_error: f64,
     pub bias_error_deg: f64,
     /// Errors before the calibration: the size of the true values.
@@ -68,6 +70,7 @@ impl Row {
             trial: trial.name.clone(),
             approach: approach.to_owned(),
             status: estimate.status.name().to_owned(),
+            warnings: kinds(estimate),
             strain_error: error.strain,
             bias_error_deg: error.offset.to_degrees(),
             strain_before: before.strain,
@@ -97,6 +100,16 @@ impl Row {
     pub fn path(folder: &Path, trial: &str, approach: &str) -> PathBuf {
         folder.join(saved::ROWS).join(format!("{trial}.{approach}.json"))
     }
+}
+
+fn kinds(estimate: &Estimate) -> Vec<String> {
+    let mut kinds: Vec<String> = Vec::new();
+    for kind in estimate.warnings.iter().map(|warning| warning.kind()) {
+        if kinds.iter().all(|known| known != kind) {
+            kinds.push(kind.to_owned());
+        }
+    }
+    kinds
 }
 
 /// Tool errors at the trial's contacts, and over the whole workspace.

@@ -46,7 +46,7 @@ pub fn table(summaries: &[Summary], trials: usize) -> String {
     }
     let version = env!("CARGO_PKG_VERSION");
     format!(
-        "% touchcal {version}, experiment table1: means over {trials} trials.\n{HEAD}{rows}{BOTTOM}{}{FOOT}",
+        "% touchcal {version}, experiment table1; number of trials: {trials}.\n{HEAD}{rows}{BOTTOM}{}{FOOT}",
         note(summaries)
     )
 }
@@ -128,7 +128,7 @@ none & -- & -- & -- & -- & 0.012 & 0.0020 & 0.101 & 0.0300 \\
         };
         let rows = [row("50 % of a_b & c", [1.2e-5, 0.0012, 4100.0, 2000.49]), row("none", [f64::NAN; 4])];
         let text = table(&rows, 3);
-        assert!(text.contains("experiment table1: means over 3 trials.\n") && text.ends_with(EXPECTED), "{text}");
+        assert!(text.contains("experiment table1; number of trials: 3.\n") && text.ends_with(EXPECTED), "{text}");
         let half = Summary { refused: 2, not_refused: 1.0 / 3.0, ..row("50 % of a_b & c", [0.1; 4]) };
         let note = table(&[half, row("all", [0.1; 4])], 3);
         let expected = "\\bottomrule\n\\multicolumn{9}{p{0.95\\linewidth}}{\\footnotesize Means include trials whose result \

@@ -216,7 +216,7 @@ fn csv(rows: &[Row]) -> String {
 
 fn text(args: &Table1Args, trials: usize, summaries: &[Summary]) -> String {
     [
-        format!("Mean absolute errors over {trials} trials: parameters, tool at the hole, tool at 1000 other poses\n"),
+        format!("Mean absolute errors (number of trials: {trials}): parameters, tool at the hole, tool at 1000 other poses\n"),
         summary::table(summaries).to_string(),
         refused_rows(summaries),
         format!(
