@@ -80,7 +80,7 @@ def test_arguments_of_another_type_are_named(robot: touchcal.Robot, log: touchca
     for argument, value, words in [
         ("robot", "iiwa14", "expected a Robot, such as Robot.from_urdf(\"iiwa14\"), found str 'iiwa14'"),
         ("tool", (0, 0, 0.1), "expected a Tool, found tuple (0, 0, 0.1)"),
-        ("contacts", {"a/0": problem.q[:1]}, f"expected {logs}, found ndarray in it"),
+        ("contacts", {"a/0": problem.q[:1]}, f"expected {logs}, found list in it"),
         ("parameters", "strain", "expected a list of names, found str 'strain'"),
         ("parameters", ["strain", 1], "expected a list of names, found int 1 in it"),
         ("parameters", {"strain": True}, "expected a list of names, found dict {'strain': True}"),

@@ -10,9 +10,11 @@ import pandas as pd
 
 __all__ = [
     "Acceptance",
+    "BlockGain",
     "Calibration",
     "CalibrationWarning",
     "Campaign",
+    "ComparedModel",
     "Comparison",
     "CompetingMinimum",
     "ContactLog",
@@ -27,6 +29,7 @@ __all__ = [
     "Inspection",
     "JointRange",
     "Manifold",
+    "ModelChoice",
     "NullDirection",
     "Parameter",
     "ParameterChange",
@@ -54,6 +57,7 @@ __all__ = [
     "pose",
     "project",
     "read_outline",
+    "select",
     "simulate",
 ]
 
