@@ -30,7 +30,8 @@ impl Deflection {
     }
 }
 
-/// Derivative (1/(N m) or 1/N) of the [`side_of_play`] by the torque (N m or N).
+/// Derivative (1/(N m) or 1/N) by the torque (N m or N) of the side of its play at which a joint
+/// rests, `τ / √(τ² + τ₀²)` with `τ₀` of [`BACKLASH_TORQUE`].
 pub fn play_slope(torque: f64) -> f64 {
     BACKLASH_TORQUE.powi(2) / torque.hypot(BACKLASH_TORQUE).powi(3)
 }
