@@ -19,7 +19,7 @@ MODELS = {
 # What is aimed at: the best fits of scipy in `data/ur10`.
 AIM = (0.338, 0.422)
 ROWS = (20, 40, 100)
-DRAWS = {"short": 4, "long": 20}
+DRAWS = {"short": 2, "long": 20}
 PROBLEM = """\
 [robot]
 urdf = "{urdf}"
