@@ -30,7 +30,7 @@ fn evaluated(folder: &Path, problem: &str, more: &[&str]) -> serde_json::Value {
 
 const ESTIMATE: [&str; 2] = ["--estimate", "out/estimate.json"];
 
-/// What would say more of the arm than is known is said, or refused.
+/// Logs that the calibration was fitted to are noted; a tool declared at another pose is refused.
 #[test]
 fn logs_of_the_calibration_and_other_tools_are_named() {
     let folder = tempfile::tempdir().unwrap();

@@ -175,8 +175,8 @@ impl<'a> ContactIngest<'a> {
     }
 
     /// Sets the measured joint torques in the rows that follow (N m, or N of a prismatic joint; one
-    /// for each moving joint, base first), whose they are as in [`IngestOptions::torques`]; empty,
-    /// as at the start: they are not known.
+    /// for each moving joint, base first), with the sign that [`IngestOptions::torques`] says;
+    /// empty, as at the start: they are not known.
     pub fn set_joint_torques(&mut self, torques: &[f64]) {
         self.torques.clear();
         self.torques.extend_from_slice(torques);

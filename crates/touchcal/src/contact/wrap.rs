@@ -5,8 +5,8 @@ use std::f64::consts::TAU;
 use super::log::ContactLog;
 use crate::robot::{JointKind, Robot};
 
-/// Largest motion (rad or m) of all joints from one contact to the next for a whole turn of some of
-/// them to be one of the recorder: no arm turns a joint by 360° and all others hardly at all.
+/// Largest motion (rad or m) of each joint from one contact to the next, but for whole turns, at
+/// which a whole turn is one of the recorder: no arm turns one joint by 360° and the others hardly.
 const STILL: f64 = 0.1;
 
 /// Rounding (rad) of a whole turn in a file.

@@ -119,7 +119,8 @@ fn compliances_are_found_from_measured_torques_without_masses() {
     assert!(!estimate.warnings.iter().any(is_against));
 }
 
-/// What a rigid model leaves out is told by measured torques, too, where nothing else bends joints.
+/// A compliance that the model leaves out is significant by measured torques too, where no gravity
+/// deflects joints.
 #[test]
 fn compliance_that_is_left_out_is_found_by_measured_torques() {
     let mut scenario = bending();

@@ -6,10 +6,10 @@
 //! contact that is left out would show errors of the model around it.
 //!
 //! Chosen is the model with the fewest parameters whose mean error over the groups is not above
-//! that of the best model by more than a standard error and 1 %: less is of no consequence, however
-//! certain. Groups differ in difficulty more than
-//! models do, so that is the standard error of the difference, group by group. Of models with the
-//! same blocks that with narrower priors counts as the simpler one.
+//! that of the best model by more than a standard error and 1 %: a smaller difference is of no
+//! consequence, however certain. Groups differ in difficulty more than models do, so that is the
+//! standard error of the difference, group by group. Of models with the same blocks that with
+//! narrower priors counts as the simpler one.
 //!
 //! Source: Hastie, Tibshirani & Friedman, *The elements of statistical learning*, 2nd edition
 //! (2009), section 7.10: cross-validation, and the one-standard-error rule.
@@ -73,7 +73,7 @@ impl ComparedModel {
         GroupMean::of_difference(&self.errors, &other.errors)
     }
 
-    /// Whether it predicts worse by more than the standard error, and by what matters.
+    /// Whether it predicts worse by more than the standard error and by more than 1 % of the error.
     fn is_worse_than(&self, other: &ComparedModel) -> bool {
         let difference = self.difference(other);
         difference.is_positive() && difference.mean > OF_NO_CONSEQUENCE * other.held_out.mean

@@ -94,8 +94,8 @@ impl Settings {
     }
 
     /// The problem with these settings and the given tool, fixtures, known distances and contacts.
-    /// Notes are appended to `contacts` if loads or joint torques have no effect, if the masses
-    /// beside which they count are missing, and on what is assumed of the wrench.
+    /// Notes are appended to `contacts` if loads or joint torques have no effect, if the robot has
+    /// no masses for torques of gravity, and on what is assumed of the wrench.
     ///
     /// # Errors
     /// [`IoError::Unexpected`] if joint compliances or backlashes are to be estimated although
