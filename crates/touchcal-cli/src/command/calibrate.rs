@@ -77,10 +77,9 @@ pub fn outcome(estimate: &Estimate) -> Outcome {
 
 /// The last placement with contacts, if there are several.
 fn last_of_several_placements(loaded: &Loaded) -> Option<&str> {
-    let problem = &loaded.problem;
-    let touched = |f: &usize| (0..problem.contacts.len()).any(|i| problem.contacts.fixture(i) == *f);
-    let touched = (0..problem.fixtures.len()).filter(touched).map(|f| problem.fixtures[f].placement.as_str());
-    let placements: BTreeSet<&str> = touched.collect();
+    let (contacts, fixtures) = (&loaded.problem.contacts, &loaded.problem.fixtures);
+    let placement = |i| fixtures[contacts.fixture(i)].placement.as_str();
+    let placements: BTreeSet<&str> = (0..contacts.len()).map(placement).collect();
     placements.last().copied().filter(|_| placements.len() > 1)
 }
 
@@ -96,16 +95,12 @@ fn next(args: &CalibrateArgs, loaded: &Loaded, written: &Written) -> String {
             );
         }
         if let Some(placement) = last_of_several_placements(loaded) {
-            let flags = |flag: &str| match flag {
-                "only" => super::selection_flags(&[placement.to_owned()], &[]),
-                _ => super::selection_flags(&[], &[placement.to_owned()]),
-            };
+            let placement = [placement.to_owned()];
+            let (except, only) = (super::selection_flags(&[], &placement), super::selection_flags(&placement, &[]));
             let without = args.out.join("without");
             let without = without.display();
             return format!(
-                "evaluate the model on a placement that a calibration without it has not used\n{INDENT}touchcal calibrate {problem}{} --out {without}\n{INDENT}touchcal evaluate {problem}{} --urdf {without}/{CALIBRATED} --estimate {without}/{ESTIMATE}",
-                flags("except"),
-                flags("only"),
+                "evaluate the model on a placement that a calibration without it has not used\n{INDENT}touchcal calibrate {problem}{except} --out {without}\n{INDENT}touchcal evaluate {problem}{only} --urdf {without}/{CALIBRATED} --estimate {without}/{ESTIMATE}"
             );
         }
         return format!(

@@ -70,7 +70,7 @@ impl Row {
             trial: trial.name.clone(),
             approach: approach.to_owned(),
             status: estimate.status.name().to_owned(),
-            warnings: kinds(estimate),
+            warnings: estimate.warning_kinds(),
             strain_error: error.strain,
             bias_error_deg: error.offset.to_degrees(),
             strain_before: before.strain,
@@ -100,16 +100,6 @@ impl Row {
     pub fn path(folder: &Path, trial: &str, approach: &str) -> PathBuf {
         folder.join(saved::ROWS).join(format!("{trial}.{approach}.json"))
     }
-}
-
-fn kinds(estimate: &Estimate) -> Vec<String> {
-    let mut kinds: Vec<String> = Vec::new();
-    for kind in estimate.warnings.iter().map(|warning| warning.kind()) {
-        if kinds.iter().all(|known| known != kind) {
-            kinds.push(kind.to_owned());
-        }
-    }
-    kinds
 }
 
 /// Tool errors at the trial's contacts, and over the whole workspace.

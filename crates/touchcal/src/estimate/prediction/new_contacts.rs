@@ -3,11 +3,11 @@
 use nalgebra::DVector;
 
 use crate::contact::ContactLog;
-use crate::estimate::evaluate::apply_estimated_places;
-use crate::estimate::model::{CalibrationModel, LinearizationPoint};
+use crate::estimate::evaluate::apply_estimate;
+use crate::estimate::model::CalibrationModel;
 use crate::estimate::problem::{Problem, WrenchTolerance};
 use crate::estimate::untouched::are_touched;
-use crate::parameter::{Block, Parameter, kinematic_part};
+use crate::parameter::kinematic_part;
 use crate::robot;
 
 /// The problem of `contacts` with the arm, the tool and the places that a fit of `model` found as
@@ -19,17 +19,6 @@ pub(crate) fn new_contacts(model: &CalibrationModel<'_>, theta: &DVector<f64>, c
     let fit = model.problem;
     let mut new = Problem { contacts, held_out: ContactLog::default(), ..fit.clone() };
     let known = &model.layout.parameters;
-    new.contacts = {
-        let own = CalibrationModel::new(&new);
-        let lasting = |parameter: &Parameter| {
-            let is_of_log = matches!(parameter.id.block(), Block::JointDrift | Block::JointTrend | Block::JointWalk);
-            let k = known.iter().position(|other| other.id == parameter.id).filter(|_| !is_of_log);
-            k.map_or(0.0, |k| theta[k])
-        };
-        let values = DVector::from_iterator(own.layout.len(), own.layout.parameters.iter().map(lasting));
-        let point = LinearizationPoint::new(&own, &values);
-        new.contacts.with_positions(|i, q| point.correct(i, q))
-    };
     let (columns, values) = kinematic_part(known.iter().map(|parameter| parameter.id).zip(theta.iter().copied()));
     new.robot = robot::calibrated(&fit.robot, &columns, &values);
     (new.parameters, new.distances, new.joint_drift) = (Vec::new(), Vec::new(), false);
@@ -38,7 +27,7 @@ pub(crate) fn new_contacts(model: &CalibrationModel<'_>, theta: &DVector<f64>, c
     for (f, fixture) in new.fixtures.iter_mut().enumerate().filter(|(f, _)| are_touched[*f]) {
         fixture.base_from_fixture = Some(model.base_from_fixture[f]);
     }
-    apply_estimated_places(&mut new, |name| {
+    apply_estimate(&mut new, |name| {
         let k = known.iter().position(|parameter| parameter.name == name)?;
         Some(theta[k])
     });

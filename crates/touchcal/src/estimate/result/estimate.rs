@@ -182,6 +182,18 @@ impl Estimate {
         })
     }
 
+    /// Kinds ([`Warning::kind`]) of the warnings, each once, those that forbid the use of the result
+    /// first.
+    pub fn warning_kinds(&self) -> Vec<String> {
+        let mut kinds: Vec<String> = Vec::new();
+        for kind in self.warnings.iter().map(Warning::kind) {
+            if kinds.iter().all(|known| known != kind) {
+                kinds.push(kind.to_owned());
+            }
+        }
+        kinds
+    }
+
     /// Warnings by which the model is incomplete: contacts scatter more than the noise, deviate
     /// from predictions, or show an effect that the model lacks, beyond the significance levels of
     /// [`WarningThresholds`](crate::estimate::WarningThresholds). Empty without such warnings.

@@ -166,12 +166,6 @@ fn compare(
     let place = |arm: &Kinematics, q: &[f64]| arm.pose(q).translation.vector;
     let distances = positions.iter().map(|q| (place(true_arm, q) - place(&found, q)).norm());
     let sigmas = tool_uncertainty(problem, estimate, positions.iter().map(Vec::as_slice));
-    let mut warnings: Vec<String> = Vec::new();
-    for warning in &estimate.warnings {
-        if !warnings.iter().any(|known| known == warning.kind()) {
-            warnings.push(warning.kind().to_owned());
-        }
-    }
     FalsifiedRow {
         status: estimate.status.name().to_owned(),
         nees,
@@ -180,7 +174,7 @@ fn compare(
         useful: answered && within,
         tool_error: root_mean_square(distances),
         tool_sigma: sigmas.map(|each| root_mean_square(each.iter().map(|tool| tool.position))),
-        warnings,
+        warnings: estimate.warning_kinds(),
         ..row
     }
 }
