@@ -182,8 +182,8 @@ impl Estimate {
         })
     }
 
-    /// Kinds ([`Warning::kind`]) of the warnings, each once, those that forbid the use of the result
-    /// first.
+    /// Kinds ([`Warning::kind`]) of the warnings, each once, those that forbid the use of the
+    /// result first.
     pub fn warning_kinds(&self) -> Vec<String> {
         let mut kinds: Vec<String> = Vec::new();
         for kind in self.warnings.iter().map(Warning::kind) {
