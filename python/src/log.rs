@@ -125,8 +125,9 @@ impl ContactLog {
     ///     load_lag: rows by which the wrench lags behind the joint positions, at least 0; default:
     ///         0. A low-pass filter of time constant T has a lag of 1 / (exp(dt / T) - 1). All rows
     ///         must be there, those without contact too, at even distances in time.
-    ///     tau_joint: side whose torques the log has, by which joints deflect in place of gravity and
-    ///         a load: "load" (what gravity and contact exert) or "motor" (what the joints exert).
+    ///     tau_joint: side whose torques the log has, by which joints deflect in place of gravity
+    ///         and a load: "load" (what gravity and contact exert) or "motor" (what the joints
+    ///         exert).
     ///         Default: they are not known.
     ///     temperature: of the arm (degrees Celsius), shape (N,).
     ///     name: what stands for the file in messages, reports and estimate.json.
