@@ -168,7 +168,8 @@ struct Tau {
     std::vector<double> torques;
 };
 
-// Corrections of the positions of an arm's joints: rad, or m for a prismatic joint, base first.
+// Corrections of the positions of an arm's joints: rad, or m for a prismatic joint, base first. Positions of revolute
+// joints beyond two turns are refused, since they look like degrees.
 class Correction {
 public:
     // From the content of correction.json. That of a calibration that must not be used is refused, unless not_usable.
@@ -222,7 +223,7 @@ public:
         if (has_measured_torques_) throw CorrectionError("expected Tau, measured torques of the joints, in place of a load");
         std::vector<double> positions = stiff;
         for (int iteration = 0; iteration < 50; ++iteration) {
-            const std::vector<double> torques = this->torques(positions, load);
+            const std::vector<double> torques = torques_at(positions, load);
             double change = 0.0;
             for (std::size_t i = 0; i < size(); ++i) {
                 const double deflected = stiff[i] + deflection(i, torques[i]);
@@ -236,7 +237,7 @@ public:
 
     std::vector<double> true_positions(const std::vector<double>& measured, const Tau& tau) const {
         check(measured);
-        check(tau.torques);
+        check_numbers(tau.torques);
         std::vector<double> positions = without_errors(measured);
         if (!is_compliant()) return positions;
         if (!has_measured_torques_) throw CorrectionError("expected no Tau: the joints of this file deflect by gravity and load");
@@ -257,7 +258,7 @@ public:
                                       "not known before the arm is there, so that nothing can be commanded");
             }
         }
-        const std::vector<double> torques = is_compliant() ? this->torques(wanted, load) : std::vector<double>(size(), 0.0);
+        const std::vector<double> torques = is_compliant() ? torques_at(wanted, load) : std::vector<double>(size(), 0.0);
         std::vector<double> commanded(size());
         for (std::size_t i = 0; i < size(); ++i) {
             commanded[i] = joints_[i].measured(wanted[i] - deflection(i, torques[i]));
@@ -267,8 +268,13 @@ public:
 
     // Torque (N m) of gravity and load about each joint at true positions; of a prismatic one the force (N).
     std::vector<double> torques(const std::vector<double>& positions, const Load& load = {}) const {
-        using namespace detail;
         check(positions);
+        return torques_at(positions, load);
+    }
+
+private:
+    std::vector<double> torques_at(const std::vector<double>& positions, const Load& load) const {
+        using namespace detail;
         std::vector<Vector> axes(size()), origins(size()), moments(size());
         Rotation rotation;
         Vector origin{};
@@ -302,7 +308,6 @@ public:
         return torques;
     }
 
-private:
     double deflection(std::size_t joint, double torque) const { return joints_[joint].deflection(torque, backlash_torque_); }
 
     bool is_compliant() const {
@@ -319,12 +324,23 @@ private:
         return positions;
     }
 
-    void check(const std::vector<double>& positions) const {
-        if (positions.size() != size()) {
-            throw CorrectionError("expected " + std::to_string(size()) + " numbers, found " + std::to_string(positions.size()));
+    void check_numbers(const std::vector<double>& values) const {
+        if (values.size() != size()) {
+            throw CorrectionError("expected " + std::to_string(size()) + " numbers, found " + std::to_string(values.size()));
         }
-        for (const double position : positions) {
-            if (!std::isfinite(position)) throw CorrectionError("expected finite numbers");
+        for (const double value : values) {
+            if (!std::isfinite(value)) throw CorrectionError("expected finite numbers");
+        }
+    }
+
+    void check(const std::vector<double>& positions) const {
+        check_numbers(positions);
+        const double two_turns = 4.0 * std::acos(-1.0);
+        for (std::size_t i = 0; i < size(); ++i) {
+            if (joints_[i].turns && std::abs(positions[i]) > two_turns) {
+                throw CorrectionError("expected at most 12.566 rad of joint " + joints_[i].name +
+                                      " (angles are radians), found " + std::to_string(positions[i]) + " rad");
+            }
         }
     }
 

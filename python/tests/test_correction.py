@@ -1,6 +1,7 @@
 """touchcal.correction against positions that the library computed, without the compiled part of the package."""
 
 import importlib.util
+import json
 import re
 import sys
 from pathlib import Path
@@ -107,3 +108,26 @@ def test_a_result_that_is_not_usable_is_read_on_request(correction: ModuleType) 
     assert reader.status == "not_usable"
     with pytest.raises(correction.CorrectionError, match="6 numbers"):
         reader.true_positions([0.0] * 7)
+
+
+def test_degrees_are_refused(correction: ModuleType) -> None:
+    for arm in ("ur10", "sliding", "torques"):
+        reader = correction.Correction.read(CASES / f"{arm}.json")
+        content = json.loads((CASES / f"{arm}.json").read_text())
+        tau = [0.0] * len(reader.names) if reader.has_measured_torques else None
+        for joint, entry in enumerate(content["joints"]):
+            positions = [0.0] * len(reader.names)
+            positions[joint] = -90.0
+            if entry["kind"] == "prismatic":
+                reader.torques(positions)
+                continue
+            message = rf"expected at most 12\.566 rad of joint '{reader.names[joint]}' \(angles are radians\), found -90\.0 rad"
+            with pytest.raises(correction.CorrectionError, match=message):
+                reader.true_positions(positions, tau=tau)
+            with pytest.raises(correction.CorrectionError, match=message):
+                reader.commanded_positions(positions)
+            with pytest.raises(correction.CorrectionError, match=message):
+                reader.torques(positions)
+            # A joint of two turns to either side.
+            positions[joint] = -12.56
+            reader.true_positions(positions, tau=tau)

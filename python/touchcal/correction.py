@@ -31,6 +31,7 @@ _REST_ITERATIONS = 50
 _AT_REST = 1e-13
 _NEWTON_STEPS = 50
 _CONVERGED = 1e-14
+_MOST_TURNS = 2
 _NO_COMMAND = "what the joints deflect by is not known before the arm is there, so that nothing can be commanded"
 
 
@@ -93,6 +94,7 @@ class _Joint:
 class Correction:
     """Corrections of the positions of an arm's joints: rad, or m for a prismatic joint, base first.
 
+    Positions of revolute joints beyond two turns are refused, since they look like degrees.
     A ``load`` is the wrench fx, fy, fz, tx, ty, tz (N, N m) that is exerted on the tip about its origin, in its frame.
     ``tau`` are the measured torques (N m, or N of a prismatic joint) that gravity and contact exert about the joints, the
     negative of what the motors exert: where compliances belong to them (``has_measured_torques``) they are needed, and no
@@ -157,7 +159,7 @@ class Correction:
         _expect(tau is None, "no `tau`: the joints of this file deflect by gravity and `load`")
         positions = stiff
         for _ in range(_REST_ITERATIONS):
-            deflected = stiff + self._deflections(self.torques(positions, load))
+            deflected = stiff + self._deflections(self._torques(positions, load))
             change = float(np.max(np.abs(deflected - positions)))
             positions = deflected
             if change <= _AT_REST:
@@ -171,14 +173,17 @@ class Correction:
             _expect(not self.has_measured_torques, f"a file of gravity and load, found measured torques: {_NO_COMMAND}")
             has_backlash = any(joint.backlash != 0.0 for joint in self._joints)
             _expect(not has_backlash, f"a file without backlash, found one with it: {_NO_COMMAND}")
-        stiff = wanted - self._deflections(self.torques(wanted, load)) if self._is_compliant else wanted
+        stiff = wanted - self._deflections(self._torques(wanted, load)) if self._is_compliant else wanted
         return np.array([joint.measured(q) for joint, q in zip(self._joints, stiff.tolist())])
 
     def torques(self, positions: npt.ArrayLike, load: npt.ArrayLike | None = None) -> _Floats:
         """Torque (N m) of gravity and load about each joint at true ``positions``; of a prismatic one the force (N)."""
+        return self._torques(self._positions(positions), load)
+
+    def _torques(self, positions: _Floats, load: npt.ArrayLike | None) -> _Floats:
         rotation, origin = np.eye(3), np.zeros(3)
         axes, origins, carried = [], [], []
-        for joint, q in zip(self._joints, self._positions(positions).tolist()):
+        for joint, q in zip(self._joints, positions.tolist()):
             origin = origin + rotation @ joint.link.translation
             rotation = rotation @ joint.link.rotation
             axes.append(rotation @ joint.axis)
@@ -210,7 +215,12 @@ class Correction:
     def _positions(self, values: npt.ArrayLike) -> _Floats:
         shape, count = np.shape(values), len(self._joints)
         _expect(shape == (count,), f"positions of one moment, {count} numbers, found an array of shape {shape}")
-        return _vector(values, count)
+        positions = _vector(values, count)
+        most = _MOST_TURNS * math.tau
+        for joint, name, q in zip(self._joints, self.names, positions.tolist()):
+            is_plausible = not joint.turns or abs(q) <= most
+            _expect(is_plausible, f"at most {most:.3f} rad of joint {name!r} (angles are radians), found {q} rad")
+        return positions
 
 
 def _expect(holds: bool, expected: str) -> None:

@@ -95,6 +95,11 @@ void check_positions(const touchcal::Correction& correction, const std::string& 
         check(most_apart(correction.commanded_positions(found, load), measured) < 1e-12, table + ": there and back");
     }
     check(rows > 10, table + ": rows");
+    const std::vector<double> in_degrees(n, -90.0);
+    check(is_error([&] { correction.true_positions(in_degrees, touchcal::Tau{std::vector<double>(n)}); }), table + ": degrees");
+    check(is_error([&] { correction.true_positions(in_degrees); }), table + ": degrees are refused");
+    check(is_error([&] { correction.commanded_positions(in_degrees); }), table + ": degrees are not commanded");
+    check(is_error([&] { correction.torques(in_degrees); }), table + ": degrees have no torques");
 }
 
 void check_refusals(const std::string& text) {
