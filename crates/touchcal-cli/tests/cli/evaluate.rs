@@ -30,7 +30,8 @@ fn evaluated(folder: &Path, problem: &str, more: &[&str]) -> serde_json::Value {
 
 const ESTIMATE: [&str; 2] = ["--estimate", "out/estimate.json"];
 
-/// Logs that the calibration was fitted to are noted; a tool declared at another pose is refused.
+/// Logs that the calibration was fitted to are noted; a tool declared at another pose than in the
+/// calibrated problem, or than in the simulation, is refused.
 #[test]
 fn logs_of_the_calibration_and_other_tools_are_named() {
     let folder = tempfile::tempdir().unwrap();
@@ -51,6 +52,15 @@ fn logs_of_the_calibration_and_other_tools_are_named() {
     let refused = stderr(&run("check/moved.toml").code(1));
     assert!(refused.contains("tool, tip_from_tool: expected { xyz_mm = [0.0000, 0.0000, 150.0000]"), "{refused}");
     assert!(refused.contains("since the estimate in out/estimate.json is relative to it, found {"), "{refused}");
+    let with_truth = |problem: &str| {
+        let args = ["evaluate", problem, "--urdf", "check/true.urdf", "--truth", "check/truth.json"];
+        touchcal(folder.path(), &args)
+    };
+    with_truth("check/problem.toml").success();
+    let refused = stderr(&with_truth("check/moved.toml").code(1));
+    assert!(refused.contains("tool, tip_from_tool: expected { xyz_mm = [0.0000, 0.0000, 150.0000]"), "{refused}");
+    let reason = "as in the simulation, since the truth in check/truth.json is relative to it, found {";
+    assert!(refused.contains(reason), "{refused}");
 }
 
 #[test]

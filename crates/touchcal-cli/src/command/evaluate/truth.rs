@@ -75,10 +75,12 @@ fn poses(kinematics: &Kinematics, positions: &[Vec<f64>], encoder_errors: &Encod
 }
 
 impl TrueArm {
-    /// The arm and tool of `problem` with the errors in a file.
+    /// The arm and tool of `problem` with the errors in a file, which is refused where the tool was
+    /// declared at another pose.
     pub fn read(path: &Path, problem: &Problem) -> Result<Self, Failure> {
-        let TruthFile { parameters, values, encoder_errors, by_name, input } =
-            truth_file::read_file(path, &problem.robot)?;
+        let truth = truth_file::read_file(path, &problem.robot)?;
+        truth.check_tool(&problem.tool.tip_from_tool)?;
+        let TruthFile { parameters, values, encoder_errors, by_name, input, .. } = truth;
         let mut kinematics = Kinematics::new(&problem.robot, &parameters, problem.tool.tip_from_tool);
         kinematics.set(&values);
         let positions = workspace_configurations(&problem.robot, CONFIGURATIONS);

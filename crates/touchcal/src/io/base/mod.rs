@@ -13,4 +13,5 @@ pub(super) mod paths;
 pub mod result_folder;
 pub(super) mod suggest;
 pub(super) mod toml_text;
+pub(super) mod tool_pose;
 pub(crate) mod xml;

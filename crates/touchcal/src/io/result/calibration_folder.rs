@@ -11,6 +11,7 @@ use crate::io::base::bytes::Input;
 use crate::io::base::error::{IoError, Place};
 use crate::io::base::manifest::MANIFEST;
 use crate::io::base::result_folder::{self, ResultFile, ResultKind};
+use crate::io::base::tool_pose::{as_declared, seven};
 use crate::io::problem::loaded::Loaded;
 use crate::io::result::correction_file;
 use crate::io::result::estimate_file::{
@@ -18,7 +19,6 @@ use crate::io::result::estimate_file::{
     FreedEffectEntry, HeldOutEntry, NoiseEntry, NullDirection, ParameterEntry, PredictiveCheckEntry, PriorTestEntry,
     ResidualStats, Residuals, RobotEntry, TerminationEntry, WarningEntry,
 };
-use crate::io::result::estimate_tool_entries::{as_declared, seven};
 use crate::io::result::export::Export;
 use crate::io::result::offsets_yaml;
 use crate::io::robot::urdf;

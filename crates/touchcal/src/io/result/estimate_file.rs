@@ -10,6 +10,7 @@ use super::estimate_schema_1;
 use crate::estimate::{NoiseSigma, ParameterPosterior, PosteriorEntry};
 use crate::io::base::bytes::{self, Input};
 use crate::io::base::error::{IoError, Place};
+use crate::io::base::tool_pose::{self, of_seven};
 use crate::parameter::Block;
 use crate::se3::Pose;
 
@@ -22,16 +23,11 @@ pub use super::estimate_entries::{
 };
 pub use super::estimate_robot_entry::RobotEntry;
 pub use super::estimate_tool_entries::{CompetingMinimumEntry, WorkspaceUncertaintyEntry};
-use super::estimate_tool_entries::{as_declared, of_seven};
 
 /// The schema that this version writes; it reads schema 1 too.
 pub const SCHEMA: u32 = 2;
 /// Largest file read (bytes), 256 MiB.
 pub const MAX_BYTES: u64 = 256 << 20;
-
-/// Largest distance (m) and angle (rad) of poses that are the same but for the digits of a file.
-const SAME_PLACE: f64 = 1e-6;
-const SAME_ANGLE: f64 = 1e-4;
 
 /// Content of `estimate.json`: a calibration's result.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -245,15 +241,8 @@ impl EstimateFile {
     pub fn check_tool(&self, tip_from_tool: &Pose, file: &str) -> Result<(), IoError> {
         let is_estimated = self.parameters.iter().any(|entry| entry.block == Block::Tool.name());
         let Some(nominal) = self.tip_from_tool.filter(|_| is_estimated).map(of_seven) else { return Ok(()) };
-        let between = nominal.inv_mul(tip_from_tool);
-        if between.translation.vector.norm() < SAME_PLACE && between.rotation.angle() < SAME_ANGLE {
-            return Ok(());
-        }
-        let declared = as_declared(&nominal);
-        let expected =
-            format!("{declared} as in the calibrated problem, since the estimate in {file} is relative to it");
-        let place = Place::file("tool").field("tip_from_tool");
-        Err(IoError::unexpected(place, expected, as_declared(tip_from_tool)))
+        let whose = format!("as in the calibrated problem, since the estimate in {file} is relative to it");
+        tool_pose::check_same(&nominal, tip_from_tool, &whose)
     }
 
     /// What the calibration knows of its parameters; `None` if it has no uncertainty, because

@@ -1,12 +1,10 @@
 //! Entries of `estimate.json` on where the tool is: how well that is known, and where else it may
 //! be.
 
-use nalgebra::{Quaternion, Translation3, UnitQuaternion};
 use serde::{Deserialize, Serialize};
 
 use crate::estimate;
 use crate::report::fixed;
-use crate::se3::Pose;
 
 /// How well the tool is known: [`estimate::WorkspaceUncertainty`] in the file.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -95,23 +93,4 @@ impl From<&estimate::CompetingMinimum> for CompetingMinimumEntry {
             values: other.values.iter().copied().collect(),
         }
     }
-}
-
-/// A pose as x, y, z (m), qw, qx, qy, qz.
-pub(super) fn seven(pose: &Pose) -> [f64; 7] {
-    let ([x, y, z], [i, j, k, w]): ([f64; 3], [f64; 4]) = (pose.translation.vector.into(), pose.rotation.coords.into());
-    [x, y, z, w, i, j, k]
-}
-
-/// A tool's place as problem.toml states it.
-pub(super) fn as_declared(tip_from_tool: &Pose) -> String {
-    let [x, y, z]: [f64; 3] = tip_from_tool.translation.vector.map(|metres| 1e3 * metres).into();
-    let [i, j, k, w]: [f64; 4] = tip_from_tool.rotation.coords.into();
-    format!("{{ xyz_mm = [{x:.4}, {y:.4}, {z:.4}], quat_wxyz = [{w:.7}, {i:.7}, {j:.7}, {k:.7}] }}")
-}
-
-/// The pose of such numbers.
-pub(super) fn of_seven([x, y, z, w, i, j, k]: [f64; 7]) -> Pose {
-    let rotation = UnitQuaternion::from_quaternion(Quaternion::new(w, i, j, k));
-    Pose::from_parts(Translation3::new(x, y, z), rotation)
 }

@@ -7,8 +7,10 @@ use serde::Deserialize;
 
 use crate::io::base::bytes::{self, Input};
 use crate::io::base::error::{IoError, Place, quoted};
+use crate::io::base::tool_pose::{self, of_seven};
 use crate::parameter::{Block, encoder_errors, joint_offset, kinematic_part, of_arm_and_tool, strain};
 use crate::robot::{EncoderTerm, KinematicParameter, Robot};
+use crate::se3::Pose;
 
 /// Largest size of the file (bytes).
 pub const MAX_BYTES: u64 = 1 << 20;
@@ -18,6 +20,8 @@ pub const MAX_BYTES: u64 = 1 << 20;
 struct TruthEntries {
     /// Values (SI) by name.
     parameters: Option<BTreeMap<String, f64>>,
+    /// Declared pose of the tool, which its errors are relative to.
+    tip_from_tool: Option<[f64; 7]>,
     /// Strain (1).
     r: Option<f64>,
     /// Encoder offsets (rad), base first.
@@ -44,6 +48,9 @@ pub struct TruthFile {
     pub parameters: Vec<KinematicParameter>,
     /// Their values (SI).
     pub values: Vec<f64>,
+    /// Declared pose of the tool, which its errors are relative to; `None` in recorded trials and
+    /// in files of earlier versions.
+    pub tip_from_tool: Option<Pose>,
     /// Errors of encoders that depend on the position: index of the moving joint, base first, term,
     /// and amplitude (SI).
     pub encoder_errors: Vec<(usize, EncoderTerm, f64)>,
@@ -52,6 +59,19 @@ pub struct TruthFile {
     pub by_name: BTreeMap<String, f64>,
     /// The file with its fingerprint.
     pub input: Input,
+}
+
+impl TruthFile {
+    /// Checks that the tool of a problem is declared as in the simulation. Files without the pose
+    /// pass.
+    ///
+    /// # Errors
+    /// [`IoError`] if it is at another pose: the errors would be applied to the wrong one.
+    pub fn check_tool(&self, tip_from_tool: &Pose) -> Result<(), IoError> {
+        let Some(nominal) = &self.tip_from_tool else { return Ok(()) };
+        let whose = format!("as in the simulation, since the truth in {} is relative to it", self.input.path);
+        tool_pose::check_same(nominal, tip_from_tool, &whose)
+    }
 }
 
 /// True errors of arm and tool of `robot`, as [`truth_text`](super::scenario_file::truth_text)
@@ -67,6 +87,7 @@ pub fn read_file(path: &Path, robot: &Robot) -> Result<TruthFile, IoError> {
     let place = || Place::file(&input.path);
     let truth: TruthEntries =
         serde_json::from_str(&text).map_err(|error| IoError::syntax(place(), error.to_string()))?;
+    let tip_from_tool = truth.tip_from_tool.map(of_seven);
     let by_name = truth.by_name(robot).ok_or_else(|| {
         let expected =
             "`parameters`, as of a simulation, or `r` and `b_rad` with an offset of each joint, as of a recorded trial";
@@ -97,5 +118,5 @@ pub fn read_file(path: &Path, robot: &Robot) -> Result<TruthFile, IoError> {
         }
     }
     let (parameters, values) = kinematic_part(found);
-    Ok(TruthFile { parameters, values, encoder_errors, by_name, input })
+    Ok(TruthFile { parameters, values, tip_from_tool, encoder_errors, by_name, input })
 }

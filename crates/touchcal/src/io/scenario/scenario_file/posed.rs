@@ -14,6 +14,7 @@ use crate::experiment;
 use crate::geometry::Parts;
 use crate::io::base::error::{IoError, Place};
 use crate::io::base::result_folder::{self, ResultFile, ResultKind};
+use crate::io::base::tool_pose::seven;
 use crate::io::robot::urdf;
 use crate::parameter::Block;
 use crate::robot::segments;
@@ -222,6 +223,8 @@ struct TruthJson<'a> {
     noise_seed: Option<u64>,
     /// By name as in estimate.json, in SI units; what is right is left out.
     parameters: BTreeMap<String, f64>,
+    /// Declared pose of the tool, which its errors are relative to: x, y, z (m), qw, qx, qy, qz.
+    tip_from_tool: [f64; 7],
     clearance_mm: BTreeMap<&'a str, f64>,
     depth_mm: BTreeMap<&'a str, f64>,
     unequal_clearance_mm: BTreeMap<&'a str, [f64; 2]>,
@@ -249,8 +252,8 @@ struct RowsJson {
 }
 
 /// The text of `truth.json`: the true errors of arm, tool and fixtures, by the names that
-/// `estimate.json` has for them (SI units, rad; those that were not drawn are left out), each
-/// fixture's true errors of clearance (mm per side), depth (mm) and clearance along x and y (mm per
+/// `estimate.json` has for them (SI units, rad; those that were not drawn are left out), the declared
+/// pose of the tool (m and a quaternion), each fixture's true errors of clearance (mm per side), depth (mm) and clearance along x and y (mm per
 /// side), the measured distances as they are and as they are declared (mm), the seeds, and how many
 /// rows of each log are contacts, missed (with a force above the threshold, but not recorded as
 /// contacts) or spurious (the other way round, as noise and filter of the force make some too).
@@ -285,6 +288,7 @@ pub fn truth_text(
         seed: errors,
         noise_seed: Some(noise).filter(|noise| *noise != errors),
         parameters: named.map(|(parameter, value)| (parameter.name, value)).collect(),
+        tip_from_tool: seven(&scenario.tip_from_tool),
         clearance_mm: names().zip(simulated.truth.clearance.iter().map(|wider| 1e3 * wider)).collect(),
         depth_mm: names().zip(simulated.truth.depth.iter().map(|deeper| 1e3 * deeper)).collect(),
         unequal_clearance_mm: names()
