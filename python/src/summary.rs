@@ -1,6 +1,6 @@
 //! A calibration in some lines: as text, and as HTML for a notebook.
 
-use touchcal::estimate::StopReason;
+use touchcal::estimate::{Identifiability, StopReason};
 use touchcal::io::estimate_file::{EstimateFile, ParameterEntry, Status};
 use touchcal::parameter::{Block, DIRECTION_NAMES, Unit};
 use touchcal::report::{DeclarationTests, signed};
@@ -111,7 +111,9 @@ fn parameters(file: &EstimateFile, most: usize) -> Vec<Part> {
     let all: Vec<&ParameterEntry> =
         file.parameters.iter().filter(|entry| !is_directional(entry, &file.parameters)).collect();
     let is_listed = |entry: &&ParameterEntry| all.len() <= most || entry.identifiable;
-    let rows: Vec<_> = all.iter().copied().filter(is_listed).take(most).map(row).collect();
+    let is_unknown = |entry: &ParameterEntry| file.has_identifiability() && !entry.identifiable;
+    let rows = all.iter().copied().filter(is_listed).take(most).map(|entry| row(entry, is_unknown(entry)));
+    let rows: Vec<_> = rows.collect();
     let more = all.len() - rows.len();
     let mut parts = Vec::new();
     // Without parameters no headings.
@@ -119,7 +121,7 @@ fn parameters(file: &EstimateFile, most: usize) -> Vec<Part> {
         parts.push(Part::table(None, HEADINGS, rows));
     }
     if more > 0 {
-        let unknown = all.iter().filter(|entry| !entry.identifiable).count();
+        let unknown = all.iter().filter(|entry| is_unknown(entry)).count();
         let text = format!("{more} more; {unknown} of all {} are not identifiable", all.len());
         parts.push(Part::Line("Parameters", text));
     }
@@ -154,12 +156,12 @@ fn verdict_text(file: &EstimateFile) -> String {
     }
 }
 
-fn row(entry: &ParameterEntry) -> [String; 5] {
+fn row(entry: &ParameterEntry, is_unknown: bool) -> [String; 5] {
     let (factor, unit, decimals) = Unit::from_symbol(&entry.unit).unwrap_or(Unit::One).in_user_units();
     let number = |value: Option<f64>| value.map_or_else(|| "-".to_owned(), |v| format!("{:.decimals$}", factor * v));
     let name = &entry.name;
     [
-        if entry.identifiable { name.clone() } else { format!("{name} (not identifiable)") },
+        if is_unknown { format!("{name} (not identifiable)") } else { name.clone() },
         signed(factor * entry.value, decimals),
         number(entry.sigma),
         number(entry.prior_sigma),
@@ -169,6 +171,9 @@ fn row(entry: &ParameterEntry) -> [String; 5] {
 
 /// How many directions the data determine, and which they do not.
 fn undetermined(file: &EstimateFile) -> Vec<Part> {
+    if !file.has_identifiability() {
+        return vec![Part::Line("Identifiable", Identifiability::UNKNOWN.to_owned())];
+    }
     let all = file.rank + file.null_space.len();
     let mut lines = vec![Part::Line("Identifiable", format!("{} of {all} directions", file.rank))];
     let null = file.null_space.iter().map(|direction| direction.description.clone()).collect();

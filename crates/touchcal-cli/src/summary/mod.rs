@@ -52,7 +52,8 @@ impl Calibration<'_> {
             parameter: &entry.parameter,
             value: Some(entry.value),
             sigma: entry.sigma,
-            identifiable: entry.identifiable,
+            // Where a descent failed, nothing is said of any parameter.
+            identifiable: entry.identifiable || !estimate.has_identifiability(),
         });
         let lines: Vec<ParameterRow<'_>> = lines.collect();
         let scores = [("before", prefit), ("after", &estimate.postfit)];
@@ -72,7 +73,10 @@ impl Calibration<'_> {
             "Distance from contact (mm)\n".to_owned(),
             residuals(&problem.fixtures, &scores),
             parameters(&lines, detail),
-            identifiability(&estimate.identifiability, &estimate.parameters, detail),
+            match estimate.has_identifiability() {
+                true => identifiability(&estimate.identifiability, &estimate.parameters, detail),
+                false => format!("Identifiable  {}\n\n", Identifiability::UNKNOWN),
+            },
             declarations(estimate, problem),
             competing_minima(estimate),
             self.warnings(),
@@ -183,7 +187,7 @@ impl Calibration<'_> {
                 "Next      estimate fewer parameters or record more contacts, and calibrate again\n".to_owned()
             }
             _ if matches!(self.loaded.problem.method, Method::GradientDescent(_)) => {
-                "Next      compare with the default method, whose search depends less on where it starts\n".to_owned()
+                "Next      calibrate by the default method, whose search depends less on where it starts\n".to_owned()
             }
             _ => "Next      follow the advice above, record more contacts, and calibrate again\n".to_owned(),
         }

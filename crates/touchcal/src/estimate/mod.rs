@@ -45,10 +45,11 @@ pub use problem::{
 };
 pub use result::{
     Acceptance, AcceptanceResult, Agreement, ArmFit, CommonStrain, CompetingMinimum, ContactCount, Contradiction,
-    Decision, Declaration, DeclarationMistake, DeclaredLength, DeclaredValue, DistanceSource, EffectTest, EffectValue,
-    ErrorFrame, Estimate, Evaluation, FixtureDisplacement, FixtureDistance, FreedEffect, Identifiability, NoiseSigma,
-    NullDirection, OmittedEffect, ParameterEstimate, ParameterPosterior, PosteriorEntry, PredictiveCheck, PriorTest,
-    Progress, Scatter, Score, Severity, Spread, Stage, Status, TaskErrors, Verdict, Warning, WorkspaceUncertainty,
+    Decision, Declaration, DeclarationMistake, DeclaredLength, DeclaredValue, DescentFailure, DistanceSource,
+    EffectTest, EffectValue, ErrorFrame, Estimate, Evaluation, FixtureDisplacement, FixtureDistance, FreedEffect,
+    Identifiability, NoiseSigma, NullDirection, OmittedEffect, ParameterEstimate, ParameterPosterior, PosteriorEntry,
+    PredictiveCheck, PriorTest, Progress, Scatter, Score, Severity, Spread, Stage, Status, TaskErrors, Verdict,
+    Warning, WorkspaceUncertainty,
 };
 pub use selection::{
     BlockGain, ComparedModel, GroupKind, GroupMean, ModelChoice, SelectionError, SelectionObserver, SelectionProgress,

@@ -4,14 +4,15 @@ use std::f64::consts::TAU;
 
 use super::input_checks::input_warnings;
 use super::model::{has_exact_declarations, unborne_share};
-use super::options::WarningThresholds;
+use super::options::{Method, WarningThresholds};
 use super::problem::{Fixture, Problem};
-use super::result::{EffectTest, Estimate, OmittedEffect, ParameterEstimate, Warning};
+use super::result::{DescentFailure, EffectTest, Estimate, OmittedEffect, ParameterEstimate, Severity, Warning};
 use super::search::{SearchState, uses_contact_modes};
 use super::uncertainty::{ArmUncertainty, CalibratedTool, tool_positions};
 use crate::parameter::{Parameter, ParameterId};
 use crate::robot::{JointKind, KinematicParameter};
 use crate::se3::Pose;
+use crate::solver::{StopReason, Termination};
 
 /// Prior standard deviations from which a rotation of a part is ruled out.
 const SYMMETRY_DEVIATIONS: f64 = 5.0;
@@ -50,6 +51,9 @@ pub(super) fn result_warnings(
     statistics: &FitStatistics,
 ) -> Vec<Warning> {
     let problem = search.model.problem;
+    if let Some(warnings) = unfinished_descent(search, statistics.rows) {
+        return warnings;
+    }
     let mut warnings = input_warnings(&search.model);
     warnings.extend(search.contradiction.filter(|_| search.has_excess_scatter).map(|(k, deviations)| {
         let Parameter { name, prior, .. } = &search.model.layout.parameters[k];
@@ -82,22 +86,74 @@ pub(super) fn result_warnings(
         warnings.push(Warning::ComplianceInRobot);
     }
     warnings.extend(encoder_errors(problem, estimate));
-    warnings.sort_by_key(Warning::severity);
+    warnings.extend(contradicted_descent(search, &warnings));
+    warnings.sort_by_key(order);
     warnings
+}
+
+/// Those that forbid the use of the result first, of them that on the search.
+fn order(warning: &Warning) -> (Severity, bool) {
+    (warning.severity(), !matches!(warning, Warning::DescentFailed(_)))
+}
+
+/// Warnings after a gradient descent that has not converged: where it ended says nothing of the
+/// data, so these are warnings about the problem alone.
+fn unfinished_descent(search: &SearchState<'_>, rows: usize) -> Option<Vec<Warning>> {
+    let problem = search.model.problem;
+    let Termination { reason, measured, iterations: steps, .. } = search.termination;
+    let decrease = match reason {
+        StopReason::Converged | StopReason::Interrupted => return None,
+        StopReason::NotFinite => None,
+        StopReason::IterationLimit | StopReason::NoDescent => Some(measured),
+    };
+    if matches!(problem.method, Method::LevenbergMarquardt) {
+        return None;
+    }
+    let mut warnings = vec![Warning::DescentFailed(DescentFailure { steps, decrease }), Warning::NoUncertainty];
+    warnings.extend(input_warnings(&search.model));
+    warnings.extend(row_warnings(search, rows));
+    warnings.extend(joint_warnings(problem));
+    warnings.sort_by_key(order);
+    Some(warnings)
+}
+
+/// A warning where a gradient descent has converged, and contacts or declarations contradict where
+/// it ended.
+fn contradicted_descent(search: &SearchState<'_>, warnings: &[Warning]) -> Option<Warning> {
+    let contradicts = |warning: &Warning| {
+        let is_of_end = matches!(
+            warning,
+            Warning::ManyRejected { .. }
+                | Warning::NoiseContradicted { .. }
+                | Warning::NotTouching { .. }
+                | Warning::Implausible { .. }
+                | Warning::FarFromPrior { .. }
+        );
+        is_of_end && warning.severity() == Severity::Unusable
+    };
+    let descends = matches!(search.model.problem.method, Method::GradientDescent(_));
+    let Termination { measured, iterations: steps, .. } = search.termination;
+    let failure = DescentFailure { steps, decrease: Some(measured) };
+    (descends && warnings.iter().any(contradicts)).then_some(Warning::DescentFailed(failure))
 }
 
 /// Whether the data determine the parameters: `rows` residual rows and known distances, which leave
 /// distances between tool positions as uncertain as `arm` says.
 pub(super) fn data_warnings(search: &SearchState<'_>, rows: usize, arm: ArmUncertainty) -> Vec<Warning> {
+    let mut warnings = row_warnings(search, rows);
+    if arm.remaining() > search.model.problem.options.thresholds.arm_uncertainty {
+        warnings.push(Warning::ArmUndetermined { before: arm.before, after: arm.after });
+    }
+    warnings
+}
+
+/// Whether there are enough rows, and parameters that are fixed.
+fn row_warnings(search: &SearchState<'_>, rows: usize) -> Vec<Warning> {
     let (parameters, problem) = (&search.model.layout.parameters, search.model.problem);
-    let thresholds = &problem.options.thresholds;
     let mut warnings = Vec::new();
     let without_prior = parameters.iter().filter(|parameter| parameter.prior_sigma().is_none()).count();
     if problem.contacts.is_empty() || rows < without_prior {
         warnings.push(Warning::TooFewContacts { rows, parameters: without_prior });
-    }
-    if arm.remaining() > thresholds.arm_uncertainty {
-        warnings.push(Warning::ArmUndetermined { before: arm.before, after: arm.after });
     }
     let pivots = search.fixed.pivots.iter().map(|&k| &parameters[k]);
     let names: Vec<String> = pivots.map(|pivot| pivot.name.clone()).collect();

@@ -68,9 +68,9 @@ const charts = {
   },
 
   singular(width) {
-    const { singular_values, rank } = data.parameters;
+    const { singular_values, rank, unknown } = data.parameters;
     const points = singular_values.map((value, k) => ({ k: k + 1, value: Math.max(value, 1e-4), of: value }));
-    if (!points.length || !(singular_values[0] > 0)) return null;
+    if (unknown || !points.length || !(singular_values[0] > 0)) return null;
     return { width, height: 260, marginLeft: 56, x: { label: "direction, in descending order →", tickFormat: "d", ticks: Math.min(points.length, 8) }, y: log("↑ singular value", [1, ...points.map(({ value }) => value)]),
       marks: [plot.ruleY([1], { stroke: BAD, strokeDasharray: "4 3" }),
         plot.text([[1, 1]], { text: ["1: as informative as the prior"], textAnchor: "start", dx: 4, dy: -8, fill: SOFT }),

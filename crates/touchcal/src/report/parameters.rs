@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use crate::estimate::{Estimate, NullDirection, ParameterEstimate, Warning};
+use crate::estimate::{Estimate, Identifiability, NullDirection, ParameterEstimate, Warning};
 use crate::parameter::{Block, Parameter, ParameterId};
 
 /// Largest number of parameters in the correlation matrix.
@@ -21,6 +21,8 @@ pub(super) struct Parameters<'a> {
     rank: usize,
     condition: f64,
     null_space: Vec<String>,
+    /// Why nothing is said of what the data determine, where that is so.
+    unknown: Option<&'static str>,
 }
 
 #[derive(Serialize)]
@@ -44,6 +46,7 @@ impl<'a> Parameters<'a> {
             _ => None,
         });
         let fixed = fixed.unwrap_or_default();
+        let is_stated = estimate.has_identifiability();
         let each = estimate.parameters.iter().enumerate().map(|(k, entry)| {
             let Parameter { name, id, unit, .. } = &entry.parameter;
             ParameterEntry {
@@ -54,7 +57,7 @@ impl<'a> Parameters<'a> {
                 value: entry.value,
                 sigma: entry.sigma,
                 prior_sigma: entry.parameter.prior_sigma(),
-                undetermined: (!entry.identifiable).then(|| reason(estimate, k, entry, fixed)),
+                undetermined: (is_stated && !entry.identifiable).then(|| reason(estimate, k, entry, fixed)),
             }
         });
         let correlated = correlated(estimate);
@@ -69,7 +72,8 @@ impl<'a> Parameters<'a> {
             singular_values: &identifiability.singular_values,
             rank: identifiability.rank,
             condition: identifiability.condition,
-            null_space: identifiability.null_space.iter().map(in_words).collect(),
+            null_space: identifiability.null_space.iter().filter(|_| is_stated).map(in_words).collect(),
+            unknown: (!is_stated).then_some(Identifiability::UNKNOWN),
         }
     }
 }

@@ -47,7 +47,7 @@ function verdict() {
     error("Between two positions", (tool) => [length(tool.distance), `before: ${length(tool.nominal_distance)}; root mean square over the workspace`]),
     figure("Distance from contact", contacts.used + contacts.rejected ? `${significant(1e3 * all.before.rms)} → ${significant(1e3 * all.after.rms, 2)} mm` : "–", "root mean square, before and after"),
     figure("Contacts", `${contacts.used} used`, `${contacts.rejected} rejected, ${count(contacts.read, "row")} read`),
-    figure("Identifiable", `${parameters.rank} of ${parameters.singular_values.length}`, "directions, from the contacts alone"),
+    parameters.unknown ? figure("Identifiable", "–", parameters.unknown) : figure("Identifiable", `${parameters.rank} of ${parameters.singular_values.length}`, "directions, from the contacts alone"),
     heldOut ? figure("Held-out contacts", `${significant(heldOut.ratio)} times the predicted scatter`, `${count(heldOut.contacts, "contact")}, by chance up to ${significant(heldOut.by_chance)}`) : "",
   );
 }
@@ -171,13 +171,17 @@ function parameters() {
     headings: ["parameter", "value", "sigma", "prior", "unit", "identifiable"],
     rows: each.map(({ name, value, sigma, prior_sigma, unit, undetermined }) => {
       const [factor, symbol] = UNITS[unit];
-      return [name, ...[value, sigma, prior_sigma].map((number) => (number == null ? "" : factor * number)), symbol, undetermined ? "no" : "yes"];
+      return [name, ...[value, sigma, prior_sigma].map((number) => (number == null ? "" : factor * number)), symbol, data.parameters.unknown ? "" : undetermined ? "no" : "yes"];
     }),
   })));
 }
 
 function determined() {
-  const { rank, singular_values, condition, null_space, each } = data.parameters;
+  const { rank, singular_values, condition, null_space, each, unknown } = data.parameters;
+  if (unknown) {
+    byId("determined-words").textContent = `What the contacts determine is ${unknown}.`;
+    return;
+  }
   const left = each.filter((entry) => entry.undetermined && !NUISANCE.includes(entry.block));
   byId("determined-words").textContent = `The contacts alone determine ${rank} of ${count(singular_values.length, "direction")} of the parameter space`
     + (condition == null ? "." : ` (condition number ${significant(condition, 2)}).`)

@@ -194,6 +194,12 @@ impl Estimate {
         kinds
     }
 
+    /// Whether what the data determine was found at a minimum, where it says something of the data:
+    /// not after a gradient descent that failed ([`Warning::DescentFailed`]).
+    pub fn has_identifiability(&self) -> bool {
+        !self.warnings.iter().any(|warning| matches!(warning, Warning::DescentFailed(_)))
+    }
+
     /// Warnings by which the model is incomplete: contacts scatter more than the noise, deviate
     /// from predictions, or show an effect that the model lacks, beyond the significance levels of
     /// [`WarningThresholds`](crate::estimate::WarningThresholds). Empty without such warnings.

@@ -55,6 +55,10 @@ pub struct Identifiability {
 }
 
 impl Identifiability {
+    /// What summaries say in place of directions after a gradient descent that failed: those of
+    /// where it ended are none of the data alone.
+    pub const UNKNOWN: &str = "not stated, since the gradient descent did not end at a minimum";
+
     /// Whether directions are of this parameter too: of all but directional gap biases, errors of
     /// the measured wrench, and trends and walks of encoder offsets, by which measurements and
     /// parts are off and which are no question to the contacts.

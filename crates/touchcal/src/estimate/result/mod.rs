@@ -4,6 +4,7 @@ mod acceptance;
 mod arm_fit;
 mod competing_minimum;
 mod declaration_mistake;
+mod descent_failure;
 mod effect_test;
 mod estimate;
 mod evaluation;
@@ -22,6 +23,7 @@ pub use acceptance::{Acceptance, AcceptanceResult, Decision, ErrorFrame, TaskErr
 pub use arm_fit::{ArmFit, FixtureDisplacement};
 pub use competing_minimum::CompetingMinimum;
 pub use declaration_mistake::{Agreement, DeclarationMistake, DeclaredLength};
+pub use descent_failure::DescentFailure;
 pub use effect_test::{EffectTest, EffectValue, FreedEffect, OmittedEffect};
 pub use estimate::{ContactCount, Estimate, NoiseSigma, ParameterEstimate, Verdict};
 pub use evaluation::{CommonStrain, Contradiction, DistanceSource, Evaluation, FixtureDistance, Scatter};

@@ -3,6 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::declaration_mistake::{Agreement, DeclarationMistake};
+use super::descent_failure::DescentFailure;
 use super::effect_test::OmittedEffect;
 use super::evaluation::Contradiction;
 use super::status::Severity;
@@ -14,6 +15,8 @@ use crate::se3::Pose;
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[non_exhaustive]
 pub enum Warning {
+    /// A gradient descent did not end at a minimum that contacts agree with.
+    DescentFailed(DescentFailure),
     /// No contacts, or fewer measured rows than parameters without a prior.
     TooFewContacts {
         /// Number of residual rows and known distances.
@@ -243,7 +246,8 @@ impl Warning {
     /// What the warning means for the use of the result; where it has `usable`, that decides.
     pub fn severity(&self) -> Severity {
         match self {
-            Warning::TooFewContacts { .. }
+            Warning::DescentFailed(_)
+            | Warning::TooFewContacts { .. }
             | Warning::ArmUndetermined { .. }
             | Warning::DistanceContradicted { .. }
             | Warning::Implausible { .. }
@@ -273,6 +277,7 @@ impl Warning {
     /// Name of the variant in files, in snake case: `too_few_contacts`.
     pub fn kind(&self) -> &'static str {
         match self {
+            Warning::DescentFailed(_) => DescentFailure::KIND,
             Warning::TooFewContacts { .. } => "too_few_contacts",
             Warning::FixtureWithoutContacts { .. } => "fixture_without_contacts",
             Warning::OriginOutsideTool { .. } => "origin_outside_tool",
@@ -310,6 +315,7 @@ impl Warning {
     pub fn message(&self) -> String {
         let mm = |metres: &f64| 1e3 * metres;
         match self {
+            Warning::DescentFailed(failure) => failure.message(),
             Warning::TooFewContacts { rows, parameters } => text::too_few_contacts_message(*rows, *parameters),
             Warning::FixtureWithoutContacts { fixture } => format!("fixture `{fixture}` has no contacts"),
             Warning::OriginOutsideTool { middle } => text::origin_message(middle.map(|x| mm(&x))),
@@ -358,6 +364,7 @@ impl Warning {
     /// A remedy in one English sentence without a full stop.
     pub fn advice(&self) -> &'static str {
         match self {
+            Warning::DescentFailed(failure) => failure.advice(),
             Warning::TooFewContacts { .. } => "record more contacts, or estimate fewer parameters",
             Warning::FixtureWithoutContacts { .. } => "check the force threshold, and which fixture the logs belong to",
             Warning::OriginOutsideTool { .. } => text::ORIGIN_ADVICE,
@@ -389,12 +396,5 @@ impl Warning {
             Warning::HarmonicsNotInRobot { .. } => text::HARMONICS_ADVICE,
             Warning::MistakenDeclaration { mistake, .. } => mistake.remedy(),
         }
-    }
-}
-
-impl std::fmt::Display for Warning {
-    /// The message and the advice.
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "{}; {}", self.message(), self.advice())
     }
 }

@@ -7,7 +7,7 @@ use nalgebra::DMatrix;
 use serde::{Deserialize, Serialize};
 
 use super::estimate_schema_1;
-use crate::estimate::{NoiseSigma, ParameterPosterior, PosteriorEntry};
+use crate::estimate::{DescentFailure, NoiseSigma, ParameterPosterior, PosteriorEntry};
 use crate::io::base::bytes::{self, Input};
 use crate::io::base::error::{IoError, Place};
 use crate::io::base::tool_pose::{self, of_seven};
@@ -243,6 +243,11 @@ impl EstimateFile {
         let Some(nominal) = self.tip_from_tool.filter(|_| is_estimated).map(of_seven) else { return Ok(()) };
         let whose = format!("as in the calibrated problem, since the estimate in {file} is relative to it");
         tool_pose::check_same(&nominal, tip_from_tool, &whose)
+    }
+
+    /// As [`Estimate::has_identifiability`](crate::estimate::Estimate::has_identifiability).
+    pub fn has_identifiability(&self) -> bool {
+        !self.warnings.iter().any(|warning| warning.kind == DescentFailure::KIND)
     }
 
     /// What the calibration knows of its parameters; `None` if it has no uncertainty, because
