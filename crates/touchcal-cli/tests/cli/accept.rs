@@ -45,6 +45,33 @@ fn a_tolerance_is_passed_or_failed() {
     );
 }
 
+/// A result that has no decision says which of the reasons holds.
+#[test]
+fn the_reason_why_nothing_is_decided_is_named() {
+    let folder = tempfile::tempdir().unwrap();
+    // Without errors a short descent starts where it ends, and a long one runs away.
+    let scenario = "preset = \"paper\"\ncontacts = 90\n[errors]\nstrain = 0\njoint_offset_deg = 0\n";
+    std::fs::write(folder.path().join("scenario.toml"), scenario).unwrap();
+    touchcal(folder.path(), &["simulate", "scenario.toml", "--seed", "1", "--out", "sim"]).success();
+    let problem = folder.path().join("sim/problem.toml");
+    let text = std::fs::read_to_string(&problem).unwrap();
+    let accept = "[accept]\ntolerance_mm = 1\nregion = { center_mm = [500, 0, 400], size_mm = [400, 400, 400] }\n";
+    let decided = |rate: &str| {
+        let descent = format!("descent = {{ steps = 20, contacts = 40, rate = {rate} }}");
+        let method = format!("[estimate]\nmethod = \"gradient_descent\"\n{descent}");
+        std::fs::write(&problem, format!("{}\n{accept}", text.replace("[estimate]", &method))).unwrap();
+        stdout(&touchcal(folder.path(), &["calibrate", "sim/problem.toml", "--out", "out"]).code(3))
+    };
+    let ran_away = decided("50");
+    let reason =
+        "Accept    UNDECIDED: the calibration must not be used\n          -> follow the advice of the warnings";
+    assert!(ran_away.starts_with("NOT USABLE") && ran_away.contains(reason), "{ran_away}");
+    let without = decided("1e-6");
+    let reason =
+        "Accept    UNDECIDED: the calibration has no uncertainty of the arm or the tool\n          -> estimate";
+    assert!(without.starts_with("DOUBTFUL") && without.contains(reason), "{without}");
+}
+
 /// The demo's calibration, asked for 1 mm, with another log of the same arm held out.
 #[test]
 fn contacts_that_are_held_out_confirm_or_contradict() {

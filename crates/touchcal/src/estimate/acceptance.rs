@@ -26,8 +26,9 @@ const SEED: u64 = 0xACCE_97ED;
 /// without.
 pub fn acceptance(asked: &Acceptance, problem: &Problem, estimate: &Estimate) -> AcceptanceResult {
     let held_out_agrees = estimate.held_out.as_ref().and_then(Evaluation::agrees);
-    let undecided = AcceptanceResult { decision: Decision::Undecided, errors: None, held_out_agrees };
-    if !estimate.status.is_usable() || asked.positions.is_empty() {
+    let is_usable = estimate.status.is_usable();
+    let undecided = AcceptanceResult { decision: Decision::Undecided, is_usable, errors: None, held_out_agrees };
+    if !is_usable || asked.positions.is_empty() {
         return undecided;
     }
     let known = CalibratedTool::new(problem, estimate).filter(|tool| !tool.parameters.is_empty());
@@ -72,7 +73,7 @@ pub fn acceptance(asked: &Acceptance, problem: &Problem, estimate: &Estimate) ->
         aligned_probability,
         base_is_located: problem.fixtures.iter().any(Fixture::is_located),
     };
-    AcceptanceResult { decision, errors: Some(errors), held_out_agrees }
+    AcceptanceResult { decision, is_usable, errors: Some(errors), held_out_agrees }
 }
 
 /// Share of the draws of the largest distance (m) and angle (rad) that are within what is asked

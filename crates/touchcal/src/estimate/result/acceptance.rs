@@ -72,6 +72,8 @@ impl Decision {
 pub struct AcceptanceResult {
     /// The decision.
     pub decision: Decision,
+    /// Whether the result may be used.
+    pub is_usable: bool,
     /// How far the tool may be off; `None` where the result must not be used, or has no
     /// uncertainty of the arm: contacts are measured by a projection, or nothing of the arm and of
     /// the tool's pose is estimated.
@@ -110,7 +112,12 @@ impl AcceptanceResult {
     pub fn message(&self, asked: &Acceptance) -> String {
         let name = self.decision.name().to_uppercase();
         let Some(errors) = &self.errors else {
-            return format!("{name}: the calibration must not be used, or says nothing of the arm's uncertainty");
+            let reason = match (self.is_usable, asked.positions.is_empty()) {
+                (false, _) => "the calibration must not be used",
+                (true, true) => "the task has no poses",
+                (true, false) => "the calibration has no uncertainty of the arm or the tool",
+            };
+            return format!("{name}: {reason}");
         };
         let tolerance = in_millimetres(asked.distance, asked.angle);
         let bound = in_millimetres(errors.distance, asked.angle.map(|_| errors.angle));
@@ -135,7 +142,11 @@ impl AcceptanceResult {
     pub fn advice(&self, asked: &Acceptance) -> String {
         let of_warnings = || "follow the advice of the warnings, and calibrate again".to_owned();
         match (self.decision, &self.errors) {
-            (_, None) => of_warnings(),
+            (_, None) if !self.is_usable => of_warnings(),
+            (_, None) if asked.positions.is_empty() => "give poses of the task in [accept]".to_owned(),
+            (_, None) => {
+                "estimate parameters of the arm or the tool from the exact shapes of the parts by method = \"levenberg_marquardt\"".to_owned()
+            }
             (Decision::Pass, _) if self.held_out_agrees.is_some() => {
                 "use it until the arm, its tool or the temperature changes".to_owned()
             }
