@@ -16,6 +16,7 @@ mod progress;
 mod score;
 mod status;
 mod warning;
+mod warning_display;
 mod warning_text;
 mod workspace_uncertainty;
 

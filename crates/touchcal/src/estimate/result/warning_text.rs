@@ -2,15 +2,7 @@
 
 use super::effect_test::OmittedEffect;
 use super::evaluation::Contradiction;
-use super::warning::Warning;
 use crate::parameter::Unit;
-
-impl std::fmt::Display for Warning {
-    /// The message and the advice.
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        write!(f, "{}; {}", self.message(), self.advice())
-    }
-}
 
 /// Remedies, in one English sentence without a full stop.
 pub(super) const CORRELATED_ERRORS_ADVICE: &str = "an effect is not in the model: the tool's length or pose (or its standard deviation), the shapes of the parts, or joints that are compliant under the contact force";

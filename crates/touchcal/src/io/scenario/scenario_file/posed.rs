@@ -252,11 +252,12 @@ struct RowsJson {
 }
 
 /// The text of `truth.json`: the true errors of arm, tool and fixtures, by the names that
-/// `estimate.json` has for them (SI units, rad; those that were not drawn are left out), the declared
-/// pose of the tool (m and a quaternion), each fixture's true errors of clearance (mm per side), depth (mm) and clearance along x and y (mm per
-/// side), the measured distances as they are and as they are declared (mm), the seeds, and how many
-/// rows of each log are contacts, missed (with a force above the threshold, but not recorded as
-/// contacts) or spurious (the other way round, as noise and filter of the force make some too).
+/// `estimate.json` has for them (SI units, rad; those that were not drawn are left out), the
+/// declared pose of the tool (m and a quaternion), each fixture's true errors of clearance (mm per
+/// side), depth (mm) and clearance along x and y (mm per side), the measured distances as they are
+/// and as they are declared (mm), the seeds, and how many rows of each log are contacts, missed
+/// (with a force above the threshold, but not recorded as contacts) or spurious (the other way
+/// round, as noise and filter of the force make some too).
 ///
 /// # Errors
 /// [`IoError::Syntax`] if serialization fails, which does not happen.
