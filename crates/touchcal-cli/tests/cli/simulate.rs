@@ -235,3 +235,43 @@ fn a_users_problem_is_not_overwritten() {
     assert!(stderr(&done).contains("problem.toml: expected no file but those that touchcal wrote"));
     assert_eq!(std::fs::read_to_string(folder.path().join("problem.toml")).unwrap(), "mine");
 }
+
+/// An arm whose last joint turns twice, and postures a turn apart: joints go on from where they
+/// were, within their limits.
+#[test]
+fn joints_do_not_jump_by_a_turn() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    let (_, urdf) = touchcal::robot::builtin::ALL.iter().find(|(name, _)| *name == "iiwa14").unwrap();
+    let narrow = "lower=\"-3.054326\" upper=\"3.054326\"";
+    let wide = urdf.replace(narrow, "lower=\"-6.283185\" upper=\"6.283185\"");
+    assert_ne!(*urdf, wide);
+    std::fs::write(at("wide.urdf"), wide).unwrap();
+    touchcal(folder.path(), &["simulate", "--preset", "paper", "--contacts", "60", "--out", "first"]).success();
+    let text = std::fs::read_to_string(at("first/scenario.toml")).unwrap();
+    let (before, rest) = text.split_once("postures_deg = [[").unwrap();
+    let (posture, after) = rest.split_once("]]").unwrap();
+    let (others, last) = posture.rsplit_once(", ").unwrap();
+    let last: f64 = last.parse().unwrap();
+    let turned = |turns: [f64; 3]| {
+        let each = turns.map(|turns| format!("[{others}, {}]", last + 360.0 * turns));
+        format!("{before}postures_deg = [{}]{after}", each.join(", "))
+    };
+    let apart = |name: &str, scenario: String| {
+        std::fs::write(at(name), scenario).unwrap();
+        touchcal(folder.path(), &["simulate", name, "--out", "sim"]).success();
+        let log = std::fs::read_to_string(at("sim/hole.csv")).unwrap();
+        let q: Vec<f64> = log.lines().skip(1).map(|line| line.split(',').nth(7).unwrap().parse().unwrap()).collect();
+        let most = q.windows(2).map(|pair| (pair[1] - pair[0]).abs()).fold(0.0, f64::max);
+        let largest = q.iter().fold(0.0, |largest: f64, q| largest.max(q.abs()));
+        (most, largest)
+    };
+    let wide = |text: String| text.replace("builtin = \"iiwa14\"", "urdf = \"wide.urdf\"");
+    let (most, largest) = apart("wide.toml", wide(turned([0.0, 1.0, -1.0])));
+    assert!(most < 1.0 && largest < 2.0, "{most} {largest}");
+    let (most, largest) = apart("far.toml", wide(turned([1.0, 0.0, -1.0])));
+    assert!(most < 1.0 && largest > 5.0, "{most} {largest}");
+    // A joint of less than a turn stays where the posture has it.
+    let (most, _) = apart("narrow.toml", turned([0.0, 1.0, 0.0]));
+    assert!(most > 6.0, "{most}");
+}

@@ -9,6 +9,7 @@
 //! The simulator depends on neither the estimator nor its manifolds; it has the arm's kinematics,
 //! the parameters and the geometry of parts in common with them.
 
+mod arm_motion;
 mod equilibrium;
 mod exploration;
 mod friction;

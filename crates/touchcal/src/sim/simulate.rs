@@ -6,9 +6,9 @@ use nalgebra::Translation3;
 use rand::{RngExt, SeedableRng};
 use rand_pcg::Pcg64;
 
+use super::arm_motion::ArmMotion;
 use super::equilibrium::{Equilibrium, Rest};
 use super::exploration::Phases;
-use super::inverse_kinematics::Follower;
 use super::parts::NearPairs;
 use super::recorder::{EncoderChanges, WrenchErrors, at_tip, force, normal};
 use super::scenario::{Scenario, Thermal, Touch};
@@ -152,9 +152,10 @@ pub fn draw_truth(scenario: &Scenario, seed: u64) -> Truth {
 /// the scenario's order. `watch` receives the number of contacts so far, with all fixtures, after
 /// each contact; if it breaks, the run ends with [`SimulationError::Interrupted`].
 ///
-/// Joints deflect under gravity and the contact's load by the compliances and backlashes of arm and
-/// `truth` together. Panics if `truth` names a joint that the arm does not have, a distance a touch
-/// that there is not, or a posture has fewer positions than the arm has moving joints.
+/// Joints that turn further than once take the turn that is nearest to the row before, within their
+/// limits. Joints deflect under gravity and the contact's load by the compliances and backlashes of
+/// arm and `truth` together. Panics if `truth` names a joint that the arm does not have, a distance
+/// a touch that there is not, or a posture has fewer positions than the arm has moving joints.
 ///
 /// # Errors
 /// If the arm cannot reach a fixture, touches too rarely, or finds no rest; if a hole cannot be as
@@ -211,7 +212,7 @@ pub fn run(
             base_from_fixture: truth.base_from_fixture(scenario, f),
             tip_from_tool: truth.tip_from_tool(scenario),
             phases,
-            follower: Follower::new(&arm),
+            motion: ArmMotion::new(&arm, &scenario.robot),
             arm: &arm,
             temperatures: &temperatures,
             chance,
@@ -248,7 +249,7 @@ struct Run<'a> {
     base_from_fixture: Pose,
     tip_from_tool: Pose,
     phases: Phases,
-    follower: Follower<'a>,
+    motion: ArmMotion<'a>,
     arm: &'a Kinematics,
     /// True temperature of each segment (°C).
     temperatures: &'a [f64],
@@ -333,12 +334,8 @@ impl Run<'_> {
         }
         let target = self.base_from_fixture * truth.fixture_from_tool;
         // Encoders are on the motor's side of joints that deflect under gravity and load.
-        if !self.follower.follow((&target, &load), joints, posture) {
-            // A far jump: there may be a way from the posture itself.
-            joints.copy_from_slice(posture);
-            if !self.follower.follow((&target, &load), joints, posture) {
-                return false;
-            }
+        if !self.motion.reach((&target, &load), joints, posture) {
+            return false;
         }
         let measured = joints
             .iter()
