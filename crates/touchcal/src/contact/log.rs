@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::merged_notes::merged;
 use crate::robot::JointLoad;
 use crate::se3::{Pose, Wrench};
 
@@ -109,6 +110,12 @@ impl ContactLog {
     /// Notes on assumptions that readers made, in the order in which they were added.
     pub fn notes(&self) -> &[String] {
         &self.notes
+    }
+
+    /// Says notes that begin with the names of different `files` and are else the same only once,
+    /// with the first of these files and the number of others.
+    pub fn merge_notes<'a>(&mut self, files: impl Iterator<Item = &'a str> + Clone) {
+        self.notes = merged(std::mem::take(&mut self.notes), files);
     }
 
     /// Drops all notes but those that fulfil `keep`.

@@ -16,6 +16,7 @@ mod detection;
 mod ingest;
 mod load;
 mod log;
+mod merged_notes;
 mod repetition;
 mod target;
 mod wrap;

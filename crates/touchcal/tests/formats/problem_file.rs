@@ -164,6 +164,46 @@ fn a_full_problem_is_read() {
     assert_eq!(prior("joint_origin.joint_a2.rx"), Some(0.1_f64.to_radians()));
 }
 
+/// The full problem with other tables of logs.
+fn with_contacts(tables: &str) -> String {
+    let (before, rest) = FULL.split_once("[[contacts]]").unwrap();
+    let (_, after) = rest.split_once("[noise]").unwrap();
+    format!("{before}{tables}\n[noise]{after}")
+}
+
+/// `[log]` says how logs are read, and names none.
+#[test]
+fn a_problem_without_logs_says_where_they_belong() {
+    for log in ["", "[log]\nunit = \"rad\"\n"] {
+        let message = read(&with_contacts(log)).unwrap_err();
+        let expected = "expected at least one [[contacts]] table, with the `file` of a log and its `fixture` ([log] says only how logs are read), found none";
+        assert!(message.ends_with(expected), "{message}");
+    }
+}
+
+/// What holds of several logs is said once.
+#[test]
+fn equal_notes_of_several_logs_are_merged() {
+    let folder = folder();
+    let log = std::fs::read_to_string(folder.path().join("log.csv")).unwrap();
+    let notes = |files: &[&str]| {
+        let tables = files.iter().map(|file| {
+            std::fs::write(folder.path().join(file), &log).unwrap();
+            format!("[[contacts]]\nfile = \"{file}\"\nfixture = \"hole\"\n")
+        });
+        let loaded = read_in(folder.path(), &with_contacts(&tables.collect::<String>())).unwrap();
+        let notes = loaded.problem.contacts.notes().iter().filter(|note| note.contains("but no threshold"));
+        notes.cloned().collect::<Vec<String>>()
+    };
+    let file = |name: &str| folder.path().join(name).display().to_string();
+    let words = ": there are forces, but no threshold";
+    assert!(notes(&["a.csv"])[0].starts_with(&format!("{}{words}", file("a.csv"))));
+    assert!(notes(&["a.csv", "b.csv"])[0].starts_with(&format!("{} and another log{words}", file("a.csv"))));
+    let merged = notes(&["a.csv", "b.csv", "c.csv"]);
+    assert_eq!(merged.len(), 1, "{merged:?}");
+    assert!(merged[0].starts_with(&format!("{} and 2 other logs{words}", file("a.csv"))), "{merged:?}");
+}
+
 #[test]
 fn defaults_are_filled_in() {
     let problem = read(BALL).unwrap().problem;

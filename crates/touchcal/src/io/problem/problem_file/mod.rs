@@ -135,10 +135,7 @@ fn build(toml: &ProblemToml, selection: &Selection, context: &Context<'_>) -> Re
     }
     let (mut contacts, mut held_out) = (ContactLog::new(robot.dof()), ContactLog::new(robot.dof()));
     let mut known = KnownRows::default();
-    if toml.contacts.iter().all(|table| table.get_ref().held_out) {
-        let found = if toml.contacts.is_empty() { "none" } else { "`held_out` in all of them" };
-        return Err(IoError::unexpected(Place::file(context.file), "at least one [[contacts]] table", found));
-    }
+    check_fitted(&toml.contacts, context)?;
     let joints = toml.robot.get_ref().joints.as_ref();
     check_joints(joints, &robot, context)?;
     for table in &toml.contacts {
@@ -152,6 +149,7 @@ fn build(toml: &ProblemToml, selection: &Selection, context: &Context<'_>) -> Re
         inputs.push(read_contacts(table, &robot, &options, context, (log, &mut known))?);
     }
     held_out.notes().iter().for_each(|note| contacts.note(note));
+    contacts.merge_notes(inputs.iter().map(|input| input.path.as_str()));
     note_repetition(&mut contacts, &held_out);
     assumptions.notes(KEYS).iter().for_each(|note| contacts.note(note));
     let acceptance = toml.accept.as_ref().map(|table| acceptance(table, (&robot, &tool), context)).transpose()?;
@@ -268,6 +266,19 @@ fn fixture_names<'t>(
         }
     }
     Ok(names)
+}
+
+/// Checks that there are logs to fit.
+fn check_fitted(contacts: &[Spanned<ContactsToml>], context: &Context<'_>) -> Result<(), IoError> {
+    if !contacts.iter().all(|table| table.get_ref().held_out) {
+        return Ok(());
+    }
+    let [with, found] = match contacts.is_empty() {
+        true => [", with the `file` of a log and its `fixture` ([log] says only how logs are read)", "none"],
+        false => ["", "`held_out` in all of them"],
+    };
+    let expected = format!("at least one [[contacts]] table{with}");
+    Err(IoError::unexpected(Place::file(context.file), expected, found))
 }
 
 fn read_contacts(
