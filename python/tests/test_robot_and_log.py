@@ -252,6 +252,9 @@ def test_what_arrays_are_refused_for(robot: touchcal.Robot) -> None:
     refused("load_frame: expected \"tip\" or \"base\", found \"flange\"", load_on="tool", load_frame="flange")
     refused("unit: expected \"rad\" or \"deg\", found \"grad\"", unit="grad")
     refused("did you mean `joint_a1`", joints=["joint_b1", *robot.joints[1:]])
+    refused("names of columns belong in `columns`", joints=["shoulder", *robot.joints[1:]])
+    refused(r"all 7 moving joints \(.*\); names of columns belong in `columns`, found 6", joints=robot.joints[1:])
+    refused("which a force threshold needs, or their names in `columns`", force_threshold=3)
     refused("expected rows of joint positions, found none", q=q[:0])
     with pytest.raises(ValueError, match="could not convert"):
         touchcal.ContactLog.from_numpy(robot, "some")

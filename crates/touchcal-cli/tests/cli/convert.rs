@@ -56,3 +56,29 @@ fn a_calibration_is_written_for_viewers_and_read_as_a_log() {
     let read = json(&at("out/estimate.json"))["contacts"]["read"].as_u64().unwrap() as usize;
     assert!(!drawn.is_empty() && drawn.len() <= read.min(3000) && drawn.iter().all(|q| q.len() == 7));
 }
+
+/// Columns of joint torques, as they are; where one of a joint is missing, none is taken.
+#[test]
+fn joint_torques_are_kept() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    let names = |before: &str| (1..=7).map(|k| format!("{before}{k}")).collect::<Vec<String>>().join(",");
+    let row = |i: i32| (0..14).map(|k| format!("{}", f64::from(i * 14 + k) * 1e-3)).collect::<Vec<String>>().join(",");
+    let log: String = (0..5).map(|i| row(i) + "\n").collect();
+    std::fs::write(at("log.csv"), format!("{},{}\n{log}", names("q"), names("tau_"))).unwrap();
+    let convert = |from: &str, to: &str| touchcal(folder.path(), &["convert", from, "--urdf", "iiwa14", "--out", to]);
+    let said = stdout(&convert("log.csv", "a.csv").success());
+    assert!(said.ends_with("joint_a7, tau_joint_a1, tau_joint_a2, tau_joint_a3, tau_joint_a4, tau_joint_a5, tau_joint_a6, tau_joint_a7\n"), "{said}");
+    convert("a.csv", "b.parquet").success();
+    convert("b.parquet", "c.csv").success();
+    let [first, last] = ["a.csv", "c.csv"].map(|name| std::fs::read_to_string(at(name)).unwrap());
+    assert_eq!(first, last);
+    for (i, values) in (0..).zip(rows(&first)) {
+        let expected: Vec<f64> = (0..14).map(|k| f64::from(i * 14 + k) * 1e-3).collect();
+        assert_eq!(values, expected);
+    }
+    std::fs::write(at("few.csv"), format!("{},{}\n{log}", names("q"), names("tau_").replace("tau_7", "other")))
+        .unwrap();
+    let said = stdout(&convert("few.csv", "d.csv").success());
+    assert!(said.ends_with("joint_a6, joint_a7\n"), "{said}");
+}

@@ -28,6 +28,9 @@ pub(crate) fn scale(robot: &Robot, options: &Options) -> Vec<f64> {
     robot.moving().map(|joint| if degree(joint.kind) { std::f64::consts::PI / 180.0 } else { 1.0 }).collect()
 }
 
+/// Where names of a log's columns belong, which are no names of joints.
+const OF_LOG: &str = "; names of columns belong in `columns`";
+
 /// For each of `q1`…`qn`, its place among the moving joints.
 pub(crate) fn joint_order(file: &str, robot: &Robot, options: &Options) -> Result<Vec<usize>, IoError> {
     let Some(wanted) = &options.joints else { return Ok((0..robot.dof()).collect()) };
@@ -42,14 +45,16 @@ pub(crate) fn joint_order(file: &str, robot: &Robot, options: &Options) -> Resul
                     Some(_) => format!("`{name}` twice"),
                     None => format!("`{name}`{}", did_you_mean(name, known.iter().copied())),
                 };
-                let expected =
-                    format!("a list of the moving joints ({}), by the names of the URDF", list(known.iter().copied()));
+                let expected = format!(
+                    "a list of the moving joints ({}), by the names of the URDF{OF_LOG}",
+                    list(known.iter().copied())
+                );
                 return Err(IoError::unexpected(Place::file(file).field("joints"), expected, found));
             }
         }
     }
     if order.len() != known.len() {
-        let expected = format!("all {} moving joints ({})", known.len(), list(known.iter().copied()));
+        let expected = format!("all {} moving joints ({}){OF_LOG}", known.len(), list(known.iter().copied()));
         return Err(IoError::unexpected(Place::file(file).field("joints"), expected, format!("{}", order.len())));
     }
     Ok(order)
@@ -74,9 +79,9 @@ pub(crate) fn check_renames(file: &str, robot: &Robot, options: &Options) -> Res
     let numbered: Vec<String> = (1..=robot.dof()).map(|number| format!("q{number}")).collect();
     let joints = robot.moving().map(|joint| joint.name.as_str());
     let of_target = TARGET.iter().flatten().chain(&NORMAL).copied().filter(|_| options.targets.is_some());
-    let torques: Vec<String> = match options.joint_torques {
-        Some(_) => robot.moving().zip(1..).flat_map(|(joint, number)| torque_names(&joint.name, number)).collect(),
-        None => Vec::new(),
+    let torques: Vec<String> = match options.finds_joint_torques() {
+        true => robot.moving().zip(1..).flat_map(|(joint, number)| torque_names(&joint.name, number)).collect(),
+        false => Vec::new(),
     };
     let of_joints = joints.chain(numbered.iter().map(String::as_str)).chain(torques.iter().map(String::as_str));
     let known = of_joints.chain(WRENCH).chain(["contact"]).chain(of_target);

@@ -172,8 +172,8 @@ fn check_wrench(
         return Ok(());
     }
     let expected = match options.load {
-        Some(_) => "columns fx, fy, fz, tx, ty and tz, which a load needs",
-        None => "columns fx, fy and fz, which a force threshold needs",
+        Some(_) => "columns fx, fy, fz, tx, ty and tz, which a load needs, or their names in `columns`",
+        None => "columns fx, fy and fz, which a force threshold needs, or their names in `columns`",
     };
     Err(IoError::unexpected(place, expected, found()))
 }
@@ -303,7 +303,7 @@ impl Search<'_> {
     /// The columns of joint torques, if the options ask for them.
     fn torques(&self, robot: &Robot, order: &[usize]) -> Result<Vec<(usize, Holds, String)>, IoError> {
         let mut used = Vec::new();
-        if self.options.joint_torques.is_none() {
+        if !self.options.finds_joint_torques() {
             return Ok(used);
         }
         for (index, joint) in robot.moving().enumerate() {
@@ -314,6 +314,9 @@ impl Search<'_> {
                 None => self.column(&numbered)?,
             };
             let Some(column) = column else {
+                if self.options.joint_torques.is_none() {
+                    return Ok(Vec::new());
+                }
                 let expected = format!(
                     "a column of the torque about every joint: `{named}` or `{numbered}`, or its name in `columns`"
                 );

@@ -53,6 +53,10 @@ pub struct Options {
     /// load; `None`: they are not read. Needs a column for each moving joint (N m, or N of a
     /// prismatic one), `tau_` and the joint's name or `tau_1` … `tau_n`, or efforts in a bag.
     pub joint_torques: Option<TorqueOf>,
+    /// Whether columns of joint torques are read, as they are, where `joint_torques` is `None` and
+    /// the log has one for each moving joint: what [`LogTable`](super::LogTable) keeps. Without
+    /// effect on a bag.
+    pub keeps_joint_torques: bool,
 }
 
 /// The columns of targets: a place in the frame of the fixture, `x_m`, `y_m`, `z_m` or `x_mm`,
@@ -67,6 +71,11 @@ pub enum TargetColumns {
 }
 
 impl Options {
+    /// Whether columns of joint torques are looked for.
+    pub(crate) fn finds_joint_torques(&self) -> bool {
+        self.joint_torques.is_some() || self.keeps_joint_torques
+    }
+
     /// Number of wrench components that rows must have: none, the force, or all six.
     pub(crate) fn wrench_parts(&self) -> usize {
         if self.load.is_some() {

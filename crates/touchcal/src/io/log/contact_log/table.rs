@@ -1,5 +1,5 @@
 //! A whole log, of whatever format, to be written in another: joint positions in rad and m under
-//! the joints' names, the wrench and the flag.
+//! the joints' names, the wrench, joint torques and the flag.
 
 use std::fs::File;
 use std::io::{BufWriter, Write};
@@ -8,7 +8,7 @@ use std::path::Path;
 use flate2::Compression;
 use flate2::write::GzEncoder;
 
-use super::joints::{NORMAL, TARGET, WRENCH};
+use super::joints::{NORMAL, TARGET, WRENCH, torque_names};
 use super::layout::Holds;
 use super::options::Options;
 use super::reader::{log_in, read_into};
@@ -22,6 +22,8 @@ use crate::robot::Robot;
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct LogTable {
     joints: Vec<String>,
+    /// Names of the columns of joint torques, if there are any.
+    torques: Vec<String>,
     /// What follows the joints in a row.
     extras: Vec<Holds>,
     values: Vec<f64>,
@@ -32,14 +34,15 @@ impl LogTable {
     /// Reads all rows of a log of any format, or of the only file in a bag's folder.
     /// [`Options::detection`], [`Options::apart`] and [`Options::fixture`] are ignored; the
     /// wrenches of a bag are read if [`Options::wrench_topic`] or [`Options::load`] is given.
-    /// Wrenches are kept as measured, joint torques left out.
+    /// Wrenches and joint torques are kept as measured; a bag's efforts are left out.
     ///
     /// # Errors
     /// As [`read_file`](super::read_file), with [`MAX_CONTACTS`] as the largest number of rows.
     pub fn read_file(path: &Path, robot: &Robot, options: &Options) -> Result<LogTable, IoError> {
         let joints = robot.moving().map(|joint| joint.name.clone()).collect();
-        let mut table = LogTable { joints, ..LogTable::default() };
-        let options = Options { detection: None, ..options.clone() };
+        let torques = robot.moving().map(|joint| torque_names(&joint.name, 0)[0].clone()).collect();
+        let mut table = LogTable { joints, torques, ..LogTable::default() };
+        let options = Options { detection: None, joint_torques: None, keeps_joint_torques: true, ..options.clone() };
         read_into(&log_in(path)?, robot, &options, &mut table)?;
         Ok(table)
     }
@@ -71,14 +74,16 @@ impl LogTable {
     }
 
     /// Names of the columns: the moving joints in the order of the chain, base first, then those of
-    /// `fx` … `tz` and `contact` that the log has, in the order of its columns.
+    /// `fx` … `tz`, `tau_` and a joint's name, and `contact` that the log has, in the order of its
+    /// columns.
     pub fn columns(&self) -> Vec<&str> {
         let extra = |holds: &Holds| match holds {
             Holds::Wrench(k) => WRENCH[*k],
             Holds::Temperature => "temperature_c",
             Holds::Target(k, _) => TARGET[*k][0],
             Holds::Normal(k) => NORMAL[*k],
-            Holds::Contact | Holds::Joint(_) | Holds::Torque(_) => "contact",
+            Holds::Torque(joint) => self.torques.get(*joint).map_or("", String::as_str),
+            Holds::Contact | Holds::Joint(_) => "contact",
         };
         self.joints.iter().map(String::as_str).chain(self.extras.iter().map(extra)).collect()
     }
@@ -127,7 +132,7 @@ impl LogTable {
 
 impl RowSink for LogTable {
     fn set_extras(&mut self, extras: &[Holds]) {
-        self.extras = extras.iter().filter(|holds| !matches!(holds, Holds::Torque(_))).copied().collect();
+        self.extras = extras.to_vec();
     }
 
     fn push(&mut self, _: u64, row: &Row) -> Result<(), LogFull> {
@@ -140,7 +145,8 @@ impl RowSink for LogTable {
             Holds::Temperature => row.temperature.unwrap_or(f64::NAN),
             Holds::Target(k, _) => row.place.map_or(f64::NAN, |place| place[*k]),
             Holds::Normal(k) => row.normal.map_or(f64::NAN, |normal| normal[*k]),
-            Holds::Contact | Holds::Joint(_) | Holds::Torque(_) => f64::from(u8::from(row.flag)),
+            Holds::Torque(joint) => row.torques.get(*joint).copied().unwrap_or(f64::NAN),
+            Holds::Contact | Holds::Joint(_) => f64::from(u8::from(row.flag)),
         };
         self.values.extend(self.extras.iter().map(extra));
         Ok(())
