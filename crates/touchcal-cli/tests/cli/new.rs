@@ -215,3 +215,34 @@ fn an_unknown_kind_gets_a_suggestion() {
     assert!(stderr(&done).contains("a similar value exists: 'sockets'"), "{}", stderr(&done));
     assert!(!Path::new("socket").exists());
 }
+
+/// A text among the logs is not read as one in silence, nor is a log left out in silence.
+#[test]
+fn texts_and_files_that_are_left_out_are_named() {
+    let folder = tempfile::tempdir().unwrap();
+    let (_, urdf) = touchcal::robot::builtin::ALL.iter().find(|(name, _)| *name == "iiwa14").unwrap();
+    std::fs::write(folder.path().join("arm.urdf"), urdf).unwrap();
+    let write = |names: &[&str]| {
+        for name in names {
+            let path = folder.path().join(name);
+            std::fs::create_dir_all(path.parent().unwrap()).unwrap();
+            std::fs::write(path, "0,0,0,-1,0,1,0\n").unwrap();
+        }
+    };
+    write(&["any/front_0.csv", "any/front_1.csv", "any/notes.txt", "any/README.md"]);
+    write(&["holes/front/hole_0.csv", "holes/front/hole_1.csv", "holes/front/spare.txt", "holes/left.csv"]);
+    let notes = |from: &str| {
+        let args = ["new", "sockets", "--from", from, "--urdf", "arm.urdf", "--out"];
+        stderr(&touchcal(folder.path(), &[&args[..], &[&format!("{from}_problem")]].concat()).success())
+    };
+    let said = notes("any");
+    let note = "note: any/notes.txt: taken as the log of socket `notes`; if it is no log, move it elsewhere\n";
+    assert!(said.ends_with(note) && said.matches("note: ").count() == 1, "{said}");
+    let said = notes("holes");
+    for file in ["holes/front/spare.txt", "holes/left.csv"] {
+        let note =
+            format!("note: {file}: not taken, since other logs are PLACEMENT/hole_N.csv; with its name: SOCKET=FILE\n");
+        assert!(said.contains(&note), "{said}");
+    }
+    assert_eq!(said.matches("note: ").count(), 2, "{said}");
+}

@@ -1,6 +1,6 @@
 //! `touchcal new`: a template problem, and instructions for recording.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use nalgebra::Vector3;
 use touchcal::io::atomic;
@@ -45,6 +45,7 @@ fn from_logs(args: &NewArgs, urdf: &Path) -> Result<Outcome, Failure> {
         ..MukcaOptions::default()
     };
     let logs = socket_logs::find(&args.from)?;
+    output::notes(&notes(&args.from, &logs)?);
     let text = mukca::problem_text(&folder, &logs, (urdf, tip), &options)?;
     atomic::write(&path, text.as_bytes())?;
     let (path, distances) = (path.display(), distances(&logs, args.spacing_mm));
@@ -52,6 +53,18 @@ fn from_logs(args: &NewArgs, urdf: &Path) -> Result<Outcome, Failure> {
         "Written   {path}: the arm, the sockets and their logs\n{distances}\nTry next\n  touchcal inspect {path}\n"
     ))?;
     Ok(Outcome::Done)
+}
+
+/// What is done with files that may or may not be logs.
+fn notes(names: &[PathBuf], logs: &[SocketLog]) -> Result<Vec<String>, Failure> {
+    let taken = socket_logs::texts(logs).map(|SocketLog { socket, path }| {
+        format!("{}: taken as the log of socket `{socket}`; if it is no log, move it elsewhere", path.display())
+    });
+    let not_taken = socket_logs::not_taken(names, logs)?;
+    let left = not_taken.iter().map(|path| {
+        format!("{}: not taken, since other logs are PLACEMENT/hole_N.csv; with its name: SOCKET=FILE", path.display())
+    });
+    Ok(taken.chain(left).collect())
 }
 
 /// Which distances are declared, to be checked.

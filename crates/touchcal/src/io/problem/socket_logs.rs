@@ -74,6 +74,29 @@ pub fn find(names: &[PathBuf]) -> Result<Vec<SocketLog>, IoError> {
     }
 }
 
+/// Files in the folders among `names` that end like logs and are not among `logs`, which [`find`]
+/// found: where logs `hole_N.csv` are in the folders of placements, others are not taken.
+///
+/// # Errors
+/// As [`find`] on folders.
+pub fn not_taken(names: &[PathBuf], logs: &[SocketLog]) -> Result<Vec<PathBuf>, IoError> {
+    let mut others = Vec::new();
+    for folder in names.iter().filter(|name| name.is_dir() && !is_bag(name)) {
+        for path in entries(folder)? {
+            let within = if path.is_dir() && !is_bag(&path) { entries(&path)? } else { vec![path] };
+            others.extend(within.into_iter().filter(|file| stem(file).is_some()));
+        }
+    }
+    others.retain(|file| !logs.iter().any(|log| log.path == *file));
+    Ok(others)
+}
+
+/// Logs that end in `.txt`, which may be other texts.
+pub fn texts(logs: &[SocketLog]) -> impl Iterator<Item = &SocketLog> {
+    let is_text = |log: &&SocketLog| log.path.extension().is_some_and(|end| end.eq_ignore_ascii_case("txt"));
+    logs.iter().filter(is_text)
+}
+
 fn of_name(name: &Path) -> Result<Vec<SocketLog>, IoError> {
     let place = || Place::file(name.display().to_string());
     if name.is_dir() && !is_bag(name) {
