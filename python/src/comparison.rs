@@ -87,7 +87,7 @@ impl From<CalibrationChanges> for Comparison {
     fn from(changes: CalibrationChanges) -> Self {
         let each = |found: &estimate::Comparison| found.parameters.iter().map(ParameterChange::from).collect();
         let notes = changes.notes().iter().map(|(words, advice)| format!("{words} -> {advice}")).collect();
-        let CalibrationChanges { arm, tool, tip_motion, common_logs } = changes;
+        let CalibrationChanges { arm, tool, tip_motion, common_logs, .. } = changes;
         Comparison {
             parameters: each(&arm),
             p_value: arm.p_value,

@@ -70,3 +70,34 @@ fn calibrations_of_other_robots_are_refused() {
     let refused = stderr(&touchcal(folder.path(), &["compare", "iiwa", "iiwa_logs"]).code(1));
     assert!(refused.contains("iiwa_logs/estimate.json: could not open"), "{refused}");
 }
+
+/// Compliances under measured torques are others than those under gravity and load.
+#[test]
+fn compliances_under_other_torques_are_noted() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    let scenario = "preset = \"mukca\"\ncontacts = 60\n[errors]\njoint_compliance_rad_per_nm = 1e-5\n";
+    std::fs::write(at("scenario.toml"), scenario).unwrap();
+    touchcal(folder.path(), &["simulate", "scenario.toml", "--seed", "1", "--out", "sim"]).success();
+    touchcal(folder.path(), &["calibrate", "sim/problem.toml", "--out", "gravity"]).success();
+    // The same as if it were made from measured torques; without a manifest it is not checked.
+    std::fs::create_dir(at("measured")).unwrap();
+    std::fs::copy(at("gravity/estimate.json"), at("measured/estimate.json")).unwrap();
+    let urdf = std::fs::read_to_string(at("gravity/calibrated.urdf")).unwrap();
+    let measured: Vec<String> = urdf
+        .lines()
+        .map(|line| match line.contains("<touchcal_compliance ") {
+            true => line.replace("/>", " torque=\"measured\"/>"),
+            false => line.to_owned(),
+        })
+        .collect();
+    std::fs::write(at("measured/calibrated.urdf"), measured.join("\n")).unwrap();
+    let note = "one calibration has compliances and backlashes under measured joint torques";
+    let said = |both: [&str; 2]| {
+        let done = touchcal(folder.path(), &["compare", both[0], both[1]]).success();
+        stdout(&done).replace("\n          ", " ")
+    };
+    assert!(said(["gravity", "measured"]).contains(note), "{}", said(["gravity", "measured"]));
+    assert!(said(["measured", "gravity"]).contains("calibrate both with `tau_joint`, or both without"));
+    assert!(!said(["gravity", "gravity"]).contains(note) && !said(["measured", "measured"]).contains(note));
+}

@@ -40,6 +40,9 @@ pub struct CalibrationChanges {
     pub tip_motion: Option<PoseErrors>,
     /// Paths of the logs from which both were made.
     pub common_logs: Vec<String>,
+    /// Whether joints deflect by measured torques in one of them and by gravity and load in the
+    /// other; `None` if neither estimates a deflection, or one has no URDF.
+    pub other_torques: Option<bool>,
 }
 
 impl CalibrationChanges {
@@ -51,8 +54,10 @@ impl CalibrationChanges {
     pub fn new(both: [&SavedCalibration; 2], posteriors: &[ParameterPosterior; 2]) -> Result<Self, IoError> {
         let [earlier, later] = both;
         earlier.file.robot.as_ref().map_or(Ok(()), |robot| later.file.check_robot(robot, &later.name))?;
+        let arm = changes_of(posteriors, &ARM);
         Ok(CalibrationChanges {
-            arm: changes_of(posteriors, &ARM),
+            other_torques: other_torques(both, &arm),
+            arm,
             tool: has_same_tool(both).then(|| changes_of(posteriors, &[Block::Tool])),
             tip_motion: tip_motion(both)?,
             common_logs: earlier.logs_in_common(later),
@@ -68,6 +73,10 @@ impl CalibrationChanges {
                 "only one calibration estimates {names}: what that one finds there, the other finds elsewhere, and both then differ without a change of the arm"
             );
             notes.push((words, "estimate the same parameters in both"));
+        }
+        if self.other_torques == Some(true) {
+            let words = "one calibration has compliances and backlashes under measured joint torques, the other under torques of gravity and load: they differ without a change of the arm, and the tip's motion is without deflections of either".to_owned();
+            notes.push((words, "calibrate both with `tau_joint`, or both without"));
         }
         if !self.common_logs.is_empty() {
             let words = format!(
@@ -92,6 +101,16 @@ fn list_shortened(names: &[String]) -> String {
 fn has_same_tool([earlier, later]: [&SavedCalibration; 2]) -> bool {
     let (Some(first), Some(second)) = (earlier.file.tip_from_tool, later.file.tip_from_tool) else { return false };
     first.iter().zip(second).all(|(a, b)| (a - b).abs() < ROUNDING)
+}
+
+fn other_torques([earlier, later]: [&SavedCalibration; 2], arm: &Comparison) -> Option<bool> {
+    let is_deflection = |name: &str| {
+        let block = name.split('.').next();
+        [Block::JointCompliance, Block::JointBacklash].iter().any(|of| block == Some(of.name()))
+    };
+    let compared = arm.parameters.iter().map(|change| &change.name).chain(&arm.only_in_one);
+    let [first, second] = [earlier.urdf.as_ref()?, later.urdf.as_ref()?].map(|urdf| urdf.robot.has_measured_torques());
+    compared.into_iter().any(|name| is_deflection(name)).then_some(first != second)
 }
 
 fn changes_of([earlier, later]: &[ParameterPosterior; 2], blocks: &[Block]) -> Comparison {
