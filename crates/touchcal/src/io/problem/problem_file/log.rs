@@ -99,7 +99,8 @@ fn joint_torques(table: &ContactsToml, keys: &LogToml, context: &Context<'_>) ->
     let Some(given) = &keys.tau_joint else { return Ok(None) };
     if keys.load_on.is_some() {
         let place = context.place(given.span(), field("tau_joint", table.tau_joint.is_some()));
-        let found = "both: measured joint torques have the load in them";
+        let found =
+            "both: measured joint torques have the load in them, and what a peg rests on is then found from gaps alone";
         return Err(IoError::unexpected(place, "`tau_joint` or `load_on`", found));
     }
     Ok(Some(match given.get_ref() {
