@@ -145,3 +145,22 @@ def test_what_was_changed_or_is_another_arm_is_refused(saved: list[tuple[touchca
     panda = touchcal.calibrate(touchcal.Problem(arm, touchcal.Tool(exact=True), [socket], {"socket": log}, parameters=["strain"]))
     with pytest.raises(touchcal.InputError, match="later.*expected a calibration of the robot"):
         touchcal.compare(calibration, panda)
+
+
+def test_the_summary_of_a_descent_that_failed_says_nothing_of_the_data(tmp_path: Path) -> None:
+    touchcal.simulate("paper", 1, contacts=200).save(tmp_path)
+    text = (tmp_path / "problem.toml").read_text()
+    method = '[estimate]\nmethod = "gradient_descent"\ndescent = { steps = 30, contacts = 40, rate = 50 }'
+    (tmp_path / "descent.toml").write_text(text.replace("[estimate]", method))
+    calibration = touchcal.calibrate(touchcal.Problem.from_toml(tmp_path / "descent.toml"))
+    calibration.save(tmp_path / "out")
+    loaded = SavedCalibration.load(tmp_path / "out")
+    for summary in (calibration.summary(), loaded.summary()):
+        lines = summary.splitlines()
+        assert lines[0].startswith("NOT USABLE") and "not converge" in lines[0]
+        assert "Identifiable      not stated, since the gradient descent did not end at a minimum" in lines
+        assert "not identifiable" not in summary and "Not identifiable" not in summary
+        warnings = [line for line in lines if line.startswith("Warning ")]
+        assert "the gradient descent did not end at a minimum" in warnings[0] and "take the default method" in warnings[0]
+    assert loaded.warnings[0].kind == "descent_failed"
+    assert "not stated" in loaded._repr_html_()
