@@ -115,7 +115,16 @@ fn a_problem_has_torques_of_all_its_logs_or_of_none() {
     refused(problem("", [key, ""], ARM), &["b.csv, tau_joint", "in each log or in none", "a log without"]);
     refused(problem("", [key, "held_out = true"], ARM), &["b.csv, tau_joint", "in each log or in none"]);
     let both = problem("load_on = \"tool\"", [key, key], ARM);
-    refused(both, &["problem.toml:", "contacts, tau_joint", "`tau_joint` or `load_on`", "both"]);
+    refused(
+        both,
+        &[
+            "problem.toml:",
+            "contacts, tau_joint",
+            "`tau_joint` or `load_on`",
+            "both",
+            "what a peg rests on is then found from gaps alone",
+        ],
+    );
     refused(problem("tau_joint = \"arm\"", ["", ""], ARM), &["problem.toml:", "`load` or `motor`"]);
 }
 
