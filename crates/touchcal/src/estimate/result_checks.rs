@@ -62,6 +62,7 @@ pub(super) fn result_warnings(
     }));
     warnings.extend(data_warnings(search, statistics.rows, statistics.arm_uncertainty));
     warnings.extend(fit_warnings(search, statistics, estimate));
+    warnings.extend(few_contacts(search));
     if let Some(other) = estimate.competing_minima.first() {
         warnings.push(Warning::CompetingMinimum {
             minima: estimate.competing_minima.len(),
@@ -161,6 +162,13 @@ fn row_warnings(search: &SearchState<'_>, rows: usize) -> Vec<Warning> {
         warnings.push(Warning::Unobservable { names });
     }
     warnings
+}
+
+/// So few one-sided contacts that their likelihood is not normal about its maximum.
+fn few_contacts(search: &SearchState<'_>) -> Option<Warning> {
+    let (contacts, enough) =
+        (search.model.one_sided_contacts(), search.model.problem.options.thresholds.one_sided_contacts);
+    (uses_contact_modes(search) && contacts < enough).then_some(Warning::FewContacts(contacts))
 }
 
 /// Whether the contacts fit.

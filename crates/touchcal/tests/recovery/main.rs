@@ -13,6 +13,7 @@ mod support;
 mod ball_in_sockets;
 mod custom_manifold;
 mod declarations;
+mod few_contacts;
 mod friction;
 mod gradient_descent;
 mod gross_rows;

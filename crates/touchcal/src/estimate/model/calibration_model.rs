@@ -94,6 +94,11 @@ impl<'p> CalibrationModel<'p> {
         self.problem.noise.encoder > 0.0 && (0..self.problem.contacts.len()).any(|i| self.is_one_sided(i))
     }
 
+    /// Number of one-sided contacts.
+    pub fn one_sided_contacts(&self) -> usize {
+        (0..self.problem.contacts.len()).filter(|&i| self.is_one_sided(i)).count()
+    }
+
     /// Whether contact `i` is one-sided.
     pub fn is_one_sided(&self, i: usize) -> bool {
         self.problem.fixtures[self.problem.contacts.fixture(i)].manifold.residual_kind() == ResidualKind::LeastGap

@@ -120,7 +120,7 @@ impl ContactModeStatistics {
 
     /// How many one-sided contacts are informative: the expected number of those in contact.
     pub fn informative_share(&self, model: &CalibrationModel<'_>) -> InformativeShare {
-        let one_sided = (0..model.problem.contacts.len()).filter(|&i| model.is_one_sided(i)).count() as f64;
+        let one_sided = model.one_sided_contacts() as f64;
         let in_contact: f64 = self.counts.iter().flatten().map(|counts| counts.contacts().0).sum();
         let share = |of: f64| in_contact / of.max(1.0);
         InformativeShare { of_all: share(one_sided), of_distinct: share(one_sided - self.indistinct) }

@@ -8,8 +8,9 @@ pub enum Status {
     /// The minimization converged, and contacts do not contradict what was declared: use the
     /// estimate.
     Usable,
-    /// The minimization converged, and a warning says what contacts contradict. Standard deviations
-    /// allow for it: use the estimate if they are small enough.
+    /// The minimization converged, and a warning says what contacts contradict, or that they are
+    /// few. Standard deviations allow for what is contradicted: use the estimate if they are small
+    /// enough.
     Doubtful,
     /// The minimization did not converge, or a warning forbids the use: the data do not determine
     /// the arm or contradict what was declared. Do not use the estimate.
@@ -38,7 +39,7 @@ impl Status {
 pub enum Severity {
     /// The result must not be used.
     Unusable,
-    /// Contacts contradict something: the result is doubtful.
+    /// Contacts contradict something, or are few: the result is doubtful.
     Doubtful,
     /// Worth knowing where the result is used.
     Caution,

@@ -94,6 +94,9 @@ pub enum Warning {
         /// Mean gap (m), negative if parts penetrate.
         gap: f64,
     },
+    /// Of so few (the number) one-sided contacts the likelihood is not normal about its maximum:
+    /// errors are far beyond the standard deviations more often than these say.
+    FewContacts(usize),
     /// Too few one-sided contacts are informative about which constraints are active; the least gap
     /// of each was used, whose bias exceeds the standard deviations.
     FewInformativeContacts {
@@ -102,8 +105,7 @@ pub enum Warning {
         informative_fraction: f64,
         /// Factor by which the standard deviations were multiplied (1).
         inflation: f64,
-        /// Whether the result may be used: there are some, and no place is declared exact, which
-        /// would have to be tested.
+        /// Whether the result may be used: there are some, and no place declared exact to test.
         usable: bool,
     },
     /// In most contacts with a measured load no surface near the tool bears it.
@@ -111,8 +113,7 @@ pub enum Warning {
         /// Share of these contacts, 0 to 1.
         share: f64,
     },
-    /// Searches from other starts ended in other minima, and contacts do not tell which one is
-    /// right.
+    /// Searches ended in other minima, and contacts do not tell which one is right.
     CompetingMinimum {
         /// Number of other minima.
         minima: usize,
@@ -192,15 +193,12 @@ pub enum Warning {
         effect: OmittedEffect,
         /// Corrected probability that it is chance (0 to 1).
         p_value: f64,
-        /// Root mean square motion (m) of the tool, in the poses of the task or over the
-        /// workspace, if it were estimated.
+        /// Root mean square motion (m) of the tool, in the task or workspace, if it were estimated.
         displacement: f64,
-        /// Whether the result may be used: the tool stays within its reported 95 % region, and
-        /// standard deviations were widened by that motion.
+        /// Whether the result may be used: the tool stays within its 95 % region, then widened.
         usable: bool,
     },
-    /// Stretches of the log are farther from what the others predict than their uncertainty
-    /// explains.
+    /// Stretches of the log are farther from what the others predict than is likely.
     PredictionContradicted {
         /// Scatter found over scatter predicted (1).
         ratio: f64,
@@ -227,8 +225,7 @@ pub enum Warning {
     ComplianceInRobot,
     /// Harmonics or gear ratios of the encoders were estimated; the calibrated arm lacks them.
     HarmonicsNotInRobot {
-        /// Root mean square motion (m) of the tool by them, in the poses of the task or
-        /// over the workspace.
+        /// Root mean square motion (m) of the tool by them, in the task or workspace.
         displacement: f64,
     },
     /// A declaration is wrong in kind: contacts agree with it but for that mistake.
@@ -268,7 +265,7 @@ impl Warning {
                 true => Severity::Doubtful,
                 false => Severity::Unusable,
             },
-            Warning::NoiseExceeded { .. } => Severity::Doubtful,
+            Warning::FewContacts(_) | Warning::NoiseExceeded { .. } => Severity::Doubtful,
             Warning::NoUncertainty | Warning::HeldOutContradicted(_) => Severity::Doubtful,
             _ => Severity::Caution,
         }
@@ -289,6 +286,7 @@ impl Warning {
             Warning::NoiseContradicted { .. } => "noise_contradicted",
             Warning::CorrelatedErrors { .. } => "correlated_errors",
             Warning::NotTouching { .. } => "not_touching",
+            Warning::FewContacts(_) => "few_contacts",
             Warning::FewInformativeContacts { .. } => "few_informative_contacts",
             Warning::LoadNotBorne { .. } => "load_not_borne",
             Warning::CompetingMinimum { .. } => "competing_minimum",
@@ -331,6 +329,7 @@ impl Warning {
             Warning::NoiseContradicted { factor, declared } => text::noise_contradicted_message(*factor, *declared),
             Warning::CorrelatedErrors { design_effect, .. } => text::design_effect_message(*design_effect),
             Warning::NotTouching { name, gap } => text::not_touching_message(name, *gap),
+            Warning::FewContacts(contacts) => text::few_contacts_message(*contacts),
             Warning::FewInformativeContacts { informative_fraction, inflation, .. } => {
                 text::few_informative_message(*informative_fraction, *inflation)
             }
@@ -376,6 +375,7 @@ impl Warning {
             Warning::NoiseContradicted { .. } => text::NOISE_CONTRADICTED_ADVICE,
             Warning::CorrelatedErrors { .. } => text::CORRELATED_ERRORS_ADVICE,
             Warning::NotTouching { .. } => text::NOT_TOUCHING_ADVICE,
+            Warning::FewContacts(_) => text::FEW_CONTACTS_ADVICE,
             Warning::FewInformativeContacts { usable: false, .. } => text::NO_LIKELIHOOD_ADVICE,
             Warning::FewInformativeContacts { .. } => "record longer with the tool inside the hole, not at its rim",
             Warning::LoadNotBorne { .. } => text::LOAD_NOT_BORNE_ADVICE,

@@ -6,6 +6,7 @@ use crate::parameter::Unit;
 
 /// Remedies, in one English sentence without a full stop.
 pub(super) const CORRELATED_ERRORS_ADVICE: &str = "an effect is not in the model: the tool's length or pose (or its standard deviation), the shapes of the parts, or joints that are compliant under the contact force";
+pub(super) const FEW_CONTACTS_ADVICE: &str = "record longer, and move every joint as far as the hole allows";
 pub(super) const NOT_TOUCHING_ADVICE: &str = "check the shapes of the parts; or the search ended in a wrong minimum: give the fixture's pose as well as it is known";
 pub(super) const NO_LIKELIHOOD_ADVICE: &str =
     "record longer with the tool inside the hole, and give places that are declared exact a standard deviation";
@@ -78,6 +79,14 @@ pub(super) fn contradiction_message(name: &str, deviations: f64, has_prior: bool
 
 pub(super) fn too_few_contacts_message(rows: usize, parameters: usize) -> String {
     format!("{rows} measured rows cannot determine {parameters} parameters")
+}
+
+/// Message on so few one-sided contacts.
+pub(super) fn few_contacts_message(contacts: usize) -> String {
+    format!(
+        "only {contacts} contacts of a peg in its hole: errors are far beyond their standard deviations more often than \
+         these say"
+    )
 }
 
 /// Message on the standard deviations (mm) of distances between positions of the tool before and
