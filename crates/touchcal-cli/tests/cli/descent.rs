@@ -18,6 +18,8 @@ fn the_summary_says_what_a_descent_has_used_and_where_it_ended() {
     assert!(said.starts_with("DOUBTFUL"), "{said}");
     // Every third of 90.
     assert!(said.contains("90 contacts, of which the descent uses 30; 0 do not fit its result"), "{said}");
+    let report = std::fs::read_to_string(folder.path().join("out/report.html")).unwrap();
+    assert!(report.contains("\"used_by_descent\":30"));
     assert!(said.contains("Search    all 20 steps of gradient descent, "), "{said}");
     assert!(said.contains("by less than 0.1 %, but more steps may still move parameters"), "{said}");
     assert!(!said.contains("Untested") && !said.contains("do not contradict"), "{said}");

@@ -5,7 +5,7 @@ use serde::Serialize;
 
 use super::relative::CommonFolder;
 use crate::contact::ContactLog;
-use crate::estimate::{Estimate, Problem, Verdict, contact_residuals};
+use crate::estimate::{Estimate, Method, Problem, Verdict, contact_residuals};
 use crate::statistics::upper_median;
 
 /// Largest number of contacts that the page draws one by one; of more, it draws an even subsample
@@ -31,6 +31,9 @@ pub(super) struct Contacts {
     read: u64,
     used: usize,
     rejected: usize,
+    /// Number of contacts that the search used, if it was a gradient descent.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    used_by_descent: Option<usize>,
     files: Vec<String>,
     /// Stride between drawn contacts.
     every: usize,
@@ -113,6 +116,10 @@ impl Contacts {
             read: estimate.contacts.read,
             used: estimate.contacts.used,
             rejected: estimate.contacts.rejected,
+            used_by_descent: match &problem.method {
+                Method::GradientDescent(options) => Some(options.contacts_used(log.len())),
+                Method::LevenbergMarquardt => None,
+            },
             files: log.files().iter().map(|file| folder.shown(file)).collect(),
             every,
             drawn: drawn(log, &estimate.verdicts, which, (&before, &residuals)),

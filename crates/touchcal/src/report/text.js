@@ -46,7 +46,9 @@ function verdict() {
     error("Expected tool error in base", (tool) => [length(tool.position), `${angle(tool.angle)}; before: ${length(tool.nominal_position)}, ${angle(tool.nominal_angle)}; root mean square over the workspace`]),
     error("Between two positions", (tool) => [length(tool.distance), `before: ${length(tool.nominal_distance)}; root mean square over the workspace`]),
     figure("Distance from contact", contacts.used + contacts.rejected ? `${significant(1e3 * all.before.rms)} → ${significant(1e3 * all.after.rms, 2)} mm` : "–", "root mean square, before and after"),
-    figure("Contacts", `${contacts.used} used`, `${contacts.rejected} rejected, ${count(contacts.read, "row")} read`),
+    contacts.used_by_descent == null
+      ? figure("Contacts", `${contacts.used} used`, `${contacts.rejected} rejected, ${count(contacts.read, "row")} read`)
+      : figure("Contacts", `${contacts.used_by_descent} used`, `by the descent; ${contacts.rejected} of all do not fit its result, ${count(contacts.read, "row")} read`),
     parameters.unknown ? figure("Identifiable", "–", parameters.unknown) : figure("Identifiable", `${parameters.rank} of ${parameters.singular_values.length}`, "directions, from the contacts alone"),
     heldOut ? figure("Held-out contacts", `${significant(heldOut.ratio)} times the predicted scatter`, `${count(heldOut.contacts, "contact")}, by chance up to ${significant(heldOut.by_chance)}`) : "",
   );
@@ -229,10 +231,11 @@ function contactRows() {
 
 function outliers() {
   byId("course-note").after(csv("contacts.csv", contactRows));
-  const { outliers, rejected, used } = data.contacts;
+  const { outliers, rejected, used, used_by_descent } = data.contacts;
   const share = (100 * rejected) / Math.max(1, rejected + used);
+  const verdict = used_by_descent == null ? `${rejected === 1 ? "was" : "were"} rejected as outliers` : `${rejected === 1 ? "does" : "do"} not fit where the descent ended`;
   byId("outlier-words").textContent = rejected
-    ? `${count(rejected, "contact")} (${significant(share, 2)} %) ${rejected === 1 ? "was" : "were"} rejected as outliers`
+    ? `${count(rejected, "contact")} (${significant(share, 2)} %) ${verdict}`
       + (outliers.length < rejected ? `; the ${outliers.length} largest are listed.` : ".") + " Line numbers start at 1."
     : `${used ? "No contact was rejected." : "There are no contacts."} ${outliers.length ? `The ${outliers.length} largest distances:` : ""}`;
   const row = (contact) => [data.contacts.files[contact.file] ?? "?", `${contact.line}`, data.fixtures[contact.fixture].name, (1e3 * contact.after).toFixed(3),
