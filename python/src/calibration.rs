@@ -52,7 +52,8 @@ impl Calibration {
         self.solved.estimate.status.is_usable()
     }
 
-    /// "usable"; "doubtful" if contacts contradict something that `warnings` name; or "not_usable".
+    /// "usable"; "doubtful" if contacts contradict something that `warnings` name, or are few; or
+    /// "not_usable".
     #[getter]
     fn status(&self) -> &'static str {
         self.solved.estimate.status.name()

@@ -96,7 +96,7 @@ impl NullDirection {
 /// Attributes:
 ///     kind: for programs: "too_few_contacts".
 ///     severity: "unusable" if the result must not be used, "doubtful" if contacts contradict
-///         something, else "caution".
+///         something or are few, else "caution".
 ///     message: what is wrong.
 ///     advice: what to do about it.
 #[pyclass(frozen, get_all, eq, module = "touchcal")]

@@ -52,7 +52,7 @@ impl Calibration<'_> {
             parameter: &entry.parameter,
             value: Some(entry.value),
             sigma: entry.sigma,
-            // Where a descent failed, nothing is said of any parameter.
+            // After a failed descent no parameter is marked as not identifiable.
             identifiable: entry.identifiable || !estimate.has_identifiability(),
         });
         let lines: Vec<ParameterRow<'_>> = lines.collect();

@@ -26,7 +26,7 @@ fn the_summary_says_what_a_descent_has_used_and_where_it_ended() {
     assert_eq!(json(&folder.path().join("out/estimate.json"))["untested"], serde_json::json!([]));
 }
 
-/// A descent that ran away: the first warning is on the search and its remedy, and nothing is said
+/// A descent that diverged: the first warning is on the search and its remedy, and nothing is said
 /// of the data from where it ended.
 #[test]
 fn the_first_advice_on_a_descent_that_failed_is_on_the_search() {

@@ -112,8 +112,8 @@ impl ContactLog {
         &self.notes
     }
 
-    /// Says notes that begin with the names of different `files` and are else the same only once,
-    /// with the first of these files and the number of others.
+    /// Merges notes that begin with the names of different `files` and are otherwise the same into
+    /// one, with the first of these files and the number of others.
     pub fn merge_notes<'a>(&mut self, files: impl Iterator<Item = &'a str> + Clone) {
         self.notes = merged(std::mem::take(&mut self.notes), files);
     }

@@ -21,7 +21,7 @@ pub(super) struct Parameters<'a> {
     rank: usize,
     condition: f64,
     null_space: Vec<String>,
-    /// Why nothing is said of what the data determine, where that is so.
+    /// Why the page does not state what the data determine; `None` where it does.
     unknown: Option<&'static str>,
 }
 

@@ -22,7 +22,7 @@ function verdict() {
   const reason = data.termination.reason.replaceAll("_", " ");
   const texts = {
     usable: ["Usable", "Residuals at the contacts used for calibration underestimate the error; evaluate the result on other contacts with touchcal evaluate."],
-    doubtful: ["Doubtful: use the result with care", "Contacts contradict something that the warnings name. Standard deviations allow for it; evaluate the result on other contacts with touchcal evaluate."],
+    doubtful: ["Doubtful: use the result with care", "Contacts contradict something, for which standard deviations allow, or they are few, for which these do not; the warnings say which. Evaluate the result on other contacts with touchcal evaluate."],
     not_usable: ["Not usable: do not use the result", data.termination.reason === "converged"
       ? "The contacts do not determine the arm, or contradict the problem file. The warnings give the reasons."
       : `The search ended without reaching a minimum (${reason}). The page shows its last state.`],

@@ -181,7 +181,7 @@ fn a_problem_without_logs_says_where_they_belong() {
     }
 }
 
-/// What holds of several logs is said once.
+/// Equal notes of several logs are one note.
 #[test]
 fn equal_notes_of_several_logs_are_merged() {
     let folder = folder();

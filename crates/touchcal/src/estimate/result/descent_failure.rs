@@ -2,8 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
-/// How a gradient descent ended that is not at a minimum, or at one that contacts contradict: it
-/// ran away, was too short, or ended on a slope.
+/// How a gradient descent ended that diverged, was too short, or converged where contacts do not
+/// fit.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct DescentFailure {
     /// Steps taken.
@@ -26,7 +26,7 @@ impl DescentFailure {
                 100.0 * decrease
             ),
             None => format!(
-                "the gradient descent ran away: after {steps} steps the mean distance of contacts is no finite number"
+                "the gradient descent diverged: after {steps} steps the mean distance of contacts is no finite number"
             ),
         }
     }

@@ -105,7 +105,7 @@ pub enum Warning {
         informative_fraction: f64,
         /// Factor by which the standard deviations were multiplied (1).
         inflation: f64,
-        /// Whether the result may be used: there are some, and no place declared exact to test.
+        /// Whether the result may be used: there are some, and no place is declared exact.
         usable: bool,
     },
     /// In most contacts with a measured load no surface near the tool bears it.
@@ -195,7 +195,7 @@ pub enum Warning {
         p_value: f64,
         /// Root mean square motion (m) of the tool, in the task or workspace, if it were estimated.
         displacement: f64,
-        /// Whether the result may be used: the tool stays within its 95 % region, then widened.
+        /// Whether the result may be used: the tool stays in its 95 % region; sigmas are widened.
         usable: bool,
     },
     /// Stretches of the log are farther from what the others predict than is likely.

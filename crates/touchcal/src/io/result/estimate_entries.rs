@@ -313,7 +313,7 @@ impl From<&estimate::FreedEffect> for FreedEffectEntry {
 pub enum Severity {
     /// The result must not be used.
     Unusable,
-    /// Contacts contradict something: the result is doubtful.
+    /// Contacts contradict something, or are few: the result is doubtful.
     Doubtful,
     /// Worth knowing where the result is used; in files of earlier versions also doubts.
     Caution,
